@@ -1,0 +1,60 @@
+/* Status codes and located error messages: what every fallible function of stipple returns.
+ *
+ * A fallible function returns stp_status and takes stp_error *err last; NULL is allowed. On failure
+ * err->message is one sentence that says what went wrong, where, and what to do; outputs are left
+ * untouched. The message carries no newline and no "error:" prefix: the program adds those.
+ * Does not print, does not allocate, never exits. Threads: any, one stp_error per caller. */
+#ifndef STP_BASE_ERROR_H
+#define STP_BASE_ERROR_H
+
+#include <stdarg.h>
+
+/* name, text */
+#define STP_STATUS_LIST(X)                                                                         \
+    X(OK, "done")                                                                                  \
+    X(INVALID_ARGUMENT, "an argument is out of range")                                             \
+    X(OUT_OF_MEMORY, "memory is exhausted")                                                        \
+    X(IO, "reading or writing failed")                                                             \
+    X(NOT_FOUND, "no such file")                                                                   \
+    X(EXISTS, "the output exists already")                                                         \
+    X(FORMAT, "the file is not of a known format")                                                 \
+    X(VERSION, "the file's version is not supported")                                              \
+    X(CORRUPT, "the file is damaged")                                                              \
+    X(EMPTY, "there is nothing to work on")                                                        \
+    X(LIMIT, "a limit is exceeded")                                                                \
+    X(UNSUPPORTED, "this is not supported")                                                        \
+    X(GL, "OpenGL failed or is not available")                                                     \
+    X(CANCELLED, "interrupted")                                                                    \
+    X(INTERNAL, "an invariant of the program is broken")
+
+typedef enum stp_status {
+#define X(name, text) STP_##name,
+    STP_STATUS_LIST(X)
+#undef X
+} stp_status;
+
+typedef struct stp_error {
+    stp_status status;
+    char message[1024];
+} stp_error;
+
+/* "out of memory" style name of a status: its constant without the prefix, e.g. "CORRUPT". */
+const char *stp_status_name(stp_status status);
+/* The general sentence of a status, used where no located message exists. */
+const char *stp_status_text(stp_status status);
+
+/* Fills err (if not NULL) and returns status, so that `return stp_error_set(...)` fails with it. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 3, 4)))
+#endif
+stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...);
+
+/* Forwards a failure to the label `done`; needs `stp_status status` in scope. */
+#define STP_TRY(call)                                                                              \
+    do {                                                                                           \
+        status = (call);                                                                           \
+        if (status != STP_OK)                                                                      \
+            goto done;                                                                             \
+    } while (0)
+
+#endif

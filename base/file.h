@@ -1,0 +1,38 @@
+/* Output files that appear whole or not at all, and the size of input files.
+ *
+ * An stp_output writes to a temporary file beside the final name; commit flushes, syncs and renames
+ * it, destroy without commit removes it. Threads: one at a time. */
+#ifndef STP_BASE_FILE_H
+#define STP_BASE_FILE_H
+
+#include "base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_output stp_output;
+
+/* Errors: EXISTS (path exists and force is false), IO (folder missing or read-only), OUT_OF_MEMORY. */
+stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
+/* Appends size bytes. Errors: IO (a full disk is said so). */
+stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err);
+/* Writes at an offset that was written before; the append position stays. Errors: IO. */
+stp_status stp_output_write_at(stp_output *output, uint64_t offset, const void *data, size_t size,
+                               stp_error *err);
+/* Bytes appended so far. */
+uint64_t stp_output_size(const stp_output *output);
+/* The name of the temporary file, for libraries that write by name; valid until commit. */
+const char *stp_output_temporary_path(const stp_output *output);
+/* Makes the file appear under its final name and destroys the output. Errors: IO, EXISTS. */
+stp_status stp_output_commit(stp_output **output, stp_error *err);
+/* Removes the temporary file if not committed. Sets *output to NULL. */
+void stp_output_destroy(stp_output **output);
+
+/* Reads exactly size bytes at offset. Errors: IO; CORRUPT when the file ends early. */
+stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, void *data,
+                            size_t size, stp_error *err);
+/* Opens for reading and gives the size. Errors: NOT_FOUND, IO (a folder, no permission). */
+stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_error *err);
+
+#endif

@@ -1,0 +1,167 @@
+/* A pool of worker threads that runs indexed tasks. */
+#include "base/pool.h"
+
+#include "base/memory.h"
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#define STP_POOL_THREAD_LIMIT 256u
+
+typedef struct worker {
+    stp_pool *pool;
+    unsigned number;
+    pthread_t thread;
+} worker;
+
+struct stp_pool {
+    unsigned thread_count; /* the caller included */
+    unsigned started_count;
+    worker *workers;
+
+    pthread_mutex_t mutex; /* guards everything below; the only lock of the pool */
+    pthread_cond_t work_ready;
+    pthread_cond_t work_done;
+    stp_pool_task *task;
+    void *context;
+    size_t count;
+    size_t next;
+    unsigned busy_count;
+    uint64_t generation; /* grows with each run, so that workers see a new one */
+    bool stopping;
+    stp_status status;
+    size_t failed_index;
+    stp_error error;
+};
+
+/* Takes indices until none is left; called and returns with the mutex held. */
+static void work(stp_pool *pool, unsigned number)
+{
+    while (pool->next < pool->count && pool->status == STP_OK) {
+        size_t index = pool->next++;
+        stp_pool_task *task = pool->task;
+        void *context = pool->context;
+        stp_error error = {0};
+        pthread_mutex_unlock(&pool->mutex);
+        stp_status status = task(context, index, number, &error);
+        pthread_mutex_lock(&pool->mutex);
+        if (status != STP_OK && (pool->status == STP_OK || index < pool->failed_index)) {
+            pool->status = status;
+            pool->failed_index = index;
+            pool->error = error;
+        }
+    }
+}
+
+static void *worker_main(void *argument)
+{
+    worker *self = argument;
+    stp_pool *pool = self->pool;
+    uint64_t seen = 0;
+    pthread_mutex_lock(&pool->mutex);
+    while (!pool->stopping) {
+        if (pool->generation == seen) {
+            pthread_cond_wait(&pool->work_ready, &pool->mutex);
+            continue;
+        }
+        seen = pool->generation;
+        pool->busy_count++;
+        work(pool, self->number);
+        if (--pool->busy_count == 0)
+            pthread_cond_signal(&pool->work_done);
+    }
+    pthread_mutex_unlock(&pool->mutex);
+    return NULL;
+}
+
+static unsigned processor_count(void)
+{
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return count < 1 ? 1u : (unsigned)count;
+}
+
+stp_status stp_pool_create(stp_pool **out, unsigned thread_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_pool *pool = NULL;
+    if (thread_count > STP_POOL_THREAD_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "%u threads asked for: use at most %u", thread_count,
+                             STP_POOL_THREAD_LIMIT);
+    if (thread_count == 0)
+        thread_count = processor_count();
+    if (thread_count > STP_POOL_THREAD_LIMIT)
+        thread_count = STP_POOL_THREAD_LIMIT;
+    STP_TRY(stp_alloc(&pool, 1, sizeof *pool, "thread pool", err));
+    pthread_mutex_init(&pool->mutex, NULL);
+    pthread_cond_init(&pool->work_ready, NULL);
+    pthread_cond_init(&pool->work_done, NULL);
+    pool->thread_count = thread_count;
+    STP_TRY(stp_alloc(&pool->workers, thread_count, sizeof *pool->workers, "threads", err));
+    for (unsigned i = 1; i < thread_count; i++) {
+        worker *w = &pool->workers[pool->started_count];
+        *w = (worker){.pool = pool, .number = i};
+        if (pthread_create(&w->thread, NULL, worker_main, w) != 0) {
+            status = stp_error_set(err, STP_LIMIT,
+                                   "thread %u of %u could not be started: use --threads with a "
+                                   "smaller number",
+                                   i + 1, thread_count);
+            goto done;
+        }
+        pool->started_count++;
+    }
+    *out = pool;
+    pool = NULL;
+done:
+    stp_pool_destroy(&pool);
+    return status;
+}
+
+void stp_pool_destroy(stp_pool **pool)
+{
+    stp_pool *p = *pool;
+    if (!p)
+        return;
+    pthread_mutex_lock(&p->mutex);
+    p->stopping = true;
+    pthread_cond_broadcast(&p->work_ready);
+    pthread_mutex_unlock(&p->mutex);
+    for (unsigned i = 0; i < p->started_count; i++)
+        pthread_join(p->workers[i].thread, NULL);
+    pthread_cond_destroy(&p->work_done);
+    pthread_cond_destroy(&p->work_ready);
+    pthread_mutex_destroy(&p->mutex);
+    free(p->workers);
+    free(p);
+    *pool = NULL;
+}
+
+unsigned stp_pool_thread_count(const stp_pool *pool)
+{
+    return pool->thread_count;
+}
+
+stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void *context,
+                        stp_error *err)
+{
+    pthread_mutex_lock(&pool->mutex);
+    pool->task = task;
+    pool->context = context;
+    pool->count = count;
+    pool->next = 0;
+    pool->status = STP_OK;
+    pool->generation++;
+    pthread_cond_broadcast(&pool->work_ready);
+    work(pool, 0);
+    while (pool->busy_count > 0)
+        pthread_cond_wait(&pool->work_done, &pool->mutex);
+    /* A worker that wakes only now finds next >= count and does nothing. */
+    pool->count = 0;
+    stp_status status = pool->status;
+    if (status != STP_OK && err)
+        *err = pool->error;
+    pthread_mutex_unlock(&pool->mutex);
+    return status;
+}

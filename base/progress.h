@@ -1,0 +1,25 @@
+/* Progress reports and cancellation, passed down to everything that takes long.
+ *
+ * The library only calls back; bars and rates are the program's business. Threads: report may be
+ * called from any thread, one call at a time per stage is not guaranteed; cancelled must be safe
+ * from any thread. Both may be NULL, and so may the stp_progress pointer itself. */
+#ifndef STP_BASE_PROGRESS_H
+#define STP_BASE_PROGRESS_H
+
+#include "base/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct stp_progress {
+    void *context;
+    /* done of total units of the named stage; total 0 means unknown. */
+    void (*report)(void *context, const char *stage, uint64_t done, uint64_t total);
+    bool (*cancelled)(void *context);
+} stp_progress;
+
+/* Reports, then says whether to go on. Errors: CANCELLED. */
+stp_status stp_progress_update(const stp_progress *progress, const char *stage, uint64_t done,
+                               uint64_t total, stp_error *err);
+
+#endif

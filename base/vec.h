@@ -1,0 +1,89 @@
+/* Double-precision 3-vectors and axis-aligned boxes; single-precision ones are cglm's vec3s.
+ *
+ * World coordinates are doubles (georeferenced scans keep their millimetres); everything relative
+ * to a cell, chunk or patch is float. */
+#ifndef STP_BASE_VEC_H
+#define STP_BASE_VEC_H
+
+#include <cglm/struct.h>
+#include <math.h>
+#include <stdbool.h>
+
+typedef struct stp_dvec3 {
+    double x, y, z;
+} stp_dvec3;
+
+/* Empty when min > max on any axis; stp_dbox_empty() is the identity of stp_dbox_add. */
+typedef struct stp_dbox {
+    stp_dvec3 min, max;
+} stp_dbox;
+
+static inline stp_dvec3 stp_dvec3_add(stp_dvec3 a, stp_dvec3 b)
+{
+    return (stp_dvec3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+static inline stp_dvec3 stp_dvec3_sub(stp_dvec3 a, stp_dvec3 b)
+{
+    return (stp_dvec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline stp_dvec3 stp_dvec3_scale(stp_dvec3 a, double s)
+{
+    return (stp_dvec3){a.x * s, a.y * s, a.z * s};
+}
+
+static inline double stp_dvec3_dot(stp_dvec3 a, stp_dvec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline stp_dvec3 stp_dvec3_cross(stp_dvec3 a, stp_dvec3 b)
+{
+    return (stp_dvec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline double stp_dvec3_length(stp_dvec3 a)
+{
+    return sqrt(stp_dvec3_dot(a, a));
+}
+
+/* The zero vector stays zero. */
+static inline stp_dvec3 stp_dvec3_normalize(stp_dvec3 a)
+{
+    double length = stp_dvec3_length(a);
+    return length > 0.0 ? stp_dvec3_scale(a, 1.0 / length) : a;
+}
+
+static inline stp_dvec3 stp_dvec3_from_float(vec3s a)
+{
+    return (stp_dvec3){(double)a.x, (double)a.y, (double)a.z};
+}
+
+static inline vec3s stp_dvec3_to_float(stp_dvec3 a)
+{
+    return (vec3s){{(float)a.x, (float)a.y, (float)a.z}};
+}
+
+static inline bool stp_dvec3_finite(stp_dvec3 a)
+{
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+
+static inline stp_dbox stp_dbox_empty(void)
+{
+    return (stp_dbox){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+}
+
+static inline void stp_dbox_add(stp_dbox *box, stp_dvec3 p)
+{
+    box->min = (stp_dvec3){fmin(box->min.x, p.x), fmin(box->min.y, p.y), fmin(box->min.z, p.z)};
+    box->max = (stp_dvec3){fmax(box->max.x, p.x), fmax(box->max.y, p.y), fmax(box->max.z, p.z)};
+}
+
+static inline bool stp_dbox_is_empty(const stp_dbox *box)
+{
+    return !(box->min.x <= box->max.x && box->min.y <= box->max.y && box->min.z <= box->max.z);
+}
+
+#endif

@@ -1,0 +1,19 @@
+# stp_library(NAME SOURCES... LIBRARIES...): a static library with the project's warnings.
+set(STP_C_WARNINGS -Wall -Wextra -Wshadow -Wconversion -Wvla -Werror)
+set(STP_CXX_WARNINGS -Wall -Wextra -Wshadow -Werror)
+
+function(stp_target_settings target)
+    target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+    target_compile_definitions(${target} PRIVATE _GNU_SOURCE)
+    target_compile_options(${target} PRIVATE
+        $<$<COMPILE_LANGUAGE:C>:${STP_C_WARNINGS}>
+        $<$<COMPILE_LANGUAGE:CXX>:${STP_CXX_WARNINGS}>)
+endfunction()
+
+function(stp_library target)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+    add_library(${target} STATIC ${ARG_SOURCES})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_link_libraries(${target} PUBLIC ${ARG_LIBRARIES})
+    stp_target_settings(${target})
+endfunction()

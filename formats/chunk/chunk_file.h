@@ -1,0 +1,168 @@
+/* The chunk file (.stipple) as C types: directory entries, decoded chunks, reader and writer.
+ *
+ * formats/SPEC.md is the byte layout. The reader trusts no number before checking it against the
+ * file's size, and never follows one that is wrong; a damaged chunk is an error of that chunk only.
+ * Does not cache and does not start threads. A stp_chunk_file may be read from several threads at
+ * once (reads are positional); the writer belongs to one thread. */
+#ifndef STP_FORMATS_CHUNK_CHUNK_FILE_H
+#define STP_FORMATS_CHUNK_CHUNK_FILE_H
+
+#include "base/error.h"
+#include "formats/chunk/sample.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_CHUNK_FILE_MAJOR 1
+#define STP_CHUNK_FILE_MINOR 0
+/* Limits of version 1. */
+#define STP_CHUNK_CHILDREN_LIMIT 64u
+#define STP_CHUNK_SAMPLES_LIMIT 65536u /* of one level */
+#define STP_CHUNK_PATCHES_LIMIT 65536u /* so that a prefix's level 3 keeps the same limit */
+#define STP_CHUNK_NONE UINT32_MAX
+/* Payload segments, coarse to fine: patch headers with levels 3 and 2; level 1; level 0. */
+#define STP_SEGMENT_COUNT 3
+
+typedef enum stp_codec {
+    STP_CODEC_RAW = 0,  /* samples and patches as they are in memory */
+    STP_CODEC_DRACO = 1 /* Draco sequential, generic integer attributes */
+} stp_codec;
+
+/* What an attribute bit says the source had; the sample's bytes exist in any case. */
+enum { STP_HAS_COLOUR = 1u << 0, STP_HAS_INTENSITY = 1u << 1, STP_HAS_CLASS = 1u << 2 };
+
+typedef enum stp_orientation {
+    STP_ORIENTATION_UNKNOWN = 0,
+    STP_ORIENTATION_FILE = 1,
+    STP_ORIENTATION_POSITION = 2, /* from scanner positions */
+    STP_ORIENTATION_PROPAGATED = 3,
+    STP_ORIENTATION_MIXED = 4 /* known for some samples: see their flags */
+} stp_orientation;
+
+/* One chunk as the directory describes it: enough to cull, choose and read it. Floats are relative
+ * to the chunk's origin. Index l of the level arrays is the level. Ids are breadth first: the root
+ * is 0 and the children of a chunk follow each other. */
+typedef struct stp_chunk_entry {
+    uint64_t offset;                          /* of the payload in the file */
+    uint32_t segment_end[STP_SEGMENT_COUNT];  /* bytes from offset */
+    uint64_t segment_hash[STP_SEGMENT_COUNT]; /* xxh3-64 of each segment's bytes */
+    uint32_t parent;                          /* STP_CHUNK_NONE for the root */
+    uint32_t first_child;                     /* STP_CHUNK_NONE for a leaf */
+    uint32_t child_count;
+    uint32_t patch_count;
+    uint32_t sample_count[STP_LEVEL_COUNT];
+    uint8_t codec;
+    uint8_t depth;          /* root 0 */
+    uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is */
+    uint64_t points_under;  /* level-0 samples of all leaves under it */
+    stp_dvec3 origin;       /* world */
+    vec3s box_min, box_max; /* hold the bounds of all patches */
+    vec3s cone_axis;
+    float cone_angle; /* radians; >= pi: normals in all directions */
+    float error[STP_LEVEL_COUNT];
+    float tangential_error[STP_LEVEL_COUNT];
+    float colour_error[STP_LEVEL_COUNT]; /* 0..255 */
+    float radius_min, radius_max;
+} stp_chunk_entry;
+
+/* A decoded chunk, or a prefix of one: levels >= finest_level are present. Samples of a level stand
+ * patch by patch; level_begin[l][p] is the first sample of patch p, level_begin[l][patch_count] the
+ * level's count. */
+typedef struct stp_chunk {
+    uint32_t id;
+    uint32_t patch_count;
+    int finest_level; /* 2, 1 or 0 */
+    stp_patch *patches;
+    uint32_t *level_begin[STP_LEVEL_COUNT];
+    stp_sample *samples[STP_LEVEL_COUNT];
+    void *memory; /* owns all arrays */
+    size_t memory_bytes;
+} stp_chunk;
+
+/* File-wide facts. Strings and metadata belong to the stp_chunk_file. */
+typedef struct stp_chunk_file_info {
+    uint16_t version_major, version_minor;
+    uint64_t file_bytes;
+    uint64_t point_count;
+    uint32_t chunk_count;
+    uint32_t depth;      /* of the tree: 1 = the root alone */
+    uint32_t attributes; /* STP_HAS_* */
+    stp_orientation orientation;
+    double lambda; /* radius of a level-0 sample over its local spacing */
+    stp_dbox box;  /* world, of all level-0 sample centres */
+    const char *metadata_json;
+    size_t metadata_bytes;
+    uint64_t payloads_begin, payloads_end; /* bytes; the metadata follows the payloads */
+} stp_chunk_file_info;
+
+typedef struct stp_chunk_file stp_chunk_file;
+
+/* Reads header and first directory page; other pages are read when asked for. Errors: NOT_FOUND,
+ * IO, FORMAT (not a chunk file), VERSION (newer major), CORRUPT (cut, or a checksum or number is
+ * wrong). */
+stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error *err);
+void stp_chunk_file_close(stp_chunk_file **file);
+const stp_chunk_file_info *stp_chunk_file_get_info(const stp_chunk_file *file);
+const char *stp_chunk_file_path(const stp_chunk_file *file);
+
+/* One directory entry. Errors: INVALID_ARGUMENT (id), IO, CORRUPT. Thread-safe. */
+stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_entry *out,
+                                stp_error *err);
+
+/* Reads, checks and decodes segments until level finest_level (2, 1 or 0) is there. Free with
+ * stp_chunk_destroy. Errors: INVALID_ARGUMENT, IO, CORRUPT, UNSUPPORTED (codec), OUT_OF_MEMORY. */
+stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_level, stp_chunk **out,
+                               stp_error *err);
+void stp_chunk_destroy(stp_chunk **chunk);
+
+/* Bytes a chunk has in memory when decoded to finest_level. */
+size_t stp_chunk_memory_bytes(const stp_chunk_entry *entry, int finest_level);
+
+/* ---- writing ---- */
+
+typedef struct stp_chunk_writer stp_chunk_writer;
+
+typedef struct stp_chunk_writer_params {
+    bool force;      /* replace an existing file */
+    stp_codec codec; /* of the payloads */
+    uint32_t attributes;
+    stp_orientation orientation;
+    double lambda;
+} stp_chunk_writer_params;
+
+/* Errors: EXISTS, IO, OUT_OF_MEMORY. The file appears under its name at finish only. */
+stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
+                                   const stp_chunk_writer_params *params, stp_error *err);
+
+/* Encodes a chunk (thread-safe, no writer needed): gives the segments' bytes, one after the other,
+ * in *payload (free with free()) and fills entry's segment_end, segment_hash, codec, patch_count,
+ * sample_count, flags, box, cone, errors and radius range from the chunk. The caller fills origin,
+ * points_under, tree links. Errors: INVALID_ARGUMENT (patches or level_begin are wrong), LIMIT,
+ * OUT_OF_MEMORY, INTERNAL (Draco). */
+stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payload,
+                            stp_chunk_entry *entry, stp_error *err);
+
+/* Appends a payload and keeps the entry under a handle (the order of appending, from 0). Links
+ * parent, first_child are handles here; they become ids at finish. */
+stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
+                                   const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
+
+/* Numbers the chunks breadth first from `root` (a handle), writes directory, metadata and header,
+ * and makes the file appear. children[h] / child_counts[h] list each handle's children in order.
+ * Destroys the writer in any case. Errors: INVALID_ARGUMENT (no tree, or an entry that a reader
+ * would refuse), IO, LIMIT, OUT_OF_MEMORY, EXISTS. */
+stp_status stp_chunk_writer_finish(stp_chunk_writer **writer, uint32_t root,
+                                   const uint32_t *const *children, const uint32_t *child_counts,
+                                   const stp_dbox *box, const char *metadata_json,
+                                   uint64_t *file_bytes, stp_error *err);
+/* Removes what was written. */
+void stp_chunk_writer_destroy(stp_chunk_writer **writer);
+
+/* Allocates a chunk with arrays for the given patch count and level counts (level l's array is
+ * present when l >= finest_level); fills nothing but level_begin sizes. Errors: OUT_OF_MEMORY. */
+stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
+                            const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
+                            stp_error *err);
+
+#endif

@@ -1,0 +1,67 @@
+/* Decoded chunks in memory: one block for all arrays. */
+#include "base/memory.h"
+#include "formats/chunk/chunk_file.h"
+
+#include <stdlib.h>
+
+/* Counts are at most 2^16 patches and 2^16 samples a level, so no size overflows. */
+static size_t arrays_bytes(uint32_t patch_count, const uint32_t sample_count[STP_LEVEL_COUNT],
+                           int finest_level)
+{
+    size_t bytes = (size_t)patch_count * sizeof(stp_patch);
+    bytes += STP_LEVEL_COUNT * ((size_t)patch_count + 1) * sizeof(uint32_t);
+    for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
+        bytes += (size_t)sample_count[l] * sizeof(stp_sample);
+    return bytes;
+}
+
+size_t stp_chunk_memory_bytes(const stp_chunk_entry *entry, int finest_level)
+{
+    return sizeof(stp_chunk) + arrays_bytes(entry->patch_count, entry->sample_count, finest_level);
+}
+
+/* All parts have 4-byte alignment or less, and sizes that keep it. */
+static void place_arrays(stp_chunk *chunk, const uint32_t sample_count[STP_LEVEL_COUNT])
+{
+    char *next = chunk->memory;
+    chunk->patches = (stp_patch *)(void *)next;
+    next += (size_t)chunk->patch_count * sizeof(stp_patch);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        chunk->level_begin[l] = (uint32_t *)(void *)next;
+        chunk->level_begin[l][chunk->patch_count] = sample_count[l];
+        next += ((size_t)chunk->patch_count + 1) * sizeof(uint32_t);
+    }
+    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
+        chunk->samples[l] = (stp_sample *)(void *)next;
+        next += (size_t)sample_count[l] * sizeof(stp_sample);
+    }
+}
+
+stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
+                            const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    STP_TRY(stp_alloc(&chunk, 1, sizeof *chunk, "chunk", err));
+    chunk->patch_count = patch_count;
+    chunk->finest_level = finest_level;
+    size_t bytes = arrays_bytes(patch_count, sample_count, finest_level);
+    STP_TRY(stp_alloc(&chunk->memory, bytes, 1, "the samples of a chunk", err));
+    chunk->memory_bytes = sizeof *chunk + bytes;
+    place_arrays(chunk, sample_count);
+    *out = chunk;
+    chunk = NULL;
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+void stp_chunk_destroy(stp_chunk **chunk)
+{
+    if (!*chunk)
+        return;
+    free((*chunk)->memory);
+    free(*chunk);
+    *chunk = NULL;
+}

@@ -1,0 +1,230 @@
+/* The chunk file's writer: payloads as they come, then metadata, directory and header. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/layout.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct stp_chunk_writer {
+    stp_output *output;
+    stp_chunk_writer_params params;
+    stp_chunk_entry *entries; /* by handle */
+    size_t entry_count, entry_capacity;
+};
+
+stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
+                                   const stp_chunk_writer_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_writer *writer = NULL;
+    static const uint8_t blank[STP_HEADER_BYTES] = {0};
+    STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
+    writer->params = *params;
+    STP_TRY(stp_output_create(&writer->output, path, params->force, err));
+    STP_TRY(stp_output_write(writer->output, blank, sizeof blank, err));
+    *out = writer;
+    writer = NULL;
+done:
+    stp_chunk_writer_destroy(&writer);
+    return status;
+}
+
+void stp_chunk_writer_destroy(stp_chunk_writer **writer)
+{
+    stp_chunk_writer *w = *writer;
+    if (!w)
+        return;
+    stp_output_destroy(&w->output);
+    free(w->entries);
+    free(w);
+    *writer = NULL;
+}
+
+stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
+                                   const stp_chunk_entry *entry, uint32_t *handle, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (writer->entry_count >= STP_CHUNK_NONE)
+        return stp_error_set(err, STP_LIMIT, "more than 2^32 - 1 chunks");
+    STP_TRY(stp_grow(&writer->entries, &writer->entry_capacity, writer->entry_count + 1,
+                     sizeof *writer->entries, "directory", err));
+    stp_chunk_entry *kept = &writer->entries[writer->entry_count];
+    *kept = *entry;
+    kept->offset = stp_output_size(writer->output);
+    STP_TRY(
+        stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
+    *handle = (uint32_t)writer->entry_count++;
+done:
+    return status;
+}
+
+/* ---- finishing ---- */
+
+/* The tree in its final order. */
+typedef struct numbering {
+    uint32_t *handle;         /* by id */
+    stp_chunk_entry *entries; /* by id, links filled in */
+    uint32_t count;
+    uint32_t depth;
+} numbering;
+
+/* Gives the children of chunk `id` the next ids; `seen` is by handle. */
+static stp_status number_children(const stp_chunk_writer *writer, numbering *n, uint32_t id,
+                                  const uint32_t *children, uint32_t child_count, bool *seen,
+                                  stp_error *err)
+{
+    stp_chunk_entry *parent = &n->entries[id];
+    if (child_count > STP_CHUNK_CHILDREN_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "a chunk of %" PRIu32 " children: use at most %u",
+                             child_count, STP_CHUNK_CHILDREN_LIMIT);
+    if (child_count > 0 && parent->depth + 1u >= STP_DEPTH_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "a tree of more than %u levels", STP_DEPTH_LIMIT);
+    parent->child_count = child_count;
+    parent->first_child = child_count > 0 ? n->count : STP_CHUNK_NONE;
+    for (uint32_t c = 0; c < child_count; c++) {
+        uint32_t handle = children[c];
+        if (handle >= writer->entry_count || seen[handle])
+            return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                 "chunk handle %" PRIu32 " does not exist or has two parents",
+                                 handle);
+        seen[handle] = true;
+        stp_chunk_entry *child = &n->entries[n->count];
+        *child = writer->entries[handle];
+        child->parent = id;
+        child->depth = (uint8_t)(parent->depth + 1u);
+        n->handle[n->count++] = handle;
+    }
+    return STP_OK;
+}
+
+/* Breadth first from the root; entries get their ids as links, and their depths. */
+static stp_status number_tree(const stp_chunk_writer *writer, uint32_t root,
+                              const uint32_t *const *children, const uint32_t *child_counts,
+                              numbering *n, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool *seen = NULL;
+    size_t total = writer->entry_count;
+    if (root >= total)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "the root's handle does not exist");
+    STP_TRY(stp_alloc(&seen, total, sizeof *seen, "directory", err));
+    STP_TRY(stp_alloc(&n->handle, total, sizeof *n->handle, "directory", err));
+    STP_TRY(stp_alloc(&n->entries, total, sizeof *n->entries, "directory", err));
+    n->handle[0] = root;
+    n->entries[0] = writer->entries[root];
+    n->entries[0].parent = STP_CHUNK_NONE;
+    n->entries[0].depth = 0;
+    n->count = 1;
+    seen[root] = true;
+    for (uint32_t id = 0; id < n->count; id++) {
+        uint32_t handle = n->handle[id];
+        STP_TRY(number_children(writer, n, id, children[handle], child_counts[handle], seen, err));
+    }
+    n->depth = n->entries[n->count - 1].depth + 1u;
+    if (n->count != total)
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%zu of %zu chunks are not under the root", total - n->count, total);
+done:
+    free(seen);
+    return status;
+}
+
+static stp_status write_directory(stp_output *output, const stp_header *header,
+                                  const stp_chunk_entry *entries, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_PAGE_ENTRIES * STP_ENTRY_BYTES + STP_HASH_BYTES];
+    for (uint32_t p = 0; p < stp_page_count(header); p++) {
+        uint32_t count = stp_page_entry_count(header, p);
+        size_t hashed = (size_t)count * STP_ENTRY_BYTES;
+        for (uint32_t i = 0; i < count; i++)
+            stp_entry_write(&entries[p * STP_PAGE_ENTRIES + i], bytes + i * STP_ENTRY_BYTES);
+        stp_put_u64(bytes + hashed, stp_hash(bytes, hashed));
+        STP_TRY(stp_output_write(output, bytes, hashed + STP_HASH_BYTES, err));
+    }
+done:
+    return status;
+}
+
+/* The directory must pass what a reader will check. */
+static stp_status check_entries(const stp_header *header, const stp_chunk_entry *entries,
+                                stp_error *err)
+{
+    for (uint32_t id = 0; id < header->chunk_count; id++) {
+        uint8_t bytes[STP_ENTRY_BYTES];
+        stp_chunk_entry read;
+        stp_error inner = {0};
+        stp_entry_write(&entries[id], bytes);
+        if (stp_entry_read(bytes, id, header, &read, &inner) != STP_OK)
+            return stp_error_set(err, STP_INVALID_ARGUMENT, "a chunk cannot be written: %s",
+                                 inner.message);
+    }
+    return STP_OK;
+}
+
+static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const stp_dbox *box,
+                            const char *metadata_json, uint64_t *file_bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_HEADER_BYTES];
+    size_t metadata_bytes = strlen(metadata_json);
+    stp_header header = {
+        .version_major = STP_CHUNK_FILE_MAJOR,
+        .version_minor = STP_CHUNK_FILE_MINOR,
+        .header_bytes = STP_HEADER_BYTES,
+        .chunk_count = n->count,
+        .page_entries = STP_PAGE_ENTRIES,
+        .entry_bytes = STP_ENTRY_BYTES,
+        .depth = n->depth,
+        .metadata_offset = stp_output_size(writer->output),
+        .metadata_bytes = metadata_bytes,
+        .metadata_hash = stp_hash(metadata_json, metadata_bytes),
+        .point_count = n->entries[0].points_under,
+        .attributes = writer->params.attributes,
+        .orientation = writer->params.orientation,
+        .lambda = writer->params.lambda,
+        .box = *box,
+    };
+    if (metadata_bytes > STP_METADATA_BYTES_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "metadata of %zu bytes: use at most %u",
+                             metadata_bytes, STP_METADATA_BYTES_LIMIT);
+    header.directory_offset = header.metadata_offset + metadata_bytes;
+    STP_TRY(check_entries(&header, n->entries, err));
+    STP_TRY(stp_output_write(writer->output, metadata_json, metadata_bytes, err));
+    STP_TRY(write_directory(writer->output, &header, n->entries, err));
+    header.file_bytes = stp_output_size(writer->output);
+    stp_header_write(&header, bytes);
+    stp_error inner = {0};
+    if (stp_header_read(bytes, sizeof bytes, header.file_bytes, &header, &inner) != STP_OK) {
+        status = stp_error_set(err, STP_INVALID_ARGUMENT, "the file cannot be written: %s",
+                               inner.message);
+        goto done;
+    }
+    STP_TRY(stp_output_write_at(writer->output, 0, bytes, sizeof bytes, err));
+    STP_TRY(stp_output_commit(&writer->output, err));
+    *file_bytes = header.file_bytes;
+done:
+    return status;
+}
+
+stp_status stp_chunk_writer_finish(stp_chunk_writer **writer, uint32_t root,
+                                   const uint32_t *const *children, const uint32_t *child_counts,
+                                   const stp_dbox *box, const char *metadata_json,
+                                   uint64_t *file_bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    numbering n = {0};
+    uint64_t bytes = 0;
+    STP_TRY(number_tree(*writer, root, children, child_counts, &n, err));
+    STP_TRY(write_end(*writer, &n, box, metadata_json, &bytes, err));
+    if (file_bytes)
+        *file_bytes = bytes;
+done:
+    free(n.handle);
+    free(n.entries);
+    stp_chunk_writer_destroy(writer);
+    return status;
+}

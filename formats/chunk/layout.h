@@ -1,0 +1,111 @@
+/* The fixed structures of the chunk file as bytes: header, directory entries and pages, patches and
+ * samples of the raw codec. formats/SPEC.md says the same for people.
+ *
+ * Pure conversions and checks; reads and writes no files. Little-endian whatever the machine.
+ * Threads: any. */
+#ifndef STP_FORMATS_CHUNK_LAYOUT_H
+#define STP_FORMATS_CHUNK_LAYOUT_H
+
+#include "base/error.h"
+#include "formats/chunk/chunk_file.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_HEADER_BYTES 256u
+#define STP_HEADER_BYTES_LIMIT 65536u
+#define STP_ENTRY_BYTES 256u
+#define STP_ENTRY_BYTES_LIMIT 4096u
+#define STP_PAGE_ENTRIES 64u
+#define STP_HASH_BYTES 8u
+#define STP_PATCH_BYTES 48u
+#define STP_SAMPLE_BYTES 16u
+#define STP_METADATA_BYTES_LIMIT (64u << 20)
+#define STP_DEPTH_LIMIT 256u
+#define STP_EXPONENT_LIMIT 200
+
+static inline void stp_put_u16(uint8_t *bytes, uint16_t value)
+{
+    bytes[0] = (uint8_t)value;
+    bytes[1] = (uint8_t)(value >> 8);
+}
+
+static inline void stp_put_u32(uint8_t *bytes, uint32_t value)
+{
+    stp_put_u16(bytes, (uint16_t)value);
+    stp_put_u16(bytes + 2, (uint16_t)(value >> 16));
+}
+
+static inline void stp_put_u64(uint8_t *bytes, uint64_t value)
+{
+    stp_put_u32(bytes, (uint32_t)value);
+    stp_put_u32(bytes + 4, (uint32_t)(value >> 32));
+}
+
+static inline uint16_t stp_get_u16(const uint8_t *bytes)
+{
+    return (uint16_t)(bytes[0] | bytes[1] << 8);
+}
+
+static inline uint32_t stp_get_u32(const uint8_t *bytes)
+{
+    return (uint32_t)stp_get_u16(bytes) | (uint32_t)stp_get_u16(bytes + 2) << 16;
+}
+
+static inline uint64_t stp_get_u64(const uint8_t *bytes)
+{
+    return (uint64_t)stp_get_u32(bytes) | (uint64_t)stp_get_u32(bytes + 4) << 32;
+}
+
+/* The header as stored. Sizes of structures are the file's own, at least those of version 1. */
+typedef struct stp_header {
+    uint16_t version_major, version_minor;
+    uint32_t header_bytes;
+    uint32_t chunk_count;
+    uint32_t page_entries;
+    uint32_t entry_bytes;
+    uint32_t depth;
+    uint64_t directory_offset;
+    uint64_t metadata_offset, metadata_bytes, metadata_hash;
+    uint64_t point_count;
+    uint32_t attributes;
+    uint32_t orientation;
+    double lambda;
+    stp_dbox box;
+    uint32_t root;
+    uint64_t file_bytes;
+} stp_header;
+
+/* Writes STP_HEADER_BYTES bytes, their hash included. */
+void stp_header_write(const stp_header *header, uint8_t *bytes);
+
+/* Reads magic, version and header_bytes from the first 16 bytes of a file, so that the whole header
+ * can be read next. Errors: FORMAT, VERSION, CORRUPT (header_bytes out of range). */
+stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_error *err);
+/* Reads a whole header of header_bytes and checks everything in it against itself and file_bytes.
+ * Errors: as peek; CORRUPT. */
+stp_status stp_header_read(const uint8_t *bytes, uint32_t header_bytes, uint64_t file_bytes,
+                           stp_header *out, stp_error *err);
+
+/* Directory pages: number, and offset, bytes and entry count of page i (of a checked header). */
+uint32_t stp_page_count(const stp_header *header);
+uint64_t stp_page_offset(const stp_header *header, uint32_t page);
+uint32_t stp_page_entry_count(const stp_header *header, uint32_t page);
+size_t stp_page_bytes(const stp_header *header, uint32_t page);
+
+/* Writes STP_ENTRY_BYTES bytes. */
+void stp_entry_write(const stp_chunk_entry *entry, uint8_t *bytes);
+/* Reads the version 1 part of an entry and checks it against the header. Errors: CORRUPT. */
+stp_status stp_entry_read(const uint8_t *bytes, uint32_t id, const stp_header *header,
+                          stp_chunk_entry *out, stp_error *err);
+
+/* STP_PATCH_BYTES and STP_SAMPLE_BYTES bytes; any bytes read as something (check patches after). */
+void stp_patch_write(const stp_patch *patch, uint8_t *bytes);
+void stp_patch_read(const uint8_t *bytes, stp_patch *out);
+void stp_sample_write(const stp_sample *sample, uint8_t *bytes);
+void stp_sample_read(const uint8_t *bytes, stp_sample *out);
+
+/* xxh3-64 with seed 0, the file's only checksum. */
+uint64_t stp_hash(const void *bytes, size_t size);
+
+#endif

@@ -1,0 +1,184 @@
+/* Patch headers: their checks, and their form as columns of small numbers. */
+#include "formats/chunk/patch.h"
+
+#include "formats/chunk/layout.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+/* NULL, or what is wrong with a patch. */
+static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
+{
+    if (patch->counts[0] < 1 || patch->counts[0] > STP_PATCH_SAMPLES)
+        return "its level 0 has no sample or more than 64";
+    for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
+        if (patch->counts[l + 1] != stp_level_count_above(patch->counts[l]))
+            return "a level's count is not a quarter of the finer one's, rounded up";
+    if (patch->exponent < -STP_EXPONENT_LIMIT || patch->exponent > STP_EXPONENT_LIMIT)
+        return "its step's exponent is out of range";
+    if (patch->child != STP_PATCH_NO_CHILD && patch->child >= child_count)
+        return "the child it names does not exist";
+    if (patch->flags & ~(unsigned)STP_PATCH_TWO_SIDED)
+        return "a reserved flag is set";
+    return NULL;
+}
+
+stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
+                             const uint32_t sample_count[STP_LEVEL_COUNT], uint32_t child_count,
+                             stp_error *err)
+{
+    uint32_t total[STP_LEVEL_COUNT] = {0};
+    for (uint32_t i = 0; i < patch_count; i++) {
+        const char *fault = patch_fault(&patches[i], child_count);
+        if (fault)
+            return stp_error_set(err, STP_CORRUPT, "patch %" PRIu32 ": %s", i, fault);
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            total[l] += patches[i].counts[l];
+    }
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        if (total[l] != sample_count[l])
+            return stp_error_set(err, STP_CORRUPT,
+                                 "the patches have %" PRIu32 " samples at level %d, expected "
+                                 "%" PRIu32,
+                                 total[l], l, sample_count[l]);
+    return STP_OK;
+}
+
+void stp_patches_place(stp_chunk *chunk)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        uint32_t begin = 0;
+        for (uint32_t i = 0; i < chunk->patch_count; i++) {
+            chunk->level_begin[l][i] = begin;
+            begin += chunk->patches[i].counts[l];
+        }
+    }
+}
+
+/* A cursor over the columns of one row. */
+typedef struct row_coder {
+    const stp_table *table;
+    uint32_t row;
+    unsigned column;
+    bool decode;
+} row_coder;
+
+static int16_t *next_cell(row_coder *c)
+{
+    return stp_table_column(c->table, c->column++) + c->row;
+}
+
+static uint8_t code_byte(row_coder *c, uint8_t predicted, uint8_t value)
+{
+    int16_t *cell = next_cell(c);
+    if (c->decode)
+        return (uint8_t)(predicted + *cell);
+    *cell = (int8_t)(uint8_t)(value - predicted);
+    return value;
+}
+
+static uint16_t code_short(row_coder *c, uint16_t predicted, uint16_t value)
+{
+    int16_t *cell = next_cell(c);
+    if (c->decode)
+        return (uint16_t)(predicted + *cell);
+    *cell = (int16_t)(uint16_t)(value - predicted);
+    return value;
+}
+
+/* Two cells: the low half, signed, and what is then left above it. */
+static int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
+{
+    int16_t *low = next_cell(c);
+    int16_t *high = next_cell(c);
+    if (c->decode)
+        return (int32_t)((uint32_t)predicted + (uint32_t)(int32_t)*low +
+                         ((uint32_t)(uint16_t)*high << 16));
+    uint32_t difference = (uint32_t)value - (uint32_t)predicted;
+    *low = (int16_t)(uint16_t)difference;
+    *high = (int16_t)(uint16_t)((difference + 0x8000u) >> 16);
+    return value;
+}
+
+/* The place of the previous patch's bound on this patch's lattice: where this one may begin. */
+static int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
+{
+    int64_t origin = previous->origin[axis];
+    int shift = previous->exponent - exponent;
+    if (shift > 0)
+        origin = shift < 31 ? origin * ((int64_t)1 << shift) : 0;
+    else if (shift < 0)
+        origin = shift > -31 ? origin / ((int64_t)1 << -shift) : 0;
+    return (int32_t)(uint32_t)(uint64_t)origin;
+}
+
+static void code_normal(row_coder *c, const uint8_t previous[3], uint8_t normal[3])
+{
+    uint32_t before = previous[0] | (uint32_t)previous[1] << 8 | (uint32_t)previous[2] << 16;
+    uint32_t now = normal[0] | (uint32_t)normal[1] << 8 | (uint32_t)normal[2] << 16;
+    uint32_t u = code_short(c, before & 4095u, now & 4095u) & 4095u;
+    uint32_t v = code_short(c, (uint16_t)(before >> 12), (uint16_t)(now >> 12)) & 4095u;
+    uint32_t word = u | v << 12;
+    normal[0] = (uint8_t)word;
+    normal[1] = (uint8_t)(word >> 8);
+    normal[2] = (uint8_t)(word >> 16);
+}
+
+/* Level 3 from the previous patch's, each finer level from the next coarser one. */
+static void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
+                        uint8_t values[STP_LEVEL_COUNT])
+{
+    uint8_t predicted = previous[STP_LEVEL_COUNT - 1];
+    for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
+        values[l] = code_byte(c, predicted, values[l]);
+        predicted = values[l];
+    }
+}
+
+static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
+{
+    p->exponent = (int16_t)code_short(c, (uint16_t)previous->exponent, (uint16_t)p->exponent);
+    for (int i = 0; i < 3; i++)
+        p->origin[i] = code_int(c, predict_origin(previous, p->exponent, i), p->origin[i]);
+    p->child = code_byte(c, previous->child, p->child);
+    p->flags = code_byte(c, previous->flags, p->flags);
+    p->counts[0] = code_byte(c, previous->counts[0], p->counts[0]);
+    for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
+        p->counts[l + 1] = (uint8_t)stp_level_count_above(p->counts[l]);
+    code_levels(c, previous->radius, p->radius);
+    code_levels(c, previous->error, p->error);
+    code_levels(c, previous->tangential_error, p->tangential_error);
+    code_levels(c, previous->colour_error, p->colour_error);
+    for (int i = 0; i < 3; i++)
+        p->bound_centre[i] = code_short(c, previous->bound_centre[i], p->bound_centre[i]);
+    p->bound_radius = code_byte(c, p->radius[STP_LEVEL_COUNT - 1], p->bound_radius);
+    p->cone_angle = code_byte(c, previous->cone_angle, p->cone_angle);
+    code_normal(c, previous->cone_axis, p->cone_axis);
+}
+
+static void code_patches(const stp_patch *in, stp_patch *out, const stp_table *table)
+{
+    stp_patch previous;
+    memset(&previous, 0, sizeof previous);
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        row_coder c = {.table = table, .row = i, .decode = out != NULL};
+        stp_patch patch;
+        memset(&patch, 0, sizeof patch);
+        if (in)
+            patch = in[i];
+        code_patch(&c, &previous, &patch);
+        if (out)
+            out[i] = patch;
+        previous = patch;
+    }
+}
+
+void stp_patches_encode(const stp_patch *patches, const stp_table *table)
+{
+    code_patches(patches, NULL, table);
+}
+
+void stp_patches_decode(stp_patch *patches, const stp_table *table)
+{
+    code_patches(NULL, patches, table);
+}

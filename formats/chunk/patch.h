@@ -1,0 +1,24 @@
+/* Patch headers: their checks, and their form as columns of small numbers.
+ *
+ * Pure functions over the caller's memory. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_PATCH_H
+#define STP_FORMATS_CHUNK_PATCH_H
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/table.h"
+
+/* Columns of the table of patch headers; formats/SPEC.md, "Patch columns", lists them. */
+#define STP_PATCH_COLUMN_COUNT 33u
+
+/* Checks patches by themselves: counts, exponents, children below child_count, reserved bits, and
+ * that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */
+stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
+                             const uint32_t sample_count[STP_LEVEL_COUNT], uint32_t child_count,
+                             stp_error *err);
+/* Fills level_begin from the patches' counts. */
+void stp_patches_place(stp_chunk *chunk);
+
+void stp_patches_encode(const stp_patch *patches, const stp_table *table);
+void stp_patches_decode(stp_patch *patches, const stp_table *table);
+
+#endif

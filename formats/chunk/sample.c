@@ -1,0 +1,108 @@
+/* Codes of normals, radii, errors and angles, and the decoding of a sample. */
+#include "formats/chunk/sample.h"
+
+#define OCT_MAX 4095.0f
+
+static float sign_not_zero(float v)
+{
+    return v < 0.0f ? -1.0f : 1.0f;
+}
+
+void stp_normal_encode(vec3s normal, uint8_t out[3])
+{
+    float sum = fabsf(normal.x) + fabsf(normal.y) + fabsf(normal.z);
+    float u = 0.0f;
+    float v = 0.0f;
+    if (sum > 0.0f && isfinite(sum)) {
+        u = normal.x / sum;
+        v = normal.y / sum;
+        if (normal.z < 0.0f) {
+            float folded = (1.0f - fabsf(v)) * sign_not_zero(u);
+            v = (1.0f - fabsf(u)) * sign_not_zero(v);
+            u = folded;
+        }
+    }
+    uint32_t iu = (uint32_t)lrintf((u * 0.5f + 0.5f) * OCT_MAX);
+    uint32_t iv = (uint32_t)lrintf((v * 0.5f + 0.5f) * OCT_MAX);
+    uint32_t word = iu | iv << 12;
+    out[0] = (uint8_t)(word & 255u);
+    out[1] = (uint8_t)(word >> 8 & 255u);
+    out[2] = (uint8_t)(word >> 16);
+}
+
+vec3s stp_normal_decode(const uint8_t code[3])
+{
+    uint32_t word = (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
+    float u = (float)(word & 4095u) / OCT_MAX * 2.0f - 1.0f;
+    float v = (float)(word >> 12) / OCT_MAX * 2.0f - 1.0f;
+    vec3s n = {{u, v, 1.0f - fabsf(u) - fabsf(v)}};
+    float fold = fmaxf(-n.z, 0.0f);
+    n.x -= sign_not_zero(n.x) * fold;
+    n.y -= sign_not_zero(n.y) * fold;
+    return glms_vec3_normalize(n);
+}
+
+/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. */
+static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
+{
+    if (!(value > 0.0))
+        return 0;
+    double octaves = log2(value) - (double)exponent + (double)bias;
+    double code = ceil(octaves * (double)per_octave - 1e-9) + 1.0;
+    if (code < 1.0)
+        return 1;
+    return code > 255.0 ? 255 : (uint8_t)code;
+}
+
+static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
+{
+    if (code == 0)
+        return 0.0;
+    int index = code - 1;
+    double fraction = exp2((double)(index % per_octave) / (double)per_octave);
+    return ldexp(fraction, index / per_octave - bias + exponent);
+}
+
+uint8_t stp_radius_encode(double radius, int exponent)
+{
+    return log_encode(radius, exponent, STP_RADIUS_CODES_PER_OCTAVE, 0);
+}
+
+double stp_radius_decode(uint8_t code, int exponent)
+{
+    return log_decode(code, exponent, STP_RADIUS_CODES_PER_OCTAVE, 0);
+}
+
+uint8_t stp_error_encode(double error, int exponent)
+{
+    return log_encode(error, exponent, STP_ERROR_CODES_PER_OCTAVE, STP_ERROR_CODE_BIAS_OCTAVES);
+}
+
+double stp_error_decode(uint8_t code, int exponent)
+{
+    return log_decode(code, exponent, STP_ERROR_CODES_PER_OCTAVE, STP_ERROR_CODE_BIAS_OCTAVES);
+}
+
+uint8_t stp_cone_angle_encode(double angle)
+{
+    double code = ceil(angle * 255.0 / M_PI - 1e-9);
+    return code <= 0.0 ? 0 : code > 255.0 ? 255 : (uint8_t)code;
+}
+
+double stp_cone_angle_decode(uint8_t code)
+{
+    return (double)code * M_PI / 255.0;
+}
+
+stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
+{
+    double step = ldexp(1.0, patch->exponent);
+    return (stp_dvec3){((double)patch->origin[0] + sample->position[0]) * step,
+                       ((double)patch->origin[1] + sample->position[1]) * step,
+                       ((double)patch->origin[2] + sample->position[2]) * step};
+}
+
+double stp_sample_radius(const stp_sample *sample, const stp_patch *patch)
+{
+    return stp_radius_decode(sample->radius, patch->exponent);
+}

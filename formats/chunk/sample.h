@@ -1,0 +1,107 @@
+/* The 16-byte sample, and the patch that holds the lattice it lives on.
+ *
+ * A sample is the same 16 bytes in memory, on the GPU (one RGBA32UI texel, little-endian) and as
+ * what a payload decodes to. Positions are unsigned steps from the patch's origin; a patch's origin
+ * is signed steps from the chunk's origin; a step is 2^exponent world units; a chunk's origin is
+ * world coordinates in double. Everything is quantised once: decoding is exact.
+ * Axes: the scan's own, right-handed. Units: the scan's own. Threads: any (pure functions).
+ *
+ * Texel words: x = position x | position y << 16
+ *              y = position z | radius << 16 | flags << 24
+ *              z = octahedral normal (12 bits u, 12 bits v << 12) | class << 24
+ *              w = red | green << 8 | blue << 16 | intensity << 24 */
+#ifndef STP_FORMATS_CHUNK_SAMPLE_H
+#define STP_FORMATS_CHUNK_SAMPLE_H
+
+#include "base/vec.h"
+
+#include <stdint.h>
+
+/* Level 0 is the finest; level 3 is the patch vertex. */
+#define STP_LEVEL_COUNT 4
+/* Most samples a patch has at level 0; each coarser level has ceil(finer / 4). */
+#define STP_PATCH_SAMPLES 64
+/* Octaves are divided into so many radius codes: radius = step * 2^((code - 1) / 16), code 0 is 0.
+ */
+#define STP_RADIUS_CODES_PER_OCTAVE 16
+/* Likewise for errors: error = step * 2^((code - 1) / 8 - 8), code 0 is 0. */
+#define STP_ERROR_CODES_PER_OCTAVE 8
+#define STP_ERROR_CODE_BIAS_OCTAVES 8
+
+/* flags of a sample: bit 0 orientation known, bit 1 normal known, bits 4-5 kind */
+enum {
+    STP_SAMPLE_ORIENTED = 1u << 0,
+    STP_SAMPLE_HAS_NORMAL = 1u << 1,
+    STP_SAMPLE_KIND_SHIFT = 4,
+    STP_SAMPLE_KIND_MASK = 3u << 4
+};
+
+typedef struct stp_sample {
+    uint16_t position[3];
+    uint8_t radius;
+    uint8_t flags;
+    uint8_t normal[3];
+    uint8_t class_id;
+    uint8_t rgb[3];
+    uint8_t intensity;
+} stp_sample;
+
+_Static_assert(sizeof(stp_sample) == 16, "a sample is one RGBA32UI texel");
+
+/* A patch as stored: up to 64 adjacent level-0 samples and their coarser levels. Index l of the
+ * arrays is the level. Error codes are rounded up, so that the decoded bound holds. */
+typedef struct stp_patch {
+    int32_t origin[3];  /* steps from the chunk's origin */
+    int16_t exponent;   /* a step is 2^exponent world units */
+    uint8_t child;      /* which child of the chunk refines this patch, 255 = none (leaf) */
+    uint8_t cone_angle; /* greatest angle of a level-0 normal off the axis: code * pi / 255 */
+    uint8_t counts[STP_LEVEL_COUNT];
+    uint8_t error[STP_LEVEL_COUNT];            /* perpendicular, greatest of the level */
+    uint8_t tangential_error[STP_LEVEL_COUNT]; /* overhang of merged discs, greatest of the level */
+    uint8_t colour_error[STP_LEVEL_COUNT]; /* greatest colour difference under a sample, 0..255 */
+    uint8_t radius[STP_LEVEL_COUNT];       /* greatest radius code of the level */
+    uint16_t bound_centre[3];              /* steps from the origin */
+    uint8_t bound_radius; /* radius code: holds the discs of every level and what they stand for */
+    uint8_t cone_axis[3]; /* octahedral, 2 x 12 bits */
+    uint8_t flags;        /* STP_PATCH_* */
+} stp_patch;
+
+enum {
+    STP_PATCH_TWO_SIDED = 1u << 0 /* some sample's orientation or normal is unknown: never culled */
+};
+
+#define STP_PATCH_NO_CHILD 255u
+
+/* Number of samples of a level that covers `finer` samples of the next finer level. */
+static inline unsigned stp_level_count_above(unsigned finer)
+{
+    return (finer + 3u) / 4u;
+}
+
+/* First sample of the finer level (of finer_count) under sample j of the coarser (of count): sample
+ * j covers [begin(j), begin(j + 1)), at most 4 where count = ceil(finer_count / 4). */
+static inline unsigned stp_level_children_begin(unsigned j, unsigned count, unsigned finer_count)
+{
+    return j * finer_count / count;
+}
+
+/* Octahedral map (Meyer et al. 2010) to 2 x 12 bits; the zero vector becomes +z. decode(encode(n))
+ * is within 0.04 degrees of n and is a unit vector. Components are the scan's axes. */
+void stp_normal_encode(vec3s normal, uint8_t out[3]);
+vec3s stp_normal_decode(const uint8_t code[3]);
+
+/* World units. Encoding rounds up; greater than the range saturates at 255. */
+uint8_t stp_radius_encode(double radius, int exponent);
+double stp_radius_decode(uint8_t code, int exponent);
+uint8_t stp_error_encode(double error, int exponent);
+double stp_error_decode(uint8_t code, int exponent);
+/* Radians, rounded up. */
+uint8_t stp_cone_angle_encode(double angle);
+double stp_cone_angle_decode(uint8_t code);
+
+/* Position of a sample relative to the chunk's origin, world units, exact in double. */
+stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch);
+/* Radius of a sample, world units. */
+double stp_sample_radius(const stp_sample *sample, const stp_patch *patch);
+
+#endif

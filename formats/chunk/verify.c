@@ -1,0 +1,224 @@
+/* Everything that a chunk file promises, checked chunk by chunk on all threads. */
+#include "formats/chunk/verify.h"
+
+#include "base/memory.h"
+#include "formats/chunk/verify_join.h"
+#include "formats/chunk/verify_tree.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+typedef struct verification {
+    stp_chunk_file *file;
+    const stp_chunk_file_info *info;
+    stp_chunk_entry *entries;
+    const stp_progress *progress;
+    atomic_uint_fast64_t done_count;
+} verification;
+
+/* Where a fault is found; patch may be STP_CHUNK_NONE for the whole chunk. */
+typedef struct place {
+    const verification *v;
+    const stp_chunk *chunk;
+    const stp_chunk_entry *entry;
+} place;
+
+static stp_status fault(const place *at, uint32_t patch, const char *what, stp_error *err)
+{
+    const char *path = stp_chunk_file_path(at->v->file);
+    if (patch == STP_CHUNK_NONE)
+        return stp_error_set(err, STP_CORRUPT, "%s: chunk %" PRIu32 " at byte %" PRIu64 ": %s",
+                             path, at->chunk->id, at->entry->offset, what);
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: chunk %" PRIu32 " at byte %" PRIu64 ": patch %" PRIu32 ": %s", path,
+                         at->chunk->id, at->entry->offset, patch, what);
+}
+
+/* The recomputed perpendicular, tangential and colour errors, cones and bounds of every patch. */
+static stp_status verify_errors(const place *at, stp_error *err)
+{
+    (void)at;
+    (void)err;
+    return STP_OK;
+}
+
+/* ---- one patch ---- */
+
+static bool in_box(stp_dvec3 p, const stp_dbox *box)
+{
+    return p.x >= box->min.x && p.x <= box->max.x && p.y >= box->min.y && p.y <= box->max.y &&
+           p.z >= box->min.z && p.z <= box->max.z;
+}
+
+static const char *check_sample(const place *at, const stp_patch *patch, const stp_sample *sample,
+                                int level)
+{
+    const stp_chunk_entry *e = at->entry;
+    stp_dvec3 p = stp_sample_position(sample, patch);
+    stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
+    double radius = stp_sample_radius(sample, patch);
+    if (sample->flags &
+        ~(unsigned)(STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_KIND_MASK))
+        return "a sample has a reserved flag set";
+    if (!in_box(p, &box))
+        return "a sample lies outside the chunk's box";
+    if (sample->radius > patch->radius[level])
+        return "a sample's radius exceeds the patch's greatest of its level";
+    if (radius < (double)e->radius_min || radius > (double)e->radius_max)
+        return "a sample's radius lies outside the chunk's range";
+    if (level == 0 && e->child_count == 0 &&
+        !in_box(stp_dvec3_add(e->origin, p), &at->v->info->box))
+        return "a point lies outside the file's box";
+    if (level == 0 && !(patch->flags & STP_PATCH_TWO_SIDED) &&
+        (~(unsigned)sample->flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL)))
+        return "a sample's orientation is unknown in a patch that is not two-sided";
+    return NULL;
+}
+
+static const char *check_samples(const place *at, uint32_t index)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t *begin = at->chunk->level_begin[l];
+        for (uint32_t k = begin[index]; k < begin[index + 1]; k++) {
+            const char *what =
+                check_sample(at, &at->chunk->patches[index], &at->chunk->samples[l][k], l);
+            if (what)
+                return what;
+        }
+    }
+    return NULL;
+}
+
+static const char *check_header(const place *at, const stp_patch *patch)
+{
+    const stp_chunk_entry *e = at->entry;
+    if ((patch->child == STP_PATCH_NO_CHILD) != (e->child_count == 0))
+        return "it names a child in a leaf, or none in a chunk with children";
+    if ((patch->flags & STP_PATCH_TWO_SIDED) && !(e->flags & STP_PATCH_TWO_SIDED))
+        return "it is two-sided and its chunk is not";
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        if (stp_error_decode(patch->error[l], patch->exponent) > (double)e->error[l] ||
+            stp_error_decode(patch->tangential_error[l], patch->exponent) >
+                (double)e->tangential_error[l] ||
+            (float)patch->colour_error[l] > e->colour_error[l])
+            return "an error exceeds the chunk's greatest of its level";
+        if (l > 0 && patch->error[l] < patch->error[l - 1])
+            return "its error shrinks towards the root";
+    }
+    return NULL;
+}
+
+/* The patch's bound inside the chunk's box, its cone inside the chunk's. */
+static const char *check_bound(const place *at, const stp_patch *patch)
+{
+    const stp_chunk_entry *e = at->entry;
+    stp_sample centre = {
+        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
+    stp_dvec3 c = stp_sample_position(&centre, patch);
+    double r = stp_radius_decode(patch->bound_radius, patch->exponent);
+    stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
+    if (!in_box((stp_dvec3){c.x - r, c.y - r, c.z - r}, &box) ||
+        !in_box((stp_dvec3){c.x + r, c.y + r, c.z + r}, &box))
+        return "its bound reaches outside the chunk's box";
+    stp_dvec3 axis = stp_dvec3_normalize(stp_dvec3_from_float(e->cone_axis));
+    stp_dvec3 own = stp_dvec3_normalize(stp_dvec3_from_float(stp_normal_decode(patch->cone_axis)));
+    double off = atan2(stp_dvec3_length(stp_dvec3_cross(axis, own)), stp_dvec3_dot(axis, own));
+    double reach = fmin(off + stp_cone_angle_decode(patch->cone_angle), M_PI);
+    /* cone_angle is a float, rounded; M_PI itself rounds up. */
+    if (reach > (double)e->cone_angle + 1e-6)
+        return "its normal cone reaches outside the chunk's";
+    return NULL;
+}
+
+/* ---- one chunk ---- */
+
+static stp_status check_patches(const place *at, stp_error *err)
+{
+    uint64_t children = 0;
+    for (uint32_t i = 0; i < at->chunk->patch_count; i++) {
+        const stp_patch *patch = &at->chunk->patches[i];
+        const char *what = check_header(at, patch);
+        if (!what)
+            what = check_bound(at, patch);
+        if (!what)
+            what = check_samples(at, i);
+        if (what)
+            return fault(at, i, what, err);
+        if (patch->child != STP_PATCH_NO_CHILD)
+            children |= (uint64_t)1 << patch->child;
+    }
+    for (uint32_t c = 0; c < at->entry->child_count; c++)
+        if (!(children >> c & 1u))
+            return fault(at, STP_CHUNK_NONE, "no patch stands for one of its children", err);
+    return STP_OK;
+}
+
+/* Level 0 of the patches that stand for a child is that child's level 3. */
+static stp_status check_children(const place *at, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *child = NULL;
+    for (uint32_t c = 0; c < at->entry->child_count; c++) {
+        uint32_t id = at->entry->first_child + c;
+        uint32_t patch = STP_CHUNK_NONE;
+        STP_TRY(stp_chunk_file_read(at->v->file, id, 2, &child, err));
+        const char *what = NULL;
+        STP_TRY(stp_verify_join(at->chunk, at->entry, c, child, &at->v->entries[id], &what, &patch,
+                                err));
+        if (what) {
+            status = fault(at, patch, what, err);
+            goto done;
+        }
+        stp_chunk_destroy(&child);
+    }
+done:
+    stp_chunk_destroy(&child);
+    return status;
+}
+
+static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    (void)worker;
+    verification *v = context;
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    STP_TRY(stp_chunk_file_read(v->file, (uint32_t)index, 0, &chunk, err));
+    place at = {v, chunk, &v->entries[index]};
+    STP_TRY(check_patches(&at, err));
+    STP_TRY(check_children(&at, err));
+    STP_TRY(verify_errors(&at, err));
+    uint64_t done_count = atomic_fetch_add(&v->done_count, 1) + 1;
+    STP_TRY(stp_progress_update(v->progress, "verify", done_count, v->info->chunk_count, err));
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+static stp_status check_metadata(const stp_chunk_file *file, stp_error *err)
+{
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    const char *end = NULL;
+    cJSON *json = cJSON_ParseWithLengthOpts(info->metadata_json, info->metadata_bytes + 1, &end, 1);
+    bool object = cJSON_IsObject(json);
+    cJSON_Delete(json);
+    if (!object)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: the metadata at byte %" PRIu64 " is not a JSON object",
+                             stp_chunk_file_path(file), info->payloads_end);
+    return STP_OK;
+}
+
+stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp_progress *progress,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    verification v = {.file = file, .info = stp_chunk_file_get_info(file), .progress = progress};
+    STP_TRY(check_metadata(file, err));
+    STP_TRY(stp_verify_tree(file, &v.entries, err));
+    STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
+done:
+    free(v.entries);
+    return status;
+}

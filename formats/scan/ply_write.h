@@ -1,0 +1,49 @@
+/* Points and faces out as binary little-endian PLY, streamed.
+ *
+ * The counts are fixed when the writer is created, because PLY states them in the header: first all
+ * points, then all triangles, then finish. The file appears whole or not at all (base/file.h).
+ * Vertex properties, in this order: x y z; nx ny nz (float); red green blue (uchar: the upper byte
+ * of the 16-bit colour, rounded); intensity (ushort); classification (uchar). Faces are
+ * `list uchar int vertex_indices` (uint where a vertex index needs it). Does not write lines,
+ * textures or ASCII.
+ * Coordinates are written as given. Memory: bounded. Threads: one at a time per writer. */
+#ifndef STP_FORMATS_SCAN_PLY_WRITE_H
+#define STP_FORMATS_SCAN_PLY_WRITE_H
+
+#include "base/error.h"
+#include "formats/scan/scan.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_ply_writer_params {
+    bool force;              /* replace an existing file */
+    bool double_coordinates; /* else float */
+    uint64_t vertex_count;
+    uint64_t triangle_count; /* 0: no face element */
+    uint32_t attributes;     /* STP_POINT_HAS_* */
+    const char *comment;     /* one line for the header, borrowed; NULL for none */
+} stp_ply_writer_params;
+
+typedef struct stp_ply_writer stp_ply_writer;
+
+/* Writes the header. params is copied, path too. Errors: EXISTS, IO, OUT_OF_MEMORY,
+ * INVALID_ARGUMENT (a comment of several lines, triangles without vertices or of more than 2^32
+ * vertices). */
+stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
+                                 const stp_ply_writer_params *params, stp_error *err);
+/* Appends count points. Errors: IO; INVALID_ARGUMENT (more than vertex_count in all). */
+stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points, size_t count,
+                                 stp_error *err);
+/* Appends count triangles, after all points. Errors: IO; INVALID_ARGUMENT (points are missing, more
+ * than triangle_count in all, an index not below vertex_count). */
+stp_status stp_ply_writer_triangles(stp_ply_writer *writer, const uint32_t (*triangles)[3],
+                                    size_t count, stp_error *err);
+/* Makes the file appear and destroys the writer (*writer NULL, also on failure, then without a
+ * file). Errors: IO, EXISTS; INVALID_ARGUMENT (fewer points or triangles than announced). */
+stp_status stp_ply_writer_finish(stp_ply_writer **writer, stp_error *err);
+/* Abandons the file if not finished. Sets *writer to NULL; NULL inside is fine. */
+void stp_ply_writer_destroy(stp_ply_writer **writer);
+
+#endif

@@ -1,0 +1,62 @@
+/* Scans in: a stream of points out of any supported file.
+ *
+ * Recognised by content first, name second: PLY (our streaming reader); OBJ, OFF, STL (OpenMesh).
+ * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
+ * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as they
+ * are: NaN and infinite ones are the caller's to count and drop. Coordinates are the file's own, in
+ * double. Memory: bounded for point files whatever their size; a mesh with faces is held whole.
+ * Threads: one at a time per stp_scan. */
+#ifndef STP_FORMATS_SCAN_SCAN_H
+#define STP_FORMATS_SCAN_SCAN_H
+
+#include "base/error.h"
+#include "base/vec.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_point {
+    stp_dvec3 position;
+    vec3s normal;     /* unit, or zero where unknown */
+    uint16_t rgb[3];  /* full range 0..65535, whatever the file's own depth */
+    uint16_t intensity;
+    uint8_t class_id;
+    uint8_t padding[3];
+} stp_point;
+
+enum {
+    STP_POINT_HAS_NORMAL = 1u << 0,
+    STP_POINT_HAS_COLOUR = 1u << 1,
+    STP_POINT_HAS_INTENSITY = 1u << 2,
+    STP_POINT_HAS_CLASS = 1u << 3
+};
+
+typedef struct stp_scan_params {
+    uint64_t sample_count; /* 0: the vertices; else so many points over the faces of a mesh */
+    uint64_t seed;
+    bool recompute_normals; /* give no normals at all */
+} stp_scan_params;
+
+typedef struct stp_scan_info {
+    const char *format;   /* "PLY ascii", "OBJ", ... */
+    uint64_t point_count; /* what will be read */
+    uint64_t face_count;
+    uint32_t attributes;  /* STP_POINT_HAS_* */
+    double coordinate_step; /* scale of integer coordinates, 0 where coordinates are floats */
+    bool normals_from_faces;
+} stp_scan_info;
+
+typedef struct stp_scan stp_scan;
+
+/* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte),
+ * UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
+stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
+                         stp_error *err);
+const stp_scan_info *stp_scan_get_info(const stp_scan *scan);
+/* Reads up to capacity points; *count 0 only at the end. Errors: IO, CORRUPT. */
+stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
+                         stp_error *err);
+void stp_scan_close(stp_scan **scan);
+
+#endif

@@ -1,0 +1,176 @@
+/* Draco behind its shim: order, duplicates, extremes; streams that are not what is expected. */
+#include "formats/chunk/draco_shim.h"
+
+#include "base/random.h"
+#include "formats/chunk/table.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* Encodes and decodes, and wants the same values in the same order. */
+static void round_trip(const int16_t *values, uint32_t count)
+{
+    void *stream = NULL;
+    size_t bytes = 0;
+    stp_error err = {0};
+    int16_t *out = malloc(count * sizeof *out);
+    assert_non_null(out);
+    assert_int_equal(stp_draco_encode(values, count, &stream, &bytes, &err), STP_OK);
+    assert_int_equal(stp_stream_check(stream, bytes, &err), STP_OK);
+    assert_int_equal(stp_draco_decode(stream, bytes, out, count, &err), STP_OK);
+    assert_memory_equal(values, out, count * sizeof *out);
+    free(stream);
+    free(out);
+}
+
+static void test_order(void **state)
+{
+    (void)state;
+    static const uint32_t counts[] = {1, 2, 3, 64, 1000, 65536};
+    static const unsigned shifts[] = {0, 8, 12, 15};
+    int16_t *values = malloc(65536 * sizeof *values);
+    assert_non_null(values);
+    for (size_t n = 0; n < sizeof counts / sizeof *counts; n++) {
+        for (size_t s = 0; s < sizeof shifts / sizeof *shifts; s++) {
+            for (uint32_t i = 0; i < counts[n]; i++)
+                values[i] = (int16_t)((int16_t)stp_random_u64(n, i) >> shifts[s]);
+            round_trip(values, counts[n]);
+        }
+    }
+    for (uint32_t i = 0; i < 65536; i++) /* every value there is */
+        values[i] = (int16_t)(uint16_t)(i * 40503u);
+    round_trip(values, 65536);
+    free(values);
+}
+
+/* Equal values apart and side by side: Draco must not merge points. */
+static void test_duplicates(void **state)
+{
+    (void)state;
+    static const int16_t values[] = {1, 1, 1, 2, 2, 1, 1, -3, 1, 5, 5, 5, 6, 6, 5, 5, 0, 5};
+    round_trip(values, sizeof values / sizeof *values);
+}
+
+static void test_extremes(void **state)
+{
+    (void)state;
+    static const int16_t values[] = {INT16_MIN, INT16_MAX, 0, -1, INT16_MAX, INT16_MIN, 1};
+    for (uint32_t count = 1; count <= sizeof values / sizeof *values; count++)
+        round_trip(values, count);
+}
+
+static void test_counts(void **state)
+{
+    (void)state;
+    int16_t value = 1;
+    void *stream = NULL;
+    size_t bytes = 0;
+    assert_int_equal(stp_draco_encode(&value, 0, &stream, &bytes, NULL), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_draco_encode(&value, 65537, &stream, &bytes, NULL), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_draco_decode("x", 1, &value, 0, NULL), STP_INVALID_ARGUMENT);
+    assert_null(stream);
+}
+
+/* The guard and Draco behind it, on a copy whose end is the end of its memory. */
+static stp_status decode_copy(const uint8_t *stream, size_t bytes, int16_t *out, uint32_t count)
+{
+    uint8_t *copy = malloc(bytes ? bytes : 1);
+    assert_non_null(copy);
+    memcpy(copy, stream, bytes);
+    stp_status status = stp_stream_check(copy, bytes, NULL);
+    if (status == STP_OK)
+        status = stp_draco_decode(copy, bytes, out, count, NULL);
+    free(copy);
+    return status;
+}
+
+/* Other counts than expected, cut anywhere, any byte changed: an error or other values, no harm. */
+static void test_hostile(void **state)
+{
+    (void)state;
+    int16_t values[200];
+    int16_t out[201];
+    for (unsigned width = 0; width < 16; width += 5) { /* tagged and raw symbols */
+        void *stream = NULL;
+        size_t bytes = 0;
+        for (unsigned i = 0; i < 200; i++)
+            values[i] = (int16_t)((int16_t)stp_random_u64(2, i) >> width);
+        assert_int_equal(stp_draco_encode(values, 200, &stream, &bytes, NULL), STP_OK);
+        uint8_t *changed = malloc(bytes);
+        assert_non_null(changed);
+        (void)decode_copy(stream, bytes, out, 201);
+        for (size_t cut = 0; cut < bytes; cut++)
+            (void)decode_copy(stream, cut, out, 200);
+        for (size_t i = 0; i < bytes; i++) {
+            for (unsigned x = 1; x < 256; x += i < 8 ? 1 : 37) {
+                memcpy(changed, stream, bytes);
+                changed[i] = (uint8_t)(changed[i] ^ x);
+                (void)decode_copy(changed, bytes, out, 200);
+            }
+        }
+        free(changed);
+        free(stream);
+    }
+}
+
+/* Draco would allocate 64 symbols for each byte that is left: more than 2^16 never reach it. */
+static void test_guard(void **state)
+{
+    (void)state;
+    static const struct {
+        stp_status status;
+        uint8_t stream[8];
+    } cases[] = {
+        {STP_OK, {0xfe, 1, 1, 18, 0x80, 0x80, 0x04, 0}},      /* 65536 symbols, raw */
+        {STP_CORRUPT, {0xfe, 1, 1, 18, 0x81, 0x80, 0x04, 0}}, /* 65537 */
+        {STP_CORRUPT, {0xfe, 1, 1, 18, 0xff, 0xff, 0xff, 1}}, /* four bytes of count */
+        {STP_CORRUPT, {0xfe, 1, 1, 19, 2, 0, 0, 0}},          /* longer symbols than Draco has */
+        {STP_OK, {0xfe, 1, 0, 33, 0, 0, 0, 0}},               /* 33 tags */
+        {STP_CORRUPT, {0xfe, 1, 0, 34, 0, 0, 0, 0}},
+        {STP_CORRUPT, {0xfe, 1, 2, 2, 0, 0, 0, 0}}, /* no such way of coding */
+        {STP_CORRUPT, {0xfe, 0, 4, 0, 0, 0, 0, 0}}, /* not compressed */
+        {STP_CORRUPT, {0x00, 1, 1, 1, 1, 2, 0, 0}}, /* predicted by Draco */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_int_equal(stp_stream_check(cases[i].stream, 8, NULL), cases[i].status);
+    for (size_t size = 0; size < 7; size++)
+        assert_int_equal(stp_stream_check(cases[0].stream, size, NULL), STP_CORRUPT);
+}
+
+/* ---- blocks ---- */
+
+static void test_table(void **state)
+{
+    (void)state;
+    int16_t values[4 * 5] = {7, 7, 7, 7, 7, 1, 2, 3, 4, 5, -9, -9, -9, -9, -9, 0, 0, 0, 0, 300};
+    int16_t decoded[4 * 5];
+    stp_table in = {values, 5, 4, 5};
+    stp_table out = {decoded, 5, 4, 5};
+    stp_bytes bytes = {0};
+    size_t used = 0;
+    assert_int_equal(stp_table_encode(&in, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_table_decode(bytes.data, bytes.size, &out, &used, NULL), STP_OK);
+    assert_int_equal(used, bytes.size);
+    assert_memory_equal(values, decoded, sizeof values);
+    for (size_t cut = 0; cut < bytes.size; cut++)
+        assert_int_equal(stp_table_decode(bytes.data, cut, &out, &used, NULL), STP_CORRUPT);
+    bytes.data[5] |= 1; /* a column beyond the fourth */
+    assert_int_equal(stp_table_decode(bytes.data, bytes.size, &out, &used, NULL), STP_CORRUPT);
+    free(bytes.data);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_order),    cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_extremes), cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_hostile),  cmocka_unit_test(test_guard),
+        cmocka_unit_test(test_table),
+    };
+    return cmocka_run_group_tests_name("draco", tests, NULL, NULL);
+}

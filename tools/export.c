@@ -1,0 +1,158 @@
+/* `stipple export`: the level-0 samples of the leaf chunks as PLY. */
+#include "tools/cli.h"
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/scan/ply_write.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static int run(int argc, char **argv);
+
+const cli_command cli_export = {
+    .name = "export",
+    .summary = "write the points of a chunk file as PLY",
+    .usage = "stipple export M.stipple -o F.ply [options]",
+    .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
+               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.",
+    .run = run,
+};
+
+/* Points written at a time. */
+#define BATCH_COUNT 4096u
+
+/* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
+ * distance between samples: then below a half of the lattice's step. */
+static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
+{
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    const stp_dvec3 far = {fmax(fabs(info->box.min.x), fabs(info->box.max.x)),
+                           fmax(fabs(info->box.min.y), fabs(info->box.max.y)),
+                           fmax(fabs(info->box.min.z), fabs(info->box.max.z))};
+    double float_step = ldexp(fmax(far.x, fmax(far.y, far.z)), -23);
+    double radius = INFINITY;
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_status status = stp_chunk_file_entry(file, id, &entry, err);
+        if (status != STP_OK)
+            return status;
+        if (entry.child_count == 0)
+            radius = fmin(radius, (double)entry.radius_min);
+    }
+    *out = float_step > radius / info->lambda / 64.0;
+    return STP_OK;
+}
+
+static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin)
+{
+    stp_point p = {.position = stp_dvec3_add(origin, stp_sample_position(s, patch)),
+                   .intensity = (uint16_t)(s->intensity * 257),
+                   .class_id = s->class_id};
+    if (s->flags & STP_SAMPLE_HAS_NORMAL)
+        p.normal = stp_normal_decode(s->normal);
+    for (int i = 0; i < 3; i++)
+        p.rgb[i] = (uint16_t)(s->rgb[i] * 257);
+    return p;
+}
+
+static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, stp_ply_writer *writer,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point batch[BATCH_COUNT];
+    size_t count = 0;
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        for (uint32_t k = chunk->level_begin[0][i]; k < chunk->level_begin[0][i + 1]; k++) {
+            batch[count++] = point_of(&chunk->samples[0][k], &chunk->patches[i], origin);
+            if (count == BATCH_COUNT) {
+                STP_TRY(stp_ply_writer_points(writer, batch, count, err));
+                count = 0;
+            }
+        }
+    }
+    STP_TRY(stp_ply_writer_points(writer, batch, count, err));
+done:
+    return status;
+}
+
+static stp_status export_chunks(stp_chunk_file *file, stp_ply_writer *writer,
+                                const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    uint64_t done_count = 0;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        if (entry.child_count != 0)
+            continue;
+        STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
+        STP_TRY(export_chunk(chunk, entry.origin, writer, err));
+        stp_chunk_destroy(&chunk);
+        done_count += entry.sample_count[0];
+        STP_TRY(stp_progress_update(progress, "export", done_count, info->point_count, err));
+    }
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* STP_POINT_HAS_* of a chunk file. */
+static uint32_t point_attributes(const stp_chunk_file_info *info)
+{
+    uint32_t out = STP_POINT_HAS_NORMAL;
+    out |= info->attributes & STP_HAS_COLOUR ? (uint32_t)STP_POINT_HAS_COLOUR : 0;
+    out |= info->attributes & STP_HAS_INTENSITY ? (uint32_t)STP_POINT_HAS_INTENSITY : 0;
+    out |= info->attributes & STP_HAS_CLASS ? (uint32_t)STP_POINT_HAS_CLASS : 0;
+    return out;
+}
+
+static stp_status export_file(const char *path, const char *output, bool force,
+                              const cli_common *common, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_file *file = NULL;
+    stp_ply_writer *writer = NULL;
+    STP_TRY(stp_chunk_file_open(&file, path, err));
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    stp_ply_writer_params params = {
+        .force = force, .vertex_count = info->point_count, .attributes = point_attributes(info)};
+    STP_TRY(needs_double(file, &params.double_coordinates, err));
+    STP_TRY(stp_ply_writer_create(&writer, output, &params, err));
+    STP_TRY(export_chunks(file, writer, cli_progress(common), err));
+    STP_TRY(stp_ply_writer_finish(&writer, err));
+done:
+    cli_progress_end();
+    stp_ply_writer_destroy(&writer);
+    stp_chunk_file_close(&file);
+    return status;
+}
+
+static int run(int argc, char **argv)
+{
+    const char *path = NULL;
+    const char *output = NULL;
+    bool force = false;
+    size_t count = 0;
+    cli_common common = {0};
+    stp_error err = {0};
+    const cli_option options[] = {
+        {.name = "--output",
+         .letter = 'o',
+         .kind = CLI_STRING,
+         .target = &output,
+         .argument = "F.ply",
+         .help = "the PLY file to write"},
+        {.name = "--force", .kind = CLI_FLAG, .target = &force, .help = "replace an existing file"},
+    };
+    int code = cli_parse(&cli_export, options, sizeof options / sizeof *options, argc, argv, &path,
+                         1, 1, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    if (!output)
+        return cli_usage(&cli_export, "no output given: add -o F.ply");
+    if (export_file(path, output, force, &common, &err) != STP_OK)
+        return cli_fail(&cli_export, &err);
+    return CLI_DONE;
+}

@@ -1,0 +1,233 @@
+/* `stipple info`: what is in a chunk file, from its header and directory alone. */
+#include "tools/cli.h"
+
+#include "base/memory.h"
+#include "formats/chunk/chunk_file.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static int run(int argc, char **argv);
+
+const cli_command cli_info = {
+    .name = "info",
+    .summary = "say what is in a chunk file",
+    .usage = "stipple info M.stipple [--json]",
+    .details =
+        "Reads header, directory and metadata, no payloads. Lengths are the scan's own units.",
+    .run = run,
+};
+
+static const char *const orientation_names[] = {"unknown", "file", "position", "propagated",
+                                                "mixed"};
+
+/* Sums over the chunks of one depth. */
+typedef struct depth_summary {
+    uint32_t chunk_count;
+    uint64_t patch_count;
+    uint64_t sample_count[STP_LEVEL_COUNT];
+    uint64_t payload_bytes;
+    double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
+    double radius_min, radius_max;
+} depth_summary;
+
+static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
+{
+    if (sum->chunk_count == 0)
+        sum->radius_min = INFINITY;
+    sum->chunk_count++;
+    sum->patch_count += e->patch_count;
+    sum->payload_bytes += e->segment_end[STP_SEGMENT_COUNT - 1];
+    sum->radius_min = fmin(sum->radius_min, (double)e->radius_min);
+    sum->radius_max = fmax(sum->radius_max, (double)e->radius_max);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        sum->sample_count[l] += e->sample_count[l];
+        sum->error[l] = fmax(sum->error[l], (double)e->error[l]);
+        sum->tangential_error[l] = fmax(sum->tangential_error[l], (double)e->tangential_error[l]);
+        sum->colour_error[l] = fmax(sum->colour_error[l], (double)e->colour_error[l]);
+    }
+}
+
+/* *depths has info->depth elements; free with free(). */
+static stp_status summarise(stp_chunk_file *file, depth_summary **depths, stp_error *err)
+{
+    stp_status status = STP_OK;
+    depth_summary *sums = NULL;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    STP_TRY(stp_alloc(&sums, info->depth, sizeof *sums, "summary", err));
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        add_entry(&sums[entry.depth], &entry);
+    }
+    *depths = sums;
+    sums = NULL;
+done:
+    free(sums);
+    return status;
+}
+
+/* ---- text ---- */
+
+static void print_attributes(uint32_t attributes)
+{
+    printf("attributes     normal%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
+           attributes & STP_HAS_INTENSITY ? " intensity" : "",
+           attributes & STP_HAS_CLASS ? " class" : "");
+}
+
+static void print_depths(const depth_summary *depths, uint32_t count)
+{
+    printf("\n%5s %9s %11s %13s %14s %11s %11s %11s\n", "depth", "chunks", "patches", "samples",
+           "payload bytes", "error 0", "error 3", "radius");
+    for (uint32_t d = 0; d < count; d++)
+        printf("%5" PRIu32 " %9" PRIu32 " %11" PRIu64 " %13" PRIu64 " %14" PRIu64
+               " %11.4g %11.4g %11.4g\n",
+               d, depths[d].chunk_count, depths[d].patch_count, depths[d].sample_count[0],
+               depths[d].payload_bytes, depths[d].error[0], depths[d].error[STP_LEVEL_COUNT - 1],
+               depths[d].radius_max);
+    printf(
+        "samples: of level 0; errors and radius: the greatest; the points are the samples of the "
+        "leaves\n");
+}
+
+/* Metadata is the file's: control characters do not reach the terminal. */
+static void print_metadata(const stp_chunk_file_info *info)
+{
+    printf("\nmetadata       ");
+    for (size_t i = 0; i < info->metadata_bytes; i++) {
+        unsigned char c = (unsigned char)info->metadata_json[i];
+        putchar((c < 32 && c != '\n') || c == 127 ? ' ' : c);
+    }
+    putchar('\n');
+}
+
+static void print_text(const char *path, const stp_chunk_file_info *info,
+                       const depth_summary *depths)
+{
+    printf("file           %s\n", path);
+    printf("version        %u.%u\n", info->version_major, info->version_minor);
+    printf("points         %" PRIu64 "\n", info->point_count);
+    printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
+    printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
+           (double)info->file_bytes / (double)info->point_count);
+    print_attributes(info->attributes);
+    printf("orientation    %s\n", orientation_names[info->orientation]);
+    printf("lambda         %g\n", info->lambda);
+    printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
+    printf("               %.17g %.17g %.17g\n", info->box.max.x, info->box.max.y, info->box.max.z);
+    print_depths(depths, info->depth);
+    print_metadata(info);
+}
+
+/* ---- JSON ---- */
+
+static cJSON *numbers(const double *values, int count)
+{
+    return cJSON_CreateDoubleArray(values, count);
+}
+
+static cJSON *json_depth(const depth_summary *sum)
+{
+    cJSON *out = cJSON_CreateObject();
+    double samples[STP_LEVEL_COUNT];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        samples[l] = (double)sum->sample_count[l];
+    cJSON_AddNumberToObject(out, "chunks", sum->chunk_count);
+    cJSON_AddNumberToObject(out, "patches", (double)sum->patch_count);
+    cJSON_AddItemToObject(out, "samples", numbers(samples, STP_LEVEL_COUNT));
+    cJSON_AddNumberToObject(out, "payload_bytes", (double)sum->payload_bytes);
+    cJSON_AddItemToObject(out, "error", numbers(sum->error, STP_LEVEL_COUNT));
+    cJSON_AddItemToObject(out, "tangential_error", numbers(sum->tangential_error, STP_LEVEL_COUNT));
+    cJSON_AddItemToObject(out, "colour_error", numbers(sum->colour_error, STP_LEVEL_COUNT));
+    cJSON_AddNumberToObject(out, "radius_min", sum->radius_min);
+    cJSON_AddNumberToObject(out, "radius_max", sum->radius_max);
+    return out;
+}
+
+static cJSON *json_attributes(uint32_t attributes)
+{
+    cJSON *out = cJSON_CreateArray();
+    cJSON_AddItemToArray(out, cJSON_CreateString("normal"));
+    if (attributes & STP_HAS_COLOUR)
+        cJSON_AddItemToArray(out, cJSON_CreateString("colour"));
+    if (attributes & STP_HAS_INTENSITY)
+        cJSON_AddItemToArray(out, cJSON_CreateString("intensity"));
+    if (attributes & STP_HAS_CLASS)
+        cJSON_AddItemToArray(out, cJSON_CreateString("class"));
+    return out;
+}
+
+static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
+                        const depth_summary *depths)
+{
+    cJSON *out = cJSON_CreateObject();
+    char version[16];
+    const double low[3] = {info->box.min.x, info->box.min.y, info->box.min.z};
+    const double high[3] = {info->box.max.x, info->box.max.y, info->box.max.z};
+    snprintf(version, sizeof version, "%u.%u", info->version_major, info->version_minor);
+    cJSON_AddStringToObject(out, "file", path);
+    cJSON_AddStringToObject(out, "version", version);
+    cJSON_AddNumberToObject(out, "points", (double)info->point_count);
+    cJSON_AddNumberToObject(out, "chunks", info->chunk_count);
+    cJSON_AddNumberToObject(out, "depth", info->depth);
+    cJSON_AddNumberToObject(out, "file_bytes", (double)info->file_bytes);
+    cJSON_AddNumberToObject(out, "bytes_per_point",
+                            (double)info->file_bytes / (double)info->point_count);
+    cJSON_AddItemToObject(out, "attributes", json_attributes(info->attributes));
+    cJSON_AddStringToObject(out, "orientation", orientation_names[info->orientation]);
+    cJSON_AddNumberToObject(out, "lambda", info->lambda);
+    cJSON_AddItemToObject(out, "box_min", numbers(low, 3));
+    cJSON_AddItemToObject(out, "box_max", numbers(high, 3));
+    cJSON *list = cJSON_AddArrayToObject(out, "depths");
+    for (uint32_t d = 0; d < info->depth; d++)
+        cJSON_AddItemToArray(list, json_depth(&depths[d]));
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    cJSON_AddItemToObject(out, "metadata", metadata ? metadata : cJSON_CreateNull());
+    return out;
+}
+
+static stp_status print_json(const char *path, const stp_chunk_file_info *info,
+                             const depth_summary *depths, stp_error *err)
+{
+    cJSON *json = json_info(path, info, depths);
+    char *text = cJSON_Print(json);
+    cJSON_Delete(json);
+    if (!text)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the JSON of %s", path);
+    printf("%s\n", text);
+    free(text);
+    return STP_OK;
+}
+
+static int run(int argc, char **argv)
+{
+    const char *path = NULL;
+    bool json = false;
+    size_t count = 0;
+    cli_common common = {0};
+    stp_chunk_file *file = NULL;
+    depth_summary *depths = NULL;
+    stp_status status = STP_OK;
+    stp_error err = {0};
+    const cli_option options[] = {
+        {.name = "--json", .kind = CLI_FLAG, .target = &json, .help = "as one JSON object"},
+    };
+    int code = cli_parse(&cli_info, options, sizeof options / sizeof *options, argc, argv, &path, 1,
+                         1, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    STP_TRY(stp_chunk_file_open(&file, path, &err));
+    STP_TRY(summarise(file, &depths, &err));
+    if (json)
+        STP_TRY(print_json(path, stp_chunk_file_get_info(file), depths, &err));
+    else
+        print_text(path, stp_chunk_file_get_info(file), depths);
+done:
+    free(depths);
+    stp_chunk_file_close(&file);
+    return status == STP_OK ? CLI_DONE : cli_fail(&cli_info, &err);
+}
