@@ -9,6 +9,14 @@
 
 #include <stdarg.h>
 
+#ifdef __cplusplus
+extern "C" { /* the shims include this header */
+#endif
+
+#ifdef __cplusplus /* the shims report errors too */
+extern "C" {
+#endif
+
 /* name, text */
 #define STP_STATUS_LIST(X)                                                                         \
     X(OK, "done")                                                                                  \
@@ -44,10 +52,8 @@ const char *stp_status_name(stp_status status);
 const char *stp_status_text(stp_status status);
 
 /* Fills err (if not NULL) and returns status, so that `return stp_error_set(...)` fails with it. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 3, 4)))
-#endif
-stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...);
+stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* Forwards a failure to the label `done`; needs `stp_status status` in scope. */
 #define STP_TRY(call)                                                                              \
@@ -56,5 +62,13 @@ stp_status stp_error_set(stp_error *err, stp_status status, const char *format, 
         if (status != STP_OK)                                                                      \
             goto done;                                                                             \
     } while (0)
+
+#ifdef __cplusplus
+}
+#endif
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -52,8 +52,8 @@ static stp_status write_all(stp_output *output, const void *data, size_t size, u
 
 static stp_status flush(stp_output *output, stp_error *err)
 {
-    stp_status status = write_all(output, output->buffer, output->buffered,
-                                  output->size - output->buffered, err);
+    stp_status status =
+        write_all(output, output->buffer, output->buffered, output->size - output->buffered, err);
     if (status == STP_OK)
         output->buffered = 0;
     return status;
@@ -155,7 +155,7 @@ stp_status stp_output_commit(stp_output **output, stp_error *err)
         status = write_failed(o->path, err);
         goto done;
     }
-    /* Without force a name that appeared meanwhile must not be replaced: link refuses, rename not. */
+    /* Without force a name that appeared meanwhile must stay: link refuses it, rename would not. */
     int failed = o->force ? rename(o->temporary, o->path) : link(o->temporary, o->path);
     if (failed && !o->force && errno != EEXIST)
         failed = rename(o->temporary, o->path); /* a file system without hard links */

@@ -1,5 +1,5 @@
-/* Deterministic random numbers: splitmix64 as a counter-based hash, so that the i-th number needs no
- * state and the same seed gives the same numbers on any number of threads. */
+/* Deterministic random numbers: splitmix64 as a counter-based hash, so that the i-th number needs
+ * no state and the same seed gives the same numbers on any number of threads. */
 #ifndef STP_BASE_RANDOM_H
 #define STP_BASE_RANDOM_H
 

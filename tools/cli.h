@@ -30,10 +30,10 @@ typedef struct cli_option {
     const char *name; /* "--threshold" */
     char letter;      /* 'o' for -o, 0 for none */
     cli_kind kind;
-    void *target;     /* holds the default before parsing */
+    void *target;         /* holds the default before parsing */
     const char *argument; /* "PX" in the help; for CLI_CHOICE the choices */
-    const char *help; /* one line */
-    bool *given;      /* may be NULL; set when the user gave it */
+    const char *help;     /* one line; NULL: another spelling, not listed */
+    bool *given;          /* may be NULL; set when the user gave it */
 } cli_option;
 
 typedef struct cli_common {
@@ -42,14 +42,14 @@ typedef struct cli_common {
 } cli_common;
 
 typedef struct cli_command {
-    const char *name;    /* "prep" */
-    const char *summary; /* one line of `stipple --help` */
-    const char *usage;   /* "stipple prep IN... -o M.stipple [options]" */
-    const char *details; /* further lines of the command's --help; may be NULL */
+    const char *name;                  /* "prep" */
+    const char *summary;               /* one line of `stipple --help` */
+    const char *usage;                 /* "stipple prep IN... -o M.stipple [options]" */
+    const char *details;               /* further lines of the command's --help; may be NULL */
     int (*run)(int argc, char **argv); /* argv[0] is the command's name */
 } cli_command;
 
-/* Parses argv[1..]; positional arguments (between min and max) are moved to the front of positional.
+/* Parses argv[1..]; the positional arguments, at least min and at most max, go to positional.
  * --help, --quiet, --threads N and --version are understood everywhere. Options and positionals may
  * be mixed; `--` ends the options; --name=value works. Returns CLI_CONTINUE or an exit code. */
 int cli_parse(const cli_command *command, const cli_option *options, size_t option_count, int argc,
@@ -62,9 +62,9 @@ int cli_fail(const cli_command *command, const stp_error *err);
 int cli_usage(const cli_command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at most
- * every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers are
- * installed by the first call). The pointer lives as long as the program. */
+/* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at
+ * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers
+ * are installed by the first call). The pointer lives as long as the program. */
 const stp_progress *cli_progress(const cli_common *common);
 /* Ends the current bar's line, if one is shown. */
 void cli_progress_end(void);

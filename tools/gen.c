@@ -1,4 +1,5 @@
-/* stipple gen: a known surface as a scan, with its true mesh and, for one shape, its true picture. */
+/* stipple gen: a known surface as a scan, with its true mesh and, for one shape, its true picture.
+ */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/pool.h"
@@ -74,9 +75,8 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
                                  .random_order = o->order == 1};
     STP_TRY(gen_sampler_create(&sampler, &params, pool, err));
     station_comment(sampler, o->station_count, comment, sizeof comment);
-    stp_ply_writer_params writer_params = {.force = o->force,
-                                           .vertex_count = o->point_count,
-                                           .comment = comment[0] ? comment : NULL};
+    stp_ply_writer_params writer_params = {
+        .force = o->force, .vertex_count = o->point_count, .comment = comment[0] ? comment : NULL};
     writer_params.attributes = (o->normals ? STP_POINT_HAS_NORMAL : 0u) |
                                (o->no_colour ? 0u : STP_POINT_HAS_COLOUR) |
                                (surface->has_class ? STP_POINT_HAS_CLASS : 0u);
@@ -144,8 +144,8 @@ static stp_status write_mesh(const options *o, const gen_surface *surface, stp_p
     while (work.first < mesh.vertex_count) {
         size_t left = mesh.vertex_count - work.first;
         work.count = left < capacity ? left : capacity;
-        STP_TRY(stp_pool_run(pool, (work.count + TASK_POINTS - 1) / TASK_POINTS, vertex_task,
-                             &work, err));
+        STP_TRY(stp_pool_run(pool, (work.count + TASK_POINTS - 1) / TASK_POINTS, vertex_task, &work,
+                             err));
         STP_TRY(stp_ply_writer_points(writer, work.points, work.count, err));
         work.first += work.count;
         STP_TRY(stp_progress_update(progress, "mesh", work.first, mesh.vertex_count, err));

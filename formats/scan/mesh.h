@@ -11,8 +11,8 @@
 typedef struct stp_mesh {
     uint64_t vertex_count;
     stp_dvec3 *positions;
-    vec3s *normals;      /* NULL where the file has none */
-    uint16_t (*rgb)[3];  /* NULL likewise; full range 0..65535 */
+    vec3s *normals;     /* NULL where the file has none */
+    uint16_t (*rgb)[3]; /* NULL likewise; full range 0..65535 */
     uint64_t triangle_count;
     uint32_t (*triangles)[3];
 } stp_mesh;

@@ -2,10 +2,10 @@
  *
  * Recognised by content first, name second: PLY (our streaming reader); OBJ, OFF, STL (OpenMesh).
  * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
- * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as they
- * are: NaN and infinite ones are the caller's to count and drop. Coordinates are the file's own, in
- * double. Memory: bounded for point files whatever their size; a mesh with faces is held whole.
- * Threads: one at a time per stp_scan. */
+ * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as
+ * they are: NaN and infinite ones are the caller's to count and drop. Coordinates are the file's
+ * own, in double. Memory: bounded for point files whatever their size; a mesh with faces is held
+ * whole. Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -18,8 +18,8 @@
 
 typedef struct stp_point {
     stp_dvec3 position;
-    vec3s normal;     /* unit, or zero where unknown */
-    uint16_t rgb[3];  /* full range 0..65535, whatever the file's own depth */
+    vec3s normal;    /* unit, or zero where unknown */
+    uint16_t rgb[3]; /* full range 0..65535, whatever the file's own depth */
     uint16_t intensity;
     uint8_t class_id;
     uint8_t padding[3];
@@ -42,15 +42,15 @@ typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* what will be read */
     uint64_t face_count;
-    uint32_t attributes;  /* STP_POINT_HAS_* */
+    uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer coordinates, 0 where coordinates are floats */
     bool normals_from_faces;
 } stp_scan_info;
 
 typedef struct stp_scan stp_scan;
 
-/* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte),
- * UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
+/* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or
+ * byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);

@@ -10,11 +10,11 @@ typedef struct wave {
 /* Frequencies grow from 2 to 60 radians per radian; slopes (amplitude times frequency) stay below
  * 0.12 each, so that the shape is a star with modest overhang-free bumps. */
 static const wave waves[] = {
-    {{1.4, 1.1, -0.9}, 0.3, 0.0420},   {{-1.8, 2.1, 1.2}, 1.9, 0.0300},
-    {{2.9, 0.7, 3.1}, 4.1, 0.0220},    {{0.8, -4.9, 2.2}, 2.7, 0.0160},
-    {{-5.1, 3.3, 4.0}, 0.9, 0.0110},   {{7.3, 5.2, -3.6}, 5.3, 0.0080},
-    {{-4.1, 9.7, 6.4}, 3.3, 0.0060},   {{11.8, -6.5, 8.8}, 1.1, 0.0044},
-    {{-9.4, -15.2, 10.6}, 2.2, 0.0032}, {{21.0, 9.9, 14.7}, 4.8, 0.0024},
+    {{1.4, 1.1, -0.9}, 0.3, 0.0420},     {{-1.8, 2.1, 1.2}, 1.9, 0.0300},
+    {{2.9, 0.7, 3.1}, 4.1, 0.0220},      {{0.8, -4.9, 2.2}, 2.7, 0.0160},
+    {{-5.1, 3.3, 4.0}, 0.9, 0.0110},     {{7.3, 5.2, -3.6}, 5.3, 0.0080},
+    {{-4.1, 9.7, 6.4}, 3.3, 0.0060},     {{11.8, -6.5, 8.8}, 1.1, 0.0044},
+    {{-9.4, -15.2, 10.6}, 2.2, 0.0032},  {{21.0, 9.9, 14.7}, 4.8, 0.0024},
     {{-18.3, 26.1, -16.0}, 0.5, 0.0019}, {{31.7, -29.4, 38.2}, 3.9, 0.0014},
 };
 enum { WAVE_COUNT = sizeof waves / sizeof *waves };
@@ -52,8 +52,8 @@ static void bumpy_project(const gen_surface *surface, stp_dvec3 start, gen_hit *
     stp_dvec3 across = stp_dvec3_sub(g, stp_dvec3_scale(d, stp_dvec3_dot(g, d)));
     stp_dvec3 n = stp_dvec3_normalize(stp_dvec3_sub(d, stp_dvec3_scale(across, 1.0 / r)));
     hit->normal = stp_dvec3_to_float(n);
-    hit->colour = (vec3s){{tint(d, 2.1, 1.3, -1.7, 0.4), tint(d, -1.5, 2.4, 1.1, 2.0),
-                           tint(d, 1.2, -0.8, 2.6, 3.7)}};
+    hit->colour = (vec3s){
+        {tint(d, 2.1, 1.3, -1.7, 0.4), tint(d, -1.5, 2.4, 1.1, 2.0), tint(d, 1.2, -0.8, 2.6, 3.7)}};
     hit->class_id = 0;
 }
 

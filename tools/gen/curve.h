@@ -8,8 +8,8 @@
 /* Place along a Hilbert curve of 21 bits an axis (63 bits). */
 uint64_t gen_hilbert_index(const uint32_t position[3]);
 
-/* Barycentric coordinates of the place t in [0, 1) of the curve that fills a triangle from its first
- * to its third corner; equal lengths of t fill equal areas. Source: Sierpinski 1912; here the
+/* Barycentric coordinates of the place t in [0, 1) of the curve that fills a triangle from its
+ * first to its third corner; equal lengths of t fill equal areas. Source: Sierpinski 1912; here the
  * triangle is halved again and again. */
 void gen_sierpinski_point(double t, float barycentric[3]);
 

@@ -103,8 +103,8 @@ static inline gen_dual gd_max(gen_dual a, gen_dual b)
     return a[0] > b[0] ? a : b;
 }
 
-/* Union with a fillet of width k; exactly the minimum where the two differ by k or more, so that far
- * parts may be left out. Source: Quilez, "smooth minimum", the quadratic polynomial. */
+/* Union with a fillet of width k; exactly the minimum where the two differ by k or more, so that
+ * far parts may be left out. Source: Quilez, "smooth minimum", the quadratic polynomial. */
 static inline gen_dual gd_smooth_min(gen_dual a, gen_dual b, float k)
 {
     gen_dual difference = gd_abs(a - b);

@@ -14,9 +14,8 @@ static stp_status reserve(gen_mesh *mesh, uint64_t vertices, uint64_t triangles,
         return stp_error_set(err, STP_LIMIT, "the mesh has more than 2^32 vertices; ask for fewer");
     STP_TRY(stp_grow(&mesh->positions, &vertex_capacity, mesh->vertex_count + (size_t)vertices,
                      sizeof *mesh->positions, "mesh", err));
-    STP_TRY(stp_grow(&mesh->triangles, &triangle_capacity,
-                     mesh->triangle_count + (size_t)triangles, sizeof *mesh->triangles, "mesh",
-                     err));
+    STP_TRY(stp_grow(&mesh->triangles, &triangle_capacity, mesh->triangle_count + (size_t)triangles,
+                     sizeof *mesh->triangles, "mesh", err));
 done:
     return status;
 }
@@ -41,8 +40,7 @@ stp_status gen_grid_append(const gen_surface *surface, const gen_grid *grid, gen
     for (size_t y = 0; y < height; y++)
         for (size_t x = 0; x < width; x++) {
             double u = (double)x / (double)grid->columns, v = (double)y / (double)grid->rows;
-            mesh->positions[mesh->vertex_count++] =
-                stp_dvec3_to_float(grid->map(surface, u, v));
+            mesh->positions[mesh->vertex_count++] = stp_dvec3_to_float(grid->map(surface, u, v));
         }
     for (size_t y = 0; y < grid->rows; y++)
         for (size_t x = 0; x < grid->columns; x++) {
@@ -55,8 +53,9 @@ stp_status gen_grid_append(const gen_surface *surface, const gen_grid *grid, gen
     return STP_OK;
 }
 
-/* The octahedron unfolded: row y of the upper half has y + 1 points a quarter; vertices are found by
- * their integer coordinates with |x| + |y| + |z| = n, so neighbours share them by construction. */
+/* The octahedron unfolded: row y of the upper half has y + 1 points a quarter; vertices are found
+ * by their integer coordinates with |x| + |y| + |z| = n, so neighbours share them by construction.
+ */
 static size_t octahedron_index(int64_t n, int64_t x, int64_t y, int64_t z)
 {
     /* Rings of constant z: ring r = n - |z| has max(1, 4 r) points; count those above. */

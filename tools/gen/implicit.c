@@ -1,4 +1,5 @@
-/* Marching tetrahedra on a body-centred cubic lattice, block by block; projection by Newton steps. */
+/* Marching tetrahedra on a body-centred cubic lattice, block by block; projection by Newton steps.
+ */
 #include "tools/gen/implicit.h"
 
 #include "base/memory.h"
@@ -81,8 +82,8 @@ static vec3s edge_root(const mesher *m, const node *a, const node *b)
 static stp_status edge_vertex(const mesher *m, block *b, block_work *work, const node *p,
                               const node *q, uint32_t *index, stp_error *err)
 {
-    edge_key key = (edge_key)(p->x + q->x) | (edge_key)(p->y + q->y) << 21 |
-                   (edge_key)(p->z + q->z) << 42;
+    edge_key key =
+        (edge_key)(p->x + q->x) | (edge_key)(p->y + q->y) << 21 | (edge_key)(p->z + q->z) << 42;
     size_t slot = (size_t)((key * 0x9e3779b97f4a7c15u) >> 51);
     while (work->hash_keys[slot] != 0 && work->hash_keys[slot] != key)
         slot = (slot + 1) % LOCAL_HASH;
@@ -125,10 +126,10 @@ static stp_status add_triangle(block *b, uint32_t i, uint32_t j, uint32_t k, stp
 
 /* Even orders of a tetrahedron's corners: first the inside corner (one inside), the outside one
  * (three inside), or the two inside ones. */
-static const uint8_t tet_order[16][4] = {
-    {0, 1, 2, 3}, {0, 1, 2, 3}, {1, 0, 3, 2}, {0, 1, 2, 3}, {2, 3, 0, 1}, {0, 2, 3, 1},
-    {1, 2, 0, 3}, {3, 2, 1, 0}, {3, 2, 1, 0}, {0, 3, 1, 2}, {1, 3, 2, 0}, {2, 3, 0, 1},
-    {2, 3, 0, 1}, {1, 0, 3, 2}, {0, 1, 2, 3}, {0, 1, 2, 3}};
+static const uint8_t tet_order[16][4] = {{0, 1, 2, 3}, {0, 1, 2, 3}, {1, 0, 3, 2}, {0, 1, 2, 3},
+                                         {2, 3, 0, 1}, {0, 2, 3, 1}, {1, 2, 0, 3}, {3, 2, 1, 0},
+                                         {3, 2, 1, 0}, {0, 3, 1, 2}, {1, 3, 2, 0}, {2, 3, 0, 1},
+                                         {2, 3, 0, 1}, {1, 0, 3, 2}, {0, 1, 2, 3}, {0, 1, 2, 3}};
 
 /* The surface inside one positively oriented tetrahedron. */
 static stp_status march(const mesher *m, block *b, block_work *work, const node corners[4],
@@ -273,7 +274,8 @@ static stp_status join_blocks(const mesher *m, size_t block_count, gen_mesh *out
         table_bits++;
     size_t mask = ((size_t)1 << table_bits) - 1;
     if (vertex_limit > UINT32_MAX) {
-        status = stp_error_set(err, STP_LIMIT, "the mesh has more than 2^32 vertices; ask for fewer");
+        status =
+            stp_error_set(err, STP_LIMIT, "the mesh has more than 2^32 vertices; ask for fewer");
         goto done;
     }
     STP_TRY(stp_alloc(&table, mask + 1, sizeof *table, "mesh vertex table", err));

@@ -1,8 +1,9 @@
 /* Implicit surfaces: closed triangle meshes of f = 0 and projection onto it.
  *
- * The mesh comes from marching tetrahedra on a body-centred cubic lattice: no ambiguous case, so the
- * mesh of a closed surface is always a closed manifold (Labelle and Shewchuk 2007 for the lattice).
- * Vertices are roots on lattice edges. Memory: blocks the surface passes through, nothing else. */
+ * The mesh comes from marching tetrahedra on a body-centred cubic lattice: no ambiguous case, so
+ * the mesh of a closed surface is always a closed manifold (Labelle and Shewchuk 2007 for the
+ * lattice). Vertices are roots on lattice edges. Memory: blocks the surface passes through, nothing
+ * else. */
 #ifndef STP_TOOLS_GEN_IMPLICIT_H
 #define STP_TOOLS_GEN_IMPLICIT_H
 

@@ -26,8 +26,8 @@ struct gen_sampler {
     size_t triangle_count;
     gen_triangle *triangles; /* along the curve */
     double *cumulative;      /* sampled area before each triangle; triangle_count + 1 */
-    uint32_t *guide;         /* triangle at each triangle_count-th of the area, to start searching */
-    uint8_t *seen;           /* SEEN_*; NULL without stations */
+    uint32_t *guide; /* triangle at each triangle_count-th of the area, to start searching */
+    uint8_t *seen;   /* SEEN_*; NULL without stations */
     gen_visibility *visibility;
 };
 
@@ -47,8 +47,8 @@ static int compare_keys(const void *a, const void *b)
 static gen_triangle mesh_triangle(const gen_mesh *mesh, size_t index)
 {
     const uint32_t *corners = mesh->triangles[index];
-    return (gen_triangle){{mesh->positions[corners[0]], mesh->positions[corners[1]],
-                           mesh->positions[corners[2]]}};
+    return (gen_triangle){
+        {mesh->positions[corners[0]], mesh->positions[corners[1]], mesh->positions[corners[2]]}};
 }
 
 /* Corner coordinates of the mesh's triangles in the order of the Hilbert curve. */
@@ -59,14 +59,15 @@ static stp_status sort_triangles(gen_sampler *s, const gen_mesh *mesh, stp_error
     stp_dvec3 low = s->surface->centre;
     double radius = s->surface->radius;
     STP_TRY(stp_alloc(&keys, mesh->triangle_count, sizeof *keys, "triangle order", err));
-    STP_TRY(stp_alloc(&s->triangles, mesh->triangle_count, sizeof *s->triangles, "proxy mesh",
-                      err));
+    STP_TRY(
+        stp_alloc(&s->triangles, mesh->triangle_count, sizeof *s->triangles, "proxy mesh", err));
     for (size_t i = 0; i < mesh->triangle_count; i++) {
         gen_triangle t = mesh_triangle(mesh, i);
         uint32_t place[3];
         for (int axis = 0; axis < 3; axis++) {
             double middle = ((double)t.corners[0].raw[axis] + (double)t.corners[1].raw[axis] +
-                             (double)t.corners[2].raw[axis]) / 3.0;
+                             (double)t.corners[2].raw[axis]) /
+                            3.0;
             double centre = axis == 0 ? low.x : axis == 1 ? low.y : low.z;
             double unit = 0.5 + 0.45 * (middle - centre) / radius;
             place[axis] = (uint32_t)(fmin(fmax(unit, 0.0), 1.0) * 2097151.0);
@@ -175,8 +176,9 @@ stp_status gen_sampler_create(gen_sampler **out, const gen_sampler_params *param
     gen_mesh mesh = {0};
     const gen_surface *surface = params->surface;
     if (params->point_count == 0)
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "no points are asked for; -n must be 1 or "
-                                                        "more");
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "no points are asked for; -n must be 1 or "
+                             "more");
     STP_TRY(stp_alloc(&s, 1, sizeof *s, "sampler", err));
     s->surface = surface;
     s->point_count = params->point_count;

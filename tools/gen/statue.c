@@ -16,7 +16,8 @@ static gen_dual statue(vec3s q)
     gen_dual3 h = {p.x, gd_shift(p.y, -0.78f) * 0.8f, p.z};
     gen_dual head = gd_shift(gd_length3(h), -0.15f);
     gen_dual f = gd_smooth_min(robe, head, 0.06f);
-    gen_dual drum = gd_smooth_max(gd_shift(rho, -0.55f), gd_shift(gd_abs(gd_shift(p.y, 0.9f)), -0.1f), 0.03f);
+    gen_dual drum =
+        gd_smooth_max(gd_shift(rho, -0.55f), gd_shift(gd_abs(gd_shift(p.y, 0.9f)), -0.1f), 0.03f);
     return gd_smooth_min(f, drum, 0.01f);
 }
 
@@ -25,7 +26,8 @@ static stp_status statue_mesh(const gen_surface *surface, uint64_t triangle_coun
 {
     (void)surface;
     gen_implicit_box box = {{{-0.7f, -1.1f, -0.7f}}, {{0.7f, 1.1f, 0.7f}}, 2.0f};
-    return gen_implicit_mesh(statue, &box, sqrtf(13.0f * 5.0f / (float)triangle_count), pool, out, err);
+    return gen_implicit_mesh(statue, &box, sqrtf(13.0f * 5.0f / (float)triangle_count), pool, out,
+                             err);
 }
 
 static void statue_project(const gen_surface *surface, stp_dvec3 start, gen_hit *hit)

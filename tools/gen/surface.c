@@ -61,9 +61,9 @@ static uint16_t quantise(float colour)
 
 stp_point gen_hit_point(const gen_hit *hit)
 {
-    return (stp_point){.position = hit->position,
-                       .normal = hit->normal,
-                       .rgb = {quantise(hit->colour.x), quantise(hit->colour.y),
-                               quantise(hit->colour.z)},
-                       .class_id = hit->class_id};
+    return (stp_point){
+        .position = hit->position,
+        .normal = hit->normal,
+        .rgb = {quantise(hit->colour.x), quantise(hit->colour.y), quantise(hit->colour.z)},
+        .class_id = hit->class_id};
 }

@@ -1,8 +1,8 @@
 /* Known surfaces: what `stipple gen` samples, meshes and draws as the truth.
  *
- * A surface is a triangle mesh near it (the proxy, which only says where there is how much area) and
- * a projection of any point near the surface onto it, which is the truth: the exact position, the
- * exact normal, the colour. No surface has state beyond this struct, so nothing is destroyed.
+ * A surface is a triangle mesh near it (the proxy, which only says where there is how much area)
+ * and a projection of any point near the surface onto it, which is the truth: the exact position,
+ * the exact normal, the colour. No surface has state beyond this struct, so nothing is destroyed.
  * Units: the model's own, right-handed; +y up, the terrain +z up. Threads: any, once made. */
 #ifndef STP_TOOLS_GEN_SURFACE_H
 #define STP_TOOLS_GEN_SURFACE_H
@@ -53,7 +53,7 @@ typedef struct gen_mesh {
 typedef struct gen_surface gen_surface;
 struct gen_surface {
     gen_shape shape;
-    uint64_t seed;    /* of the terrain's relief; the other shapes are always the same */
+    uint64_t seed;     /* of the terrain's relief; the other shapes are always the same */
     double separation; /* of the sheet's two sides */
     bool closed;
     bool has_class;

@@ -13,8 +13,8 @@ static gen_dual noise(uint64_t seed, gen_dual x, gen_dual y)
     float corner[2][2];
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < 2; i++) {
-            uint64_t cell = (uint64_t)((int64_t)fx + i + 0x10000) << 20 |
-                            (uint64_t)((int64_t)fy + j + 0x10000);
+            uint64_t cell =
+                (uint64_t)((int64_t)fx + i + 0x10000) << 20 | (uint64_t)((int64_t)fy + j + 0x10000);
             corner[j][i] = (float)(2.0 * stp_random_unit(seed, cell) - 1.0);
         }
     float wu = u * u * u * (u * (u * 6.0f - 15.0f) + 10.0f);
@@ -30,9 +30,9 @@ static gen_dual noise(uint64_t seed, gen_dual x, gen_dual y)
     return result;
 }
 
-/* Ridges where the noise changes sign, rounded over a little; each octave is rougher on high ground,
- * as erosion leaves it. Source: Musgrave's ridged multifractal (Ebert et al., "Texturing and
- * Modeling"). */
+/* Ridges where the noise changes sign, rounded over a little; each octave is rougher on high
+ * ground, as erosion leaves it. Source: Musgrave's ridged multifractal (Ebert et al., "Texturing
+ * and Modeling"). */
 static gen_dual ridges(uint64_t seed, gen_dual x, gen_dual y)
 {
     gen_dual sum = gd_constant(0.0f), weight = gd_constant(1.0f);
@@ -67,8 +67,7 @@ static gen_dual height_m(uint64_t seed, gen_dual x, gen_dual y)
     gen_dual u = x * (1.0f / 260.0f), v = y * (1.0f / 260.0f);
     gen_dual warp_u = noise(seed + 101, u * 1.3f, v * 1.3f);
     gen_dual warp_v = noise(seed + 102, u * 1.3f, v * 1.3f);
-    gen_dual height =
-        ridges(seed + 201, u + warp_u * 0.35f, v + warp_v * 0.35f) * 170.0f;
+    gen_dual height = ridges(seed + 201, u + warp_u * 0.35f, v + warp_v * 0.35f) * 170.0f;
     gen_dual cliffs = gd_smoothstep(0.0f, 0.35f, noise(seed + 103, u * 0.9f, v * 0.9f));
     height = terrace(height, 28.0f, cliffs * 0.85f);
     /* The valley: a winding line with banks, and a level floor. */

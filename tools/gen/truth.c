@@ -18,12 +18,12 @@ typedef struct view {
 void gen_camera_default(gen_camera *camera, const gen_surface *surface)
 {
     double distance = surface->radius / sin(22.5 * (3.14159265358979323846 / 180.0));
-    *camera = (gen_camera){
-        .eye = {surface->centre.x, surface->centre.y, surface->centre.z + distance},
-        .look = {surface->centre.x, surface->centre.y, surface->centre.z},
-        .up = {0.0, 1.0, 0.0},
-        .fovy_deg = 45.0,
-        .size = {1024, 1024}};
+    *camera =
+        (gen_camera){.eye = {surface->centre.x, surface->centre.y, surface->centre.z + distance},
+                     .look = {surface->centre.x, surface->centre.y, surface->centre.z},
+                     .up = {0.0, 1.0, 0.0},
+                     .fovy_deg = 45.0,
+                     .size = {1024, 1024}};
 }
 
 static bool take_numbers(const cJSON *json, const char *key, double *numbers, int count)
@@ -76,8 +76,8 @@ stp_status gen_camera_load(gen_camera *camera, const char *path, stp_error *err)
     gen_camera result = *camera;
     STP_TRY(stp_file_open(path, &descriptor, &size, err));
     if (size > 1u << 20) {
-        status = stp_error_set(err, STP_LIMIT, "%s: a camera file of more than 1 MiB is not one",
-                               path);
+        status =
+            stp_error_set(err, STP_LIMIT, "%s: a camera file of more than 1 MiB is not one", path);
         goto done;
     }
     STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "bytes of camera file", err));
@@ -165,14 +165,15 @@ stp_status gen_truth_render(stp_image *image, const gen_surface *surface, const 
     v.up = stp_dvec3_cross(v.back, v.right);
     v.half_height = tan(camera->fovy_deg * (0.5 * 3.14159265358979323846 / 180.0));
     if (!(stp_dvec3_length(v.right) > 0.5))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "the camera has no direction: eye is at look, or up is along the view");
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "the camera has no direction: eye is at look, or up is along the view");
     if (!(camera->fovy_deg > 0.0 && camera->fovy_deg < 180.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "a vertical field of view of %g degrees is not between 0 and 180",
                              camera->fovy_deg);
-    STP_TRY(stp_alloc(&result.rgba, (size_t)result.width * (size_t)result.height, 4,
-                      "pixels", err));
+    STP_TRY(
+        stp_alloc(&result.rgba, (size_t)result.width * (size_t)result.height, 4, "pixels", err));
     STP_TRY(stp_pool_run(pool, (size_t)result.height, render_row, &v, err));
     *image = result;
     result.rgba = NULL;

@@ -16,7 +16,8 @@ typedef struct gen_camera {
 
 /* All of the surface's ball in view from +z, up +y, 45 degrees, 1024 x 1024. */
 void gen_camera_default(gen_camera *camera, const gen_surface *surface);
-/* Replaces what a JSON file gives: eye, look, up, fovy_deg, size. Errors: NOT_FOUND, IO, CORRUPT. */
+/* Replaces what a JSON file gives: eye, look, up, fovy_deg, size. Errors: NOT_FOUND, IO, CORRUPT.
+ */
 stp_status gen_camera_load(gen_camera *camera, const char *path, stp_error *err);
 /* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle out of range), OUT_OF_MEMORY.
  * *image is to be destroyed with stp_image_destroy. */

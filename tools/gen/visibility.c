@@ -55,8 +55,8 @@ static void place_stations(gen_visibility *v, const gen_surface *surface)
         double c = across * cos(angle), s = across * sin(angle);
         stp_dvec3 direction =
             surface->closed ? (stp_dvec3){s, height, c} : (stp_dvec3){c, s, height};
-        v->stations[i] = stp_dvec3_add(surface->centre,
-                                       stp_dvec3_scale(direction, 2.5 * surface->radius));
+        v->stations[i] =
+            stp_dvec3_add(surface->centre, stp_dvec3_scale(direction, 2.5 * surface->radius));
     }
 }
 
@@ -186,7 +186,8 @@ bool gen_visibility_sees(const gen_visibility *v, const gen_hit *hit)
                                        stp_dvec3_scale(to, v->tolerance / distance));
         stp_dvec3 origin = stp_dvec3_add(hit->position, lift);
         ray r = {stp_dvec3_to_float(origin),
-                 stp_dvec3_to_float(stp_dvec3_sub(v->stations[i], origin)), {{0}}};
+                 stp_dvec3_to_float(stp_dvec3_sub(v->stations[i], origin)),
+                 {{0}}};
         for (int axis = 0; axis < 3; axis++)
             r.inverse.raw[axis] = 1.0f / r.direction.raw[axis];
         if (!blocked(v, &r))

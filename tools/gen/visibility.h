@@ -1,7 +1,7 @@
 /* What scanner stations see of a triangle mesh: rays against a bounding-volume tree.
  *
- * The triangles must be sorted along a space-filling curve: the tree is the implicit binary one over
- * that order, so it needs no building beyond its boxes. Threads: any once created. */
+ * The triangles must be sorted along a space-filling curve: the tree is the implicit binary one
+ * over that order, so it needs no building beyond its boxes. Threads: any once created. */
 #ifndef STP_TOOLS_GEN_VISIBILITY_H
 #define STP_TOOLS_GEN_VISIBILITY_H
 

@@ -1,0 +1,18 @@
+# Every library from outside, all in Debian 12: found here once, linked where it is used.
+# OpenImageIO, FLANN and epoxy through pkg-config: their CMake files are broken or nameless there.
+set(THREADS_PREFER_PTHREAD_FLAG ON)
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
+pkg_check_modules(DRACO REQUIRED IMPORTED_TARGET draco)
+pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+find_package(OpenMesh REQUIRED)
+if(STIPPLE_RUNTIME)
+    pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+    pkg_check_modules(GLFW REQUIRED IMPORTED_TARGET glfw3)
+endif()
+if(STIPPLE_TESTS)
+    pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)
+endif()

@@ -1,0 +1,49 @@
+/* What a patch's samples imply: the errors, cone and bound that preprocessing stores and verify
+ * recomputes. One code for both, on decoded samples, so that quantisation is inside the bound.
+ *
+ * Positions are relative to the chunk's origin, world units. Threads: any (pure functions). */
+#ifndef STP_FORMATS_CHUNK_PATCH_BOUNDS_H
+#define STP_FORMATS_CHUNK_PATCH_BOUNDS_H
+
+#include "formats/chunk/sample.h"
+
+/* Rim points at which a merged disc is compared with the discs under it; the centre is one more. */
+#define STP_RIM_POINTS 16
+
+/* A sample as a disc, with what it stands for: all zero but reach and bound (its radius) where it
+ * is an original. Heights are along the disc's normal from its centre. */
+typedef struct stp_disc {
+    stp_dvec3 centre;
+    stp_dvec3 normal; /* unit; zero where unknown: then the disc is a ball */
+    double radius;
+    double rgb[3];           /* 0..255 */
+    double low, high;        /* heights of the originals under it */
+    double reach;            /* originals lie within this distance of the centre, in the plane */
+    double bound;            /* and within this distance in space */
+    double cone;             /* greatest angle of an original's normal, radians */
+    double error;            /* stored perpendicular error of the sample */
+    double tangential_error; /* likewise */
+    double colour_error;
+} stp_disc;
+
+/* What a merged disc does to the discs it replaces. */
+typedef struct stp_merge_error {
+    double error;
+    double tangential_error;
+    double colour_error;
+    double low, high, reach, bound, cone;
+} stp_merge_error;
+
+/* A decoded sample as a disc that stands for itself alone. */
+stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
+
+/* Errors of `merged` over the count discs under it. Perpendicular: the extent of the discs along
+ * the merged normal (Dachsbacher et al. 2003), never less than what any of them has, nor than the
+ * height over the nearest disc. Tangential: the greatest distance in the nearest disc's own plane
+ * by which the centre or a rim point lies outside it. Colour: greatest difference of a channel. */
+stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
+
+/* Two unit vectors that span the plane of a unit normal (Duff et al. 2017). */
+void stp_disc_axes(stp_dvec3 normal, stp_dvec3 *u, stp_dvec3 *v);
+
+#endif

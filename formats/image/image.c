@@ -1,0 +1,60 @@
+/* Images in and out. */
+#include "formats/image/image.h"
+
+#include "base/file.h"
+#include "formats/image/image_shim.h"
+
+#include <stdlib.h>
+#include <unistd.h>
+
+stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
+{
+    char reason[256] = "";
+    uint64_t size = 0;
+    int descriptor = -1;
+    stp_image image = {0};
+    stp_status status = stp_file_open(path, &descriptor, &size, err);
+    if (status != STP_OK)
+        return status;
+    close(descriptor);
+    switch (stp_oiio_load(path, &image.width, &image.height, &image.rgba, reason, sizeof reason)) {
+    case STP_OIIO_OK:
+        *out = image;
+        return STP_OK;
+    case STP_OIIO_NO_MEMORY:
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for the image", path);
+    case STP_OIIO_UNKNOWN_FORMAT:
+        return stp_error_set(err, STP_FORMAT, "%s is not an image that can be read: %s", path,
+                             reason);
+    case STP_OIIO_DAMAGED:
+    case STP_OIIO_FAILED:
+        break;
+    }
+    return stp_error_set(err, STP_CORRUPT, "%s: the image is damaged: %s", path, reason);
+}
+
+stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err)
+{
+    char reason[256] = "";
+    stp_output *output = NULL;
+    stp_status status = STP_OK;
+    STP_TRY(stp_output_create(&output, path, force, err));
+    stp_oiio_result result = stp_oiio_save(stp_output_temporary_path(output), path, image->width,
+                                           image->height, image->rgba, reason, sizeof reason);
+    if (result == STP_OIIO_UNKNOWN_FORMAT)
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "%s: no image format of that ending can be written: use .png", path);
+    else if (result != STP_OIIO_OK)
+        status = stp_error_set(err, STP_IO, "%s: writing the image failed: %s", path, reason);
+    if (status == STP_OK)
+        status = stp_output_commit(&output, err);
+done:
+    stp_output_destroy(&output);
+    return status;
+}
+
+void stp_image_destroy(stp_image *image)
+{
+    free(image->rgba);
+    *image = (stp_image){0};
+}

@@ -1,0 +1,96 @@
+/* OpenImageIO as C. */
+extern "C" {
+#include "formats/image/image_shim.h"
+}
+
+#include <OpenImageIO/imageio.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+namespace
+{
+void say(char *message, size_t bytes, const std::string &text)
+{
+    std::snprintf(message, bytes, "%s", text.substr(0, text.find('\n')).c_str());
+}
+
+/* Spreads 1 to 4 channels of 8 bits over RGBA, from the end so that it works in place. */
+void spread(uint8_t *pixels, size_t count, int channels)
+{
+    for (size_t i = count; i-- > 0;) {
+        const uint8_t *in = pixels + i * static_cast<size_t>(channels);
+        uint8_t grey = in[0];
+        uint8_t g = channels > 2 ? in[1] : grey;
+        uint8_t b = channels > 2 ? in[2] : grey;
+        uint8_t a = channels == 4 ? in[3] : channels == 2 ? in[1] : uint8_t(255);
+        uint8_t *out = pixels + i * 4;
+        out[0] = grey;
+        out[1] = g;
+        out[2] = b;
+        out[3] = a;
+    }
+}
+} // namespace
+
+extern "C" stp_oiio_result stp_oiio_load(const char *path, int *width, int *height, uint8_t **rgba,
+                                         char *message, size_t message_bytes)
+{
+    uint8_t *pixels = nullptr;
+    try {
+        OIIO::ImageSpec config;
+        config["oiio:UnassociatedAlpha"] = 1;
+        auto input = OIIO::ImageInput::open(path, &config);
+        if (!input) {
+            say(message, message_bytes, OIIO::geterror());
+            return STP_OIIO_UNKNOWN_FORMAT;
+        }
+        const OIIO::ImageSpec &spec = input->spec();
+        int channels = spec.nchannels < 4 ? spec.nchannels : 4;
+        size_t count = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+        pixels = static_cast<uint8_t *>(std::malloc(count ? count * 4 : 1));
+        if (!pixels)
+            return STP_OIIO_NO_MEMORY;
+        if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, pixels)) {
+            say(message, message_bytes, input->geterror());
+            std::free(pixels);
+            return STP_OIIO_DAMAGED;
+        }
+        spread(pixels, count, channels);
+        *width = spec.width;
+        *height = spec.height;
+        *rgba = pixels;
+        return STP_OIIO_OK;
+    } catch (...) {
+        std::free(pixels);
+        return STP_OIIO_FAILED;
+    }
+}
+
+extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width,
+                                         int height, const uint8_t *rgba, char *message,
+                                         size_t message_bytes)
+{
+    try {
+        auto output = OIIO::ImageOutput::create(format_name);
+        if (!output) {
+            say(message, message_bytes, OIIO::geterror());
+            return STP_OIIO_UNKNOWN_FORMAT;
+        }
+        OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
+        spec["oiio:UnassociatedAlpha"] = 1;
+        if (!output->supports("alpha"))
+            spec.nchannels = 3;
+        const OIIO::stride_t pixel = 4;
+        if (!output->open(path, spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgba, pixel) ||
+            !output->close()) {
+            say(message, message_bytes, output->geterror());
+            return STP_OIIO_FAILED;
+        }
+        return STP_OIIO_OK;
+    } catch (...) {
+        return STP_OIIO_FAILED;
+    }
+}

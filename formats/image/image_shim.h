@@ -1,0 +1,23 @@
+/* OpenImageIO as C: 8-bit RGBA pixels, straight alpha, top row first. */
+#ifndef STP_FORMATS_IMAGE_IMAGE_SHIM_H
+#define STP_FORMATS_IMAGE_IMAGE_SHIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum stp_oiio_result {
+    STP_OIIO_OK = 0,
+    STP_OIIO_UNKNOWN_FORMAT,
+    STP_OIIO_DAMAGED,
+    STP_OIIO_NO_MEMORY,
+    STP_OIIO_FAILED
+} stp_oiio_result;
+
+/* *rgba is malloc'ed. message (message_bytes > 0) gets the library's reason, one line. */
+stp_oiio_result stp_oiio_load(const char *path, int *width, int *height, uint8_t **rgba,
+                              char *message, size_t message_bytes);
+/* format_name: a name whose ending chooses the format; written to path. */
+stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width, int height,
+                              const uint8_t *rgba, char *message, size_t message_bytes);
+
+#endif

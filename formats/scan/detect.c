@@ -1,0 +1,196 @@
+/* Which format a scan is in. */
+#include "formats/scan/detect.h"
+
+#include "base/file.h"
+#include "base/memory.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#define STP_DETECT_BYTES 65536u
+#define STP_SUPPORTED "supported are PLY, OBJ, OFF and STL"
+
+/* The file's begin. */
+typedef struct prefix {
+    const char *path;
+    char *bytes;
+    size_t length;
+    uint64_t file_size;
+} prefix;
+
+static bool starts_with(const prefix *p, const char *magic, size_t length)
+{
+    return p->length >= length && memcmp(p->bytes, magic, length) == 0;
+}
+
+static bool is_space(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+static bool name_ends_with(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), ending_length = strlen(ending);
+    return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
+}
+
+/* The first word of the first line that is no comment. */
+static bool first_word_is(const prefix *p, const char *const *words, size_t count)
+{
+    size_t at = 0;
+    for (;;) {
+        while (at < p->length && is_space(p->bytes[at]))
+            at++;
+        if (at == p->length || p->bytes[at] != '#')
+            break;
+        while (at < p->length && p->bytes[at] != '\n')
+            at++;
+    }
+    size_t end = at;
+    while (end < p->length && !is_space(p->bytes[end]))
+        end++;
+    for (size_t i = 0; i < count; i++)
+        if (end - at == strlen(words[i]) && memcmp(p->bytes + at, words[i], end - at) == 0)
+            return true;
+    return false;
+}
+
+static bool is_ply(const prefix *p)
+{
+    return starts_with(p, "ply", 3) && (p->length == 3 || is_space(p->bytes[3]));
+}
+
+static bool is_off(const prefix *p)
+{
+    static const char *const words[] = {"OFF",   "COFF", "NOFF",  "CNOFF",
+                                        "NCOFF", "4OFF", "STOFF", "nOFF"};
+    return first_word_is(p, words, sizeof words / sizeof *words);
+}
+
+static bool is_obj(const prefix *p)
+{
+    static const char *const words[] = {"v", "vn", "vt", "o", "g", "s", "mtllib", "usemtl"};
+    return first_word_is(p, words, sizeof words / sizeof *words) &&
+           !memchr(p->bytes, '\0', p->length);
+}
+
+static bool is_stl_ascii(const prefix *p)
+{
+    static const char *const words[] = {"solid", "SOLID"};
+    return first_word_is(p, words, sizeof words / sizeof *words) &&
+           !memchr(p->bytes, '\0', p->length);
+}
+
+/* Binary STL has no magic, but its size follows from its count. */
+static bool is_stl_binary(const prefix *p)
+{
+    uint32_t count;
+    if (p->length < 84)
+        return false;
+    memcpy(&count, p->bytes + 80, sizeof count);
+    return count > 0 && p->file_size == 84 + 50 * (uint64_t)count;
+}
+
+static bool detect_by_content(const prefix *p, stp_scan_format *format)
+{
+    static const struct {
+        bool (*is)(const prefix *p);
+        stp_scan_format format;
+    } tests[] = {
+        {is_ply, STP_SCAN_PLY},
+        {is_stl_binary, STP_SCAN_STL_BINARY}, /* before the ASCII one: some begin with `solid` */
+        {is_stl_ascii, STP_SCAN_STL_ASCII},
+        {is_off, STP_SCAN_OFF},
+        {is_obj, STP_SCAN_OBJ},
+    };
+    for (size_t i = 0; i < sizeof tests / sizeof *tests; i++) {
+        if (tests[i].is(p)) {
+            *format = tests[i].format;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Formats that we know to be something else, so that the message can say so. */
+static const char *known_but_unsupported(const prefix *p, const char **advice)
+{
+    static const struct {
+        const char *magic;
+        size_t length;
+        const char *name, *advice;
+    } known[] = {
+        {"LASF", 4, "a LAS or LAZ file", "convert it to PLY"},
+        {"ASTM-E57", 8, "an E57 file", "convert it to PLY"},
+        {"# .PCD", 6, "a PCD file", "convert it to PLY"},
+        {"VERSION .7", 10, "a PCD file", "convert it to PLY"},
+        {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
+        {"\xfd"
+         "7zXZ",
+         5, "compressed with xz", "unpack it first (unxz)"},
+        {"\x28\xb5\x2f\xfd", 4, "compressed with zstd", "unpack it first (unzstd)"},
+        {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
+    };
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        if (starts_with(p, known[i].magic, known[i].length)) {
+            *advice = known[i].advice;
+            return known[i].name;
+        }
+    }
+    return NULL;
+}
+
+static bool detect_by_name(const prefix *p, stp_scan_format *format)
+{
+    if (name_ends_with(p->path, ".obj"))
+        *format = STP_SCAN_OBJ;
+    else if (name_ends_with(p->path, ".stl"))
+        *format = STP_SCAN_STL_BINARY;
+    else if (name_ends_with(p->path, ".off"))
+        *format = STP_SCAN_OFF;
+    else if (name_ends_with(p->path, ".ply"))
+        *format = STP_SCAN_PLY;
+    else
+        return false;
+    /* Text formats hold no zero bytes: then the name is wrong, not the content. */
+    return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
+}
+
+static stp_status read_prefix(prefix *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    int descriptor = -1;
+    STP_TRY(stp_file_open(p->path, &descriptor, &p->file_size, err));
+    p->length = p->file_size < STP_DETECT_BYTES ? (size_t)p->file_size : STP_DETECT_BYTES;
+    STP_TRY(stp_alloc(&p->bytes, p->length, 1, "bytes of a file", err));
+    STP_TRY(stp_file_read_at(descriptor, p->path, 0, p->bytes, p->length, err));
+done:
+    if (descriptor >= 0)
+        close(descriptor);
+    return status;
+}
+
+stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    prefix p = {.path = path};
+    STP_TRY(read_prefix(&p, err));
+    const char *advice = NULL, *other = known_but_unsupported(&p, &advice);
+    if (p.length == 0)
+        status =
+            stp_error_set(err, STP_EMPTY, "%s is empty (0 bytes): copy or export it again", path);
+    else if (other)
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "%s is %s, which is not read here: %s; " STP_SUPPORTED, path, other,
+                               advice);
+    else if (!detect_by_content(&p, out) && !detect_by_name(&p, out))
+        status = stp_error_set(
+            err, STP_FORMAT,
+            "%s is of no known format, by its first bytes and by its name: " STP_SUPPORTED, path);
+done:
+    free(p.bytes);
+    return status;
+}

@@ -1,0 +1,19 @@
+/* Which format a scan is in: by its first bytes, and where they do not say, by its name. */
+#ifndef STP_FORMATS_SCAN_DETECT_H
+#define STP_FORMATS_SCAN_DETECT_H
+
+#include "base/error.h"
+
+typedef enum stp_scan_format {
+    STP_SCAN_PLY,
+    STP_SCAN_OBJ,
+    STP_SCAN_OFF,
+    STP_SCAN_STL_ASCII,
+    STP_SCAN_STL_BINARY
+} stp_scan_format;
+
+/* Errors: NOT_FOUND, IO, EMPTY (no bytes), UNSUPPORTED (known, but not read here), FORMAT
+ * (unknown). */
+stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err);
+
+#endif

@@ -1,0 +1,62 @@
+/* Mesh files made ready for OpenMesh: checked line by line, and reduced to what its readers get
+ * right.
+ *
+ * OpenMesh 9 reads coordinates through float, skips lines it cannot read (which shifts every later
+ * index), believes the counts of OFF without looking at the file's end, stumbles over OFF comments,
+ * OBJ line continuations and one-dimensional texture coordinates. So the file is read here first:
+ * faults are named with their line, coordinates and OBJ colours are kept in full precision, and the
+ * text is rewritten in place with nothing but vertices, normals and faces. STL coordinates are
+ * floats by definition. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_MESH_TEXT_H
+#define STP_FORMATS_SCAN_MESH_TEXT_H
+
+#include "base/error.h"
+#include "formats/scan/point_mesh.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_mesh_text {
+    char *memory;     /* owns */
+    char *data;       /* what OpenMesh shall read, inside memory */
+    size_t size;      /* its bytes */
+    const char *path; /* borrowed; for messages */
+} stp_mesh_text;
+
+/* The whole file into memory. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */
+stp_status stp_mesh_text_load(stp_mesh_text *out, const char *path, stp_error *err);
+void stp_mesh_text_free(stp_mesh_text *text);
+
+/* Each adds the points it finds to mesh (STL: none, OpenMesh merges them first) and leaves in
+ * text->data what OpenMesh shall read. Errors: CORRUPT (with the line), UNSUPPORTED, OUT_OF_MEMORY,
+ * LIMIT. */
+stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, stp_error *err);
+stp_status stp_mesh_text_prepare_off(stp_mesh_text *text, stp_point_mesh *mesh, stp_error *err);
+stp_status stp_mesh_text_prepare_stl_ascii(stp_mesh_text *text, stp_error *err);
+/* Checks the count against the size and that coordinates are finite. */
+stp_status stp_mesh_text_check_stl_binary(const stp_mesh_text *text, stp_error *err);
+
+/* For mesh_text.c and its parts by format: lines one after the other, joined and written in place.
+ */
+typedef struct stp_text_lines {
+    const stp_mesh_text *text;
+    char *at, *end;     /* unread */
+    char *out;          /* next byte to write, never beyond the line being read */
+    uint64_t line;      /* its number */
+    const char *cursor; /* rest of the line */
+    const char *line_end;
+} stp_text_lines;
+
+stp_text_lines stp_text_lines_begin(const stp_mesh_text *text);
+/* False at the end. */
+bool stp_text_next_line(stp_text_lines *lines);
+/* Next token of the line: its begin, and *end behind it; NULL if none is left. */
+const char *stp_text_next_token(stp_text_lines *lines, const char **end);
+/* The next count numbers of the line. Errors: CORRUPT. `what` names the line in the message. */
+stp_status stp_text_numbers(stp_text_lines *lines, const char *what, double *values, size_t count,
+                            stp_error *err);
+/* Writes a token and the character that follows it. */
+void stp_text_put(stp_text_lines *lines, const char *begin, const char *end, char after);
+
+#endif

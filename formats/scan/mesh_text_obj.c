@@ -1,0 +1,162 @@
+/* Wavefront OBJ made ready for OpenMesh: `v`, `vn` and `f` lines, one each, checked. */
+#include "formats/scan/mesh_text.h"
+
+#include "formats/scan/number.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+typedef struct obj_parser {
+    stp_text_lines lines;
+    stp_point_mesh *mesh;
+    double colour_maximum;
+    size_t coloured;                        /* vertices with a colour so far */
+    uint64_t greatest_index, greatest_line; /* of faces that name vertices from the start */
+} obj_parser;
+
+/* A backslash at the end continues the line: both halves become one, in place. Messages about lines
+ * behind it count the halves as one. */
+static void join_continued_lines(stp_mesh_text *text)
+{
+    char *end = text->data + text->size;
+    for (char *at = text->data; (at = memchr(at, '\\', (size_t)(end - at))); at++) {
+        char *next = at + 1;
+        if (next < end && *next == '\r')
+            next++;
+        if (next < end && *next == '\n')
+            memset(at, ' ', (size_t)(next + 1 - at));
+    }
+}
+
+/* `v x y z`, `v x y z w`, `v x y z r g b` and `v x y z r g b a`; the colour as floats until all are
+ * known, in the point's normal, which is free yet. */
+static stp_status obj_vertex(obj_parser *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double xyz[3], rest[4];
+    size_t rest_count = 0;
+    static const char zeros[] = "v 0 0 0";
+    STP_TRY(stp_text_numbers(&p->lines, "vertex", xyz, 3, err));
+    const char *end, *begin;
+    while (rest_count < 4 && (begin = stp_text_next_token(&p->lines, &end)))
+        if (!stp_number_parse(begin, end, &rest[rest_count++]))
+            rest_count = 4; /* whatever it is, it is no colour */
+    STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
+    stp_point point = {.position = {xyz[0], xyz[1], xyz[2]}};
+    if (rest_count >= 3 && isfinite(rest[0]) && isfinite(rest[1]) && isfinite(rest[2])) {
+        p->coloured++;
+        for (int k = 0; k < 3; k++) {
+            point.normal.raw[k] = (float)fmin(fmax(rest[k], 0.0), 65535.0);
+            p->colour_maximum = fmax(p->colour_maximum, (double)point.normal.raw[k]);
+        }
+    }
+    p->mesh->points[p->mesh->point_count++] = point;
+    stp_text_put(&p->lines, zeros, zeros + sizeof zeros - 1, '\n');
+done:
+    return status;
+}
+
+static stp_status obj_normal(obj_parser *p, stp_error *err)
+{
+    double n[3];
+    const char *rest = p->lines.cursor, *end;
+    stp_status status = stp_text_numbers(&p->lines, "normal", n, 3, err);
+    if (status != STP_OK)
+        return status;
+    p->lines.cursor = rest;
+    stp_text_put(&p->lines, "vn", strchr("vn", '\0'), ' ');
+    for (int k = 0; k < 3; k++) {
+        const char *begin = stp_text_next_token(&p->lines, &end);
+        stp_text_put(&p->lines, begin, end, k < 2 ? ' ' : '\n');
+    }
+    return STP_OK;
+}
+
+static stp_status bad_corner(const obj_parser *p, uint64_t line, const char *what, stp_error *err)
+{
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: line %llu: a face names vertex `%s`, where there are %zu: mend the "
+                         "face or export the file again",
+                         p->lines.text->path, (unsigned long long)line, what, p->mesh->point_count);
+}
+
+/* The vertex number of `7`, `7/1`, `7//3`, `-1/-1/-1`; 0 if it has none. */
+static int64_t corner_index(const char *begin, const char *end)
+{
+    const char *slash = memchr(begin, '/', (size_t)(end - begin));
+    const bool negative = *begin == '-';
+    uint64_t value;
+    if (!stp_number_parse_u64(begin + (negative ? 1 : 0), slash ? slash : end, &value) ||
+        value > INT32_MAX)
+        return 0;
+    return negative ? -(int64_t)value : (int64_t)value;
+}
+
+static stp_status obj_face(obj_parser *p, stp_error *err)
+{
+    const char *end, *begin;
+    stp_text_put(&p->lines, "f", strchr("f", '\0'), ' ');
+    while ((begin = stp_text_next_token(&p->lines, &end)) && *begin != '#') {
+        const int64_t index = corner_index(begin, end);
+        if (index == 0 || (index < 0 && (uint64_t)-index > p->mesh->point_count)) {
+            char found[32] = {0};
+            memcpy(found, begin, (size_t)(end - begin < 31 ? end - begin : 31));
+            return bad_corner(p, p->lines.line, found, err);
+        }
+        if (index > 0 && (uint64_t)index > p->greatest_index) {
+            p->greatest_index = (uint64_t)index;
+            p->greatest_line = p->lines.line;
+        }
+        stp_text_put(&p->lines, begin, end, ' ');
+    }
+    p->lines.out[-1] = '\n';
+    return STP_OK;
+}
+
+static bool word_is(const char *begin, const char *end, const char *word)
+{
+    return (size_t)(end - begin) == strlen(word) && memcmp(begin, word, strlen(word)) == 0;
+}
+
+/* Colours are fractions, unless one exceeds 1: then they are 0..255. */
+static void finish_colours(obj_parser *p)
+{
+    const double scale = p->colour_maximum > 1.0 ? 257.0 : 65535.0;
+    if (p->coloured > 0)
+        p->mesh->attributes |= STP_POINT_HAS_COLOUR;
+    for (size_t i = 0; i < p->mesh->point_count; i++) {
+        stp_point *point = &p->mesh->points[i];
+        for (int k = 0; k < 3; k++)
+            point->rgb[k] = (uint16_t)fmin((double)point->normal.raw[k] * scale + 0.5, 65535.0);
+        point->normal = (vec3s){{0.0f, 0.0f, 0.0f}};
+    }
+}
+
+stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, stp_error *err)
+{
+    stp_status status = STP_OK;
+    join_continued_lines(text);
+    obj_parser p = {.lines = stp_text_lines_begin(text), .mesh = mesh};
+    while (stp_text_next_line(&p.lines)) {
+        const char *end, *begin = stp_text_next_token(&p.lines, &end);
+        if (!begin)
+            continue;
+        if (word_is(begin, end, "v"))
+            STP_TRY(obj_vertex(&p, err));
+        else if (word_is(begin, end, "vn"))
+            STP_TRY(obj_normal(&p, err));
+        else if (word_is(begin, end, "f"))
+            STP_TRY(obj_face(&p, err));
+    }
+    if (p.greatest_index > mesh->point_count) {
+        char found[32];
+        snprintf(found, sizeof found, "%llu", (unsigned long long)p.greatest_index);
+        status = bad_corner(&p, p.greatest_line, found, err);
+        goto done;
+    }
+    finish_colours(&p);
+    text->size = (size_t)(p.lines.out - text->data);
+done:
+    return status;
+}

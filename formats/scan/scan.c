@@ -1,0 +1,176 @@
+/* Scans in: one stream of points, from a PLY stream, a mesh's vertices or samples of its faces. */
+#include "formats/scan/scan.h"
+
+#include "base/memory.h"
+#include "formats/scan/detect.h"
+#include "formats/scan/mesh_read.h"
+#include "formats/scan/mesh_sample.h"
+#include "formats/scan/ply.h"
+#include "formats/scan/point_mesh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct stp_scan {
+    char *path;
+    stp_scan_params params;
+    stp_scan_info info;
+    stp_ply *ply;        /* streamed; NULL where the mesh is held */
+    stp_point_mesh mesh; /* empty where the file is streamed */
+    size_t next_point;   /* of the mesh */
+    bool sampling;
+    stp_mesh_sampler sampler;
+};
+
+static const char *ply_name(stp_ply_encoding encoding)
+{
+    static const char *const names[] = {
+        [STP_PLY_ASCII] = "PLY ascii",
+        [STP_PLY_BINARY_LITTLE_ENDIAN] = "PLY binary_little_endian",
+        [STP_PLY_BINARY_BIG_ENDIAN] = "PLY binary_big_endian",
+    };
+    return names[encoding];
+}
+
+static const char *mesh_name(stp_scan_format format)
+{
+    static const char *const names[] = {
+        [STP_SCAN_PLY] = "PLY",
+        [STP_SCAN_OBJ] = "OBJ",
+        [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_STL_ASCII] = "STL ascii",
+        [STP_SCAN_STL_BINARY] = "STL binary",
+    };
+    return names[format];
+}
+
+/* Streams the vertices; only faces that are needed make us hold the file whole. */
+static stp_status open_ply(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_ply_open(&scan->ply, scan->path, err));
+    const stp_ply *ply = scan->ply;
+    scan->info.format = ply_name(ply->header.encoding);
+    scan->info.attributes = ply->attributes;
+    scan->info.point_count = ply->vertex->count;
+    const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
+    scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
+    const bool wants_normals =
+        !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
+    if (ply->faces && (wants_normals || scan->params.sample_count > 0)) {
+        STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
+        scan->info.face_count = scan->mesh.face_count;
+        stp_ply_close(&scan->ply);
+    }
+done:
+    return status;
+}
+
+static stp_status open_mesh(stp_scan *scan, stp_scan_format format, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_mesh_read(&scan->mesh, scan->path, format, err));
+    scan->info.format = mesh_name(format);
+    scan->info.attributes = scan->mesh.attributes;
+    scan->info.point_count = scan->mesh.point_count;
+    scan->info.face_count = scan->mesh.face_count;
+done:
+    return status;
+}
+
+/* Normals from the faces where the file has none, and no normals where none are wanted. */
+static void settle_normals(stp_scan *scan)
+{
+    if (scan->params.recompute_normals) {
+        scan->info.attributes &= ~(uint32_t)STP_POINT_HAS_NORMAL;
+    } else if (!(scan->info.attributes & STP_POINT_HAS_NORMAL) && scan->mesh.triangle_count > 0) {
+        stp_point_mesh_set_normals(&scan->mesh);
+        scan->info.attributes |= STP_POINT_HAS_NORMAL;
+        scan->info.normals_from_faces = true;
+    }
+}
+
+static stp_status start_sampling(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (scan->mesh.triangle_count == 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s has no faces to put %llu samples on: read its points as they are "
+                             "(no --sample)",
+                             scan->path, (unsigned long long)scan->params.sample_count);
+    STP_TRY(stp_mesh_sampler_init(&scan->sampler, &scan->mesh, scan->params.sample_count,
+                                  scan->params.seed, scan->path, err));
+    scan->sampling = true;
+    scan->info.point_count = scan->params.sample_count;
+done:
+    return status;
+}
+
+stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan *scan = NULL;
+    stp_scan_format format;
+    STP_TRY(stp_scan_detect(&format, path, err));
+    STP_TRY(stp_alloc(&scan, 1, sizeof *scan, "scan", err));
+    STP_TRY(stp_alloc(&scan->path, strlen(path) + 1, 1, "path", err));
+    memcpy(scan->path, path, strlen(path) + 1);
+    if (params)
+        scan->params = *params;
+    STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
+    settle_normals(scan);
+    if (scan->params.sample_count > 0)
+        STP_TRY(start_sampling(scan, err));
+    *out = scan;
+    scan = NULL;
+done:
+    stp_scan_close(&scan);
+    return status;
+}
+
+const stp_scan_info *stp_scan_get_info(const stp_scan *scan)
+{
+    return &scan->info;
+}
+
+static size_t read_vertices(stp_scan *scan, stp_point *points, size_t capacity)
+{
+    const size_t left = scan->mesh.point_count - scan->next_point;
+    const size_t part = capacity < left ? capacity : left;
+    if (part > 0)
+        memcpy(points, scan->mesh.points + scan->next_point, part * sizeof *points);
+    scan->next_point += part;
+    return part;
+}
+
+stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t got = 0;
+    if (scan->ply)
+        STP_TRY(stp_ply_read(scan->ply, points, capacity, &got, err));
+    else if (scan->sampling)
+        got = stp_mesh_sampler_next(&scan->sampler, points, capacity);
+    else
+        got = read_vertices(scan, points, capacity);
+    if (scan->params.recompute_normals)
+        for (size_t i = 0; i < got; i++)
+            points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
+    *count = got;
+done:
+    return status;
+}
+
+void stp_scan_close(stp_scan **scan)
+{
+    stp_scan *s = *scan;
+    if (!s)
+        return;
+    stp_ply_close(&s->ply);
+    stp_point_mesh_free(&s->mesh);
+    free(s->path);
+    free(s);
+    *scan = NULL;
+}

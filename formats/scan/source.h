@@ -1,0 +1,63 @@
+/* A file read forwards in large blocks: bytes for binary formats, lines for text.
+ *
+ * Knows where it is (byte and line), so that messages can say so. Memory: one block, grown only to
+ * hold a longer line or request, at most STP_SOURCE_REQUEST_MAX. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_SOURCE_H
+#define STP_FORMATS_SCAN_SOURCE_H
+
+#include "base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_SOURCE_REQUEST_MAX ((size_t)1 << 26)
+
+typedef struct stp_source {
+    int descriptor;   /* -1: closed */
+    const char *path; /* borrowed; for messages */
+    uint64_t size;    /* of the file, in bytes */
+    uint64_t offset;  /* in the file, of the next byte */
+    uint64_t line;    /* number of the line read last, 1 for the first */
+    unsigned char *buffer;
+    size_t begin, end; /* unread bytes in buffer */
+    size_t capacity;
+} stp_source;
+
+/* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */
+stp_status stp_source_open(stp_source *source, const char *path, stp_error *err);
+void stp_source_close(stp_source *source);
+/* Continues at this byte; line numbers go on from `line`, the number of the line before it. */
+void stp_source_seek(stp_source *source, uint64_t offset, uint64_t line);
+/* Gives the next size bytes, valid until the next call; fewer, *available < size, only at the end
+ * of the file. Does not consume. Errors: IO, LIMIT, OUT_OF_MEMORY. */
+stp_status stp_source_peek(stp_source *source, size_t size, const unsigned char **bytes,
+                           size_t *available, stp_error *err);
+/* Consumes size bytes that were peeked. */
+static inline void stp_source_consume(stp_source *source, size_t size)
+{
+    source->begin += size;
+    source->offset += size;
+}
+/* Consumes size bytes, peeked or not; the caller knows that the file has them. */
+void stp_source_skip(stp_source *source, uint64_t size);
+/* Gives the next line without its \n or \r\n, valid until the next call, and consumes it; *begin
+ * NULL at the end of the file. Errors: IO, LIMIT (line too long), OUT_OF_MEMORY. */
+stp_status stp_source_line(stp_source *source, const char **begin, const char **end,
+                           stp_error *err);
+
+/* Next run of characters other than space and tab in [*at, end): advances *at behind it and returns
+ * its begin; NULL if there is none. */
+static inline const char *stp_token(const char **at, const char *end)
+{
+    const char *begin = *at;
+    while (begin < end && (*begin == ' ' || *begin == '\t'))
+        begin++;
+    const char *stop = begin;
+    while (stop < end && *stop != ' ' && *stop != '\t')
+        stop++;
+    *at = stop;
+    return begin < stop ? begin : NULL;
+}
+
+#endif

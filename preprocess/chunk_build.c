@@ -1,0 +1,170 @@
+/* A chunk out of items. */
+#include "preprocess/chunk_build.h"
+
+#include "base/memory.h"
+#include "preprocess/partition.h"
+#include "preprocess/patch_build.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct assembly {
+    stp_dvec3 origin;
+    stp_patch *patches;
+    stp_item *vertices;
+    uint32_t patch_count;
+    size_t patch_capacity, vertex_capacity;
+    stp_sample *samples[STP_LEVEL_COUNT];
+    size_t sample_capacity[STP_LEVEL_COUNT];
+    uint32_t sample_count[STP_LEVEL_COUNT];
+} assembly;
+
+/* The origin is a multiple of a power of two no smaller than any item's lattice, so that every
+ * lattice of the chunk, its children and its parent meets. */
+static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count)
+{
+    stp_dbox box = stp_dbox_empty();
+    int lattice = -1000;
+    for (uint32_t g = 0; g < group_count; g++) {
+        for (uint32_t i = 0; i < groups[g].count; i++) {
+            const stp_item *item = &groups[g].items[i];
+            stp_dbox_add(&box, item->disc.centre);
+            lattice = item->exponent > lattice ? item->exponent : lattice;
+        }
+    }
+    stp_dvec3 size = stp_dvec3_sub(box.max, box.min);
+    double side = fmax(size.x, fmax(size.y, size.z));
+    int exponent = side > 0.0 ? (int)ceil(log2(side)) : lattice;
+    exponent = exponent > lattice ? exponent : lattice;
+    double unit =
+        ldexp(1.0, exponent + 1); /* a vertex may be coarser than its items by an octave */
+    stp_dvec3 middle = stp_dvec3_scale(stp_dvec3_add(box.min, box.max), 0.5);
+    return (stp_dvec3){nearbyint(middle.x / unit) * unit, nearbyint(middle.y / unit) * unit,
+                       nearbyint(middle.z / unit) * unit};
+}
+
+static stp_status append(assembly *a, const stp_patch *patch, const stp_patch_samples *samples,
+                         const stp_item *vertex, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t needed = (size_t)a->patch_count + 1;
+    STP_TRY(stp_grow(&a->patches, &a->patch_capacity, needed, sizeof *a->patches, "patches", err));
+    STP_TRY(
+        stp_grow(&a->vertices, &a->vertex_capacity, needed, sizeof *a->vertices, "patches", err));
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        size_t count = patch->counts[level];
+        STP_TRY(stp_grow(&a->samples[level], &a->sample_capacity[level],
+                         a->sample_count[level] + count, sizeof(stp_sample), "samples", err));
+        memcpy(a->samples[level] + a->sample_count[level], samples->level[level],
+               count * sizeof(stp_sample));
+        a->sample_count[level] += (uint32_t)count;
+    }
+    a->patches[a->patch_count] = *patch;
+    a->vertices[a->patch_count++] = *vertex;
+done:
+    return status;
+}
+
+/* Builds the run as one patch, or halves it until its items fit one lattice. */
+static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
+                            uint32_t count, uint8_t child, stp_error *err)
+{
+    stp_patch patch;
+    stp_patch_samples samples;
+    stp_item vertex;
+    if (stp_patch_build(items, order, count, a->origin, &patch, &samples, &vertex)) {
+        patch.child = child;
+        return append(a, &patch, &samples, &vertex, err);
+    }
+    if (count == 1)
+        return stp_error_set(err, STP_LIMIT,
+                             "a point at (%g, %g, %g) is too far from the others to be stored with "
+                             "its precision: remove such outliers or give a coarser --precision",
+                             items[order[0]].disc.centre.x, items[order[0]].disc.centre.y,
+                             items[order[0]].disc.centre.z);
+    stp_status status = build_run(a, items, order, count / 2, child, err);
+    if (status == STP_OK)
+        status = build_run(a, items, order + count / 2, count - count / 2, child, err);
+    return status;
+}
+
+static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place *places)
+{
+    for (uint32_t i = 0; i < group->count; i++) {
+        const stp_item *item = &group->items[i];
+        vec3s p = stp_dvec3_to_float(stp_dvec3_sub(item->disc.centre, origin));
+        vec3s n = stp_dvec3_to_float(item->disc.normal);
+        places[i] =
+            (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z}, .index = i, .sheet = item->sheet};
+    }
+}
+
+static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t child,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_place *places = NULL;
+    uint32_t *ends = NULL;
+    STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
+    STP_TRY(stp_alloc(&ends, group->count, sizeof *ends, "patches", err));
+    fill_places(group, a->origin, places);
+    uint32_t run_count = stp_partition(places, group->count, ends);
+    for (uint32_t run = 0; run < run_count; run++) {
+        uint32_t begin = run ? ends[run - 1] : 0;
+        uint32_t order[STP_PATCH_SAMPLES];
+        for (uint32_t i = begin; i < ends[run]; i++)
+            order[i - begin] = places[i].index;
+        STP_TRY(build_run(a, group->items, order, ends[run] - begin, child, err));
+    }
+done:
+    free(ends);
+    free(places);
+    return status;
+}
+
+static stp_status pack(const assembly *a, stp_chunk **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    STP_TRY(stp_chunk_create(&chunk, a->patch_count, a->sample_count, 0, err));
+    memcpy(chunk->patches, a->patches, a->patch_count * sizeof *a->patches);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        uint32_t at = 0;
+        for (uint32_t p = 0; p < a->patch_count; p++) {
+            chunk->level_begin[level][p] = at;
+            at += a->patches[p].counts[level];
+        }
+        chunk->level_begin[level][a->patch_count] = at;
+        memcpy(chunk->samples[level], a->samples[level], (size_t)at * sizeof(stp_sample));
+    }
+    *out = chunk;
+done:
+    return status;
+}
+
+stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
+                           bool leaf, stp_error *err)
+{
+    stp_status status = STP_OK;
+    assembly a = {.origin = choose_origin(groups, group_count)};
+    stp_chunk *chunk = NULL;
+    for (uint32_t g = 0; g < group_count; g++)
+        STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
+    STP_TRY(pack(&a, &chunk, err));
+    *out = (stp_built_chunk){
+        .chunk = chunk, .origin = a.origin, .vertices = a.vertices, .vertex_count = a.patch_count};
+    a.vertices = NULL;
+done:
+    free(a.patches);
+    free(a.vertices);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        free(a.samples[level]);
+    return status;
+}
+
+void stp_built_chunk_clear(stp_built_chunk *built)
+{
+    stp_chunk_destroy(&built->chunk);
+    free(built->vertices);
+    *built = (stp_built_chunk){0};
+}

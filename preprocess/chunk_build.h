@@ -1,0 +1,28 @@
+/* A chunk out of items: patches of neighbours, child by child, and the vertices for its parent.
+ * Threads: any, one chunk each. */
+#ifndef STP_PREPROCESS_CHUNK_BUILD_H
+#define STP_PREPROCESS_CHUNK_BUILD_H
+
+#include "formats/chunk/chunk_file.h"
+#include "preprocess/item.h"
+
+/* Items that one child chunk refines (all items of a leaf: one group). */
+typedef struct stp_item_group {
+    const stp_item *items;
+    uint32_t count;
+} stp_item_group;
+
+typedef struct stp_built_chunk {
+    stp_chunk *chunk;
+    stp_dvec3 origin;
+    stp_item *vertices; /* one a patch, in the chunk's order */
+    uint32_t vertex_count;
+} stp_built_chunk;
+
+/* leaf: patches have no child; else patch.child is the number of the group, at most 64. Errors:
+ * OUT_OF_MEMORY, LIMIT. Free with stp_built_chunk_clear. */
+stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
+                           bool leaf, stp_error *err);
+void stp_built_chunk_clear(stp_built_chunk *built);
+
+#endif

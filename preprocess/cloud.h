@@ -1,0 +1,50 @@
+/* The points of a scan in memory, in Morton order, and the cells they fall into.
+ *
+ * A cell is a run of the order: the unit of neighbour search and the leaf chunk to be. Cells depend
+ * on the points alone, never on threads or memory. Does not read files. Threads: one builder. */
+#ifndef STP_PREPROCESS_CLOUD_H
+#define STP_PREPROCESS_CLOUD_H
+
+#include "base/pool.h"
+#include "base/vec.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Most points of a cell: as many as a chunk holds. */
+#define STP_CELL_POINTS 65536u
+
+typedef struct stp_cloud_point {
+    stp_dvec3 position;
+    vec3s normal;    /* unit or zero */
+    float spacing;   /* local sample spacing, world units */
+    uint32_t source; /* place in the input */
+    uint32_t sheet;  /* group of points that lie on one smooth piece of surface */
+    uint16_t rgb[3];
+    uint16_t intensity;
+    uint8_t class_id;
+    uint8_t flags; /* STP_SAMPLE_* */
+    uint8_t padding[6];
+} stp_cloud_point;
+
+typedef struct stp_cell {
+    uint32_t begin, end; /* run of points */
+    stp_dbox box;
+} stp_cell;
+
+typedef struct stp_cloud {
+    stp_cloud_point *points;
+    uint32_t count;
+    size_t capacity;
+    stp_dbox box;
+    stp_cell *cells;
+    uint32_t cell_count;
+} stp_cloud;
+
+/* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
+ * source) and cuts the order into cells. Errors: OUT_OF_MEMORY. */
+stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
+/* Frees what the cloud owns. */
+void stp_cloud_clear(stp_cloud *cloud);
+
+#endif

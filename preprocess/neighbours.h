@@ -1,0 +1,27 @@
+/* The k nearest distinct positions of every point, cell by cell with a halo.
+ *
+ * Exact: a point whose k-th distance passes its cell's halo is searched again in every cell its
+ * ball meets. Duplicates share one list. Ties in distance go by source index among the candidates
+ * found. Threads: cells run on the pool; the result does not depend on their number. */
+#ifndef STP_PREPROCESS_NEIGHBOURS_H
+#define STP_PREPROCESS_NEIGHBOURS_H
+
+#include "base/progress.h"
+#include "preprocess/cloud.h"
+
+#define STP_NEIGHBOURS_LIMIT 64
+#define STP_NEIGHBOUR_NONE UINT32_MAX
+
+typedef struct stp_neighbours {
+    unsigned k;
+    uint32_t
+        *indices; /* count * k places in the cloud, nearest first, STP_NEIGHBOUR_NONE at the end */
+} stp_neighbours;
+
+/* Fills out and every point's spacing, s = d_k sqrt(pi / k) (ALGORITHMS "Radius"; 0 where a point
+ * has no distinct neighbour). Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (k), CANCELLED. */
+stp_status stp_neighbours_find(stp_neighbours *out, stp_cloud *cloud, unsigned k, stp_pool *pool,
+                               const stp_progress *progress, stp_error *err);
+void stp_neighbours_clear(stp_neighbours *neighbours);
+
+#endif

@@ -1,0 +1,176 @@
+/* Normals from neighbourhoods. */
+#include "preprocess/normals.h"
+
+#include "base/memory.h"
+#include "formats/chunk/sample.h"
+
+#include <stdlib.h>
+
+#define BLOCK 8192u
+/* A second eigenvalue below this part of the first means a line: no normal. */
+#define LINE_RATIO 1e-6
+
+typedef struct estimation {
+    stp_cloud *cloud;
+    const stp_neighbours *neighbours;
+    const stp_progress *progress;
+    vec3s *normals; /* result of a pass, copied to the points after it */
+} estimation;
+
+typedef struct covariance {
+    double xx, xy, xz, yy, yz, zz;
+} covariance;
+
+static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uint32_t *list,
+                                unsigned count)
+{
+    stp_dvec3 p = cloud->points[self].position;
+    stp_dvec3 mean = {0.0, 0.0, 0.0};
+    covariance c = {0};
+    for (unsigned i = 0; i < count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[list[i]].position, p);
+        mean = stp_dvec3_add(mean, d);
+        c.xx += d.x * d.x;
+        c.xy += d.x * d.y;
+        c.xz += d.x * d.z;
+        c.yy += d.y * d.y;
+        c.yz += d.y * d.z;
+        c.zz += d.z * d.z;
+    }
+    double n = (double)count + 1.0; /* the point itself is the origin */
+    c.xx -= mean.x * mean.x / n;
+    c.xy -= mean.x * mean.y / n;
+    c.xz -= mean.x * mean.z / n;
+    c.yy -= mean.y * mean.y / n;
+    c.yz -= mean.y * mean.z / n;
+    c.zz -= mean.z * mean.z / n;
+    return c;
+}
+
+/* Eigenvalues of a symmetric 3x3 matrix, greatest first (Smith 1961). */
+static void eigenvalues(const covariance *c, double out[3])
+{
+    double mean = (c->xx + c->yy + c->zz) / 3.0;
+    double off = c->xy * c->xy + c->xz * c->xz + c->yz * c->yz;
+    double a = c->xx - mean, b = c->yy - mean, d = c->zz - mean;
+    double p = sqrt((a * a + b * b + d * d + 2.0 * off) / 6.0);
+    if (!(p > 0.0)) {
+        out[0] = out[1] = out[2] = mean;
+        return;
+    }
+    double determinant = a * (b * d - c->yz * c->yz) - c->xy * (c->xy * d - c->yz * c->xz) +
+                         c->xz * (c->xy * c->yz - b * c->xz);
+    double r = determinant / (2.0 * p * p * p);
+    double angle = acos(fmax(-1.0, fmin(1.0, r))) / 3.0;
+    out[0] = mean + 2.0 * p * cos(angle);
+    out[2] = mean + 2.0 * p * cos(angle + 2.0 * M_PI / 3.0);
+    out[1] = 3.0 * mean - out[0] - out[2];
+}
+
+/* Unit vector of the kernel of (C - value I): the longest cross product of two of its rows. */
+static stp_dvec3 eigenvector(const covariance *c, double value)
+{
+    stp_dvec3 r0 = {c->xx - value, c->xy, c->xz};
+    stp_dvec3 r1 = {c->xy, c->yy - value, c->yz};
+    stp_dvec3 r2 = {c->xz, c->yz, c->zz - value};
+    stp_dvec3 a = stp_dvec3_cross(r0, r1);
+    stp_dvec3 b = stp_dvec3_cross(r0, r2);
+    stp_dvec3 d = stp_dvec3_cross(r1, r2);
+    double la = stp_dvec3_dot(a, a), lb = stp_dvec3_dot(b, b), ld = stp_dvec3_dot(d, d);
+    stp_dvec3 best = la >= lb && la >= ld ? a : lb >= ld ? b : d;
+    return stp_dvec3_normalize(best);
+}
+
+static unsigned known_count(const uint32_t *list, unsigned k)
+{
+    unsigned count = 0;
+    while (count < k && list[count] != STP_NEIGHBOUR_NONE)
+        count++;
+    return count;
+}
+
+static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
+{
+    const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
+    unsigned count = known_count(list, neighbours->k);
+    if (count < 3)
+        return (vec3s){{0.0f, 0.0f, 0.0f}};
+    covariance c = covariance_of(cloud, self, list, count);
+    double values[3];
+    eigenvalues(&c, values);
+    if (!(values[1] > LINE_RATIO * values[0]))
+        return (vec3s){{0.0f, 0.0f, 0.0f}};
+    return stp_dvec3_to_float(eigenvector(&c, values[2]));
+}
+
+static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)
+{
+    estimation *e = context;
+    stp_cloud *cloud = e->cloud;
+    uint32_t begin = (uint32_t)block * BLOCK;
+    uint32_t end = cloud->count - begin < BLOCK ? cloud->count : begin + BLOCK;
+    (void)worker;
+    for (uint32_t i = begin; i < end; i++)
+        e->normals[i] = cloud->points[i].flags & STP_SAMPLE_HAS_NORMAL
+                            ? cloud->points[i].normal
+                            : fit(cloud, e->neighbours, i);
+    return stp_progress_update(e->progress, "normals", end, cloud->count, err);
+}
+
+/* Averages a fitted normal with those of neighbours that lie on the same piece of surface: weight
+ * falls with the distance, with the offset from the tangent plane and with the angle. Takes the
+ * noise out of a fit over k points without rounding edges. */
+static vec3s smooth(const estimation *e, uint32_t self)
+{
+    const stp_cloud *cloud = e->cloud;
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    vec3s n = e->normals[self];
+    const stp_cloud_point *point = &cloud->points[self];
+    float scale = point->spacing;
+    vec3s sum = n;
+    for (unsigned i = 0; i < e->neighbours->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+        vec3s m = e->normals[list[i]];
+        vec3s d =
+            stp_dvec3_to_float(stp_dvec3_sub(cloud->points[list[i]].position, point->position));
+        float cosine = glms_vec3_dot(n, m);
+        float offset = glms_vec3_dot(n, d) / scale;
+        float distance = glms_vec3_norm2(d) / (scale * scale);
+        float closeness = fabsf(cosine) - 0.9f;
+        if (closeness <= 0.0f || fabsf(offset) > 1.0f)
+            continue;
+        float weight = closeness * 10.0f * expf(-0.25f * distance);
+        sum = glms_vec3_muladds(m, cosine < 0.0f ? -weight : weight, sum);
+    }
+    return glms_vec3_normalize(sum);
+}
+
+static stp_status smooth_block(void *context, size_t block, unsigned worker, stp_error *err)
+{
+    estimation *e = context;
+    stp_cloud *cloud = e->cloud;
+    uint32_t begin = (uint32_t)block * BLOCK;
+    uint32_t end = cloud->count - begin < BLOCK ? cloud->count : begin + BLOCK;
+    (void)worker;
+    for (uint32_t i = begin; i < end; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        if (p->flags & STP_SAMPLE_HAS_NORMAL || glms_vec3_norm2(e->normals[i]) == 0.0f)
+            continue;
+        p->normal = p->spacing > 0.0f ? smooth(e, i) : e->normals[i];
+        p->flags |= STP_SAMPLE_HAS_NORMAL;
+    }
+    return stp_progress_update(e->progress, "normals", end, cloud->count, err);
+}
+
+stp_status stp_normals_estimate(stp_cloud *cloud, const stp_neighbours *neighbours, stp_pool *pool,
+                                const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    estimation e = {.cloud = cloud, .neighbours = neighbours, .progress = progress};
+    size_t block_count = ((size_t)cloud->count + BLOCK - 1) / BLOCK;
+    STP_TRY(stp_alloc(&e.normals, cloud->count, sizeof *e.normals, "normals", err));
+    STP_TRY(stp_pool_run(pool, block_count, fit_block, &e, err));
+    STP_TRY(stp_pool_run(pool, block_count, smooth_block, &e, err));
+done:
+    free(e.normals);
+    return status;
+}

@@ -1,0 +1,35 @@
+/* Which way normals point: agreement between neighbours, outward for closed pieces.
+ *
+ * Normals that came with the file are taken as they are. Else signs are propagated along the
+ * neighbour graph, best edges first (Hoppe et al. 1992; across creases by reflection, Xie et al.
+ * 2003); a connected piece is turned outward by the sign of its volume if its area vectors cancel,
+ * that is, if it is closed; an open piece has agreeing signs of which nothing is known, and its
+ * points are not marked oriented. Threads: one. */
+#ifndef STP_PREPROCESS_ORIENTATION_H
+#define STP_PREPROCESS_ORIENTATION_H
+
+#include "formats/chunk/chunk_file.h"
+#include "preprocess/neighbours.h"
+
+typedef enum stp_orient_mode {
+    STP_ORIENT_AUTO = 0, /* the file's normals, else propagation */
+    STP_ORIENT_FILE,
+    STP_ORIENT_PROPAGATE,
+    STP_ORIENT_NONE,
+    STP_ORIENT_POSITION /* towards a given scanner position */
+} stp_orient_mode;
+
+typedef struct stp_orient_params {
+    stp_orient_mode mode;
+    stp_dvec3 position;
+    bool from_file; /* the cloud's normals came with the file or its faces */
+} stp_orient_params;
+
+/* Sets signs, STP_SAMPLE_ORIENTED and every point's sheet (points connected by edges between
+ * neighbours of like normals and small plane offset). Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (mode
+ * FILE without normals). */
+stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbours,
+                                const stp_orient_params *params, stp_orientation *found,
+                                stp_error *err);
+
+#endif

@@ -1,0 +1,24 @@
+/* Orders points so that patches, and the groups inside them, are runs of neighbours.
+ *
+ * Recursive halving along the longest axis of the bounding box of position and, for small sets,
+ * normal: what a plain octree gets wrong (two sheets with opposed normals in one node) splits
+ * first. Threads: any, on separate arrays. */
+#ifndef STP_PREPROCESS_PARTITION_H
+#define STP_PREPROCESS_PARTITION_H
+
+#include "base/error.h"
+
+#include <stdint.h>
+
+typedef struct stp_place {
+    float key[6];   /* position relative to anything near, then normal */
+    uint32_t index; /* of the item; breaks ties */
+    uint32_t sheet;
+} stp_place;
+
+/* Reorders places[0, count) into runs of at most 64 adjacent ones, ordered inside so that
+ * stp_level_children_begin's ranges are adjacent at every level; run i ends at ends[i]. ends has
+ * room for count entries. Returns the number of runs. */
+uint32_t stp_partition(stp_place *places, uint32_t count, uint32_t *ends);
+
+#endif

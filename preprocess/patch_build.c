@@ -1,0 +1,334 @@
+/* One patch: quantised samples, merged levels and their errors. */
+#include "preprocess/patch_build.h"
+
+#include <string.h>
+
+#define LATTICE_MIN (-160)
+#define LATTICE_MAX 160
+
+typedef struct builder {
+    const stp_item *items;
+    const uint32_t *order;
+    unsigned count;
+    stp_dvec3 chunk_origin;
+    stp_patch *patch;
+    stp_patch_samples *samples;
+    /* decoded discs and the area and first level-0 sample of each, per level */
+    stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+    double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+    unsigned first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1];
+    stp_merge_error total; /* of the patch vertex */
+} builder;
+
+int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position)
+{
+    /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
+    double step = spacing / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    if (precision > 0.0)
+        step = step > 0.0 ? fmin(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
+    double size = fmax(fabs(position.x), fmax(fabs(position.y), fabs(position.z)));
+    if (!(step > 0.0)) /* one place only: what a float would keep of it */
+        step = size > 0.0 ? ldexp(size, -24) : 1.0;
+    int exponent = (int)floor(log2(step));
+    return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
+}
+
+static int32_t lattice_floor(double value, double step)
+{
+    return (int32_t)floor(value / step);
+}
+
+/* Chooses step and origin so that all items, and merges of them on the vertex's coarser lattice,
+ * lie in 16 bits. */
+static bool place(builder *b, int vertex_exponent)
+{
+    stp_dbox box = stp_dbox_empty();
+    int exponent = vertex_exponent;
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        exponent = item->exponent < exponent ? item->exponent : exponent;
+        stp_dbox_add(&box, stp_dvec3_sub(item->disc.centre, b->chunk_origin));
+    }
+    double step = ldexp(1.0, exponent);
+    double margin = ldexp(1.0, vertex_exponent);
+    double low[3] = {box.min.x - margin, box.min.y - margin, box.min.z - margin};
+    double high[3] = {box.max.x + margin, box.max.y + margin, box.max.z + margin};
+    b->patch->exponent = (int16_t)exponent;
+    for (int axis = 0; axis < 3; axis++) {
+        if (high[axis] - low[axis] > 65533.0 * step)
+            return false;
+        if (fabs(low[axis]) > 2e9 * step || fabs(high[axis]) > 2e9 * step)
+            return false;
+        b->patch->origin[axis] = lattice_floor(low[axis], step);
+    }
+    return true;
+}
+
+/* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
+static void encode_position(const builder *b, stp_dvec3 p, int lattice, stp_sample *out)
+{
+    double coarse = ldexp(1.0, lattice);
+    double ratio = ldexp(1.0, lattice - b->patch->exponent);
+    double v[3] = {p.x, p.y, p.z};
+    for (int axis = 0; axis < 3; axis++) {
+        double steps = nearbyint(v[axis] / coarse) * ratio - (double)b->patch->origin[axis];
+        out->position[axis] = (uint16_t)fmax(0.0, fmin(65535.0, steps));
+    }
+}
+
+static uint8_t byte(double value)
+{
+    return (uint8_t)lrint(fmax(0.0, fmin(255.0, value)));
+}
+
+/* Quantises a disc into the sample and reads it back: everything after sees the decoded one. */
+static void store(builder *b, int level, unsigned index, stp_disc *disc, int lattice,
+                  stp_sample like)
+{
+    stp_sample *out = &b->samples->level[level][index];
+    *out = like;
+    encode_position(b, disc->centre, lattice, out);
+    out->radius = stp_radius_encode(disc->radius, b->patch->exponent);
+    if (level > 0)
+        stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
+    for (int i = 0; i < 3; i++)
+        out->rgb[i] = byte(disc->rgb[i]);
+    stp_disc decoded = stp_disc_from_sample(out, b->patch);
+    disc->centre = decoded.centre;
+    disc->normal = decoded.normal;
+    disc->radius = decoded.radius;
+    memcpy(disc->rgb, decoded.rgb, sizeof disc->rgb);
+    disc->reach = fmax(disc->reach, decoded.reach);
+    disc->bound = fmax(disc->bound, decoded.bound);
+    b->discs[level][index] = *disc;
+}
+
+static void store_items(builder *b)
+{
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        stp_disc disc = item->disc;
+        disc.centre = stp_dvec3_sub(disc.centre, b->chunk_origin);
+        stp_sample like = {.normal = {item->normal[0], item->normal[1], item->normal[2]},
+                           .flags = item->flags,
+                           .intensity = item->intensity,
+                           .class_id = item->class_id};
+        store(b, 0, i, &disc, b->patch->exponent, like);
+        b->areas[0][i] = item->area;
+        b->first[0][i] = i;
+    }
+    b->first[0][b->count] = b->count;
+    b->patch->counts[0] = (uint8_t)b->count;
+}
+
+/* Area-weighted mean of the finer samples [begin, end); weight r^2, or equal where all are 0. */
+static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
+                      double *area)
+{
+    const stp_disc *finer = b->discs[level - 1];
+    const stp_sample *samples = b->samples->level[level - 1];
+    stp_disc out = {0};
+    double sum = 0.0, intensity = 0.0, largest = -1.0;
+    stp_dvec3 lead = {0.0, 0.0, 0.0};
+    unsigned flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+    *area = 0.0;
+    for (unsigned i = begin; i < end; i++) {
+        double weight = finer[i].radius > 0.0 ? finer[i].radius * finer[i].radius : 1e-300;
+        bool against =
+            !(samples[i].flags & STP_SAMPLE_ORIENTED) && stp_dvec3_dot(finer[i].normal, lead) < 0.0;
+        out.centre = stp_dvec3_add(out.centre, stp_dvec3_scale(finer[i].centre, weight));
+        out.normal =
+            stp_dvec3_add(out.normal, stp_dvec3_scale(finer[i].normal, against ? -weight : weight));
+        for (int c = 0; c < 3; c++)
+            out.rgb[c] += weight * finer[i].rgb[c];
+        intensity += weight * samples[i].intensity;
+        flags &= samples[i].flags;
+        sum += weight;
+        *area += b->areas[level - 1][i];
+        if (i == begin)
+            lead = finer[i].normal;
+        if (weight > largest) {
+            largest = weight;
+            like->class_id = samples[i].class_id;
+        }
+    }
+    out.centre = stp_dvec3_scale(out.centre, 1.0 / sum);
+    out.normal = stp_dvec3_normalize(out.normal);
+    for (int c = 0; c < 3; c++)
+        out.rgb[c] /= sum;
+    if (out.normal.x == 0.0 && out.normal.y == 0.0 && out.normal.z == 0.0)
+        flags &= ~(unsigned)STP_SAMPLE_HAS_NORMAL;
+    like->intensity = byte(intensity / sum);
+    like->flags = (uint8_t)(flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL));
+    return out;
+}
+
+/* Radius that covers the centres under the disc and its own share of the surface. */
+static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
+                            unsigned end, double area)
+{
+    double radius = STP_MERGED_LAMBDA * sqrt(area);
+    if (end - begin == 1) /* nothing merged: the sample itself */
+        return b->discs[level - 1][begin].radius;
+    for (unsigned i = begin; i < end; i++) {
+        stp_dvec3 d = stp_dvec3_sub(b->discs[level - 1][i].centre, merged->centre);
+        radius = fmax(radius, stp_dvec3_length(d));
+    }
+    return radius;
+}
+
+/* One level out of the finer one; returns its worst errors. */
+static stp_merge_error merge_level(builder *b, int level, int lattice)
+{
+    unsigned finer_count = b->patch->counts[level - 1];
+    unsigned count = stp_level_count_above(finer_count);
+    stp_merge_error worst = {0};
+    b->patch->counts[level] = (uint8_t)count;
+    for (unsigned j = 0; j < count; j++) {
+        unsigned begin = stp_level_children_begin(j, count, finer_count);
+        unsigned end = stp_level_children_begin(j + 1, count, finer_count);
+        stp_sample like = {0};
+        double area = 0.0;
+        stp_disc disc = merge(b, level, begin, end, &like, &area);
+        disc.radius = merged_radius(b, &disc, level, begin, end, area);
+        store(b, level, j, &disc, lattice, like);
+        unsigned first = b->first[level - 1][begin];
+        unsigned last = b->first[level - 1][end];
+        b->first[level][j] = first;
+        b->first[level][j + 1] = last;
+        b->areas[level][j] = area;
+        stp_merge_error e =
+            stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
+        worst.error = fmax(worst.error, e.error);
+        worst.tangential_error = fmax(worst.tangential_error, e.tangential_error);
+        worst.colour_error = fmax(worst.colour_error, e.colour_error);
+        b->total = e;
+    }
+    return worst;
+}
+
+/* Cone of normals and sphere around every disc and what it stands for. */
+static void bound(builder *b)
+{
+    stp_patch *patch = b->patch;
+    stp_dvec3 sum = {0.0, 0.0, 0.0};
+    stp_dbox box = stp_dbox_empty();
+    for (unsigned i = 0; i < b->count; i++) {
+        sum = stp_dvec3_add(sum, b->discs[0][i].normal);
+        stp_dbox_add(&box, b->discs[0][i].centre);
+        if (~(unsigned)b->samples->level[0][i].flags &
+            (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
+            patch->flags |= STP_PATCH_TWO_SIDED;
+    }
+    stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
+    stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
+    double angle = 0.0;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const stp_disc *d = &b->discs[level][i];
+            bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
+            double cosine = fmax(-1.0, fmin(1.0, stp_dvec3_dot(d->normal, axis)));
+            angle = fmax(angle, known ? acos(cosine) + (level == 0 ? d->cone : 0.0) : M_PI);
+        }
+    }
+    patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
+    double step = ldexp(1.0, patch->exponent);
+    double middle[3] = {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2,
+                        (box.min.z + box.max.z) / 2};
+    for (int axis_index = 0; axis_index < 3; axis_index++)
+        patch->bound_centre[axis_index] = (uint16_t)fmax(
+            0.0, fmin(65535.0, nearbyint(middle[axis_index] / step) - patch->origin[axis_index]));
+    stp_sample centre = {
+        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
+    stp_dvec3 c = stp_sample_position(&centre, patch);
+    double radius = 0.0;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const stp_disc *d = &b->discs[level][i];
+            radius = fmax(radius, stp_dvec3_length(stp_dvec3_sub(d->centre, c)) + d->bound);
+            patch->radius[level] = b->samples->level[level][i].radius > patch->radius[level]
+                                       ? b->samples->level[level][i].radius
+                                       : patch->radius[level];
+        }
+    }
+    patch->bound_radius = stp_radius_encode(radius, patch->exponent);
+}
+
+static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
+{
+    const stp_sample *sample = &b->samples->level[STP_LEVEL_COUNT - 1][0];
+    stp_disc disc = b->discs[STP_LEVEL_COUNT - 1][0];
+    const stp_patch *patch = b->patch;
+    disc.centre = stp_dvec3_add(disc.centre, b->chunk_origin);
+    disc.low = b->total.low;
+    disc.high = b->total.high;
+    disc.reach = fmax(disc.radius, b->total.reach);
+    disc.bound = fmax(disc.radius, b->total.bound);
+    disc.cone = b->total.cone;
+    disc.error = stp_error_decode(patch->error[STP_LEVEL_COUNT - 1], patch->exponent);
+    disc.tangential_error =
+        stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
+    disc.colour_error = patch->colour_error[STP_LEVEL_COUNT - 1];
+    *vertex = (stp_item){.disc = disc,
+                         .area = b->areas[STP_LEVEL_COUNT - 1][0],
+                         .exponent = lattice,
+                         .intensity = sample->intensity,
+                         .class_id = sample->class_id,
+                         .flags = sample->flags,
+                         .normal = {sample->normal[0], sample->normal[1], sample->normal[2]}};
+}
+
+/* Level 0: what the items bring (inner chunks) or their quantisation error (originals). */
+static stp_merge_error item_errors(const builder *b)
+{
+    stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
+    for (unsigned i = 0; i < b->count; i++) {
+        worst.error = fmax(worst.error, b->discs[0][i].error);
+        worst.tangential_error = fmax(worst.tangential_error, b->discs[0][i].tangential_error);
+        worst.colour_error = fmax(worst.colour_error, b->discs[0][i].colour_error);
+    }
+    return worst;
+}
+
+bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
+                     stp_dvec3 chunk_origin, stp_patch *patch, stp_patch_samples *samples,
+                     stp_item *vertex)
+{
+    builder b = {.items = items,
+                 .order = order,
+                 .count = count,
+                 .chunk_origin = chunk_origin,
+                 .patch = patch,
+                 .samples = samples};
+    double area = 0.0;
+    int vertex_lattice = LATTICE_MAX;
+    for (unsigned i = 0; i < count; i++) {
+        area += items[order[i]].area;
+        int item = items[order[i]].exponent;
+        vertex_lattice = item < vertex_lattice ? item : vertex_lattice;
+    }
+    *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
+    /* The vertex is a sample of the parent: its lattice follows its own spacing. */
+    double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    if (step > 0.0 && (int)floor(log2(step)) > vertex_lattice)
+        vertex_lattice = (int)floor(log2(step));
+    if (!place(&b, vertex_lattice))
+        return false;
+    store_items(&b);
+    stp_merge_error worst = item_errors(&b);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        if (level > 0) {
+            bool last = level == STP_LEVEL_COUNT - 1;
+            stp_merge_error e = merge_level(&b, level, last ? vertex_lattice : patch->exponent);
+            worst.error = fmax(worst.error, e.error);
+            worst.tangential_error = fmax(worst.tangential_error, e.tangential_error);
+            worst.colour_error = fmax(worst.colour_error, e.colour_error);
+        }
+        patch->error[level] = stp_error_encode(worst.error, patch->exponent);
+        patch->tangential_error[level] = stp_error_encode(worst.tangential_error, patch->exponent);
+        patch->colour_error[level] = byte(ceil(worst.colour_error));
+    }
+    bound(&b);
+    fill_vertex(&b, vertex_lattice, vertex);
+    return true;
+}

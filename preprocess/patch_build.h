@@ -1,0 +1,30 @@
+/* One patch: quantised samples, merged levels and their errors. */
+#ifndef STP_PREPROCESS_PATCH_BUILD_H
+#define STP_PREPROCESS_PATCH_BUILD_H
+
+#include "preprocess/item.h"
+
+#include <stdbool.h>
+
+/* A merged disc's radius is at least so many of its own spacings. */
+#define STP_MERGED_LAMBDA 1.0
+/* A sample's position is kept to the local spacing over this, or better. */
+#define STP_SPACING_PARTS 32.0
+
+typedef struct stp_patch_samples {
+    stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+} stp_patch_samples;
+
+/* Exponent of the lattice on which a position is within spacing / STP_SPACING_PARTS, and precision
+ * if that is positive. */
+int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position);
+
+/* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. chunk_origin
+ * is a multiple of every item's lattice. On success *vertex is the patch vertex as an item of the
+ * parent chunk. Returns false if the items are too far apart for their lattice: then the caller
+ * parts them. A single item always fits. */
+bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
+                     stp_dvec3 chunk_origin, stp_patch *patch, stp_patch_samples *samples,
+                     stp_item *vertex);
+
+#endif

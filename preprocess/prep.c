@@ -1,0 +1,184 @@
+/* The whole of preprocessing: scans in, one chunk file out. */
+#include "preprocess/prep.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "preprocess/normals.h"
+
+#include <cjson/cJSON.h>
+#include <stdlib.h>
+
+#define READ_POINTS 65536u
+#define DEFAULT_NEIGHBOURS 16u
+#define DEFAULT_LAMBDA 1.7
+
+enum { STAGE_READ, STAGE_SORT, STAGE_NEIGHBOURS, STAGE_NORMALS, STAGE_ORIENTATION, STAGE_PATCHES };
+
+const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
+    "read", "sort", "neighbours", "normals", "orientation", "patches"};
+
+static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t source,
+                            stp_prep_stats *stats, stp_error *err)
+{
+    if (!stp_dvec3_finite(point->position)) {
+        stats->rejected_not_finite++;
+        return STP_OK;
+    }
+    if (cloud->count >= UINT32_MAX - 1)
+        return stp_error_set(err, STP_LIMIT,
+                             "more than %u points: split the input into several models",
+                             UINT32_MAX - 1);
+    stp_status status = stp_grow(&cloud->points, &cloud->capacity, (size_t)cloud->count + 1,
+                                 sizeof *cloud->points, "points", err);
+    if (status != STP_OK)
+        return status;
+    stp_cloud_point *out = &cloud->points[cloud->count++];
+    *out = (stp_cloud_point){.position = point->position,
+                             .source = (uint32_t)source,
+                             .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
+                             .intensity = point->intensity,
+                             .class_id = point->class_id};
+    float length = glms_vec3_norm(point->normal);
+    if (isfinite(length) && length > 0.0f) {
+        out->normal = glms_vec3_scale(point->normal, 1.0f / length);
+        out->flags = STP_SAMPLE_HAS_NORMAL;
+    }
+    return STP_OK;
+}
+
+static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source,
+                           const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point *points = NULL;
+    STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
+    for (;;) {
+        size_t count = 0;
+        STP_TRY(source->read(source->context, points, READ_POINTS, &count, err));
+        if (count == 0)
+            break;
+        for (size_t i = 0; i < count; i++)
+            STP_TRY(add_point(cloud, &points[i], stats->points_in++, stats, err));
+        STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
+    }
+    stats->points_out = cloud->count;
+    if (cloud->count == 0)
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: no valid point among %llu: there is nothing to write",
+                               source->name, (unsigned long long)stats->points_in);
+done:
+    free(points);
+    return status;
+}
+
+/* What the file says of its making; no dates and no folders, so that equal runs give equal bytes.
+ */
+static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats, unsigned k,
+                      double lambda, double precision)
+{
+    static const char *const orientations[] = {"unknown", "file", "position", "propagated",
+                                               "mixed"};
+    cJSON *root = cJSON_CreateObject();
+    cJSON *sources = cJSON_AddArrayToObject(root, "sources");
+    cJSON *one = cJSON_CreateObject();
+    cJSON_AddStringToObject(one, "name", source->name);
+    cJSON_AddNumberToObject(one, "points", (double)stats->points_in);
+    cJSON_AddItemToArray(sources, one);
+    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
+    cJSON_AddNumberToObject(rejected, "not_finite", (double)stats->rejected_not_finite);
+    cJSON_AddNumberToObject(root, "neighbours", k);
+    cJSON_AddNumberToObject(root, "lambda", lambda);
+    cJSON_AddNumberToObject(root, "precision", precision);
+    cJSON_AddStringToObject(root, "orientation", orientations[stats->orientation]);
+    char *text = cJSON_PrintUnformatted(root);
+    cJSON_Delete(root);
+    return text;
+}
+
+static uint32_t attributes_of(const stp_prep_source *source)
+{
+    uint32_t out = 0;
+    out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
+    out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
+    out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
+    return out;
+}
+
+/* A cloud without colours is drawn in a neutral light grey. */
+static void default_colour(stp_cloud *cloud)
+{
+    for (uint32_t i = 0; i < cloud->count; i++)
+        for (int c = 0; c < 3; c++)
+            cloud->points[i].rgb[c] = 200u * 257u;
+}
+
+static void end_stage(stp_prep_stats *stats, int stage, double *since)
+{
+    double now = stp_clock_seconds();
+    stats->stage_seconds[stage] = now - *since;
+    *since = now;
+}
+
+static stp_status write_tree(const char *path, const stp_cloud *cloud,
+                             const stp_prep_source *source, const stp_prep_params *params,
+                             const stp_tree_params *tree, unsigned k, stp_pool *pool,
+                             const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+{
+    stp_chunk_writer *writer = NULL;
+    stp_chunk_writer_params out = {.force = params->force,
+                                   .codec = params->codec,
+                                   .attributes = attributes_of(source),
+                                   .orientation = stats->orientation,
+                                   .lambda = tree->lambda};
+    stp_status status = stp_chunk_writer_create(&writer, path, &out, err);
+    if (status != STP_OK)
+        return status;
+    char *json = metadata(source, stats, k, tree->lambda, tree->precision);
+    if (json)
+        status = stp_tree_write(&writer, cloud, tree, json, pool, progress, &stats->tree, err);
+    else
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
+    stp_chunk_writer_destroy(&writer);
+    free(json);
+    return status;
+}
+
+stp_status stp_prep_run(const char *path, const stp_prep_source *source,
+                        const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
+                        stp_prep_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud cloud = {0};
+    stp_neighbours neighbours = {0};
+    unsigned k = params->neighbour_count ? params->neighbour_count : DEFAULT_NEIGHBOURS;
+    stp_tree_params tree = {.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+                            .precision = params->precision > 0.0 ? params->precision
+                                                                 : 0.5 * source->coordinate_step,
+                            .codec = params->codec};
+    stp_orient_params orient = {.mode = params->orient,
+                                .position = params->orient_position,
+                                .from_file = source->attributes & STP_POINT_HAS_NORMAL};
+    double start = stp_clock_seconds();
+    double since = start;
+    *stats = (stp_prep_stats){0};
+    STP_TRY(read_all(&cloud, source, progress, stats, err));
+    if (!(source->attributes & STP_POINT_HAS_COLOUR))
+        default_colour(&cloud);
+    end_stage(stats, STAGE_READ, &since);
+    STP_TRY(stp_cloud_sort(&cloud, pool, err));
+    end_stage(stats, STAGE_SORT, &since);
+    STP_TRY(stp_neighbours_find(&neighbours, &cloud, k, pool, progress, err));
+    end_stage(stats, STAGE_NEIGHBOURS, &since);
+    STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
+    end_stage(stats, STAGE_NORMALS, &since);
+    STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, &stats->orientation, err));
+    end_stage(stats, STAGE_ORIENTATION, &since);
+    stp_neighbours_clear(&neighbours);
+    STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
+    end_stage(stats, STAGE_PATCHES, &since);
+    stats->seconds = since - start;
+done:
+    stp_neighbours_clear(&neighbours);
+    stp_cloud_clear(&cloud);
+    return status;
+}

@@ -1,0 +1,293 @@
+/* The chunk tree: leaf chunks out of cells, and parents out of their children's patch vertices. */
+#include "preprocess/tree.h"
+
+#include "base/memory.h"
+#include "preprocess/chunk_build.h"
+#include "preprocess/patch_build.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Chunks that are built before they are written: bounds the memory of a wave. */
+#define WAVE_CHUNKS 32u
+
+/* A chunk that is written, as its parent needs it. */
+typedef struct node {
+    stp_item *vertices;
+    uint32_t vertex_count;
+    uint32_t handle;
+    uint64_t points_under;
+    uint32_t depth_below; /* leaf 0 */
+} node;
+
+/* Which nodes become one chunk of the next tier. */
+typedef struct span {
+    uint32_t begin, end;
+} span;
+
+typedef struct built {
+    stp_built_chunk chunk;
+    void *payload;
+    stp_chunk_entry entry;
+    stp_dbox box; /* of a leaf's samples as stored, world */
+} built;
+
+typedef struct tree {
+    stp_chunk_writer *writer;
+    const stp_cloud *cloud;
+    const stp_tree_params *params;
+    stp_pool *pool;
+    const stp_progress *progress;
+    uint64_t progress_total, progress_done;
+
+    node *below; /* nodes of the tier below; NULL while leaves are made */
+    span *spans;
+    uint32_t span_count;
+    uint32_t wave_begin;
+    built wave[WAVE_CHUNKS];
+
+    uint32_t **children; /* by handle */
+    uint32_t *child_counts;
+    size_t children_capacity, child_counts_capacity;
+    stp_dbox box; /* of all samples as stored */
+    stp_tree_stats stats;
+} tree;
+
+static stp_item item_of(const stp_cloud_point *point, const stp_tree_params *params)
+{
+    double radius = params->lambda * (double)point->spacing;
+    stp_item item = {.area = (double)point->spacing * (double)point->spacing,
+                     .exponent = stp_lattice_exponent((double)point->spacing, params->precision,
+                                                      point->position),
+                     .sheet = point->sheet,
+                     .intensity = (uint8_t)(point->intensity >> 8),
+                     .class_id = point->class_id,
+                     .flags = point->flags};
+    item.disc = (stp_disc){.centre = point->position,
+                           .normal = stp_dvec3_from_float(point->normal),
+                           .radius = radius,
+                           .reach = radius,
+                           .bound = radius};
+    stp_normal_encode(point->normal, item.normal);
+    for (int c = 0; c < 3; c++)
+        item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
+    return item;
+}
+
+/* Quantisation moves points a little: the file's box holds them as they are stored. */
+static void add_samples(stp_dbox *box, const stp_built_chunk *leaf)
+{
+    const stp_chunk *chunk = leaf->chunk;
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
+            stp_dbox_add(box, stp_dvec3_add(leaf->origin, stp_sample_position(&chunk->samples[0][i],
+                                                                              &chunk->patches[p])));
+}
+
+static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_item *items = NULL;
+    uint32_t count = cell->end - cell->begin;
+    STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
+    for (uint32_t i = 0; i < count; i++)
+        items[i] = item_of(&t->cloud->points[cell->begin + i], t->params);
+    stp_item_group group = {items, count};
+    STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
+    out->entry.points_under = count;
+    add_samples(&out->box, &out->chunk);
+done:
+    free(items);
+    return status;
+}
+
+static stp_status build_inner(const tree *t, span children, built *out, stp_error *err)
+{
+    stp_item_group groups[STP_CHUNK_CHILDREN_LIMIT];
+    for (uint32_t i = children.begin; i < children.end; i++) {
+        groups[i - children.begin] =
+            (stp_item_group){t->below[i].vertices, t->below[i].vertex_count};
+        out->entry.points_under += t->below[i].points_under;
+    }
+    return stp_chunk_build(&out->chunk, groups, children.end - children.begin, false, err);
+}
+
+static stp_status build_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    tree *t = context;
+    built *out = &t->wave[index];
+    size_t chunk = t->wave_begin + index;
+    (void)worker;
+    *out = (built){.box = stp_dbox_empty()};
+    STP_TRY(t->below ? build_inner(t, t->spans[chunk], out, err)
+                     : build_leaf(t, &t->cloud->cells[chunk], out, err));
+    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+    out->entry.origin = out->chunk.origin;
+    stp_chunk_destroy(&out->chunk.chunk);
+done:
+    return status;
+}
+
+static void clear_built(built *b)
+{
+    stp_built_chunk_clear(&b->chunk);
+    free(b->payload);
+    b->payload = NULL;
+}
+
+/* Appends a finished chunk and keeps its vertices as a node. */
+static stp_status write_one(tree *t, built *b, span children, node *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t handle = 0;
+    STP_TRY(stp_chunk_writer_append(t->writer, b->payload, &b->entry, &handle, err));
+    STP_TRY(stp_grow(&t->children, &t->children_capacity, (size_t)handle + 1, sizeof *t->children,
+                     "chunks", err));
+    STP_TRY(stp_grow(&t->child_counts, &t->child_counts_capacity, (size_t)handle + 1,
+                     sizeof *t->child_counts, "chunks", err));
+    t->children[handle] = NULL;
+    t->child_counts[handle] = 0;
+    t->stats.chunk_count = handle + 1;
+    t->stats.patch_count += b->entry.patch_count;
+    if (!t->below) {
+        stp_dbox_add(&t->box, b->box.min);
+        stp_dbox_add(&t->box, b->box.max);
+    }
+    if (t->below) {
+        uint32_t count = children.end - children.begin;
+        STP_TRY(stp_alloc(&t->children[handle], count, sizeof(uint32_t), "chunks", err));
+        t->child_counts[handle] = count;
+        for (uint32_t i = 0; i < count; i++)
+            t->children[handle][i] = t->below[children.begin + i].handle;
+    }
+    *out = (node){.vertices = b->chunk.vertices,
+                  .vertex_count = b->chunk.vertex_count,
+                  .handle = handle,
+                  .points_under = b->entry.points_under};
+    b->chunk.vertices = NULL;
+done:
+    return status;
+}
+
+/* Builds and writes `count` chunks, giving one node each. */
+static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
+        uint32_t left = count - t->wave_begin;
+        uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
+        status = stp_pool_run(t->pool, wave, build_one, t, err);
+        for (uint32_t i = 0; i < wave; i++) {
+            uint32_t at = t->wave_begin + i;
+            if (status == STP_OK)
+                status = write_one(t, &t->wave[i], t->below ? t->spans[at] : (span){0, 0},
+                                   &nodes[at], err);
+            clear_built(&t->wave[i]);
+        }
+        if (status == STP_OK) {
+            t->progress_done += t->below ? 0 : wave;
+            status = stp_progress_update(t->progress, "patches", t->progress_done,
+                                         t->progress_total, err);
+        }
+        if (status != STP_OK)
+            break;
+    }
+    return status;
+}
+
+/* Runs of nodes that fit one parent: at most 64 children and 64 k patch vertices. Runs follow the
+ * Morton order, so they are near each other. */
+static stp_status group_nodes(tree *t, const node *nodes, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&t->spans, count, sizeof *t->spans, "chunks", err));
+    t->span_count = 0;
+    uint32_t begin = 0;
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (i - begin == STP_CHUNK_CHILDREN_LIMIT ||
+            (i > begin && sum + nodes[i].vertex_count > STP_CHUNK_SAMPLES_LIMIT)) {
+            t->spans[t->span_count++] = (span){begin, i};
+            begin = i;
+            sum = 0;
+        }
+        sum += nodes[i].vertex_count;
+    }
+    t->spans[t->span_count++] = (span){begin, count};
+    if (t->span_count >= count && count > 1)
+        status = stp_error_set(err, STP_LIMIT,
+                               "the model's patches do not group: its points lie too far apart to "
+                               "be merged");
+done:
+    return status;
+}
+
+static void free_nodes(node *nodes, uint32_t count)
+{
+    for (uint32_t i = 0; nodes && i < count; i++)
+        free(nodes[i].vertices);
+    free(nodes);
+}
+
+/* Tiers until one chunk is left; *root is its handle. */
+static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t count = t->cloud->cell_count;
+    node *nodes = NULL;
+    STP_TRY(stp_alloc(&nodes, count, sizeof *nodes, "chunks", err));
+    STP_TRY(write_tier(t, count, nodes, err));
+    while (count > 1) {
+        node *above = NULL;
+        STP_TRY(group_nodes(t, nodes, count, err));
+        STP_TRY(stp_alloc(&above, t->span_count, sizeof *above, "chunks", err));
+        t->below = nodes;
+        status = write_tier(t, t->span_count, above, err);
+        free_nodes(nodes, count);
+        nodes = above;
+        count = t->span_count;
+        free(t->spans);
+        t->spans = NULL;
+        if (status != STP_OK)
+            goto done;
+    }
+    *root = nodes[0].handle;
+done:
+    free_nodes(nodes, count);
+    free(t->spans);
+    t->spans = NULL;
+    return status;
+}
+
+stp_status stp_tree_write(stp_chunk_writer **writer, const stp_cloud *cloud,
+                          const stp_tree_params *params, const char *metadata_json, stp_pool *pool,
+                          const stp_progress *progress, stp_tree_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t root = 0;
+    tree *t = NULL;
+    STP_TRY(stp_alloc(&t, 1, sizeof *t, "tree", err));
+    t->writer = *writer;
+    t->cloud = cloud;
+    t->params = params;
+    t->pool = pool;
+    t->progress = progress;
+    t->progress_total = cloud->cell_count;
+    t->box = stp_dbox_empty();
+    STP_TRY(build_tiers(t, &root, err));
+    STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
+                                    t->child_counts, &t->box, metadata_json, &t->stats.file_bytes,
+                                    err));
+    *stats = t->stats;
+done:
+    stp_chunk_writer_destroy(writer);
+    for (uint32_t i = 0; t && i < t->stats.chunk_count; i++)
+        free(t->children[i]);
+    if (t) {
+        free(t->children);
+        free(t->child_counts);
+    }
+    free(t);
+    return status;
+}

@@ -1,0 +1,28 @@
+/* The chunk tree: leaf chunks out of cells, and parents out of their children's patch vertices. */
+#ifndef STP_PREPROCESS_TREE_H
+#define STP_PREPROCESS_TREE_H
+
+#include "base/progress.h"
+#include "formats/chunk/chunk_file.h"
+#include "preprocess/cloud.h"
+
+typedef struct stp_tree_params {
+    double lambda;    /* radius of a sample over its spacing */
+    double precision; /* greatest position error, 0: by the spacing alone */
+    stp_codec codec;
+} stp_tree_params;
+
+typedef struct stp_tree_stats {
+    uint32_t chunk_count;
+    uint64_t patch_count;
+    uint64_t file_bytes;
+} stp_tree_stats;
+
+/* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
+ * Chunks are built on the pool in waves and written in order: the same bytes for any number of
+ * threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
+stp_status stp_tree_write(stp_chunk_writer **writer, const stp_cloud *cloud,
+                          const stp_tree_params *params, const char *metadata_json, stp_pool *pool,
+                          const stp_progress *progress, stp_tree_stats *stats, stp_error *err);
+
+#endif

@@ -1,0 +1,14 @@
+/* The commands of this build: each is one file in tools/ that defines cli_<name>.
+ *
+ * command_list.h is written by tools/CMakeLists.txt, X(name) for each command in the order of the
+ * help; a build without the renderer has fewer. */
+#ifndef STP_TOOLS_COMMANDS_H
+#define STP_TOOLS_COMMANDS_H
+
+#include "tools/cli.h"
+
+#define X(name) extern const cli_command cli_##name;
+#include "command_list.h"
+#undef X
+
+#endif

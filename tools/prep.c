@@ -1,0 +1,241 @@
+/* stipple prep: scans to one chunk file. */
+#include "tools/commands.h"
+
+#include "base/clock.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "formats/scan/scan.h"
+#include "preprocess/prep.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define INPUTS_LIMIT 4096
+
+typedef struct prep_options {
+    const char *output, *orient, *stats;
+    uint64_t neighbours, sample, seed;
+    double precision;
+    bool recompute_normals, force;
+    int codec;
+    cli_common common;
+} prep_options;
+
+/* Several scans, one after the other. */
+typedef struct inputs {
+    const char *const *paths;
+    size_t count, current;
+    stp_scan_params params;
+    stp_scan *scan;
+} inputs;
+
+static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
+{
+    inputs *in = context;
+    stp_status status = STP_OK;
+    *count = 0;
+    while (*count == 0 && in->current < in->count) {
+        if (!in->scan)
+            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
+        STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        if (*count == 0) {
+            stp_scan_close(&in->scan);
+            in->current++;
+        }
+    }
+done:
+    return status;
+}
+
+/* What all inputs together are; every file is opened once, so that a wrong one fails at once. */
+static stp_status survey(const inputs *in, stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t all = UINT32_MAX;
+    uint32_t any = 0;
+    for (size_t i = 0; i < in->count; i++) {
+        stp_scan *scan = NULL;
+        status = stp_scan_open(&scan, in->paths[i], &in->params, err);
+        if (status != STP_OK)
+            return status;
+        const stp_scan_info *info = stp_scan_get_info(scan);
+        source->point_count += info->point_count;
+        all &= info->attributes;
+        any |= info->attributes;
+        if (info->coordinate_step > 0.0 &&
+            (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
+            source->coordinate_step = info->coordinate_step;
+        stp_scan_close(&scan);
+    }
+    /* Normals orient the model only if every scan has them. */
+    source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
+    return status;
+}
+
+static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
+{
+    static const char *const words[] = {"auto", "file", "propagate", "none"};
+    static const stp_orient_mode modes[] = {STP_ORIENT_AUTO, STP_ORIENT_FILE, STP_ORIENT_PROPAGATE,
+                                            STP_ORIENT_NONE};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        if (strcmp(text, words[i]) == 0) {
+            params->orient = modes[i];
+            return STP_OK;
+        }
+    }
+    stp_dvec3 *p = &params->orient_position;
+    int used = 0;
+    if (sscanf(text, "%lf,%lf,%lf%n", &p->x, &p->y, &p->z, &used) == 3 && !text[used] &&
+        stp_dvec3_finite(*p)) {
+        params->orient = STP_ORIENT_POSITION;
+        return STP_OK;
+    }
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
+}
+
+static cJSON *stats_json(const stp_prep_stats *s)
+{
+    double points = (double)s->points_out;
+    cJSON *root = cJSON_CreateObject();
+    cJSON_AddNumberToObject(root, "points_in", (double)s->points_in);
+    cJSON_AddNumberToObject(root, "points_out", points);
+    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
+    cJSON_AddNumberToObject(rejected, "not_finite", (double)s->rejected_not_finite);
+    cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
+    cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
+    cJSON_AddNumberToObject(root, "seconds", s->seconds);
+    cJSON_AddNumberToObject(root, "points_per_second", points / s->seconds);
+    cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
+    cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
+    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
+    cJSON *stages = cJSON_AddObjectToObject(root, "stages");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
+    return root;
+}
+
+static stp_status write_stats(const stp_prep_stats *s, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_output *output = NULL;
+    cJSON *root = stats_json(s);
+    char *text = cJSON_Print(root);
+    if (!text) {
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the statistics");
+        goto done;
+    }
+    STP_TRY(stp_output_create(&output, path, true, err));
+    STP_TRY(stp_output_write(output, text, strlen(text), err));
+    STP_TRY(stp_output_write(output, "\n", 1, err));
+    STP_TRY(stp_output_commit(&output, err));
+done:
+    stp_output_destroy(&output);
+    free(text);
+    cJSON_Delete(root);
+    return status;
+}
+
+static void print_stats(const stp_prep_stats *s)
+{
+    static const char *const orientation[] = {"unknown: drawn two-sided", "from the file",
+                                              "from the scanner's position", "propagated",
+                                              "known in part"};
+    fprintf(stderr,
+            "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected (not finite)\n",
+            s->points_in, s->points_out, s->rejected_not_finite);
+    fprintf(stderr,
+            "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point); orientation %s\n",
+            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
+            (double)s->tree.file_bytes / (double)s->points_out, orientation[s->orientation]);
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        fprintf(stderr, "  %-12s %8.2f s\n", stp_prep_stage_names[i], s->stage_seconds[i]);
+    fprintf(stderr, "  %-12s %8.2f s  %.2f M points/s, peak memory %.2f GiB\n", "all", s->seconds,
+            1e-6 * (double)s->points_out / s->seconds,
+            (double)stp_peak_rss_bytes() / (1024.0 * 1024.0 * 1024.0));
+}
+
+static stp_status run_prep(const prep_options *o, const char *const *paths, size_t count,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_pool *pool = NULL;
+    inputs in = {.paths = paths,
+                 .count = count,
+                 .params = {.sample_count = o->sample,
+                            .seed = o->seed,
+                            .recompute_normals = o->recompute_normals}};
+    const char *name = strrchr(paths[0], '/');
+    stp_prep_source source = {
+        .context = &in, .read = read_inputs, .name = name ? name + 1 : paths[0]};
+    stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
+                              .precision = o->precision,
+                              .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
+                              .force = o->force};
+    stp_prep_stats stats = {0};
+    STP_TRY(parse_orient(o->orient, &params, err));
+    STP_TRY(survey(&in, &source, err));
+    STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    status = stp_prep_run(o->output, &source, &params, pool, cli_progress(&o->common), &stats, err);
+    cli_progress_end();
+    if (status != STP_OK)
+        goto done;
+    if (o->stats)
+        STP_TRY(write_stats(&stats, o->stats, err));
+    if (!o->common.quiet)
+        print_stats(&stats);
+done:
+    stp_scan_close(&in.scan);
+    stp_pool_destroy(&pool);
+    return status;
+}
+
+static int prep_main(int argc, char **argv);
+
+const cli_command cli_prep = {
+    .name = "prep",
+    .summary = "scans to a chunk file",
+    .usage = "stipple prep IN... -o M.stipple [options]",
+    .details = "Reads PLY, OBJ, OFF and STL; several inputs become one model.",
+    .run = prep_main,
+};
+
+static int prep_main(int argc, char **argv)
+{
+    static const char *paths[INPUTS_LIMIT];
+    prep_options o = {.orient = "auto", .neighbours = 16};
+    const cli_option options[] = {
+        {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
+        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K", "neighbours of a point (16)", NULL},
+        {"--orient", 0, CLI_STRING, &o.orient, "HOW",
+         "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
+        {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL,
+         "ignore the input's normals", NULL},
+        {"--sample", 0, CLI_UINT, &o.sample, "N", "N points over a mesh's faces", NULL},
+        {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
+        {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
+         "greatest position error (half the input's own scale)", NULL},
+        {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing output", NULL},
+    };
+    size_t count = 0;
+    int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
+                         INPUTS_LIMIT, &count, &o.common);
+    if (code != CLI_CONTINUE)
+        return code;
+    if (!o.output)
+        return cli_usage(&cli_prep, "no output: give -o M.stipple");
+    if (o.neighbours < 3 || o.neighbours > STP_NEIGHBOURS_LIMIT)
+        return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
+    if (o.precision < 0.0)
+        return cli_usage(&cli_prep, "--precision: give a positive length");
+    stp_error error = {0};
+    if (run_prep(&o, paths, count, &error) != STP_OK)
+        return cli_fail(&cli_prep, &error);
+    return CLI_DONE;
+}
