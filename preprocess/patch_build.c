@@ -260,8 +260,8 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
     stp_disc disc = b->discs[STP_LEVEL_COUNT - 1][0];
     const stp_patch *patch = b->patch;
     disc.centre = stp_dvec3_add(disc.centre, b->chunk_origin);
-    disc.low = b->total.low;
-    disc.high = b->total.high;
+    disc.low = fmin(0.0, b->total.low); /* the disc itself is drawn, too */
+    disc.high = fmax(0.0, b->total.high);
     disc.reach = fmax(disc.radius, b->total.reach);
     disc.bound = fmax(disc.radius, b->total.bound);
     disc.cone = b->total.cone;

@@ -2,6 +2,7 @@
 #include "formats/chunk/verify.h"
 
 #include "base/memory.h"
+#include "formats/chunk/verify_errors.h"
 #include "formats/chunk/verify_join.h"
 #include "formats/chunk/verify_tree.h"
 
@@ -39,8 +40,11 @@ static stp_status fault(const place *at, uint32_t patch, const char *what, stp_e
 /* The recomputed perpendicular, tangential and colour errors, cones and bounds of every patch. */
 static stp_status verify_errors(const place *at, stp_error *err)
 {
-    (void)at;
-    (void)err;
+    for (uint32_t i = 0; i < at->chunk->patch_count; i++) {
+        const char *what = stp_verify_patch_errors(at->chunk, i);
+        if (what)
+            return fault(at, i, what, err);
+    }
     return STP_OK;
 }
 

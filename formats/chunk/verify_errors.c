@@ -1,0 +1,84 @@
+/* Errors, cone and bound of a patch recomputed from its decoded samples. */
+#include "formats/chunk/verify_errors.h"
+
+#include "formats/chunk/patch_bounds.h"
+
+/* Recomputation repeats the writer's arithmetic; what is left is rounding. */
+#define SLACK 1.000001
+
+typedef struct levels {
+    stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+    unsigned first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1]; /* level-0 samples under each */
+} levels;
+
+static void decode(const stp_chunk *chunk, uint32_t index, levels *out)
+{
+    const stp_patch *patch = &chunk->patches[index];
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        unsigned count = patch->counts[level];
+        const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][index];
+        for (unsigned i = 0; i < count; i++)
+            out->discs[level][i] = stp_disc_from_sample(&samples[i], patch);
+        for (unsigned i = 0; i <= count; i++)
+            out->first[level][i] = level == 0 ? i
+                                              : out->first[level - 1][stp_level_children_begin(
+                                                    i, count, patch->counts[level - 1])];
+    }
+}
+
+static const char *check_level(const levels *l, const stp_patch *patch, int level)
+{
+    double error = stp_error_decode(patch->error[level], patch->exponent) * SLACK;
+    double tangential = stp_error_decode(patch->tangential_error[level], patch->exponent) * SLACK;
+    for (unsigned i = 0; i < patch->counts[level]; i++) {
+        unsigned first = l->first[level][i];
+        stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first],
+                                              l->first[level][i + 1] - first);
+        double rounding = ldexp(1e-9, patch->exponent);
+        if (e.error > error + rounding)
+            return "the perpendicular error of a merged sample exceeds the stored one";
+        if (e.tangential_error > tangential + rounding)
+            return "the tangential error of a merged sample exceeds the stored one";
+        if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
+            return "the colour error of a merged sample exceeds the stored one";
+    }
+    return NULL;
+}
+
+static const char *check_bounds(const levels *l, const stp_patch *patch)
+{
+    stp_sample at = {
+        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
+    stp_dvec3 centre = stp_sample_position(&at, patch);
+    stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
+    double radius = stp_radius_decode(patch->bound_radius, patch->exponent) * SLACK;
+    double angle = stp_cone_angle_decode(patch->cone_angle) * SLACK;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const stp_disc *d = &l->discs[level][i];
+            if (stp_dvec3_length(stp_dvec3_sub(d->centre, centre)) + d->radius > radius)
+                return "a disc reaches out of the patch's bound";
+            double cosine = fmax(-1.0, fmin(1.0, stp_dvec3_dot(d->normal, axis)));
+            bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
+            if (known && acos(cosine) > angle)
+                return "a normal lies outside the patch's cone";
+        }
+    }
+    return NULL;
+}
+
+const char *stp_verify_patch_errors(const stp_chunk *chunk, uint32_t index)
+{
+    const stp_patch *patch = &chunk->patches[index];
+    levels l;
+    decode(chunk, index, &l);
+    for (int level = 1; level < STP_LEVEL_COUNT; level++) {
+        const char *fault = check_level(&l, patch, level);
+        if (fault)
+            return fault;
+        if (patch->error[level] < patch->error[level - 1] ||
+            patch->tangential_error[level] < patch->tangential_error[level - 1])
+            return "an error shrinks towards the root";
+    }
+    return check_bounds(&l, patch);
+}
