@@ -95,9 +95,11 @@ static inline void fixture_finish_patch(stp_chunk *chunk, uint32_t index, int er
             }
         }
         greatest = patch->radius[l] > greatest ? patch->radius[l] : greatest;
-        patch->error[l] = (uint8_t)(error + 8 * l);
-        patch->tangential_error[l] = (uint8_t)(10 * l);
-        patch->colour_error[l] = (uint8_t)(4 * l);
+        /* generous codes: these patches are no surface, but their bounds must hold */
+        int bound = error > 215 ? error : 215;
+        patch->error[l] = (uint8_t)(l ? bound + 2 * l : error);
+        patch->tangential_error[l] = (uint8_t)(l ? 215 + 2 * l : 0);
+        patch->colour_error[l] = (uint8_t)(l ? 255 : 0);
     }
     double reach = 0.0;
     for (int i = 0; i < 3; i++) {
@@ -107,7 +109,7 @@ static inline void fixture_finish_patch(stp_chunk *chunk, uint32_t index, int er
     reach = ldexp(reach, FIXTURE_EXPONENT) + stp_radius_decode((uint8_t)greatest, FIXTURE_EXPONENT);
     patch->bound_radius = stp_radius_encode(reach, FIXTURE_EXPONENT);
     stp_normal_encode((vec3s){{0.0f, 0.0f, 1.0f}}, patch->cone_axis);
-    patch->cone_angle = stp_cone_angle_encode(0.8);
+    patch->cone_angle = stp_cone_angle_encode(M_PI);
 }
 
 /* Fills level_begin from total level-0 samples of equal patches of up to per_patch samples. */
