@@ -9,7 +9,7 @@ declare -A allowed=(
     [base]="base"
     [formats]="base formats"
     [preprocess]="base formats preprocess"
-    [runtime]="base formats runtime"
+    [runtime]="base formats runtime shaders"
     [tools]="base formats preprocess runtime tools"
     [tests]="base formats preprocess runtime tools tests"
 )

@@ -1,0 +1,121 @@
+/* Cameras and the views derived from them. */
+#include "runtime/camera.h"
+
+#define DEGREES (3.14159265358979323846 / 180.0)
+/* The near plane lies this fraction of the ball's radius in front of the eye. */
+#define NEAR_FRACTION 1e-5
+
+stp_ball stp_ball_from_box(const stp_dbox *box)
+{
+    stp_dvec3 centre = stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
+    double radius = 0.5 * stp_dvec3_length(stp_dvec3_sub(box->max, box->min));
+    double least = 1e-9 * stp_dvec3_length(centre);
+    if (!(radius > least))
+        radius = least > 0.0 ? least : 1.0;
+    return (stp_ball){centre, radius};
+}
+
+stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
+                           int height, stp_error *err)
+{
+    if (!stp_dvec3_finite(camera->eye) || !stp_dvec3_finite(camera->look) ||
+        !stp_dvec3_finite(camera->up))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera's eye, look or up is not finite: give three numbers each");
+    bool orthographic = camera->height > 0.0;
+    if (!orthographic && !(camera->fovy_deg > 0.0 && camera->fovy_deg < 180.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera's angle of %g degrees is not between 0 and 180",
+                             camera->fovy_deg);
+    if (width < 1 || height < 1)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "a picture of %d x %d pixels is empty",
+                             width, height);
+    stp_dvec3 back = stp_dvec3_normalize(stp_dvec3_sub(camera->eye, camera->look));
+    if (stp_dvec3_length(back) == 0.0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera's eye is where it looks: move one of them");
+    stp_dvec3 right = stp_dvec3_cross(stp_dvec3_normalize(camera->up), back);
+    if (stp_dvec3_length(right) < 1e-9)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera's up points along its view: give another --up");
+    right = stp_dvec3_normalize(right);
+    double distance = stp_dvec3_dot(stp_dvec3_sub(camera->eye, ball->centre), back);
+    double near_depth = NEAR_FRACTION * ball->radius;
+    *out = (stp_view){
+        .eye = camera->eye,
+        .right = right,
+        .up = stp_dvec3_cross(back, right),
+        .back = back,
+        .f = orthographic ? height / camera->height
+                          : height / (2.0 * tan(0.5 * camera->fovy_deg * DEGREES)),
+        .near_depth = near_depth,
+        .ball_near = fmax(near_depth, distance - ball->radius),
+        .ball_far = fmax(2.0 * near_depth, distance + ball->radius),
+        .width = width,
+        .height = height,
+        .orthographic = orthographic,
+    };
+    return STP_OK;
+}
+
+stp_dvec3 stp_camera_direction(int i)
+{
+    /* In ternary digits -1, 0, 1 of the cube's 27 places, by how many are not zero. */
+    int seen = 0;
+    for (int wanted = 1; wanted <= 3; wanted++)
+        for (int axis = 0; axis < 27; axis++) {
+            /* +x before -x before the next axis: digits 0 -> 0, 1 -> +1, 2 -> -1, x lowest */
+            int digits[3] = {axis % 3, axis / 3 % 3, axis / 9};
+            int count = (digits[0] != 0) + (digits[1] != 0) + (digits[2] != 0);
+            if (count != wanted || seen++ != i)
+                continue;
+            double v[3];
+            for (int k = 0; k < 3; k++)
+                v[k] = digits[k] == 1 ? 1.0 : digits[k] == 2 ? -1.0 : 0.0;
+            return stp_dvec3_normalize((stp_dvec3){v[0], v[1], v[2]});
+        }
+    return (stp_dvec3){0.0, 0.0, 1.0};
+}
+
+stp_dvec3 stp_camera_up(const stp_dbox *box)
+{
+    stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
+    if (size.z < 0.5 * size.x && size.z < 0.5 * size.y)
+        return (stp_dvec3){0.0, 0.0, 1.0};
+    return (stp_dvec3){0.0, 1.0, 0.0};
+}
+
+stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec3 up,
+                             double fovy_deg, int width, int height)
+{
+    direction = stp_dvec3_normalize(direction);
+    if (fabs(stp_dvec3_dot(direction, up)) > 0.999)
+        up = fabs(direction.z) < 0.9 ? (stp_dvec3){0.0, 0.0, 1.0} : (stp_dvec3){0.0, 1.0, 0.0};
+    double half = 0.5 * fovy_deg * DEGREES;
+    if (width < height)
+        half = atan(tan(half) * width / height);
+    double distance = ball->radius / sin(half);
+    return (stp_camera){
+        .eye = stp_dvec3_add(ball->centre, stp_dvec3_scale(direction, distance)),
+        .look = ball->centre,
+        .up = up,
+        .fovy_deg = fovy_deg,
+    };
+}
+
+stp_camera stp_camera_default(const stp_dbox *box, int width, int height)
+{
+    stp_ball ball = stp_ball_from_box(box);
+    stp_dvec3 up = stp_camera_up(box);
+    stp_dvec3 direction = up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
+    return stp_camera_around(&ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
+}
+
+stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position)
+{
+    stp_dvec3 p = stp_dvec3_sub(position, view->eye);
+    double depth = -stp_dvec3_dot(view->back, p);
+    double scale = view->orthographic ? view->f : view->f / depth;
+    return (stp_dvec3){0.5 * view->width + scale * stp_dvec3_dot(view->right, p),
+                       0.5 * view->height + scale * stp_dvec3_dot(view->up, p), depth};
+}

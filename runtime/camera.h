@@ -1,0 +1,74 @@
+/* Where a picture is seen from: cameras, the views derived from them, and the fixed views.
+ *
+ * World: the scan's axes and units, in double. Eye space is GL's: x right, y up, z towards the
+ * viewer; depth is -z. Window coordinates: pixels, y up, pixel centres at halves.
+ * Threads: any (pure functions, but for loading). */
+#ifndef STP_RUNTIME_CAMERA_H
+#define STP_RUNTIME_CAMERA_H
+
+#include "base/error.h"
+#include "base/vec.h"
+
+#include <stdbool.h>
+
+#define STP_CAMERA_FOVY_DEG 45.0
+/* Faces, edges and corners of a cube. */
+#define STP_DIRECTION_COUNT 26
+
+/* height > 0: orthographic, and so many world units fill the picture's height; else perspective. */
+typedef struct stp_camera {
+    stp_dvec3 eye, look, up;
+    double fovy_deg;
+    double height;
+    int size[2]; /* of the picture in pixels; 0: not said */
+} stp_camera;
+
+/* A ball around what is looked at. */
+typedef struct stp_ball {
+    stp_dvec3 centre;
+    double radius;
+} stp_ball;
+
+/* A camera made ready for one viewport. */
+typedef struct stp_view {
+    stp_dvec3 eye;
+    stp_dvec3 right, up, back;  /* unit: eye space's axes in the world */
+    double f;                   /* height / (2 tan(fovy / 2)); orthographic: pixels per unit */
+    double near_depth;          /* what is not deeper is not drawn */
+    double ball_near, ball_far; /* depths between which the model's ball lies, ball_near >= near */
+    int width, height;
+    bool orthographic;
+} stp_view;
+
+/* The ball through the corners of a box; radius at least 1e-9 of the coordinates, and 1 where the
+ * box is one point at the origin. */
+stp_ball stp_ball_from_box(const stp_dbox *box);
+
+/* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle outside (0, 180), not finite). */
+stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
+                           int height, stp_error *err);
+
+/* Unit vector from the model to the eye, i in [0, STP_DIRECTION_COUNT): six faces first (+x -x +y
+ * -y +z -z), then twelve edges, then eight corners. */
+stp_dvec3 stp_camera_direction(int i);
+
+/* The up axis of a model: z where the box is less than half as high in z as in both x and y (a
+ * surveyed terrain), else y. */
+stp_dvec3 stp_camera_up(const stp_dbox *box);
+
+/* A perspective camera that sees the ball fill the smaller side of width x height from direction
+ * (from the model to the eye). `up` is replaced by another axis where it is along the direction. */
+stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec3 up,
+                             double fovy_deg, int width, int height);
+
+/* The default: the whole model, seen from the front, a little from the right and above. */
+stp_camera stp_camera_default(const stp_dbox *box, int width, int height);
+
+/* Replaces what a JSON file gives: eye, look, up, fovy_deg or height, size. Errors: NOT_FOUND, IO,
+ * FORMAT (not such a file; the key is named). */
+stp_status stp_camera_load(stp_camera *camera, const char *path, stp_error *err);
+
+/* Window coordinates and depth of a world position as x, y, z; depth <= 0 is behind the eye. */
+stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position);
+
+#endif

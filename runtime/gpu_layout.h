@@ -1,0 +1,68 @@
+/* What the GPU reads, as C structs: the same as shaders/layout.glsl and shaders/patch.glsl.
+ * tests/test_gl_layout.c compares the two. */
+#ifndef STP_RUNTIME_GPU_LAYOUT_H
+#define STP_RUNTIME_GPU_LAYOUT_H
+
+#include "formats/chunk/sample.h"
+
+#include <stdint.h>
+
+/* Texture units and uniform locations of shaders/layout.glsl, pixel.glsl and resolve.frag. */
+enum {
+    STP_UNIT_OBJECT_TEXTURE = 0,
+    STP_UNIT_PATCHES = 1,
+    STP_UNIT_CHUNKS = 2,
+    STP_UNIT_FINE = 3,   /* shape, depth, colour */
+    STP_UNIT_COARSE = 6, /* shape, depth, colour */
+    STP_UNIT_NEAREST = 9,
+    STP_UNIT_COUNT = 10
+};
+enum {
+    STP_UNIFORM_CHUNK_SLOT = 0,
+    STP_UNIFORM_FIRST_PATCH = 1,
+    STP_UNIFORM_PYRAMID_LEVEL = 2,
+    STP_UNIFORM_KEEP_OTHERS = 3,
+    STP_UNIFORM_COARSE_AREA = 4
+};
+
+/* Bits of modes[3]. */
+enum { STP_MODE_KEEP_BACK_FACES = 1, STP_MODE_NO_COLOUR = 2 };
+
+/* std140, binding 0. */
+typedef struct stp_gpu_frame {
+    float axis_right[4], axis_up[4], axis_back[4];
+    float viewport[4]; /* width, height, f, near depth */
+    float frustum[4];  /* side planes: x's (cos, sin), y's (cos, sin) */
+    float quality[4];  /* threshold, radius cap in pixels; ball near, far */
+    int32_t modes[4];  /* orthographic, shade, box, STP_MODE_* */
+} stp_gpu_frame;
+
+/* Relative to the chunk's origin. */
+typedef struct stp_gpu_patch {
+    float origin[3], step;
+    float bound_centre[3], bound_radius;
+    float cone_axis[3], cone_cos;
+    float error[STP_LEVEL_COUNT];
+    float tangential_error[STP_LEVEL_COUNT];
+    float radius[STP_LEVEL_COUNT];
+    uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
+    uint8_t count[STP_LEVEL_COUNT];
+    uint32_t slot;
+    uint8_t child, flags; /* flags: STP_PATCH_* */
+    uint8_t unused[2];
+    uint8_t colour_error[STP_LEVEL_COUNT];
+} stp_gpu_patch;
+
+typedef struct stp_gpu_chunk {
+    float offset[3]; /* origin minus eye */
+    uint32_t finest;
+    uint32_t drawn_children[2];
+    uint32_t id;
+    uint32_t depth;
+} stp_gpu_chunk;
+
+_Static_assert(sizeof(stp_gpu_frame) == 112, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_patch) == 128, "STP_PATCH_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
+
+#endif

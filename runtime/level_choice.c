@@ -1,0 +1,122 @@
+/* The level of a patch on the CPU; see shaders/choose.glsl, which this follows line by line. */
+#include "runtime/level_choice.h"
+
+#include "runtime/level_rule.h"
+
+static float dot3(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void set_axis(float out[4], stp_dvec3 axis)
+{
+    out[0] = (float)axis.x;
+    out[1] = (float)axis.y;
+    out[2] = (float)axis.z;
+    out[3] = 0.0f;
+}
+
+stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
+{
+    double half_width = 0.5 * view->width;
+    double half_height = 0.5 * view->height;
+    double x = sqrt(view->f * view->f + half_width * half_width);
+    double y = sqrt(view->f * view->f + half_height * half_height);
+    stp_gpu_frame frame = {
+        .viewport = {(float)view->width, (float)view->height, (float)view->f,
+                     (float)view->near_depth},
+        .frustum = {(float)(view->f / x), (float)(half_width / x), (float)(view->f / y),
+                    (float)(half_height / y)},
+        .quality = {0.0f, 0.0f, (float)view->ball_near, (float)view->ball_far},
+        .modes = {view->orthographic, 0, 0, 0},
+    };
+    set_axis(frame.axis_right, view->right);
+    set_axis(frame.axis_up, view->up);
+    set_axis(frame.axis_back, view->back);
+    return frame;
+}
+
+static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], float radius)
+{
+    float depth = -centre[2];
+    if (depth + radius <= frame->viewport[3])
+        return true;
+    for (int i = 0; i < 2; i++) {
+        float side =
+            frame->modes[0]
+                ? fabsf(centre[i]) - 0.5f * frame->viewport[i] / frame->viewport[2]
+                : fabsf(centre[i]) * frame->frustum[2 * i] - depth * frame->frustum[2 * i + 1];
+        if (side > radius)
+            return true;
+    }
+    return false;
+}
+
+stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    const stp_rule_sight hidden = {false, -1.0f, 1.0f};
+    bool orthographic = frame->modes[0] != 0;
+    float centre[3] = {dot3(frame->axis_right, bound->centre), dot3(frame->axis_up, bound->centre),
+                       dot3(frame->axis_back, bound->centre)};
+    if (outside_frustum(frame, centre, bound->radius))
+        return hidden;
+    float range = sqrtf(dot3(centre, centre));
+    float sin_beta = orthographic ? 0.0f : fminf(1.0f, bound->radius / fmaxf(range, 1e-30f));
+    float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
+                                 : dot3(bound->centre, bound->cone_axis) / fmaxf(range, 1e-30f);
+    cos_phi = fminf(fmaxf(cos_phi, -1.0f), 1.0f);
+    if (!bound->two_sided && (frame->modes[3] & STP_MODE_KEEP_BACK_FACES) == 0 &&
+        range > bound->radius && stp_rule_backfacing(cos_phi, bound->cone_cos, sin_beta))
+        return hidden;
+    return (stp_rule_sight){
+        true,
+        stp_rule_scale(-centre[2], range, bound->radius, frame->viewport[2], frame->viewport[3],
+                       orthographic),
+        stp_rule_sin_alpha(cos_phi, bound->cone_cos, sin_beta),
+    };
+}
+
+static stp_rule_bound patch_bound(const stp_gpu_chunk *chunk, const stp_gpu_patch *patch)
+{
+    stp_rule_bound bound = {
+        .radius = patch->bound_radius,
+        .cone_cos = patch->cone_cos,
+        .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0,
+    };
+    for (int i = 0; i < 3; i++) {
+        bound.centre[i] = patch->bound_centre[i] + chunk->offset[i];
+        bound.cone_axis[i] = patch->cone_axis[i];
+    }
+    return bound;
+}
+
+int stp_level_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                     const stp_gpu_patch *patch)
+{
+    if (patch->child < 64 && (chunk->drawn_children[patch->child / 32] >> patch->child % 32 & 1u))
+        return STP_LEVEL_SKIP;
+    stp_rule_bound bound = patch_bound(chunk, patch);
+    stp_rule_sight sight = stp_rule_look(frame, &bound);
+    if (!sight.visible)
+        return STP_LEVEL_SKIP;
+    int finest = (int)chunk->finest;
+    if (frame->quality[0] <= 0.0f || sight.scale < 0.0f)
+        return finest;
+    for (int level = STP_LEVEL_COUNT - 1; level > finest; level--)
+        if (stp_rule_error(sight.scale, sight.sin_alpha, patch->error[level],
+                           patch->tangential_error[level]) <= frame->quality[0] &&
+            patch->radius[level] * sight.scale <= frame->quality[1])
+            return level;
+    return finest;
+}
+
+float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                         const stp_gpu_patch *patch, int level)
+{
+    stp_rule_bound bound = patch_bound(chunk, patch);
+    stp_rule_sight sight = stp_rule_look(frame, &bound);
+    if (!sight.visible || sight.scale < 0.0f)
+        return 0.0f;
+    return stp_rule_error(sight.scale, sight.sin_alpha, patch->error[level],
+                          patch->tangential_error[level]);
+}

@@ -1,0 +1,22 @@
+/* The error rule of shaders/level_rule.glsl as C: one source decides on the CPU and on the GPU. */
+#ifndef STP_RUNTIME_LEVEL_RULE_H
+#define STP_RUNTIME_LEVEL_RULE_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#define STP_RULE static inline
+#define STP_SQRT sqrtf
+#define STP_MAX fmaxf
+#define STP_MIN fminf
+#define STP_ABS fabsf
+
+#include "shaders/level_rule.glsl"
+
+#undef STP_RULE
+#undef STP_SQRT
+#undef STP_MAX
+#undef STP_MIN
+#undef STP_ABS
+
+#endif

@@ -1,0 +1,47 @@
+/* Opens a chunk file and takes its whole directory into memory. */
+#include "runtime/model.h"
+
+#include "base/memory.h"
+#include "runtime/object_texture.h"
+
+#include <stdlib.h>
+
+stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_model *model = NULL;
+    STP_TRY(stp_alloc(&model, 1, sizeof *model, "a model", err));
+    STP_TRY(stp_chunk_file_open(&model->file, path, err));
+    model->info = stp_chunk_file_get_info(model->file);
+    STP_TRY(stp_alloc(&model->entries, model->info->chunk_count, sizeof *model->entries,
+                      "a directory of chunks", err));
+    for (uint32_t id = 0; id < model->info->chunk_count; id++)
+        STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
+    model->ball = stp_ball_from_box(&model->info->box);
+    *out = model;
+    model = NULL;
+done:
+    stp_model_close(&model);
+    return status;
+}
+
+void stp_model_close(stp_model **model)
+{
+    if (*model == NULL)
+        return;
+    stp_chunk_file_close(&(*model)->file);
+    free((*model)->entries);
+    free(*model);
+    *model = NULL;
+}
+
+uint64_t stp_model_gpu_bytes(const stp_model *model)
+{
+    uint64_t bytes = 0;
+    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
+        bytes += model->entries[id].patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            bytes += model->entries[id].sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
+    }
+    return bytes;
+}

@@ -1,0 +1,183 @@
+/* The GPU's memory of samples and patches. */
+#include "runtime/object_texture.h"
+
+#include "base/memory.h"
+#include "runtime/gl_context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static GLuint create_buffer(uint64_t bytes)
+{
+    GLuint buffer = 0;
+    glCreateBuffers(1, &buffer);
+    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    return buffer;
+}
+
+static void create_sample_array(stp_object_texture *t)
+{
+    glCreateVertexArrays(1, &t->empty_array);
+    glCreateVertexArrays(1, &t->sample_array);
+    glVertexArrayVertexBuffer(t->sample_array, 0, t->samples, 0, sizeof(stp_sample));
+    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_chunk, 0, sizeof(uint16_t));
+    glVertexArrayAttribIFormat(t->sample_array, 0, 4, GL_UNSIGNED_INT, 0);
+    glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_SHORT, 0);
+    for (GLuint i = 0; i < 2; i++) {
+        glVertexArrayAttribBinding(t->sample_array, i, i);
+        glEnableVertexArrayAttrib(t->sample_array, i);
+    }
+}
+
+stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
+                                     uint32_t patch_capacity, uint32_t slot_capacity,
+                                     stp_error *err)
+{
+    stp_object_texture t = {.slot_capacity = slot_capacity};
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    if (sample_capacity > (uint32_t)limit || patch_capacity > (uint32_t)limit / 8)
+        return stp_error_set(err, STP_GL,
+                             "%u samples do not fit in a texture of this OpenGL (%d): give a "
+                             "smaller --gpu-memory",
+                             sample_capacity, limit);
+    t.sample_ranges.capacity = sample_capacity;
+    t.patch_ranges.capacity = patch_capacity;
+    t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample));
+    t.patch_of_chunk = create_buffer((uint64_t)sample_capacity * sizeof(uint16_t));
+    t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch));
+    t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
+    const GLuint buffers[3] = {t.samples, t.patches, t.chunks};
+    glCreateTextures(GL_TEXTURE_BUFFER, 3, t.textures);
+    for (int i = 0; i < 3; i++)
+        glTextureBuffer(t.textures[i], GL_RGBA32UI, buffers[i]);
+    create_sample_array(&t);
+    stp_status status = stp_gl_check("making the Object Texture", err);
+    if (status == STP_OK)
+        *out = t;
+    else
+        stp_object_texture_destroy(&t);
+    return status;
+}
+
+void stp_object_texture_destroy(stp_object_texture *t)
+{
+    const GLuint buffers[4] = {t->samples, t->patch_of_chunk, t->patches, t->chunks};
+    const GLuint arrays[2] = {t->sample_array, t->empty_array};
+    if (t->samples != 0) {
+        glDeleteVertexArrays(2, arrays);
+        glDeleteTextures(3, t->textures);
+        glDeleteBuffers(4, buffers);
+    }
+    stp_range_pool_destroy(&t->sample_ranges);
+    stp_range_pool_destroy(&t->patch_ranges);
+    *t = (stp_object_texture){0};
+}
+
+bool stp_object_texture_place(stp_object_texture *t, const stp_chunk_entry *entry, int finest_level,
+                              stp_placement *out, stp_status *status, stp_error *err)
+{
+    stp_placement p = {0};
+    uint32_t count = 0;
+    for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
+        count += entry->sample_count[l];
+    if (!stp_range_pool_take(&t->sample_ranges, count, &p.samples, status, err))
+        return false;
+    if (!stp_range_pool_take(&t->patch_ranges, entry->patch_count, &p.patches, status, err)) {
+        stp_range_pool_give(&t->sample_ranges, p.samples);
+        return false;
+    }
+    uint32_t begin = p.samples.begin;
+    for (int l = STP_LEVEL_COUNT - 1; l >= finest_level; l--) {
+        p.level_begin[l] = begin;
+        begin += entry->sample_count[l];
+    }
+    *out = p;
+    return true;
+}
+
+void stp_object_texture_release(stp_object_texture *t, const stp_placement *placement)
+{
+    stp_range_pool_give(&t->sample_ranges, placement->samples);
+    stp_range_pool_give(&t->patch_ranges, placement->patches);
+}
+
+static stp_gpu_patch gpu_patch(const stp_patch *patch)
+{
+    double step = ldexp(1.0, patch->exponent);
+    vec3s axis = stp_normal_decode(patch->cone_axis);
+    double angle = stp_cone_angle_decode(patch->cone_angle);
+    stp_gpu_patch out = {
+        .step = (float)step,
+        .bound_radius = (float)stp_radius_decode(patch->bound_radius, patch->exponent),
+        .cone_axis = {axis.x, axis.y, axis.z},
+        .cone_cos = angle >= 3.14159 ? -1.0f : (float)cos(angle),
+        .child = patch->child,
+        .flags = patch->flags,
+    };
+    for (int i = 0; i < 3; i++) {
+        out.origin[i] = (float)(patch->origin[i] * step);
+        out.bound_centre[i] = (float)((patch->origin[i] + (double)patch->bound_centre[i]) * step);
+    }
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        out.error[l] = (float)stp_error_decode(patch->error[l], patch->exponent);
+        out.tangential_error[l] =
+            (float)stp_error_decode(patch->tangential_error[l], patch->exponent);
+        out.radius[l] = (float)stp_radius_decode(patch->radius[l], patch->exponent);
+        out.count[l] = patch->counts[l];
+        out.colour_error[l] = patch->colour_error[l];
+    }
+    return out;
+}
+
+void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
+                          const stp_placement *placement, uint32_t slot)
+{
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        out[i] = gpu_patch(&chunk->patches[i]);
+        out[i].slot = slot;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+            bool present = l >= chunk->finest_level;
+            out[i].first[l] =
+                present ? placement->level_begin[l] + chunk->level_begin[l][i] : UINT32_MAX;
+            out[i].count[l] = present ? out[i].count[l] : 0;
+        }
+    }
+}
+
+static void upload(GLuint buffer, uint64_t first, uint64_t count, size_t size, const void *data)
+{
+    if (count > 0)
+        glNamedBufferSubData(buffer, (GLintptr)(first * size), (GLsizeiptr)(count * size), data);
+}
+
+stp_status stp_object_texture_upload(stp_object_texture *t, const stp_chunk *chunk,
+                                     const stp_placement *placement, const stp_gpu_patch *patches,
+                                     stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint16_t *numbers = NULL;
+    STP_TRY(stp_alloc(&numbers, placement->samples.count, sizeof *numbers, "patch numbers", err));
+    upload(t->patches, placement->patches.begin, placement->patches.count, sizeof *patches,
+           patches);
+    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t *begin = chunk->level_begin[l];
+        for (uint32_t p = 0; p < chunk->patch_count; p++)
+            for (uint32_t i = begin[p]; i < begin[p + 1]; i++)
+                numbers[placement->level_begin[l] - placement->samples.begin + i] = (uint16_t)p;
+        upload(t->samples, placement->level_begin[l], begin[chunk->patch_count], sizeof(stp_sample),
+               chunk->samples[l]);
+    }
+    upload(t->patch_of_chunk, placement->samples.begin, placement->samples.count, sizeof *numbers,
+           numbers);
+done:
+    free(numbers);
+    return status;
+}
+
+uint64_t stp_object_texture_bytes(const stp_object_texture *t)
+{
+    return (uint64_t)t->sample_ranges.capacity * STP_OBJECT_TEXTURE_SAMPLE_BYTES +
+           (uint64_t)t->patch_ranges.capacity * STP_OBJECT_TEXTURE_PATCH_BYTES +
+           (uint64_t)t->slot_capacity * sizeof(stp_gpu_chunk);
+}

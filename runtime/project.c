@@ -1,0 +1,183 @@
+/* The three roads of projection. */
+#include "runtime/project.h"
+
+#include "base/memory.h"
+#include "runtime/shader.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static stp_status create_programs(stp_project *p, const char *folder, stp_error *err)
+{
+    char defines[128];
+    snprintf(defines, sizeof defines, "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n",
+             STP_GEOMETRY_INVOCATIONS, STP_PATCH_SAMPLES / STP_GEOMETRY_INVOCATIONS);
+    stp_status status = stp_program_create(&p->patch_program,
+                                           &(stp_program_params){.vertex = "patch.vert",
+                                                                 .geometry = "patch.geom",
+                                                                 .fragment = "id.frag",
+                                                                 .defines = defines,
+                                                                 .folder = folder},
+                                           err);
+    if (status != STP_OK)
+        return status;
+    return stp_program_create(
+        &p->sample_program,
+        &(stp_program_params){.vertex = "sample.vert", .fragment = "id.frag", .folder = folder},
+        err);
+}
+
+stp_status stp_project_create(stp_project *out, const char *folder, stp_error *err)
+{
+    stp_project p = {0};
+    stp_status status = create_programs(&p, folder, err);
+    if (status == STP_OK) {
+        glCreateBuffers(1, &p.index_buffer);
+        *out = p;
+    } else {
+        stp_project_destroy(&p);
+    }
+    return status;
+}
+
+void stp_project_destroy(stp_project *p)
+{
+    glDeleteProgram(p->patch_program);
+    glDeleteProgram(p->sample_program);
+    if (p->index_buffer != 0)
+        glDeleteBuffers(1, &p->index_buffer);
+    free(p->indices);
+    *p = (stp_project){0};
+}
+
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye)
+{
+    const stp_chunk_entry *e = &model->entries[draw->chunk];
+    stp_dvec3 offset = stp_dvec3_sub(e->origin, eye);
+    return (stp_gpu_chunk){
+        .offset = {(float)offset.x, (float)offset.y, (float)offset.z},
+        .finest = (uint32_t)draw->finest,
+        .drawn_children = {(uint32_t)draw->drawn_children, (uint32_t)(draw->drawn_children >> 32)},
+        .id = draw->chunk,
+        .depth = e->depth,
+    };
+}
+
+static stp_status append_run(stp_project *p, uint32_t first, uint32_t count, stp_error *err)
+{
+    stp_status status = stp_grow(&p->indices, &p->index_capacity, p->index_count + count,
+                                 sizeof *p->indices, "a list of samples", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++)
+        p->indices[p->index_count++] = first + i;
+    return status;
+}
+
+/* Chooses every patch of one chunk and lists the samples. */
+static stp_status list_samples(stp_project *p, const stp_model *model,
+                               const stp_project_params *params, const stp_draw *draw,
+                               stp_error *err)
+{
+    const stp_chunk_cache *cache = params->cache;
+    const stp_resident *r = stp_chunk_cache_get(cache, stp_chunk_cache_slot(cache, draw->chunk));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(model, draw, params->eye);
+    uint32_t patch_count = model->entries[draw->chunk].patch_count;
+    for (uint32_t i = 0; i < patch_count; i++) {
+        const stp_gpu_patch *patch = &r->patches[i];
+        int level = stp_level_choose(params->frame, &chunk, patch);
+        if (level == STP_LEVEL_SKIP)
+            continue;
+        stp_status status = append_run(p, patch->first[level], patch->count[level], err);
+        if (status != STP_OK)
+            return status;
+    }
+    return STP_OK;
+}
+
+static void set_draw(const stp_chunk_cache *cache, const stp_draw *draw, const stp_resident **out)
+{
+    uint32_t slot = stp_chunk_cache_slot(cache, draw->chunk);
+    *out = stp_chunk_cache_get(cache, slot);
+    glUniform1ui(STP_UNIFORM_CHUNK_SLOT, slot);
+    glUniform1ui(STP_UNIFORM_FIRST_PATCH, (*out)->placement.patches.begin);
+}
+
+static void draw_patches(stp_project *p, const stp_model *model, const stp_project_params *params,
+                         const stp_draw *draws, size_t count)
+{
+    glUseProgram(p->patch_program);
+    glBindVertexArray(stp_chunk_cache_texture(params->cache)->empty_array);
+    for (size_t i = 0; i < count; i++) {
+        const stp_resident *r = NULL;
+        set_draw(params->cache, &draws[i], &r);
+        glDrawArrays(GL_POINTS, (GLint)r->placement.patches.begin,
+                     (GLsizei)model->entries[draws[i].chunk].patch_count);
+    }
+}
+
+/* Lists the samples of all chunks, uploads the list once and draws each chunk's part. */
+static stp_status draw_listed(stp_project *p, const stp_model *model,
+                              const stp_project_params *params, const stp_draw *draws, size_t count,
+                              uint64_t *points, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t *begins = NULL;
+    GLuint array = stp_chunk_cache_texture(params->cache)->sample_array;
+    STP_TRY(stp_alloc(&begins, count + 1, sizeof *begins, "a list of chunks", err));
+    p->index_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        STP_TRY(list_samples(p, model, params, &draws[i], err));
+        begins[i + 1] = p->index_count;
+    }
+    glNamedBufferData(p->index_buffer, (GLsizeiptr)(p->index_count * sizeof *p->indices),
+                      p->indices, GL_STREAM_DRAW);
+    glUseProgram(p->sample_program);
+    glBindVertexArray(array);
+    glVertexArrayElementBuffer(array, p->index_buffer);
+    for (size_t i = 0; i < count; i++) {
+        const stp_resident *r = NULL;
+        if (begins[i + 1] == begins[i])
+            continue;
+        set_draw(params->cache, &draws[i], &r);
+        glDrawElements(GL_POINTS, (GLsizei)(begins[i + 1] - begins[i]), GL_UNSIGNED_INT,
+                       (const char *)NULL + begins[i] * sizeof *p->indices);
+    }
+    *points += p->index_count;
+done:
+    free(begins);
+    return status;
+}
+
+/* A leaf's level 0 stands in one piece; an inner chunk, drawn for a damaged child, is listed. */
+static stp_status draw_full(stp_project *p, const stp_model *model,
+                            const stp_project_params *params, const stp_draw *draws, size_t count,
+                            uint64_t *points, stp_error *err)
+{
+    for (size_t i = 0; i < count; i++) {
+        const stp_chunk_entry *e = &model->entries[draws[i].chunk];
+        if (e->child_count > 0) {
+            stp_status status = draw_listed(p, model, params, &draws[i], 1, points, err);
+            if (status != STP_OK)
+                return status;
+            continue;
+        }
+        const stp_resident *r = NULL;
+        glUseProgram(p->sample_program);
+        glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
+        set_draw(params->cache, &draws[i], &r);
+        glDrawArrays(GL_POINTS, (GLint)r->placement.level_begin[0], (GLsizei)e->sample_count[0]);
+        *points += e->sample_count[0];
+    }
+    return STP_OK;
+}
+
+stp_status stp_project_draw(stp_project *p, const stp_model *model,
+                            const stp_project_params *params, const stp_draw *draws, size_t count,
+                            uint64_t *points, stp_error *err)
+{
+    if (params->lod == STP_LOD_CPU)
+        return draw_listed(p, model, params, draws, count, points, err);
+    if (params->lod == STP_LOD_FULL)
+        return draw_full(p, model, params, draws, count, points, err);
+    draw_patches(p, model, params, draws, count);
+    return STP_OK;
+}

@@ -1,0 +1,43 @@
+/* Projection: the samples of a cut to the nearest sample of each pixel, by three roads.
+ * Threads: the render thread. */
+#ifndef STP_RUNTIME_PROJECT_H
+#define STP_RUNTIME_PROJECT_H
+
+#include "runtime/chunk_cache.h"
+#include "runtime/cut.h"
+#include "runtime/stipple.h"
+
+#include <stddef.h>
+
+/* Invocations of the geometry shader a patch; each emits STP_PATCH_SAMPLES over it. */
+#define STP_GEOMETRY_INVOCATIONS 1
+
+typedef struct stp_project {
+    GLuint patch_program, sample_program;
+    GLuint index_buffer;
+    uint32_t *indices; /* of samples, for STP_LOD_CPU */
+    size_t index_count, index_capacity;
+} stp_project;
+
+/* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
+stp_status stp_project_create(stp_project *out, const char *folder, stp_error *err);
+void stp_project_destroy(stp_project *project);
+
+typedef struct stp_project_params {
+    const stp_chunk_cache *cache;
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+    stp_lod lod;
+} stp_project_params;
+
+/* The chunk record that shaders and the CPU read for one draw. */
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye);
+
+/* Draws resident chunks into the bound framebuffer, in order. Adds to *points what was sent (where
+ * the geometry shader chooses: the samples of the patches it looked at are not known here, and a
+ * query counts what it emitted). Errors: OUT_OF_MEMORY. */
+stp_status stp_project_draw(stp_project *project, const stp_model *model,
+                            const stp_project_params *params, const stp_draw *draws, size_t count,
+                            uint64_t *points, stp_error *err);
+
+#endif

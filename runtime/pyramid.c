@@ -1,0 +1,81 @@
+/* Textures and framebuffers of the pyramid. */
+#include "runtime/pyramid.h"
+
+#include "runtime/gl_context.h"
+
+static GLuint create_texture(GLenum format, int width, int height)
+{
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+    glTextureStorage2D(texture, 1, format, width, height);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    return texture;
+}
+
+/* A framebuffer of count colour textures, all drawn to. */
+static GLuint create_frame(const GLuint *textures, int count)
+{
+    static const GLenum buffers[STP_TARGET_COUNT] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                                     GL_COLOR_ATTACHMENT2};
+    GLuint frame = 0;
+    glCreateFramebuffers(1, &frame);
+    for (int i = 0; i < count; i++)
+        glNamedFramebufferTexture(frame, buffers[i], textures[i], 0);
+    glNamedFramebufferDrawBuffers(frame, count, buffers);
+    return frame;
+}
+
+static void create_level(stp_pyramid_level *level)
+{
+    for (int i = 0; i < STP_TARGET_COUNT; i++) {
+        level->pulled[i] = create_texture(GL_RGBA32F, level->width, level->height);
+        level->finished[i] = create_texture(GL_RGBA32F, level->width, level->height);
+    }
+    level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
+    level->finished_frame = create_frame(level->finished, STP_TARGET_COUNT);
+}
+
+stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err)
+{
+    if (pyramid->width == width && pyramid->height == height)
+        return STP_OK;
+    stp_pyramid_destroy(pyramid);
+    stp_pyramid p = {.width = width, .height = height};
+    while ((1 << p.level_count) < width || (1 << p.level_count) < height)
+        p.level_count++;
+    for (int l = 0; l <= p.level_count; l++) {
+        p.levels[l].width = (width + (1 << l) - 1) >> l;
+        p.levels[l].height = (height + (1 << l) - 1) >> l;
+        create_level(&p.levels[l]);
+    }
+    p.nearest = create_texture(GL_RG32UI, width, height);
+    p.nearest_depth = create_texture(GL_DEPTH_COMPONENT32F, width, height);
+    p.nearest_frame = create_frame(&p.nearest, 1);
+    glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
+    p.picture = create_texture(GL_RGBA8, width, height);
+    p.picture_frame = create_frame(&p.picture, 1);
+    stp_status status = stp_gl_check("making the image pyramid", err);
+    if (status == STP_OK)
+        *pyramid = p;
+    else
+        stp_pyramid_destroy(&p);
+    return status;
+}
+
+void stp_pyramid_destroy(stp_pyramid *p)
+{
+    const GLuint frames[2] = {p->nearest_frame, p->picture_frame};
+    const GLuint textures[3] = {p->nearest, p->nearest_depth, p->picture};
+    if (p->width == 0)
+        return;
+    for (int l = 0; l <= p->level_count; l++) {
+        glDeleteFramebuffers(1, &p->levels[l].pulled_frame);
+        glDeleteFramebuffers(1, &p->levels[l].finished_frame);
+        glDeleteTextures(STP_TARGET_COUNT, p->levels[l].pulled);
+        glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
+    }
+    glDeleteFramebuffers(2, frames);
+    glDeleteTextures(3, textures);
+    *p = (stp_pyramid){0};
+}

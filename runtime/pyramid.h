@@ -1,0 +1,35 @@
+/* The image pyramid: what projection writes, pull and push fill, and shading reads.
+ *
+ * Level 0 has the viewport's size, level l ceil(size / 2^l). Each level has three RGBA32F targets
+ * (shape, depth, colour: shaders/README.md), once as pulled and once as finished. Threads: the
+ * render thread. */
+#ifndef STP_RUNTIME_PYRAMID_H
+#define STP_RUNTIME_PYRAMID_H
+
+#include "base/error.h"
+
+#include <epoxy/gl.h>
+
+#define STP_PYRAMID_LEVELS_LIMIT 16
+enum { STP_TARGET_SHAPE, STP_TARGET_DEPTH, STP_TARGET_COLOUR, STP_TARGET_COUNT };
+
+typedef struct stp_pyramid_level {
+    int width, height;
+    GLuint pulled[STP_TARGET_COUNT], finished[STP_TARGET_COUNT]; /* textures */
+    GLuint pulled_frame, finished_frame;                         /* framebuffers */
+} stp_pyramid_level;
+
+/* Zero is an empty pyramid. */
+typedef struct stp_pyramid {
+    int width, height;
+    int level_count; /* above level 0: all there can be, ceil(log2(max(width, height))) */
+    stp_pyramid_level levels[STP_PYRAMID_LEVELS_LIMIT];
+    GLuint nearest, nearest_depth, nearest_frame; /* RG32UI, 32-bit float depth */
+    GLuint picture, picture_frame;                /* RGBA8 */
+} stp_pyramid;
+
+/* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */
+stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err);
+void stp_pyramid_destroy(stp_pyramid *pyramid);
+
+#endif

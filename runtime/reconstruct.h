@@ -1,0 +1,39 @@
+/* From the nearest samples to the picture: resolve, pull, push, shade (shaders/README.md).
+ * Threads: the render thread. */
+#ifndef STP_RUNTIME_RECONSTRUCT_H
+#define STP_RUNTIME_RECONSTRUCT_H
+
+#include "runtime/pyramid.h"
+
+#include <stdbool.h>
+
+typedef struct stp_reconstruct_programs {
+    GLuint resolve, pull, push, shade;
+} stp_reconstruct_programs;
+
+/* Window pixels to work on, y up: all that any disc may reach. The passes treat what lies outside
+ * as empty and do not write there. */
+typedef struct stp_rectangle {
+    int x, y, width, height;
+} stp_rectangle;
+
+/* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
+stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
+                                  stp_error *err);
+void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
+
+/* The least rectangle that holds `area` and is made of whole pixels of level `levels`, within the
+ * viewport: what the passes want. */
+stp_rectangle stp_rectangle_align(stp_rectangle area, const stp_pyramid *pyramid, int levels);
+
+/* Nearest samples to level 0 as pulled. keep: leave pixels that this pass did not draw. */
+void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                             stp_rectangle area, bool keep);
+/* Fills levels 1..levels as pulled, then levels..0 as finished. */
+void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                               int levels, stp_rectangle area);
+/* Finished level 0 (pulled where levels is 0) to the pyramid's picture. */
+void stp_reconstruct_shade(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                           int levels, stp_rectangle area);
+
+#endif

@@ -1,0 +1,452 @@
+/* One frame: cut, load, project, pull, push, shade. */
+#include "runtime/stipple.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "runtime/area.h"
+#include "runtime/chunk_cache.h"
+#include "runtime/gl_context.h"
+#include "runtime/project.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct stp_renderer {
+    const stp_model *model;
+    stp_pool *pool;
+    stp_chunk_cache *cache;
+    stp_project project;
+    stp_reconstruct_programs reconstruct;
+    stp_pyramid pyramid;
+    GLuint frame_buffer; /* uniform block */
+    GLuint points_query;
+    stp_cut cut;
+    stp_gpu_chunk *chunk_records; /* by slot */
+    stp_want *wants;
+    size_t want_capacity;
+    uint64_t stamp; /* counts passes, for the cache */
+    char *shader_folder;
+    stp_gpu_frame frame; /* of the last picture */
+    stp_dvec3 eye;
+};
+
+/* One picture in the making. */
+typedef struct drawing {
+    const stp_view *view;
+    const stp_draw_params *params;
+    stp_draw_stats stats;
+    int levels;
+    stp_rectangle area;
+} drawing;
+
+static stp_status load_programs(stp_project *project, stp_reconstruct_programs *reconstruct,
+                                const char *folder, stp_error *err)
+{
+    stp_status status = stp_project_create(project, folder, err);
+    if (status != STP_OK)
+        return status;
+    status = stp_reconstruct_create(reconstruct, folder, err);
+    if (status != STP_OK)
+        stp_project_destroy(project);
+    return status;
+}
+
+stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_renderer *r = NULL;
+    STP_TRY(stp_gl_context_check(err));
+    STP_TRY(stp_alloc(&r, 1, sizeof *r, "a renderer", err));
+    r->model = params->model;
+    r->stamp = 1;
+    if (params->shader_folder != NULL) {
+        STP_TRY(stp_alloc(&r->shader_folder, strlen(params->shader_folder) + 1, 1, "a path", err));
+        strcpy(r->shader_folder, params->shader_folder);
+    }
+    STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
+    STP_TRY(load_programs(&r->project, &r->reconstruct, r->shader_folder, err));
+    STP_TRY(stp_chunk_cache_create(&r->cache,
+                                   &(stp_chunk_cache_params){.model = params->model,
+                                                             .pool = r->pool,
+                                                             .gpu_bytes = params->gpu_memory_bytes,
+                                                             .cpu_bytes = params->cpu_memory_bytes},
+                                   err));
+    STP_TRY(stp_alloc(&r->chunk_records, stp_chunk_cache_texture(r->cache)->slot_capacity,
+                      sizeof *r->chunk_records, "chunk records", err));
+    glCreateBuffers(1, &r->frame_buffer);
+    glNamedBufferStorage(r->frame_buffer, sizeof(stp_gpu_frame), NULL, GL_DYNAMIC_STORAGE_BIT);
+    glCreateQueries(GL_PRIMITIVES_GENERATED, 1, &r->points_query);
+    STP_TRY(stp_gl_check("making the renderer", err));
+    *out = r;
+    r = NULL;
+done:
+    stp_renderer_destroy(&r);
+    return status;
+}
+
+void stp_renderer_destroy(stp_renderer **renderer)
+{
+    stp_renderer *r = *renderer;
+    if (r == NULL)
+        return;
+    if (r->frame_buffer != 0) {
+        glDeleteBuffers(1, &r->frame_buffer);
+        glDeleteQueries(1, &r->points_query);
+    }
+    if (r->project.patch_program != 0) {
+        stp_project_destroy(&r->project);
+        stp_reconstruct_destroy(&r->reconstruct);
+    }
+    stp_pyramid_destroy(&r->pyramid);
+    stp_chunk_cache_destroy(&r->cache);
+    stp_pool_destroy(&r->pool);
+    stp_cut_destroy(&r->cut);
+    free(r->chunk_records);
+    free(r->wants);
+    free(r->shader_folder);
+    free(r);
+    *renderer = NULL;
+}
+
+stp_status stp_renderer_reload_shaders(stp_renderer *r, stp_error *err)
+{
+    stp_project project;
+    stp_reconstruct_programs reconstruct;
+    stp_status status = load_programs(&project, &reconstruct, r->shader_folder, err);
+    if (status != STP_OK)
+        return status;
+    stp_project_destroy(&r->project);
+    stp_reconstruct_destroy(&r->reconstruct);
+    r->project = project;
+    r->reconstruct = reconstruct;
+    return STP_OK;
+}
+
+/* Waiting for the cut: everything that is not damaged will be there. */
+static int available_soon(const void *context, uint32_t chunk)
+{
+    const stp_renderer *r = context;
+    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_LEVEL_COUNT : 0;
+}
+
+static int available_now(const void *context, uint32_t chunk)
+{
+    const stp_renderer *r = context;
+    return stp_chunk_cache_finest(r->cache, chunk);
+}
+
+static stp_status select_cut(stp_renderer *r, bool wait, stp_error *err)
+{
+    return stp_cut_select(&r->cut,
+                          &(stp_cut_params){.model = r->model,
+                                            .frame = &r->frame,
+                                            .eye = r->eye,
+                                            .available = wait ? available_soon : available_now,
+                                            .context = r},
+                          err);
+}
+
+static void set_frame(stp_renderer *r, const drawing *d)
+{
+    const stp_draw_params *params = d->params;
+    bool every = params->every_sample || params->lod == STP_LOD_FULL;
+    double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
+    double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    r->frame = stp_gpu_frame_from_view(d->view);
+    r->frame.quality[0] = every ? 0.0f : (float)threshold;
+    r->frame.quality[1] = (float)cap;
+    r->frame.modes[1] = (int32_t)params->shade;
+    r->frame.modes[2] = params->reconstruct == STP_RECONSTRUCT_BOX;
+    r->frame.modes[3] = (params->keep_back_faces ? STP_MODE_KEEP_BACK_FACES : 0) |
+                        (params->no_colour ? STP_MODE_NO_COLOUR : 0);
+    r->eye = d->view->eye;
+}
+
+/* Pipeline state of all passes. Depth runs from 1, near, to 0. */
+static void set_state(const stp_renderer *r)
+{
+    const stp_object_texture *texture = stp_chunk_cache_texture(r->cache);
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_DITHER);
+    glDisable(GL_MULTISAMPLE);
+    glDisable(GL_STENCIL_TEST);
+    glDisable(GL_FRAMEBUFFER_SRGB);
+    glDisable(GL_PROGRAM_POINT_SIZE);
+    glPointSize(1.0f);
+    glEnable(GL_SCISSOR_TEST);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_GREATER);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glNamedBufferSubData(r->frame_buffer, 0, sizeof r->frame, &r->frame);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
+    glBindTextures(STP_UNIT_OBJECT_TEXTURE, 3, texture->textures);
+}
+
+/* The records that shaders read of the chunks drawn. */
+static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
+{
+    uint32_t first = UINT32_MAX, last = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t slot = stp_chunk_cache_slot(r->cache, draws[i].chunk);
+        r->chunk_records[slot] = stp_gpu_chunk_from_draw(r->model, &draws[i], r->eye);
+        first = slot < first ? slot : first;
+        last = slot > last ? slot : last;
+    }
+    if (count > 0)
+        glNamedBufferSubData(
+            stp_chunk_cache_texture(r->cache)->chunks, (GLintptr)(first * sizeof *r->chunk_records),
+            (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
+}
+
+/* Greatest projected radius of any sample that may be drawn, pixels. */
+static double greatest_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count)
+{
+    double greatest = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        const stp_resident *resident =
+            stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draws[i].chunk));
+        if (draws[i].scale < 0.0f)
+            return INFINITY;
+        double scale = (double)draws[i].scale;
+        double own = (double)resident->radius[draws[i].finest] * scale;
+        double coarse = (double)resident->radius[STP_LEVEL_COUNT - 1] * scale;
+        coarse = fmin(coarse, r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0);
+        greatest = fmax(greatest, fmax(own, coarse));
+    }
+    return greatest;
+}
+
+/* Levels above the viewport that a disc of this radius can reach down from. */
+static int levels_for(const stp_pyramid *pyramid, double radius_px)
+{
+    double levels = radius_px > 0.0 ? ceil(log2(6.0 * radius_px)) : 0.0;
+    return levels <= 0.0 ? 0 : levels < pyramid->level_count ? (int)levels : pyramid->level_count;
+}
+
+static void begin_pass(stp_renderer *r, bool first)
+{
+    static const GLuint none[4] = {UINT32_MAX, UINT32_MAX, 0, 0};
+    static const float far_depth = 0.0f;
+    const stp_pyramid *p = &r->pyramid;
+    glBindFramebuffer(GL_FRAMEBUFFER, p->nearest_frame);
+    glViewport(0, 0, p->width, p->height);
+    glScissor(0, 0, p->width, p->height);
+    glClearBufferuiv(GL_COLOR, 0, none);
+    if (first)
+        glClearBufferfv(GL_DEPTH, 0, &far_depth);
+    glEnable(GL_DEPTH_TEST);
+}
+
+/* Projects draws and resolves what they left nearest. */
+static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, size_t count,
+                            stp_error *err)
+{
+    bool first = d->stats.passes == 0;
+    double begun = stp_clock_seconds();
+    GLuint emitted = 0;
+    upload_records(r, draws, count);
+    begin_pass(r, first);
+    glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
+    stp_status status = stp_project_draw(
+        &r->project, r->model, &(stp_project_params){r->cache, &r->frame, r->eye, d->params->lod},
+        draws, count, &d->stats.points_drawn, err);
+    glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (status != STP_OK)
+        return status;
+    glDisable(GL_DEPTH_TEST);
+    glBindVertexArray(stp_chunk_cache_texture(r->cache)->empty_array);
+    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, d->area, !first);
+    if (d->params->lod == STP_LOD_GEOMETRY) {
+        glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
+        d->stats.points_drawn += emitted;
+    }
+    if (d->params->timed)
+        glFinish();
+    d->stats.passes++;
+    d->stats.chunks_drawn += (uint32_t)count;
+    d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
+    return STP_OK;
+}
+
+/* Loads draws[0..count) as far as there is room; *loaded of them can be drawn in this pass. */
+static stp_status load_draws(stp_renderer *r, drawing *d, const stp_draw *draws, size_t count,
+                             size_t *loaded, bool *damaged, stp_error *err)
+{
+    double begun = stp_clock_seconds();
+    stp_status status =
+        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of chunks", err);
+    if (status != STP_OK)
+        return status;
+    for (size_t i = 0; i < count; i++)
+        r->wants[i] = (stp_want){draws[i].chunk, draws[i].finest};
+    status = stp_chunk_cache_load(r->cache, r->wants, count, ++r->stamp, 0.0, loaded, damaged, err);
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    return status;
+}
+
+/* The whole cut, in as many passes as the budget makes of it. */
+static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t begin = 0;
+    double radius_px = 0.0;
+    bool damaged = false;
+    STP_TRY(select_cut(r, true, err));
+    do {
+        size_t loaded = 0;
+        STP_TRY(load_draws(r, d, r->cut.draws + begin, r->cut.draw_count - begin, &loaded, &damaged,
+                           err));
+        if (damaged) { /* now known: choose again without it */
+            STP_TRY(select_cut(r, true, err));
+            d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
+            begin = 0;
+            continue;
+        }
+        if (loaded == 0 && r->cut.draw_count > begin)
+            return stp_error_set(err, STP_LIMIT,
+                                 "%s: chunk %u does not fit in the GPU memory given: give a larger "
+                                 "--gpu-memory",
+                                 stp_chunk_file_path(r->model->file), r->cut.draws[begin].chunk);
+        radius_px = fmax(radius_px, greatest_radius_px(r, r->cut.draws + begin, loaded));
+        d->levels = levels_for(&r->pyramid, radius_px);
+        if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
+            d->levels = 0;
+        if (begin == 0) /* further passes may bring larger discs */
+            d->area = stp_rectangle_align(d->area, &r->pyramid,
+                                          loaded == r->cut.draw_count ? d->levels
+                                                                      : r->pyramid.level_count);
+        STP_TRY(draw_pass(r, d, r->cut.draws + begin, loaded, err));
+        begin += loaded;
+    } while (begin < r->cut.draw_count || damaged);
+done:
+    return status;
+}
+
+/* What is resident, and then some of what is missing, for the next frame. */
+static stp_status draw_at_once(stp_renderer *r, drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t loaded = 0;
+    bool damaged = false;
+    STP_TRY(select_cut(r, false, err));
+    STP_TRY(load_draws(r, d, r->cut.draws, r->cut.draw_count, &loaded, &damaged, err));
+    d->levels = levels_for(&r->pyramid, greatest_radius_px(r, r->cut.draws, r->cut.draw_count));
+    if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
+        d->levels = 0;
+    d->area = stp_rectangle_align(d->area, &r->pyramid, d->levels);
+    STP_TRY(draw_pass(r, d, r->cut.draws, r->cut.draw_count, err));
+done:
+    return status;
+}
+
+/* Missing chunks, worst first, until the time for it is over. */
+static stp_status load_misses(stp_renderer *r, drawing *d, stp_error *err)
+{
+    double begun = stp_clock_seconds();
+    size_t count = r->cut.miss_count, loaded = 0;
+    bool damaged = false;
+    stp_status status =
+        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of chunks", err);
+    if (status != STP_OK || count == 0)
+        return status;
+    for (size_t i = 0; i < count; i++)
+        r->wants[i] = (stp_want){r->cut.misses[i].chunk, r->cut.misses[i].finest};
+    status = stp_chunk_cache_load(r->cache, r->wants, count, r->stamp,
+                                  begun + 1e-3 * d->params->load_ms, &loaded, &damaged, err);
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    return status;
+}
+
+static void finish_picture(stp_renderer *r, drawing *d)
+{
+    double begun = stp_clock_seconds();
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    if (d->params->timed)
+        glFinish();
+    double pulled = stp_clock_seconds();
+    stp_reconstruct_shade(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    glFinish();
+    d->stats.pull_push_ms = 1e3 * (pulled - begun);
+    d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
+    d->stats.pyramid_levels = d->levels;
+    d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
+    d->stats.cut_complete = r->cut.miss_count == 0;
+}
+
+stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
+                             stp_draw_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    drawing d = {.view = view, .params = params, .area = stp_model_area(r->model, view)};
+    double begun = stp_clock_seconds();
+    STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
+    set_frame(r, &d);
+    set_state(r);
+    if (params->load_ms > 0.0)
+        STP_TRY(draw_at_once(r, &d, err));
+    else
+        STP_TRY(draw_waiting(r, &d, err));
+    finish_picture(r, &d);
+    d.stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d.stats.load_ms;
+    if (params->load_ms > 0.0)
+        STP_TRY(load_misses(r, &d, err));
+    STP_TRY(stp_gl_check("drawing a frame", err));
+    if (stats != NULL)
+        *stats = d.stats;
+done:
+    return status;
+}
+
+stp_status stp_renderer_read(stp_renderer *r, uint8_t *rgba, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(p->picture, 0, GL_RGBA, GL_UNSIGNED_BYTE, 4 * p->width * p->height, rgba);
+    return stp_gl_check("reading the picture", err);
+}
+
+void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
+{
+    glDisable(GL_SCISSOR_TEST);
+    glBlitNamedFramebuffer(r->pyramid.picture_frame, framebuffer, 0, 0, r->pyramid.width,
+                           r->pyramid.height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+/* Adds what one chunk's patches chose. */
+static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_measure *out)
+{
+    const stp_resident *resident =
+        stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draw->chunk));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(r->model, draw, r->eye);
+    for (uint32_t i = 0; i < r->model->entries[draw->chunk].patch_count; i++) {
+        const stp_gpu_patch *patch = &resident->patches[i];
+        int level = stp_level_choose(&r->frame, &chunk, patch);
+        if (level == STP_LEVEL_SKIP)
+            continue;
+        out->patches++;
+        out->points += patch->count[level];
+        out->max_error_px =
+            fmax(out->max_error_px, (double)stp_level_error_px(&r->frame, &chunk, patch, level));
+    }
+}
+
+void stp_renderer_measure(const stp_renderer *r, stp_cut_measure *out)
+{
+    *out = (stp_cut_measure){0};
+    for (size_t i = 0; i < r->cut.draw_count; i++)
+        if (stp_chunk_cache_finest(r->cache, r->cut.draws[i].chunk) <= r->cut.draws[i].finest)
+            measure_chunk(r, &r->cut.draws[i], out);
+}
+
+const char *stp_renderer_damage(const stp_renderer *r)
+{
+    return stp_chunk_cache_damage(r->cache);
+}
+
+uint64_t stp_renderer_bytes_read(const stp_renderer *r)
+{
+    return stp_chunk_cache_bytes_read(r->cache);
+}

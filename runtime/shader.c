@@ -1,0 +1,206 @@
+/* Shader texts with includes, and programs made of them. */
+#include "runtime/shader.h"
+
+#include "base/file.h"
+#include "base/memory.h"
+
+#include <ctype.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define FILES_LIMIT 32
+#define NAME_LIMIT 64
+#define FILE_BYTES_LIMIT (1u << 20)
+
+/* A text being put together; its files are numbered for #line and for the driver's messages. */
+typedef struct assembly {
+    char *text;
+    size_t length, capacity;
+    char files[FILES_LIMIT][NAME_LIMIT];
+    int file_count;
+    const char *folder;
+} assembly;
+
+static stp_status append(assembly *a, const char *text, size_t length, stp_error *err)
+{
+    stp_status status =
+        stp_grow(&a->text, &a->capacity, a->length + length + 1, 1, "a shader", err);
+    if (status != STP_OK)
+        return status;
+    memcpy(a->text + a->length, text, length);
+    a->length += length;
+    a->text[a->length] = '\0';
+    return STP_OK;
+}
+
+static stp_status append_line_mark(assembly *a, int line, int file, stp_error *err)
+{
+    char mark[48];
+    int length = snprintf(mark, sizeof mark, "#line %d %d\n", line, file);
+    return append(a, mark, (size_t)length, err);
+}
+
+/* *text is to be freed. A file of the folder wins over the embedded one of its name. */
+static stp_status read_text(char **text, const char *name, const char *folder, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char path[4096];
+    int descriptor = -1;
+    uint64_t size = 0;
+    if (folder != NULL && snprintf(path, sizeof path, "%s/%s", folder, name) < (int)sizeof path &&
+        access(path, R_OK) == 0) {
+        STP_TRY(stp_file_open(path, &descriptor, &size, err));
+        size = size < FILE_BYTES_LIMIT ? size : FILE_BYTES_LIMIT;
+        STP_TRY(stp_alloc(text, (size_t)size + 1, 1, "a shader", err));
+        STP_TRY(stp_file_read_at(descriptor, path, 0, *text, (size_t)size, err));
+        goto done;
+    }
+    for (const stp_shader_file *f = stp_shader_files; f->name != NULL; f++)
+        if (strcmp(f->name, name) == 0) {
+            STP_TRY(stp_alloc(text, strlen(f->text) + 1, 1, "a shader", err));
+            strcpy(*text, f->text);
+            goto done;
+        }
+    status = stp_error_set(err, STP_NOT_FOUND, "there is no shader file %s", name);
+done:
+    if (descriptor >= 0)
+        close(descriptor);
+    return status;
+}
+
+/* The name inside #include "name", or false. */
+static bool parse_include(const char *line, char name[NAME_LIMIT])
+{
+    return sscanf(line, " # include \"%63[^\"\n]\"", name) == 1;
+}
+
+static stp_status append_file(assembly *a, const char *name, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *text = NULL;
+    for (int i = 0; i < a->file_count; i++)
+        if (strcmp(a->files[i], name) == 0)
+            return STP_OK;
+    if (a->file_count == FILES_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "%s: more than %d shader files in one program", name,
+                             FILES_LIMIT);
+    int file = a->file_count++;
+    snprintf(a->files[file], NAME_LIMIT, "%s", name);
+    STP_TRY(read_text(&text, name, a->folder, err));
+    STP_TRY(append_line_mark(a, 1, file, err));
+    int number = 1;
+    for (const char *line = text; *line != '\0'; number++) {
+        const char *end = strchr(line, '\n');
+        size_t length = end != NULL ? (size_t)(end - line) + 1 : strlen(line);
+        char included[NAME_LIMIT];
+        if (parse_include(line, included)) {
+            STP_TRY(append_file(a, included, err));
+            STP_TRY(append_line_mark(a, number + 1, file, err));
+        } else {
+            STP_TRY(append(a, line, length, err));
+        }
+        line += length;
+    }
+    STP_TRY(append(a, "\n", 1, err));
+done:
+    free(text);
+    return status;
+}
+
+static stp_status assemble(assembly *a, const char *name, const char *defines, stp_error *err)
+{
+    static const char version[] = "#version 450 core\n";
+    stp_status status = append(a, version, sizeof version - 1, err);
+    if (status == STP_OK && defines != NULL)
+        status = append(a, defines, strlen(defines), err);
+    return status == STP_OK ? append_file(a, name, err) : status;
+}
+
+stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
+                           stp_error *err)
+{
+    assembly a = {.folder = folder};
+    stp_status status = assemble(&a, name, defines, err);
+    if (status == STP_OK)
+        *out = a.text;
+    else
+        free(a.text);
+    return status;
+}
+
+/* Drivers say "2:17(5): error" or "2(17) : error", the first number being the file's. */
+static void name_file(const assembly *a, const char *log, char *out, size_t size)
+{
+    char *rest = NULL;
+    long file = isdigit((unsigned char)*log) ? strtol(log, &rest, 10) : -1;
+    const char *first_end = strchr(log, '\n');
+    int length = first_end != NULL ? (int)(first_end - log) : (int)strlen(log);
+    if (file < 0 || file >= a->file_count)
+        snprintf(out, size, "%.*s", length, log);
+    else
+        snprintf(out, size, "%s%.*s", a->files[file], length - (int)(rest - log), rest);
+}
+
+static stp_status compile(GLuint *out, GLenum stage, const char *name,
+                          const stp_program_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    assembly a = {.folder = params->folder};
+    GLuint shader = 0;
+    GLint compiled = 0;
+    STP_TRY(assemble(&a, name, params->defines, err));
+    shader = glCreateShader(stage);
+    glShaderSource(shader, 1, (const GLchar *const *)&a.text, NULL);
+    glCompileShader(shader);
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+    if (!compiled) {
+        char log[1024] = "", named[512];
+        glGetShaderInfoLog(shader, sizeof log, NULL, log);
+        name_file(&a, log, named, sizeof named);
+        status = stp_error_set(err, STP_GL, "shader %s does not compile: %s", name, named);
+        goto done;
+    }
+    *out = shader;
+    shader = 0;
+done:
+    glDeleteShader(shader);
+    free(a.text);
+    return status;
+}
+
+stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err)
+{
+    const char *const names[3] = {params->vertex, params->geometry, params->fragment};
+    const GLenum stages[3] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER};
+    stp_status status = STP_OK;
+    GLint linked = 0;
+    GLuint program = glCreateProgram();
+    for (int i = 0; i < 3; i++) {
+        GLuint shader = 0;
+        if (names[i] == NULL)
+            continue;
+        STP_TRY(compile(&shader, stages[i], names[i], params, err));
+        glAttachShader(program, shader);
+        glDeleteShader(shader); /* lives as long as the program */
+    }
+    if (params->captured != NULL)
+        glTransformFeedbackVaryings(program, 1, &params->captured, GL_INTERLEAVED_ATTRIBS);
+    glLinkProgram(program);
+    glGetProgramiv(program, GL_LINK_STATUS, &linked);
+    if (!linked) {
+        char log[512] = "";
+        glGetProgramInfoLog(program, sizeof log, NULL, log);
+        log[strcspn(log, "\n")] = '\0';
+        status = stp_error_set(err, STP_GL, "shaders %s and %s do not link: %s", params->vertex,
+                               params->fragment ? params->fragment : params->geometry, log);
+        goto done;
+    }
+    *out = program;
+    program = 0;
+done:
+    glDeleteProgram(program);
+    return status;
+}

@@ -1,0 +1,34 @@
+/* Shaders: their texts, compiled into the program or read from a folder, and programs made of them.
+ *
+ * A text may say #include "name.glsl"; each file is taken once. Compile errors name file and line.
+ * Threads: the render thread, with a current context. */
+#ifndef STP_RUNTIME_SHADER_H
+#define STP_RUNTIME_SHADER_H
+
+#include "base/error.h"
+
+#include <epoxy/gl.h>
+
+typedef struct stp_shader_file {
+    const char *name, *text;
+} stp_shader_file;
+
+/* The embedded files; the last has no name. */
+extern const stp_shader_file stp_shader_files[];
+
+typedef struct stp_program_params {
+    const char *vertex, *geometry, *fragment; /* file names; NULL: no such stage */
+    const char *defines;                      /* lines put before the text; may be NULL */
+    const char *folder;   /* its files win over the embedded ones; may be NULL */
+    const char *captured; /* a varying for transform feedback; may be NULL */
+} stp_program_params;
+
+/* The text of a file with its includes, as GLSL 4.50 core; free with free(). Errors: NOT_FOUND,
+ * OUT_OF_MEMORY, LIMIT (more than 32 files). */
+stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
+                           stp_error *err);
+
+/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's words). */
+stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err);
+
+#endif

@@ -1,0 +1,118 @@
+/* Drawing a model: the renderer that a host application embeds, and that `stipple render` and
+ * `stipple view` are made of.
+ *
+ * Give it a current OpenGL 4.5 core context (yours, or runtime/gl_context.h's) and a chunk file;
+ * each call of stp_renderer_draw makes one picture. It chooses the cut and each patch's level by
+ * projected error, projects one pixel a sample, closes the surface by pull-push and shades it.
+ * It does not open windows and does not write images.
+ * Axes: the scan's own world axes and units; pictures have their bottom row first, as GL has.
+ * Ownership: create and destroy in pairs; what a parameter struct points to is borrowed.
+ * Threads: all calls on the thread of the context; chunks are decoded on threads of its own. */
+#ifndef STP_RUNTIME_STIPPLE_H
+#define STP_RUNTIME_STIPPLE_H
+
+#include "base/error.h"
+#include "runtime/camera.h"
+#include "runtime/model.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Who chooses the levels. */
+typedef enum stp_lod {
+    STP_LOD_GEOMETRY = 0, /* the geometry shader, patch by patch */
+    STP_LOD_CPU = 1,      /* the same rule on the CPU */
+    STP_LOD_FULL = 2      /* nobody: every level-0 sample, in passes if the budget asks for it */
+} stp_lod;
+
+typedef enum stp_reconstruct {
+    STP_RECONSTRUCT_GAUSS = 0, /* CG08 */
+    STP_RECONSTRUCT_BOX = 1,   /* PBG07 */
+    STP_RECONSTRUCT_POINTS = 2 /* none: one pixel a sample */
+} stp_reconstruct;
+
+/* The numbers are STP_SHADE_* of shaders/layout.glsl. */
+typedef enum stp_shade {
+    STP_SHADE_PHONG = 0,
+    STP_SHADE_LAMBERT = 1,
+    STP_SHADE_NORMAL = 2,
+    STP_SHADE_DEPTH = 3,
+    STP_SHADE_LEVEL = 4,
+    STP_SHADE_CHUNK = 5,
+    STP_SHADE_ERROR = 6,
+    STP_SHADE_CONFIDENCE = 7
+} stp_shade;
+
+/* Zero is the default of each. */
+typedef struct stp_draw_params {
+    stp_lod lod;
+    stp_reconstruct reconstruct;
+    stp_shade shade;
+    double threshold_px;  /* greatest projected error; 0: 1 pixel */
+    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
+    double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
+    bool keep_back_faces; /* cull nothing by orientation */
+    bool no_colour;       /* every sample in the same light grey */
+    double load_ms;       /* 0: waits until the cut is complete; else loads for about so long */
+    bool timed;           /* waits for the GPU between stages, so that their times are true */
+} stp_draw_params;
+
+#define STP_RADIUS_CAP_PX 16.0
+
+typedef struct stp_draw_stats {
+    double frame_ms; /* choosing, drawing and waiting for the GPU; loading apart */
+    double load_ms;
+    double project_ms, pull_push_ms, shade_ms; /* where timed */
+    uint64_t points_drawn;                     /* sent to projection */
+    uint32_t chunks_drawn, chunks_missing;
+    uint32_t passes;
+    int pyramid_levels;
+    bool cut_complete;
+} stp_draw_stats;
+
+/* What the rule chose for the last frame, recomputed on the CPU patch by patch. */
+typedef struct stp_cut_measure {
+    uint64_t points, patches;
+    double max_error_px; /* greatest projected error chosen; unbounded patches are drawn finest */
+} stp_cut_measure;
+
+typedef struct stp_renderer stp_renderer;
+
+typedef struct stp_renderer_params {
+    const stp_model *model;    /* borrowed; outlives the renderer */
+    uint64_t gpu_memory_bytes; /* of samples and patches; 0: 1 GiB */
+    uint64_t cpu_memory_bytes; /* of chunks being decoded; 0: 1 GiB */
+    unsigned thread_count;     /* for decoding; 0: one per processor */
+    const char *shader_folder; /* files there win over the embedded ones; may be NULL */
+} stp_renderer_params;
+
+/* Errors: GL (no current 4.5 context; a shader does not compile), LIMIT (budget too small),
+ * OUT_OF_MEMORY, and those of reading the root chunk. */
+stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
+                               stp_error *err);
+void stp_renderer_destroy(stp_renderer **renderer);
+
+/* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
+ * no error: its parent is drawn and stp_renderer_damage says so. Errors: GL, IO, LIMIT,
+ * OUT_OF_MEMORY. */
+stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
+                             const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
+
+/* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered. */
+stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
+
+/* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
+void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);
+
+/* Recomputes the last frame's choice. Not for STP_LOD_FULL with several passes. */
+void stp_renderer_measure(const stp_renderer *renderer, stp_cut_measure *out);
+
+/* Compiles the shaders anew (from the folder, if one was given). On failure the old ones stay.
+ * Errors: GL. */
+stp_status stp_renderer_reload_shaders(stp_renderer *renderer, stp_error *err);
+
+/* The first damage met while reading chunks, as a sentence; empty if none. */
+const char *stp_renderer_damage(const stp_renderer *renderer);
+uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
+
+#endif

@@ -1,0 +1,43 @@
+// Bindings and packed layouts: the one place, and runtime/gpu_layout.h is the same as C structs.
+// tests/test_gl_layout.c compares the two.
+
+// What holds for a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
+layout(std140, binding = 0) uniform stp_frame {
+    vec4 axis_right;    // xyz: eye space's axes in the world
+    vec4 axis_up;
+    vec4 axis_back;
+    vec4 viewport;      // width, height, f, near depth
+    vec4 frustum;       // side planes: x's (cos, sin), y's (cos, sin)
+    vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
+    ivec4 modes;        // 1 if orthographic, STP_SHADE_*, 1 for box filters, STP_MODE_*
+};
+
+#define STP_SHADE_PHONG 0
+#define STP_SHADE_LAMBERT 1
+#define STP_SHADE_NORMAL 2
+#define STP_SHADE_DEPTH 3
+#define STP_SHADE_LEVEL 4
+#define STP_SHADE_CHUNK 5
+#define STP_SHADE_ERROR 6
+#define STP_SHADE_CONFIDENCE 7
+
+#define STP_MODE_KEEP_BACK_FACES 1
+#define STP_MODE_NO_COLOUR 2
+
+// The Object Texture: one texel is one sample (formats/chunk/sample.h).
+layout(binding = 0) uniform usamplerBuffer object_texture;
+// Eight texels a patch, STP_PATCH_TEXELS: see patch.glsl.
+layout(binding = 1) uniform usamplerBuffer patch_texture;
+// Two texels a resident chunk, by slot: see patch.glsl.
+layout(binding = 2) uniform usamplerBuffer chunk_texture;
+
+#define STP_PATCH_TEXELS 8
+#define STP_CHUNK_TEXELS 2
+#define STP_LEVELS 4
+#define STP_NO_SAMPLE 0xffffffffu
+
+// The draw call's chunk: slot in chunk_texture, and the patch its first vertex belongs to.
+layout(location = 0) uniform uint chunk_slot;
+layout(location = 1) uniform uint first_patch;
+// The pass's level of the pyramid.
+layout(location = 2) uniform int pyramid_level;

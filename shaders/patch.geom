@@ -1,0 +1,33 @@
+// Chooses the patch's level and emits its samples out of the Object Texture (Marroquim et al.,
+// TUT08, "Object Texture"). Instanced: each invocation emits its share.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "choose.glsl"
+
+layout(points, invocations = STP_INVOCATIONS) in;
+layout(points, max_vertices = STP_SHARE) out;
+
+flat in uint patch_index[];
+flat out uvec2 id; // sample, patch
+
+void main()
+{
+    stp_chunk chunk = stp_chunk_fetch(chunk_slot);
+    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
+    int level = stp_choose_level(p, chunk);
+    if (level == STP_LEVEL_SKIP)
+        return;
+    uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
+    uint end = min(p.count[level], begin + uint(STP_SHARE));
+    for (uint i = begin; i < end; i++) {
+        uint index = p.first[level] + i;
+        stp_disc disc = stp_disc_place(texelFetch(object_texture, int(index)), p.origin, p.step);
+        vec4 position = stp_project(disc);
+        if (position.z > 1.0)
+            continue;
+        gl_Position = position;
+        id = uvec2(index, patch_index[0]);
+        EmitVertex();
+    }
+}

@@ -1,0 +1,107 @@
+// Patches and samples as the GPU holds them. Needs layout.glsl.
+
+struct stp_patch {
+    vec3 origin;          // relative to the eye, world axes
+    float step;           // of the sample lattice
+    vec3 bound_centre;    // relative to the eye
+    float bound_radius;
+    vec3 cone_axis;
+    float cone_cos;       // of the half-angle; -1: any direction
+    vec4 error;           // perpendicular, per level, world units
+    vec4 tangential_error;
+    vec4 radius;          // greatest of the level
+    uvec4 first;          // sample index of each level's first sample
+    uvec4 count;
+    uint child;           // which child of its chunk refines it, 255: none
+    bool two_sided;
+    uint slot;            // of its chunk
+};
+
+struct stp_chunk {
+    vec3 offset;          // origin minus eye, world axes
+    uint finest;          // finest resident level
+    uvec2 drawn_children; // a bit per child
+    uint id;
+    uint depth;
+};
+
+struct stp_disc {
+    vec3 position;        // eye space
+    vec3 normal;          // eye space, unit; meaningless where unknown
+    float radius;
+    vec3 colour;
+    uint kind;
+    bool has_normal;
+    bool oriented;
+};
+
+stp_chunk stp_chunk_fetch(uint slot)
+{
+    uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
+    uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.xy, b.z, b.w);
+}
+
+stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
+{
+    int base = int(index) * STP_PATCH_TEXELS;
+    uvec4 a = texelFetch(patch_texture, base);
+    uvec4 b = texelFetch(patch_texture, base + 1);
+    uvec4 c = texelFetch(patch_texture, base + 2);
+    uvec4 h = texelFetch(patch_texture, base + 7);
+    stp_patch p;
+    p.origin = uintBitsToFloat(a.xyz) + chunk_offset;
+    p.step = uintBitsToFloat(a.w);
+    p.bound_centre = uintBitsToFloat(b.xyz) + chunk_offset;
+    p.bound_radius = uintBitsToFloat(b.w);
+    p.cone_axis = uintBitsToFloat(c.xyz);
+    p.cone_cos = uintBitsToFloat(c.w);
+    p.error = uintBitsToFloat(texelFetch(patch_texture, base + 3));
+    p.tangential_error = uintBitsToFloat(texelFetch(patch_texture, base + 4));
+    p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 5));
+    p.first = texelFetch(patch_texture, base + 6);
+    p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
+    p.slot = h.y;
+    p.child = h.z & 255u;
+    p.two_sided = (h.z & 256u) != 0u;
+    return p;
+}
+
+vec3 stp_to_eye(vec3 v)
+{
+    return vec3(dot(axis_right.xyz, v), dot(axis_up.xyz, v), dot(axis_back.xyz, v));
+}
+
+// Octahedral, 2 x 12 bits, to a unit vector in the scan's axes (Meyer et al. 2010).
+vec3 stp_normal_decode(uint code)
+{
+    vec2 e = vec2(float(code & 4095u), float(code >> 12 & 4095u)) * (2.0 / 4095.0) - 1.0;
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    if (n.z < 0.0)
+        n.xy = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    return normalize(n);
+}
+
+// Position, orientation and normal alone: what projecting needs.
+stp_disc stp_disc_place(uvec4 texel, vec3 origin, float step)
+{
+    stp_disc disc;
+    vec3 lattice = vec3(float(texel.x & 65535u), float(texel.x >> 16), float(texel.y & 65535u));
+    disc.position = stp_to_eye(origin + step * lattice);
+    disc.normal = stp_to_eye(stp_normal_decode(texel.z));
+    uint flags = texel.y >> 24;
+    disc.oriented = (flags & 3u) == 3u;
+    disc.has_normal = (flags & 2u) != 0u;
+    return disc;
+}
+
+stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
+{
+    stp_disc disc = stp_disc_place(texel, origin, step);
+    uint radius = texel.y >> 16 & 255u;
+    disc.radius = radius == 0u ? 0.0 : step * exp2((float(radius) - 1.0) / 16.0);
+    disc.kind = texel.y >> 28 & 3u;
+    disc.colour = vec3(float(texel.w & 255u), float(texel.w >> 8 & 255u),
+                       float(texel.w >> 16 & 255u)) / 255.0;
+    return disc;
+}

@@ -1,0 +1,76 @@
+// The nearest sample of each pixel becomes level 0 of the pyramid (projection in README.md).
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "choose.glsl"
+#include "palette.glsl"
+#include "pixel.glsl"
+#include "pixel_out.glsl"
+
+layout(binding = 9) uniform usampler2D nearest_sample;
+// Further passes over one frame leave alone what they did not draw.
+layout(location = 3) uniform int keep_others;
+
+int stp_level_of(uint sample_index, stp_patch p)
+{
+    for (int level = 0; level < STP_LEVELS; level++)
+        if (sample_index - p.first[level] < p.count[level])
+            return level;
+    return STP_LEVELS;
+}
+
+// Projected error of a patch at a level, pixels.
+float stp_patch_error(stp_patch p, int level)
+{
+    vec3 centre = stp_to_eye(p.bound_centre);
+    float range = length(centre);
+    bool orthographic = modes.x != 0;
+    float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
+                                 orthographic);
+    if (scale < 0.0)
+        return 0.0;
+    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
+    float sin_alpha = stp_rule_sin_alpha(clamp(dot(direction, p.cone_axis), -1.0, 1.0), p.cone_cos,
+                                         orthographic ? 0.0 : min(1.0, p.bound_radius / range));
+    return stp_rule_error(scale, sin_alpha, p.error[level], p.tangential_error[level]);
+}
+
+vec3 stp_sample_colour(stp_disc disc, uint sample_index, stp_patch p, stp_chunk chunk)
+{
+    if (modes.y == STP_SHADE_CHUNK)
+        return stp_palette_hash(chunk.id);
+    if (modes.y == STP_SHADE_LEVEL)
+        return stp_palette_level(stp_level_of(sample_index, p), int(chunk.depth));
+    if (modes.y == STP_SHADE_ERROR)
+        return stp_palette_heat(stp_patch_error(p, stp_level_of(sample_index, p)) /
+                                max(quality.x, 1e-6));
+    return vec3(0.8);
+}
+
+void main()
+{
+    uvec2 id = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).xy;
+    if (id.x == STP_NO_SAMPLE) {
+        if (keep_others != 0)
+            discard;
+        stp_pixel_write(stp_pixel_invalid());
+        return;
+    }
+    uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 7).y;
+    stp_chunk chunk = stp_chunk_fetch(slot);
+    vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));
+    stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
+                                    lattice.xyz + chunk.offset, lattice.w);
+    vec3 w = stp_ray_through(disc.position);
+    if (!disc.has_normal)
+        disc.normal = -w;
+    else if (!disc.oriented && dot(disc.normal, w) > 0.0)
+        disc.normal = -disc.normal;
+    if ((modes.y >= STP_SHADE_LEVEL && modes.y <= STP_SHADE_ERROR) ||
+        (modes.w & STP_MODE_NO_COLOUR) != 0)
+        disc.colour = stp_sample_colour(disc, id.x, stp_patch_fetch(id.y, chunk.offset), chunk);
+    float depth = -disc.position.z;
+    int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
+    stp_pixel_write(stp_pixel(disc.normal, disc.radius, depth, depth + disc.radius, vec2(0.0),
+                              disc.colour, tag));
+}

@@ -1,0 +1,6 @@
+// One triangle over the whole viewport; the scissor says how much of it is drawn.
+void main()
+{
+    vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+    gl_Position = vec4(corner, 0.0, 1.0);
+}

@@ -1,0 +1,34 @@
+/* What render and view share: options of the camera, the quality and the budgets.
+ * Threads: the main thread only. */
+#ifndef STP_TOOLS_DRAW_OPTIONS_H
+#define STP_TOOLS_DRAW_OPTIONS_H
+
+#include "runtime/stipple.h"
+#include "tools/cli.h"
+
+typedef struct draw_options {
+    const char *camera_path, *shader_folder;
+    double eye[3], look[3], up[3];
+    double fovy_deg, threshold_px, radius_cap_px;
+    int size[2];
+    int lod, reconstruct, shade, colour;
+    uint64_t gpu_memory, cpu_memory;
+    bool has_eye, has_look, has_up, has_fovy, has_size, has_threshold;
+} draw_options;
+
+#define DRAW_OPTION_COUNT 16
+
+/* The defaults, before parsing. */
+draw_options draw_options_default(void);
+/* Fills the first DRAW_OPTION_COUNT options of a command. */
+void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
+/* What the renderer wants of them. */
+stp_draw_params draw_options_params(const draw_options *o);
+stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
+                                          const cli_common *common);
+/* The camera: the default view of the model, then what --camera's file says, then the options; and
+ * the picture's size. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
+stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
+                               int size[2], stp_error *err);
+
+#endif
