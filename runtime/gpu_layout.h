@@ -25,16 +25,13 @@ enum {
     STP_UNIFORM_COARSE_AREA = 4
 };
 
-/* Bits of modes[3]. */
-enum { STP_MODE_KEEP_BACK_FACES = 1, STP_MODE_NO_COLOUR = 2 };
-
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
     float axis_right[4], axis_up[4], axis_back[4];
     float viewport[4]; /* width, height, f, near depth */
     float frustum[4];  /* side planes: x's (cos, sin), y's (cos, sin) */
     float quality[4];  /* threshold, radius cap in pixels; ball near, far */
-    int32_t modes[4];  /* orthographic, shade, box, STP_MODE_* */
+    int32_t modes[4];  /* orthographic, keep back faces */
 } stp_gpu_frame;
 
 /* Relative to the chunk's origin. */

@@ -65,8 +65,8 @@ stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *b
     float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
                                  : dot3(bound->centre, bound->cone_axis) / fmaxf(range, 1e-30f);
     cos_phi = fminf(fmaxf(cos_phi, -1.0f), 1.0f);
-    if (!bound->two_sided && (frame->modes[3] & STP_MODE_KEEP_BACK_FACES) == 0 &&
-        range > bound->radius && stp_rule_backfacing(cos_phi, bound->cone_cos, sin_beta))
+    if (!bound->two_sided && frame->modes[1] == 0 && range > bound->radius &&
+        stp_rule_backfacing(cos_phi, bound->cone_cos, sin_beta))
         return hidden;
     return (stp_rule_sight){
         true,

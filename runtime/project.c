@@ -4,33 +4,22 @@
 #include "base/memory.h"
 #include "runtime/shader.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
-static stp_status create_programs(stp_project *p, const char *folder, stp_error *err)
+static stp_status create_programs(stp_project *p, const char *folder, const char *defines,
+                                  stp_error *err)
 {
-    char defines[128];
-    snprintf(defines, sizeof defines, "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n",
-             STP_GEOMETRY_INVOCATIONS, STP_PATCH_SAMPLES / STP_GEOMETRY_INVOCATIONS);
-    stp_status status = stp_program_create(&p->patch_program,
-                                           &(stp_program_params){.vertex = "patch.vert",
-                                                                 .geometry = "patch.geom",
-                                                                 .fragment = "id.frag",
-                                                                 .defines = defines,
-                                                                 .folder = folder},
-                                           err);
-    if (status != STP_OK)
-        return status;
-    return stp_program_create(
-        &p->sample_program,
-        &(stp_program_params){.vertex = "sample.vert", .fragment = "id.frag", .folder = folder},
-        err);
+    stp_program_params patch = {"patch.vert", "patch.geom", "id.frag", defines, folder, NULL};
+    stp_program_params sample = {"sample.vert", NULL, "id.frag", defines, folder, NULL};
+    stp_status status = stp_program_create(&p->patch_program, &patch, err);
+    return status == STP_OK ? stp_program_create(&p->sample_program, &sample, err) : status;
 }
 
-stp_status stp_project_create(stp_project *out, const char *folder, stp_error *err)
+stp_status stp_project_create(stp_project *out, const char *folder, const char *defines,
+                              stp_error *err)
 {
     stp_project p = {0};
-    stp_status status = create_programs(&p, folder, err);
+    stp_status status = create_programs(&p, folder, defines, err);
     if (status == STP_OK) {
         glCreateBuffers(1, &p.index_buffer);
         *out = p;

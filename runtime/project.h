@@ -9,9 +9,6 @@
 
 #include <stddef.h>
 
-/* Invocations of the geometry shader a patch; each emits STP_PATCH_SAMPLES over it. */
-#define STP_GEOMETRY_INVOCATIONS 1
-
 typedef struct stp_project {
     GLuint patch_program, sample_program;
     GLuint index_buffer;
@@ -19,8 +16,10 @@ typedef struct stp_project {
     size_t index_count, index_capacity;
 } stp_project;
 
-/* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
-stp_status stp_project_create(stp_project *out, const char *folder, stp_error *err);
+/* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
+ * GL. */
+stp_status stp_project_create(stp_project *out, const char *folder, const char *defines,
+                              stp_error *err);
 void stp_project_destroy(stp_project *project);
 
 typedef struct stp_project_params {

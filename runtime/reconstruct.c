@@ -4,17 +4,20 @@
 #include "runtime/gpu_layout.h"
 #include "runtime/shader.h"
 
-stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder, stp_error *err)
+stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
+                                  const char *defines, stp_error *err)
 {
     stp_reconstruct_programs p = {0};
     GLuint *const programs[4] = {&p.resolve, &p.pull, &p.push, &p.shade};
     static const char *const files[4] = {"resolve.frag", "pull.frag", "push.frag", "shade.frag"};
     stp_status status = STP_OK;
     for (int i = 0; i < 4; i++)
-        STP_TRY(stp_program_create(
-            programs[i],
-            &(stp_program_params){.vertex = "screen.vert", .fragment = files[i], .folder = folder},
-            err));
+        STP_TRY(stp_program_create(programs[i],
+                                   &(stp_program_params){.vertex = "screen.vert",
+                                                         .fragment = files[i],
+                                                         .defines = defines,
+                                                         .folder = folder},
+                                   err));
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -114,6 +117,7 @@ void stp_reconstruct_shade(const stp_reconstruct_programs *programs, const stp_p
     glClearBufferfv(GL_COLOR, 0, empty);
     set_area(level, area, 0);
     glUseProgram(programs->shade);
+    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, levels);
     glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, levels > 0 ? level->finished : level->pulled);
     draw_screen();
 }

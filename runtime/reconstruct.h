@@ -17,9 +17,10 @@ typedef struct stp_rectangle {
     int x, y, width, height;
 } stp_rectangle;
 
-/* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
+/* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
+ * GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
-                                  stp_error *err);
+                                  const char *defines, stp_error *err);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* The least rectangle that holds `area` and is made of whole pixels of level `levels`, within the

@@ -6,10 +6,15 @@
 #include "runtime/area.h"
 #include "runtime/chunk_cache.h"
 #include "runtime/gl_context.h"
+#include "runtime/inspect.h"
 #include "runtime/project.h"
+#include "runtime/shader.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* Of the geometry shader, a patch. */
+#define GEOMETRY_INVOCATIONS 1
 
 struct stp_renderer {
     const stp_model *model;
@@ -26,6 +31,7 @@ struct stp_renderer {
     size_t want_capacity;
     uint64_t stamp; /* counts passes, for the cache */
     char *shader_folder;
+    stp_variant variant; /* what the programs are compiled for */
     stp_gpu_frame frame; /* of the last picture */
     stp_dvec3 eye;
 };
@@ -39,16 +45,43 @@ typedef struct drawing {
     stp_rectangle area;
 } drawing;
 
-static stp_status load_programs(stp_project *project, stp_reconstruct_programs *reconstruct,
-                                const char *folder, stp_error *err)
+static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_error *err)
 {
-    stp_status status = stp_project_create(project, folder, err);
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_project project;
+    stp_reconstruct_programs reconstruct;
+    stp_variant_defines(variant, defines);
+    stp_status status = stp_project_create(&project, r->shader_folder, defines, err);
     if (status != STP_OK)
         return status;
-    status = stp_reconstruct_create(reconstruct, folder, err);
-    if (status != STP_OK)
-        stp_project_destroy(project);
-    return status;
+    status = stp_reconstruct_create(&reconstruct, r->shader_folder, defines, err);
+    if (status != STP_OK) {
+        stp_project_destroy(&project);
+        return status;
+    }
+    stp_project_destroy(&r->project);
+    stp_reconstruct_destroy(&r->reconstruct);
+    r->project = project;
+    r->reconstruct = reconstruct;
+    r->variant = *variant;
+    return STP_OK;
+}
+
+/* The programs for these parameters; those of the last frame do, as a rule. */
+static stp_status choose_programs(stp_renderer *r, const stp_view *view,
+                                  const stp_draw_params *params, stp_error *err)
+{
+    stp_variant variant = {
+        .orthographic = view->orthographic,
+        .box = params->reconstruct == STP_RECONSTRUCT_BOX,
+        .keep_back_faces = params->keep_back_faces,
+        .no_colour = params->no_colour,
+        .shade = (int)params->shade,
+        .geometry_invocations = GEOMETRY_INVOCATIONS,
+    };
+    if (r->project.patch_program != 0 && stp_variant_equal(&variant, &r->variant))
+        return STP_OK;
+    return load_programs(r, &variant, err);
 }
 
 stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
@@ -65,7 +98,6 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
         strcpy(r->shader_folder, params->shader_folder);
     }
     STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
-    STP_TRY(load_programs(&r->project, &r->reconstruct, r->shader_folder, err));
     STP_TRY(stp_chunk_cache_create(&r->cache,
                                    &(stp_chunk_cache_params){.model = params->model,
                                                              .pool = r->pool,
@@ -111,16 +143,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
 
 stp_status stp_renderer_reload_shaders(stp_renderer *r, stp_error *err)
 {
-    stp_project project;
-    stp_reconstruct_programs reconstruct;
-    stp_status status = load_programs(&project, &reconstruct, r->shader_folder, err);
-    if (status != STP_OK)
-        return status;
-    stp_project_destroy(&r->project);
-    stp_reconstruct_destroy(&r->reconstruct);
-    r->project = project;
-    r->reconstruct = reconstruct;
-    return STP_OK;
+    return r->project.patch_program != 0 ? load_programs(r, &r->variant, err) : STP_OK;
 }
 
 /* Waiting for the cut: everything that is not damaged will be there. */
@@ -156,10 +179,7 @@ static void set_frame(stp_renderer *r, const drawing *d)
     r->frame = stp_gpu_frame_from_view(d->view);
     r->frame.quality[0] = every ? 0.0f : (float)threshold;
     r->frame.quality[1] = (float)cap;
-    r->frame.modes[1] = (int32_t)params->shade;
-    r->frame.modes[2] = params->reconstruct == STP_RECONSTRUCT_BOX;
-    r->frame.modes[3] = (params->keep_back_faces ? STP_MODE_KEEP_BACK_FACES : 0) |
-                        (params->no_colour ? STP_MODE_NO_COLOUR : 0);
+    r->frame.modes[1] = params->keep_back_faces;
     r->eye = d->view->eye;
 }
 
@@ -382,6 +402,7 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     stp_status status = STP_OK;
     drawing d = {.view = view, .params = params, .area = stp_model_area(r->model, view)};
     double begun = stp_clock_seconds();
+    STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     set_frame(r, &d);
     set_state(r);
@@ -449,4 +470,9 @@ const char *stp_renderer_damage(const stp_renderer *r)
 uint64_t stp_renderer_bytes_read(const stp_renderer *r)
 {
     return stp_chunk_cache_bytes_read(r->cache);
+}
+
+stp_inspection stp_renderer_inspect(const stp_renderer *r)
+{
+    return (stp_inspection){&r->pyramid, &r->cut, r->cache, &r->frame, r->eye};
 }

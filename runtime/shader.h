@@ -8,6 +8,7 @@
 #include "base/error.h"
 
 #include <epoxy/gl.h>
+#include <stdbool.h>
 
 typedef struct stp_shader_file {
     const char *name, *text;
@@ -15,6 +16,19 @@ typedef struct stp_shader_file {
 
 /* The embedded files; the last has no name. */
 extern const stp_shader_file stp_shader_files[];
+
+/* What a program is compiled for. */
+typedef struct stp_variant {
+    bool orthographic, box, keep_back_faces, no_colour;
+    int shade; /* STP_SHADE_* */
+    int geometry_invocations;
+} stp_variant;
+
+#define STP_VARIANT_DEFINES_BYTES 320
+
+/* The variant as lines for stp_program_params.defines. */
+void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);
+bool stp_variant_equal(const stp_variant *a, const stp_variant *b);
 
 typedef struct stp_program_params {
     const char *vertex, *geometry, *fragment; /* file names; NULL: no such stage */

@@ -86,14 +86,15 @@ typedef struct stp_renderer_params {
     const char *shader_folder; /* files there win over the embedded ones; may be NULL */
 } stp_renderer_params;
 
-/* Errors: GL (no current 4.5 context; a shader does not compile), LIMIT (budget too small),
+/* Errors: GL (no current 4.5 context), LIMIT (budget too small),
  * OUT_OF_MEMORY, and those of reading the root chunk. */
 stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
                                stp_error *err);
 void stp_renderer_destroy(stp_renderer **renderer);
 
 /* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
- * no error: its parent is drawn and stp_renderer_damage says so. Errors: GL, IO, LIMIT,
+ * no error: its parent is drawn and stp_renderer_damage says so. Programs are compiled for the
+ * parameters, anew when those of the last frame do not do. Errors: GL (a shader), IO, LIMIT,
  * OUT_OF_MEMORY. */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);

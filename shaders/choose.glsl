@@ -15,7 +15,7 @@ bool stp_outside_frustum(vec3 centre, float radius)
     float depth = -centre.z;
     if (depth + radius <= viewport.w)
         return true;
-    vec2 side = modes.x != 0 ? abs(centre.xy) - 0.5 * viewport.xy / viewport.z
+    vec2 side = STP_ORTHOGRAPHIC != 0 ? abs(centre.xy) - 0.5 * viewport.xy / viewport.z
                              : abs(centre.xy) * frustum.xz - depth * frustum.yw;
     return any(greaterThan(side, vec2(radius)));
 }
@@ -29,12 +29,12 @@ int stp_choose_level(stp_patch p, stp_chunk chunk)
     vec3 centre = stp_to_eye(p.bound_centre);
     if (stp_outside_frustum(centre, p.bound_radius))
         return STP_LEVEL_SKIP;
-    bool orthographic = modes.x != 0;
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
     float range = length(centre);
     float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
     vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
     float cos_phi = clamp(dot(direction, p.cone_axis), -1.0, 1.0);
-    if (!p.two_sided && (modes.w & STP_MODE_KEEP_BACK_FACES) == 0 && range > p.bound_radius &&
+    if (!p.two_sided && STP_KEEP_BACK_FACES == 0 && range > p.bound_radius &&
         stp_rule_backfacing(cos_phi, p.cone_cos, sin_beta))
         return STP_LEVEL_SKIP;
     int finest = int(chunk.finest);

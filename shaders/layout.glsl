@@ -9,9 +9,12 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 viewport;      // width, height, f, near depth
     vec4 frustum;       // side planes: x's (cos, sin), y's (cos, sin)
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
-    ivec4 modes;        // 1 if orthographic, STP_SHADE_*, 1 for box filters, STP_MODE_*
+    ivec4 modes;        // 1 if orthographic, 1 to keep back faces: for the CPU, shaders have macros
 };
 
+// A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
+// STP_KEEP_BACK_FACES, STP_NO_COLOUR are 0 or 1, STP_SHADE is one of these. Software rasterisers run
+// both sides of a branch, so what a picture does not need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
 #define STP_SHADE_NORMAL 2
@@ -20,9 +23,6 @@ layout(std140, binding = 0) uniform stp_frame {
 #define STP_SHADE_CHUNK 5
 #define STP_SHADE_ERROR 6
 #define STP_SHADE_CONFIDENCE 7
-
-#define STP_MODE_KEEP_BACK_FACES 1
-#define STP_MODE_NO_COLOUR 2
 
 // The Object Texture: one texel is one sample (formats/chunk/sample.h).
 layout(binding = 0) uniform usamplerBuffer object_texture;

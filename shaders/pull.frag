@@ -6,56 +6,41 @@
 #include "pixel.glsl"
 #include "pixel_out.glsl"
 #include "ellipse.glsl"
+#include "blend.glsl"
+
+// A finer pixel as seen from `centre`; invalid where its ellipse does not reach it.
+stp_pixel stp_pull_candidate(ivec2 p, vec2 centre)
+{
+    // Outside the level fetches give zeros: invalid.
+    stp_pixel c = stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_depth, p, 0),
+                                   texelFetch(fine_colour, p, 0));
+    vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
+    c.d = middle - centre;
+    bool reaches = STP_BOX != 0 || stp_ellipse(c, middle, -c.d) <= 1.0;
+    c.tag = reaches ? c.tag : 0;
+    return c;
+}
 
 void main()
 {
     ivec2 here = ivec2(gl_FragCoord.xy);
     vec2 centre = stp_pixel_centre(here, pyramid_level);
-    ivec2 size = textureSize(fine_colour, 0);
-    stp_pixel candidate[4];
-    int front = -1;
-    for (int i = 0; i < 4; i++) {
-        ivec2 p = 2 * here + ivec2(i & 1, i >> 1);
-        candidate[i].tag = 0;
-        if (any(greaterThanEqual(p, size)))
-            continue;
-        vec4 colour = texelFetch(fine_colour, p, 0);
-        if (colour.a == 0.0)
-            continue;
-        candidate[i] = stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_depth, p, 0),
-                                        colour);
-        vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + candidate[i].d;
-        if (modes.z == 0 && stp_ellipse(candidate[i], middle, centre - middle) > 1.0)
-            candidate[i].tag = 0;
-        candidate[i].d = middle - centre;
-        if (candidate[i].tag != 0 && (front < 0 || candidate[i].z_min < candidate[front].z_min))
-            front = i;
-    }
-    if (front < 0) {
-        stp_pixel_write(stp_pixel_invalid());
-        return;
-    }
-    stp_pixel first = candidate[front];
-    stp_pixel sum = stp_pixel(vec3(0.0), 0.0, first.z_min, first.z_max, vec2(0.0), vec3(0.0),
-                              stp_tag_from(first.tag, pyramid_level));
-    float count = 0.0;
-    for (int i = 0; i < 4; i++) {
-        stp_pixel c = candidate[i];
-        if (c.tag == 0 || c.z_min > first.z_max)
-            continue;
-        bool turn = (stp_tag_two_sided(first.tag) || stp_tag_two_sided(c.tag)) &&
-                    dot(c.normal, first.normal) < 0.0;
-        sum.normal += turn ? -c.normal : c.normal;
-        sum.radius += c.radius;
-        sum.z_max = max(sum.z_max, c.z_max);
-        sum.d += c.d;
-        sum.colour += c.colour;
-        count += 1.0;
-    }
-    float norm = length(sum.normal);
-    sum.normal = norm > 0.0 ? sum.normal / norm : first.normal;
-    sum.radius /= count;
-    sum.d /= count;
-    sum.colour /= count;
-    stp_pixel_write(sum);
+    stp_pixel c0 = stp_pull_candidate(2 * here, centre);
+    stp_pixel c1 = stp_pull_candidate(2 * here + ivec2(1, 0), centre);
+    stp_pixel c2 = stp_pull_candidate(2 * here + ivec2(0, 1), centre);
+    stp_pixel c3 = stp_pull_candidate(2 * here + ivec2(1, 1), centre);
+    stp_pixel front = stp_front(c0, c1, c2, c3);
+    stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, vec4(1.0));
+
+    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance.
+    stp_pixel p = blend.sum;
+    float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);
+    float variance = max(0.0, blend.distance - dot(p.d, p.d)) * unit * unit;
+    p.radius = sqrt(p.radius + 2.0 * variance);
+    p.z_min = front.z_min;
+    p.z_max = blend.farthest;
+    p.tag = stp_tag_from(front.tag, pyramid_level);
+    if (front.tag == 0)
+        p = stp_pixel_invalid();
+    stp_pixel_write(p);
 }

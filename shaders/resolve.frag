@@ -6,6 +6,9 @@
 #include "palette.glsl"
 #include "pixel.glsl"
 #include "pixel_out.glsl"
+#include "ellipse.glsl"
+
+#define STP_SLOPE_LIMIT 5.0
 
 layout(binding = 9) uniform usampler2D nearest_sample;
 // Further passes over one frame leave alone what they did not draw.
@@ -24,7 +27,7 @@ float stp_patch_error(stp_patch p, int level)
 {
     vec3 centre = stp_to_eye(p.bound_centre);
     float range = length(centre);
-    bool orthographic = modes.x != 0;
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
     float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
                                  orthographic);
     if (scale < 0.0)
@@ -35,16 +38,32 @@ float stp_patch_error(stp_patch p, int level)
     return stp_rule_error(scale, sin_alpha, p.error[level], p.tangential_error[level]);
 }
 
-vec3 stp_sample_colour(stp_disc disc, uint sample_index, stp_patch p, stp_chunk chunk)
+// The colour that pull and push carry.
+vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
 {
-    if (modes.y == STP_SHADE_CHUNK)
-        return stp_palette_hash(chunk.id);
-    if (modes.y == STP_SHADE_LEVEL)
-        return stp_palette_level(stp_level_of(sample_index, p), int(chunk.depth));
-    if (modes.y == STP_SHADE_ERROR)
-        return stp_palette_heat(stp_patch_error(p, stp_level_of(sample_index, p)) /
-                                max(quality.x, 1e-6));
+#if STP_SHADE == STP_SHADE_CHUNK
+    return stp_palette_hash(chunk.id);
+#elif STP_SHADE == STP_SHADE_LEVEL
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    return stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
+#elif STP_SHADE == STP_SHADE_ERROR
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    return stp_palette_heat(stp_patch_error(p, stp_level_of(id.x, p)) / max(quality.x, 1e-6));
+#elif STP_NO_COLOUR
     return vec3(0.8);
+#else
+    return disc.colour;
+#endif
+}
+
+// How deep a pixel's interval is: the disc's radius, or what the surface descends under the least
+// ellipse where that is more, so that neighbours of one grazing surface meet. cosine: of normal and
+// ray.
+float stp_depth_extent(float radius, float cosine, float ppu)
+{
+    float k = min(1.0, abs(cosine));
+    float slope = min(STP_SLOPE_LIMIT, sqrt(1.0 - k * k) / max(k, 1e-3));
+    return max(radius, STP_ELLIPSE_FLOOR * slope / ppu);
 }
 
 void main()
@@ -66,11 +85,12 @@ void main()
         disc.normal = -w;
     else if (!disc.oriented && dot(disc.normal, w) > 0.0)
         disc.normal = -disc.normal;
-    if ((modes.y >= STP_SHADE_LEVEL && modes.y <= STP_SHADE_ERROR) ||
-        (modes.w & STP_MODE_NO_COLOUR) != 0)
-        disc.colour = stp_sample_colour(disc, id.x, stp_patch_fetch(id.y, chunk.offset), chunk);
+    disc.colour = stp_sample_colour(disc, id, chunk);
     float depth = -disc.position.z;
+    float ppu = stp_pixels_per_unit(depth);
+    vec2 window = 0.5 * viewport.xy + disc.position.xy * ppu;
     int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
-    stp_pixel_write(stp_pixel(disc.normal, disc.radius, depth, depth + disc.radius, vec2(0.0),
-                              disc.colour, tag));
+    stp_pixel_write(stp_pixel(disc.normal, disc.radius, depth,
+                              depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
+                              window - gl_FragCoord.xy, disc.colour, tag));
 }

@@ -1,0 +1,22 @@
+/* What tests and measurements look at inside a renderer after a frame; not for host applications.
+ */
+#ifndef STP_RUNTIME_INSPECT_H
+#define STP_RUNTIME_INSPECT_H
+
+#include "runtime/chunk_cache.h"
+#include "runtime/cut.h"
+#include "runtime/pyramid.h"
+#include "runtime/stipple.h"
+
+/* Borrowed from the renderer; valid until its next call. */
+typedef struct stp_inspection {
+    const stp_pyramid *pyramid;
+    const stp_cut *cut;
+    const stp_chunk_cache *cache;
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+} stp_inspection;
+
+stp_inspection stp_renderer_inspect(const stp_renderer *renderer);
+
+#endif

@@ -1,0 +1,64 @@
+// What pull and push share: the front-most of four candidates, and the mean of those that belong to
+// its surface. Straight-line code without indexed arrays: software rasterisers run both sides of
+// every branch, and pay for arrays in memory. Needs pixel.glsl.
+
+struct stp_blend {
+    stp_pixel sum;
+    float total;    // of the weights
+    float distance; // sum of squared distances of the centres from the pixel's
+    float farthest; // greatest z_max
+};
+
+// The nearer of two pixels, the first of equals; of its members only those that blending needs.
+stp_pixel stp_nearer(stp_pixel front, stp_pixel c)
+{
+    bool nearer = c.tag != 0 && (front.tag == 0 || c.z_min < front.z_min);
+    front.normal = nearer ? c.normal : front.normal;
+    front.z_min = nearer ? c.z_min : front.z_min;
+    front.z_max = nearer ? c.z_max : front.z_max;
+    front.tag = nearer ? c.tag : front.tag;
+    return front;
+}
+
+stp_pixel stp_front(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
+{
+    return stp_nearer(stp_nearer(stp_nearer(c0, c1), c2), c3);
+}
+
+// Adds a candidate if its depth interval meets the front's; its normal on the front's side where one
+// of the two has no side of its own.
+void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float weight)
+{
+    float w = c.tag != 0 && c.z_min <= front.z_max ? weight : 0.0;
+    bool two_sided = ((front.tag - 1 | c.tag - 1) & 8) != 0;
+    float side = two_sided && dot(c.normal, front.normal) < 0.0 ? -w : w;
+    blend.sum.normal += side * c.normal;
+    blend.sum.radius += w * c.radius * c.radius;
+    blend.sum.z_min += w * c.z_min;
+    blend.sum.z_max += w * c.z_max;
+    blend.sum.d += w * c.d;
+    blend.sum.colour += w * c.colour;
+    blend.total += w;
+    blend.distance += w * dot(c.d, c.d);
+    blend.farthest = w > 0.0 ? max(blend.farthest, c.z_max) : blend.farthest;
+}
+
+stp_blend stp_blend_four(stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3,
+                         vec4 weights)
+{
+    stp_blend blend = stp_blend(stp_pixel_invalid(), 0.0, 0.0, 0.0);
+    stp_blend_add(blend, front, c0, weights.x);
+    stp_blend_add(blend, front, c1, weights.y);
+    stp_blend_add(blend, front, c2, weights.z);
+    stp_blend_add(blend, front, c3, weights.w);
+    float scale = 1.0 / max(blend.total, 1e-30);
+    float norm = dot(blend.sum.normal, blend.sum.normal);
+    blend.sum.normal = norm > 0.0 ? blend.sum.normal * inversesqrt(norm) : front.normal;
+    blend.sum.radius *= scale; // squared still
+    blend.sum.z_min *= scale;
+    blend.sum.z_max *= scale;
+    blend.sum.d *= scale;
+    blend.sum.colour *= scale;
+    blend.distance *= scale;
+    return blend;
+}
