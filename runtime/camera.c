@@ -103,12 +103,11 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
     };
 }
 
-stp_camera stp_camera_default(const stp_dbox *box, int width, int height)
+stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)
 {
-    stp_ball ball = stp_ball_from_box(box);
     stp_dvec3 up = stp_camera_up(box);
     stp_dvec3 direction = up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
-    return stp_camera_around(&ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
+    return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position)

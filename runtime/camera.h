@@ -61,8 +61,9 @@ stp_dvec3 stp_camera_up(const stp_dbox *box);
 stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec3 up,
                              double fovy_deg, int width, int height);
 
-/* The default: the whole model, seen from the front, a little from the right and above. */
-stp_camera stp_camera_default(const stp_dbox *box, int width, int height);
+/* The default: the whole ball, seen from the front, a little from the right and above; the box says
+ * which way is up. */
+stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height);
 
 /* Replaces what a JSON file gives: eye, look, up, fovy_deg or height, size. Errors: NOT_FOUND, IO,
  * FORMAT (not such a file; the key is named). */

@@ -6,6 +6,26 @@
 
 #include <stdlib.h>
 
+/* Around the boxes of the leaves, which lie closer than the corners of the whole box. */
+static stp_ball ball_around(const stp_model *model)
+{
+    stp_ball ball = stp_ball_from_box(&model->info->box);
+    double radius = 0.0;
+    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
+        const stp_chunk_entry *e = &model->entries[id];
+        for (int i = 0; e->child_count == 0 && i < 8; i++) {
+            stp_dvec3 corner = {(double)(i & 1 ? e->box_max.x : e->box_min.x),
+                                (double)(i & 2 ? e->box_max.y : e->box_min.y),
+                                (double)(i & 4 ? e->box_max.z : e->box_min.z)};
+            corner = stp_dvec3_sub(stp_dvec3_add(e->origin, corner), ball.centre);
+            radius = fmax(radius, stp_dvec3_length(corner));
+        }
+    }
+    if (radius > 0.0 && radius < ball.radius)
+        ball.radius = radius;
+    return ball;
+}
+
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -17,7 +37,7 @@ stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
                       "a directory of chunks", err));
     for (uint32_t id = 0; id < model->info->chunk_count; id++)
         STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
-    model->ball = stp_ball_from_box(&model->info->box);
+    model->ball = ball_around(model);
     *out = model;
     model = NULL;
 done:

@@ -1,4 +1,4 @@
-/* A chunk file opened for drawing: its directory in memory and the ball around it.
+/* A chunk file opened for drawing: its directory in memory and a ball around it.
  * Threads: read-only after opening, so any. */
 #ifndef STP_RUNTIME_MODEL_H
 #define STP_RUNTIME_MODEL_H

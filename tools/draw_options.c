@@ -92,7 +92,7 @@ stp_status draw_options_camera(const draw_options *o, const stp_model *model, st
             if (!o->has_size && file.size[0] > 0 && file.size[1] > 0)
                 size[i] = file.size[i];
     }
-    stp_camera c = stp_camera_default(&model->info->box, size[0], size[1]);
+    stp_camera c = stp_camera_default(&model->info->box, &model->ball, size[0], size[1]);
     if (has_file) {
         stp_status status = stp_camera_load(&c, o->camera_path, err);
         if (status != STP_OK)
