@@ -54,7 +54,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.nearest_frame = create_frame(&p.nearest, 1);
     glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
     p.picture = create_texture(GL_RGBA8, width, height);
-    p.picture_frame = create_frame(&p.picture, 1);
+    p.picture_depth = create_texture(GL_R32F, width, height);
+    p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
         *pyramid = p;
@@ -66,7 +67,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 void stp_pyramid_destroy(stp_pyramid *p)
 {
     const GLuint frames[2] = {p->nearest_frame, p->picture_frame};
-    const GLuint textures[3] = {p->nearest, p->nearest_depth, p->picture};
+    const GLuint textures[4] = {p->nearest, p->nearest_depth, p->picture, p->picture_depth};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -76,6 +77,6 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
     glDeleteFramebuffers(2, frames);
-    glDeleteTextures(3, textures);
+    glDeleteTextures(4, textures);
     *p = (stp_pyramid){0};
 }

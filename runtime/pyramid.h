@@ -1,7 +1,8 @@
 /* The image pyramid: what projection writes, pull and push fill, and shading reads.
  *
  * Level 0 has the viewport's size, level l ceil(size / 2^l). Each level has three RGBA32F targets
- * (shape, depth, colour: shaders/README.md), once as pulled and once as finished. Threads: the
+ * (shape, depth, colour: shaders/README.md), once as pulled and once as finished; level 0 is
+ * finished only where its pixels are wanted, since the picture is made without. Threads: the
  * render thread. */
 #ifndef STP_RUNTIME_PYRAMID_H
 #define STP_RUNTIME_PYRAMID_H
@@ -25,7 +26,7 @@ typedef struct stp_pyramid {
     int level_count; /* above level 0: all there can be, ceil(log2(max(width, height))) */
     stp_pyramid_level levels[STP_PYRAMID_LEVELS_LIMIT];
     GLuint nearest, nearest_depth, nearest_frame; /* RG32UI, 32-bit float depth */
-    GLuint picture, picture_frame;                /* RGBA8 */
+    GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */
 } stp_pyramid;
 
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */

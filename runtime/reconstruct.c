@@ -8,10 +8,11 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
                                   const char *defines, stp_error *err)
 {
     stp_reconstruct_programs p = {0};
-    GLuint *const programs[4] = {&p.resolve, &p.pull, &p.push, &p.shade};
-    static const char *const files[4] = {"resolve.frag", "pull.frag", "push.frag", "shade.frag"};
+    GLuint *const programs[5] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade};
+    static const char *const files[5] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
+                                         "shade.frag"};
     stp_status status = STP_OK;
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 5; i++)
         STP_TRY(stp_program_create(programs[i],
                                    &(stp_program_params){.vertex = "screen.vert",
                                                          .fragment = files[i],
@@ -30,6 +31,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->resolve);
     glDeleteProgram(p->pull);
     glDeleteProgram(p->push);
+    glDeleteProgram(p->finish);
     glDeleteProgram(p->shade);
     *p = (stp_reconstruct_programs){0};
 }
@@ -78,46 +80,62 @@ void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp
     draw_screen();
 }
 
+/* What finishing level l reads. */
+static void bind_push(const stp_pyramid *pyramid, int l, int levels, stp_rectangle area)
+{
+    const stp_pyramid_level *coarse = &pyramid->levels[l + 1];
+    stp_rectangle known = area_of_level(area, l + 1);
+    set_area(&pyramid->levels[l], area, l);
+    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
+    glUniform4i(STP_UNIFORM_COARSE_AREA, known.x, known.y, known.x + known.width,
+                known.y + known.height);
+    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
+    glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
+                   l + 1 == levels ? coarse->pulled : coarse->finished);
+}
+
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, stp_rectangle area)
 {
     glUseProgram(programs->pull);
     for (int l = 1; l <= levels; l++) {
-        const stp_pyramid_level *level = &pyramid->levels[l];
-        glBindFramebuffer(GL_FRAMEBUFFER, level->pulled_frame);
-        set_area(level, area, l);
+        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].pulled_frame);
+        set_area(&pyramid->levels[l], area, l);
         glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
         draw_screen();
     }
     glUseProgram(programs->push);
-    for (int l = levels - 1; l >= 0; l--) {
-        const stp_pyramid_level *level = &pyramid->levels[l];
-        const stp_pyramid_level *coarse = &pyramid->levels[l + 1];
-        glBindFramebuffer(GL_FRAMEBUFFER, level->finished_frame);
-        set_area(level, area, l);
-        glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
-        stp_rectangle known = area_of_level(area, l + 1);
-        glUniform4i(STP_UNIFORM_COARSE_AREA, known.x, known.y, known.x + known.width,
-                    known.y + known.height);
-        glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, level->pulled);
-        glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
-                       l + 1 == levels ? coarse->pulled : coarse->finished);
+    for (int l = levels - 1; l >= 1; l--) {
+        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
+        bind_push(pyramid, l, levels, area);
         draw_screen();
     }
 }
 
-void stp_reconstruct_shade(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                           int levels, stp_rectangle area)
+void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                            int levels, stp_rectangle area)
 {
-    const stp_pyramid_level *level = &pyramid->levels[0];
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     glBindFramebuffer(GL_FRAMEBUFFER, pyramid->picture_frame);
-    glScissor(0, 0, level->width, level->height);
+    glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
-    set_area(level, area, 0);
-    glUseProgram(programs->shade);
-    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, levels);
-    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, levels > 0 ? level->finished : level->pulled);
+    glClearBufferfv(GL_COLOR, 1, empty);
+    glUseProgram(levels > 0 ? programs->finish : programs->shade);
+    if (levels > 0) {
+        bind_push(pyramid, 0, levels, area);
+    } else {
+        set_area(&pyramid->levels[0], area, 0);
+        glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
+    }
+    draw_screen();
+}
+
+void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
+                                  const stp_pyramid *pyramid, int levels, stp_rectangle area)
+{
+    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].finished_frame);
+    glUseProgram(programs->push);
+    bind_push(pyramid, 0, levels, area);
     draw_screen();
 }

@@ -8,7 +8,7 @@
 #include <stdbool.h>
 
 typedef struct stp_reconstruct_programs {
-    GLuint resolve, pull, push, shade;
+    GLuint resolve, pull, push, finish, shade;
 } stp_reconstruct_programs;
 
 /* Window pixels to work on, y up: all that any disc may reach. The passes treat what lies outside
@@ -30,11 +30,14 @@ stp_rectangle stp_rectangle_align(stp_rectangle area, const stp_pyramid *pyramid
 /* Nearest samples to level 0 as pulled. keep: leave pixels that this pass did not draw. */
 void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                              stp_rectangle area, bool keep);
-/* Fills levels 1..levels as pulled, then levels..0 as finished. */
+/* Fills levels 1..levels as pulled, then levels - 1..1 as finished. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, stp_rectangle area);
-/* Finished level 0 (pulled where levels is 0) to the pyramid's picture. */
-void stp_reconstruct_shade(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                           int levels, stp_rectangle area);
+/* The last push, if levels > 0, and shading, to the pyramid's picture. */
+void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                            int levels, stp_rectangle area);
+/* Level 0 as finished, for who wants its pixels: a picture does without. levels > 0. */
+void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
+                                  const stp_pyramid *pyramid, int levels, stp_rectangle area);
 
 #endif

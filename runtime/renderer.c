@@ -387,7 +387,9 @@ static void finish_picture(stp_renderer *r, drawing *d)
     if (d->params->timed)
         glFinish();
     double pulled = stp_clock_seconds();
-    stp_reconstruct_shade(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    if (d->params->keep_pixels && d->levels > 0)
+        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, d->area);
     glFinish();
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
@@ -427,6 +429,17 @@ stp_status stp_renderer_read(stp_renderer *r, uint8_t *rgba, stp_error *err)
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureImage(p->picture, 0, GL_RGBA, GL_UNSIGNED_BYTE, 4 * p->width * p->height, rgba);
     return stp_gl_check("reading the picture", err);
+}
+
+stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    if (x < 0 || y < 0 || x >= p->width || y >= p->height)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
+                             y);
+    glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
+                         depth);
+    return stp_gl_check("reading a depth", err);
 }
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)

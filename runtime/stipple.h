@@ -54,6 +54,7 @@ typedef struct stp_draw_params {
     bool keep_back_faces; /* cull nothing by orientation */
     bool no_colour;       /* every sample in the same light grey */
     double load_ms;       /* 0: waits until the cut is complete; else loads for about so long */
+    bool keep_pixels;     /* finish level 0 of the pyramid too, for who reads its pixels */
     bool timed;           /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
@@ -62,7 +63,7 @@ typedef struct stp_draw_params {
 typedef struct stp_draw_stats {
     double frame_ms; /* choosing, drawing and waiting for the GPU; loading apart */
     double load_ms;
-    double project_ms, pull_push_ms, shade_ms; /* where timed */
+    double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
     uint64_t points_drawn;                     /* sent to projection */
     uint32_t chunks_drawn, chunks_missing;
     uint32_t passes;
@@ -101,6 +102,11 @@ stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
 
 /* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered. */
 stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
+
+/* Depth of the last picture at a pixel (bottom row first), along the camera's axis; 0 where nothing
+ * is. Errors: INVALID_ARGUMENT (outside the picture), GL. */
+stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *depth,
+                                 stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);

@@ -1,0 +1,20 @@
+// The last push and the shading at once: level 0, the largest, is never written and read again.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "palette.glsl"
+#include "pixel.glsl"
+#include "ellipse.glsl"
+#include "blend.glsl"
+#include "push.glsl"
+#include "shade.glsl"
+
+layout(location = 0) out vec4 picture;
+layout(location = 1) out float depth; // z_min, 0 where nothing is
+
+void main()
+{
+    stp_pixel p = stp_push(ivec2(gl_FragCoord.xy));
+    picture = stp_shade(p, gl_FragCoord.xy);
+    depth = p.z_min;
+}

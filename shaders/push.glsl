@@ -1,0 +1,62 @@
+// Push: pixels that are invalid or hidden behind nearer ellipses are interpolated from four pixels of
+// the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
+// Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
+
+// The part of the coarse level that was written: x0, y0, x1, y1. The rest is empty.
+layout(location = 4) uniform ivec4 coarse_area;
+
+// Where four coarse pixels surround a pixel and none's ellipse reaches it, the nearest does up to
+// this q: averaging opens gaps that no surface has.
+#define STP_PUSH_GAP 2.0
+
+// A coarse pixel as seen from `centre`, and how far from its ellipse's centre that is.
+stp_pixel stp_push_candidate(ivec2 p, vec2 centre, out float q)
+{
+    stp_pixel c = stp_pixel_unpack(texelFetch(coarse_shape, p, 0), texelFetch(coarse_depth, p, 0),
+                                   texelFetch(coarse_colour, p, 0));
+    vec2 middle = stp_pixel_centre(p, pyramid_level + 1) + c.d;
+    bool inside = all(greaterThanEqual(p, coarse_area.xy)) && all(lessThan(p, coarse_area.zw));
+    c.d = middle - centre;
+    c.tag = inside ? c.tag : 0;
+    q = c.tag != 0 ? stp_ellipse(c, middle, -c.d) : STP_ELLIPSE_OUTSIDE;
+    return c;
+}
+
+// A pixel of the pulled level, fine, finished with the help of level l + 1, coarse.
+stp_pixel stp_push(ivec2 here)
+{
+    ivec2 parent = here >> 1;
+    ivec2 side = 2 * (here & 1) - 1;
+    vec2 centre = stp_pixel_centre(here, pyramid_level);
+    vec4 q;
+    stp_pixel c0 = stp_push_candidate(parent, centre, q.x);
+    stp_pixel c1 = stp_push_candidate(parent + ivec2(side.x, 0), centre, q.y);
+    stp_pixel c2 = stp_push_candidate(parent + ivec2(0, side.y), centre, q.z);
+    stp_pixel c3 = stp_push_candidate(parent + side, centre, q.w);
+
+    float least = min(min(q.x, q.y), min(q.z, q.w));
+    float most = max(max(q.x, q.y), max(q.z, q.w)); // of all only if all are valid
+    float reach = most < STP_ELLIPSE_OUTSIDE ? clamp(least, 1.0, STP_PUSH_GAP) : 1.0;
+    c0.tag = q.x <= reach ? c0.tag : 0;
+    c1.tag = q.y <= reach ? c1.tag : 0;
+    c2.tag = q.z <= reach ? c2.tag : 0;
+    c3.tag = q.w <= reach ? c3.tag : 0;
+    vec4 weights = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
+#if !STP_BOX
+    weights *= exp(-0.5 * min(q, STP_PUSH_GAP));
+#endif
+    stp_pixel front = stp_front(c0, c1, c2, c3);
+    stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, weights);
+    stp_pixel p = blend.sum;
+    p.radius = sqrt(p.radius);
+    p.tag = front.tag;
+
+    // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.
+    stp_pixel own = stp_pixel_unpack(texelFetch(fine_shape, here, 0), texelFetch(fine_depth, here, 0),
+                                     texelFetch(fine_colour, here, 0));
+    bool occluded = texelFetch(coarse_colour, parent, 0).a != 0.0 &&
+                    own.z_min > texelFetch(coarse_depth, parent, 0).y && front.z_max < own.z_min;
+    if (front.tag == 0 || (own.tag != 0 && !occluded))
+        p = own;
+    return p;
+}

@@ -1,0 +1,31 @@
+// Deferred shading of a finished pixel ("Shading" in README.md). Needs project.glsl, pixel.glsl,
+// palette.glsl.
+
+vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
+{
+    vec3 l = normalize(vec3(0.35, 0.45, 1.0));
+    vec3 h = normalize(l + v);
+    return colour * (0.18 + 0.74 * max(0.0, dot(n, l)) + 0.08 * max(0.0, n.z)) +
+           0.16 * pow(max(0.0, dot(n, h)), 40.0);
+}
+
+// RGBA, alpha 1 where covered. window: of the pixel's centre.
+vec4 stp_shade(stp_pixel p, vec2 window)
+{
+    vec3 v = -stp_ray(window);
+    vec3 n = stp_tag_two_sided(p.tag) && dot(p.normal, v) < 0.0 ? -p.normal : p.normal;
+#if STP_SHADE == STP_SHADE_PHONG
+    vec3 c = stp_phong(p.colour, n, v);
+#elif STP_SHADE == STP_SHADE_LAMBERT
+    vec3 c = p.colour * (0.05 + 0.85 * max(0.0, n.z));
+#elif STP_SHADE == STP_SHADE_NORMAL
+    vec3 c = n * 0.5 + 0.5;
+#elif STP_SHADE == STP_SHADE_DEPTH
+    vec3 c = vec3(1.0 - (p.z_min - quality.z) / (quality.w - quality.z));
+#elif STP_SHADE == STP_SHADE_CONFIDENCE
+    vec3 c = stp_palette_confidence(stp_tag_source(p.tag));
+#else
+    vec3 c = p.colour; // of level, chunk or error, written at projection
+#endif
+    return p.tag != 0 ? vec4(clamp(c, 0.0, 1.0), 1.0) : vec4(0.0);
+}
