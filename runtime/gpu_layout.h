@@ -12,10 +12,10 @@ enum {
     STP_UNIT_OBJECT_TEXTURE = 0,
     STP_UNIT_PATCHES = 1,
     STP_UNIT_CHUNKS = 2,
-    STP_UNIT_FINE = 3,   /* shape, depth, colour */
-    STP_UNIT_COARSE = 6, /* shape, depth, colour */
-    STP_UNIT_NEAREST = 9,
-    STP_UNIT_COUNT = 10
+    STP_UNIT_FINE = 3,   /* shape, paint */
+    STP_UNIT_COARSE = 5, /* shape, paint */
+    STP_UNIT_NEAREST = 7,
+    STP_UNIT_COUNT = 8
 };
 enum {
     STP_UNIFORM_CHUNK_SLOT = 0,

@@ -16,8 +16,7 @@ static GLuint create_texture(GLenum format, int width, int height)
 /* A framebuffer of count colour textures, all drawn to. */
 static GLuint create_frame(const GLuint *textures, int count)
 {
-    static const GLenum buffers[STP_TARGET_COUNT] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
-                                                     GL_COLOR_ATTACHMENT2};
+    static const GLenum buffers[STP_TARGET_COUNT] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     GLuint frame = 0;
     glCreateFramebuffers(1, &frame);
     for (int i = 0; i < count; i++)
@@ -29,8 +28,8 @@ static GLuint create_frame(const GLuint *textures, int count)
 static void create_level(stp_pyramid_level *level)
 {
     for (int i = 0; i < STP_TARGET_COUNT; i++) {
-        level->pulled[i] = create_texture(GL_RGBA32F, level->width, level->height);
-        level->finished[i] = create_texture(GL_RGBA32F, level->width, level->height);
+        level->pulled[i] = create_texture(GL_RGBA32UI, level->width, level->height);
+        level->finished[i] = create_texture(GL_RGBA32UI, level->width, level->height);
     }
     level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
     level->finished_frame = create_frame(level->finished, STP_TARGET_COUNT);

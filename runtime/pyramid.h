@@ -1,7 +1,7 @@
 /* The image pyramid: what projection writes, pull and push fill, and shading reads.
  *
- * Level 0 has the viewport's size, level l ceil(size / 2^l). Each level has three RGBA32F targets
- * (shape, depth, colour: shaders/README.md), once as pulled and once as finished; level 0 is
+ * Level 0 has the viewport's size, level l ceil(size / 2^l). Each level has two RGBA32UI targets
+ * (shape, paint: shaders/pixel.glsl), once as pulled and once as finished; level 0 is
  * finished only where its pixels are wanted, since the picture is made without. Threads: the
  * render thread. */
 #ifndef STP_RUNTIME_PYRAMID_H
@@ -12,7 +12,7 @@
 #include <epoxy/gl.h>
 
 #define STP_PYRAMID_LEVELS_LIMIT 16
-enum { STP_TARGET_SHAPE, STP_TARGET_DEPTH, STP_TARGET_COLOUR, STP_TARGET_COUNT };
+enum { STP_TARGET_SHAPE, STP_TARGET_PAINT, STP_TARGET_COUNT };
 
 typedef struct stp_pyramid_level {
     int width, height;

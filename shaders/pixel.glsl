@@ -1,4 +1,4 @@
-// A pixel of the pyramid, in three float targets (shaders/README.md).
+// A pixel of the pyramid (shaders/README.md).
 
 struct stp_pixel {
     vec3 normal;   // eye space
@@ -10,16 +10,46 @@ struct stp_pixel {
     int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source
 };
 
-layout(binding = 3) uniform sampler2D fine_shape;
-layout(binding = 4) uniform sampler2D fine_depth;
-layout(binding = 5) uniform sampler2D fine_colour;
-layout(binding = 6) uniform sampler2D coarse_shape;
-layout(binding = 7) uniform sampler2D coarse_depth;
-layout(binding = 8) uniform sampler2D coarse_colour;
+// Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
+//   shape: normal (octahedral, 2 x 16 bits), radius, z_min, z_max (32-bit floats)
+//   paint: d (two 32-bit floats), red | green << 16, blue | tag << 16 (16-bit fractions of 1)
+layout(binding = 3) uniform usampler2D fine_shape;
+layout(binding = 4) uniform usampler2D fine_paint;
+layout(binding = 5) uniform usampler2D coarse_shape;
+layout(binding = 6) uniform usampler2D coarse_paint;
 
-stp_pixel stp_pixel_unpack(vec4 shape, vec4 depth, vec4 colour)
+uint stp_direction_pack(vec3 n)
 {
-    return stp_pixel(shape.xyz, shape.w, depth.x, depth.y, depth.zw, colour.rgb, int(colour.a));
+    vec2 e = n.xy / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
+    vec2 folded = (1.0 - abs(e.yx)) * vec2(e.x >= 0.0 ? 1.0 : -1.0, e.y >= 0.0 ? 1.0 : -1.0);
+    return packSnorm2x16(n.z < 0.0 ? folded : e);
+}
+
+vec3 stp_direction_unpack(uint code)
+{
+    vec2 e = unpackSnorm2x16(code);
+    float z = 1.0 - abs(e.x) - abs(e.y);
+    float fold = max(-z, 0.0);
+    vec3 n = vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
+    return n * inversesqrt(dot(n, n));
+}
+
+stp_pixel stp_pixel_unpack(uvec4 shape, uvec4 paint)
+{
+    return stp_pixel(stp_direction_unpack(shape.x), uintBitsToFloat(shape.y),
+                     uintBitsToFloat(shape.z), uintBitsToFloat(shape.w), uintBitsToFloat(paint.xy),
+                     vec3(unpackUnorm2x16(paint.z), float(paint.w & 65535u) / 65535.0),
+                     int(paint.w >> 16));
+}
+
+stp_pixel stp_pixel_fine(ivec2 p)
+{
+    return stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_paint, p, 0));
+}
+
+stp_pixel stp_pixel_coarse(ivec2 p)
+{
+    return stp_pixel_unpack(texelFetch(coarse_shape, p, 0), texelFetch(coarse_paint, p, 0));
 }
 
 stp_pixel stp_pixel_invalid()

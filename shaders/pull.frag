@@ -12,8 +12,7 @@
 stp_pixel stp_pull_candidate(ivec2 p, vec2 centre)
 {
     // Outside the level fetches give zeros: invalid.
-    stp_pixel c = stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_depth, p, 0),
-                                   texelFetch(fine_colour, p, 0));
+    stp_pixel c = stp_pixel_fine(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
     c.d = middle - centre;
     bool reaches = STP_BOX != 0 || stp_ellipse(c, middle, -c.d) <= 1.0;

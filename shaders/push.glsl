@@ -12,8 +12,7 @@ layout(location = 4) uniform ivec4 coarse_area;
 // A coarse pixel as seen from `centre`, and how far from its ellipse's centre that is.
 stp_pixel stp_push_candidate(ivec2 p, vec2 centre, out float q)
 {
-    stp_pixel c = stp_pixel_unpack(texelFetch(coarse_shape, p, 0), texelFetch(coarse_depth, p, 0),
-                                   texelFetch(coarse_colour, p, 0));
+    stp_pixel c = stp_pixel_coarse(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level + 1) + c.d;
     bool inside = all(greaterThanEqual(p, coarse_area.xy)) && all(lessThan(p, coarse_area.zw));
     c.d = middle - centre;
@@ -33,6 +32,7 @@ stp_pixel stp_push(ivec2 here)
     stp_pixel c1 = stp_push_candidate(parent + ivec2(side.x, 0), centre, q.y);
     stp_pixel c2 = stp_push_candidate(parent + ivec2(0, side.y), centre, q.z);
     stp_pixel c3 = stp_push_candidate(parent + side, centre, q.w);
+    bool parent_valid = c0.tag != 0;
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float most = max(max(q.x, q.y), max(q.z, q.w)); // of all only if all are valid
@@ -52,10 +52,8 @@ stp_pixel stp_push(ivec2 here)
     p.tag = front.tag;
 
     // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.
-    stp_pixel own = stp_pixel_unpack(texelFetch(fine_shape, here, 0), texelFetch(fine_depth, here, 0),
-                                     texelFetch(fine_colour, here, 0));
-    bool occluded = texelFetch(coarse_colour, parent, 0).a != 0.0 &&
-                    own.z_min > texelFetch(coarse_depth, parent, 0).y && front.z_max < own.z_min;
+    stp_pixel own = stp_pixel_fine(here);
+    bool occluded = parent_valid && own.z_min > c0.z_max && front.z_max < own.z_min;
     if (front.tag == 0 || (own.tag != 0 && !occluded))
         p = own;
     return p;

@@ -10,7 +10,7 @@
 
 #define STP_SLOPE_LIMIT 5.0
 
-layout(binding = 9) uniform usampler2D nearest_sample;
+layout(binding = 7) uniform usampler2D nearest_sample;
 // Further passes over one frame leave alone what they did not draw.
 layout(location = 3) uniform int keep_others;
 

@@ -12,8 +12,7 @@ layout(location = 1) out float depth; // z_min, 0 where nothing is
 void main()
 {
     ivec2 here = ivec2(gl_FragCoord.xy);
-    stp_pixel p = stp_pixel_unpack(texelFetch(fine_shape, here, 0), texelFetch(fine_depth, here, 0),
-                                   texelFetch(fine_colour, here, 0));
+    stp_pixel p = stp_pixel_fine(here);
     picture = stp_shade(p, gl_FragCoord.xy);
     depth = p.z_min;
 }
