@@ -36,19 +36,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     *p = (stp_reconstruct_programs){0};
 }
 
-stp_rectangle stp_rectangle_align(stp_rectangle area, const stp_pyramid *pyramid, int levels)
-{
-    int x0 = area.x < 0 ? 0 : area.x >> levels << levels;
-    int y0 = area.y < 0 ? 0 : area.y >> levels << levels;
-    int step = 1 << levels;
-    int x1 = (area.x + area.width + step - 1) >> levels << levels;
-    int y1 = (area.y + area.height + step - 1) >> levels << levels;
-    x1 = x1 < pyramid->width ? x1 : pyramid->width;
-    y1 = y1 < pyramid->height ? y1 : pyramid->height;
-    return (stp_rectangle){x0, y0, x1 > x0 ? x1 - x0 : 0, y1 > y0 ? y1 - y0 : 0};
-}
-
-/* An aligned area in the pixels of level l. */
+/* The area in the pixels of level l: half as large each level, rounded outwards. */
 static stp_rectangle area_of_level(stp_rectangle area, int l)
 {
     int x1 = (area.x + area.width + (1 << l) - 1) >> l;
@@ -63,32 +51,45 @@ static void set_area(const stp_pyramid_level *level, stp_rectangle area, int l)
     glScissor(a.x, a.y, a.width, a.height);
 }
 
+/* Tells the shader which part of the level it reads was written. */
+static void set_written(stp_rectangle area, int l)
+{
+    stp_rectangle a = area_of_level(area, l);
+    glUniform4i(STP_UNIFORM_WRITTEN_AREA, a.x, a.y, a.x + a.width, a.y + a.height);
+}
+
 static void draw_screen(void)
 {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+/* The screen's triangle lies at depth 0, where only covered pixels are nearer: the others are not
+ * even looked at. */
 void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                             stp_rectangle area, bool keep)
+                             stp_rectangle area, bool first)
 {
-    const stp_pyramid_level *level = &pyramid->levels[0];
-    glBindFramebuffer(GL_FRAMEBUFFER, level->pulled_frame);
-    set_area(level, area, 0);
+    static const GLuint invalid[4] = {0, 0, 0, 0};
+    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].pulled_frame);
+    set_area(&pyramid->levels[0], area, 0);
+    for (int i = 0; first && i < STP_TARGET_COUNT; i++)
+        glClearBufferuiv(GL_COLOR, i, invalid);
+    glDepthFunc(GL_LESS);
+    glDepthMask(GL_FALSE);
     glUseProgram(programs->resolve);
-    glUniform1i(STP_UNIFORM_KEEP_OTHERS, keep);
     glBindTextureUnit(STP_UNIT_NEAREST, pyramid->nearest);
     draw_screen();
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_DEPTH_TEST);
 }
 
 /* What finishing level l reads. */
 static void bind_push(const stp_pyramid *pyramid, int l, int levels, stp_rectangle area)
 {
     const stp_pyramid_level *coarse = &pyramid->levels[l + 1];
-    stp_rectangle known = area_of_level(area, l + 1);
     set_area(&pyramid->levels[l], area, l);
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
-    glUniform4i(STP_UNIFORM_COARSE_AREA, known.x, known.y, known.x + known.width,
-                known.y + known.height);
+    set_written(area, l + 1);
     glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
     glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
                    l + 1 == levels ? coarse->pulled : coarse->finished);
@@ -102,6 +103,7 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].pulled_frame);
         set_area(&pyramid->levels[l], area, l);
         glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
+        set_written(area, l - 1);
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
         draw_screen();
     }

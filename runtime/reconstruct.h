@@ -23,13 +23,10 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
                                   const char *defines, stp_error *err);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
-/* The least rectangle that holds `area` and is made of whole pixels of level `levels`, within the
- * viewport: what the passes want. */
-stp_rectangle stp_rectangle_align(stp_rectangle area, const stp_pyramid *pyramid, int levels);
-
-/* Nearest samples to level 0 as pulled. keep: leave pixels that this pass did not draw. */
+/* Nearest samples to level 0 as pulled. The first pass of a frame empties what it does not cover;
+ * later ones leave it. Ends with the depth test off. */
 void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                             stp_rectangle area, bool keep);
+                             stp_rectangle area, bool first);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, stp_rectangle area);

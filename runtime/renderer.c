@@ -276,9 +276,8 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
-    glDisable(GL_DEPTH_TEST);
     glBindVertexArray(stp_chunk_cache_texture(r->cache)->empty_array);
-    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, d->area, !first);
+    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, d->area, first);
     if (d->params->lod == STP_LOD_GEOMETRY) {
         glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
         d->stats.points_drawn += emitted;
@@ -334,10 +333,6 @@ static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
         d->levels = levels_for(&r->pyramid, radius_px);
         if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
             d->levels = 0;
-        if (begin == 0) /* further passes may bring larger discs */
-            d->area = stp_rectangle_align(d->area, &r->pyramid,
-                                          loaded == r->cut.draw_count ? d->levels
-                                                                      : r->pyramid.level_count);
         STP_TRY(draw_pass(r, d, r->cut.draws + begin, loaded, err));
         begin += loaded;
     } while (begin < r->cut.draw_count || damaged);
@@ -356,7 +351,6 @@ static stp_status draw_at_once(stp_renderer *r, drawing *d, stp_error *err)
     d->levels = levels_for(&r->pyramid, greatest_radius_px(r, r->cut.draws, r->cut.draw_count));
     if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
         d->levels = 0;
-    d->area = stp_rectangle_align(d->area, &r->pyramid, d->levels);
     STP_TRY(draw_pass(r, d, r->cut.draws, r->cut.draw_count, err));
 done:
     return status;

@@ -18,6 +18,15 @@ layout(binding = 4) uniform usampler2D fine_paint;
 layout(binding = 5) uniform usampler2D coarse_shape;
 layout(binding = 6) uniform usampler2D coarse_paint;
 
+// The part of the level read (pull: fine, push: coarse) that was written: x0, y0, x1, y1. The rest
+// is empty.
+layout(location = 3) uniform ivec4 written_area;
+
+bool stp_was_written(ivec2 p)
+{
+    return all(greaterThanEqual(p, written_area.xy)) && all(lessThan(p, written_area.zw));
+}
+
 uint stp_direction_pack(vec3 n)
 {
     vec2 e = n.xy / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);

@@ -11,12 +11,11 @@
 // A finer pixel as seen from `centre`; invalid where its ellipse does not reach it.
 stp_pixel stp_pull_candidate(ivec2 p, vec2 centre)
 {
-    // Outside the level fetches give zeros: invalid.
     stp_pixel c = stp_pixel_fine(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
     c.d = middle - centre;
     bool reaches = STP_BOX != 0 || stp_ellipse(c, middle, -c.d) <= 1.0;
-    c.tag = reaches ? c.tag : 0;
+    c.tag = reaches && stp_was_written(p) ? c.tag : 0;
     return c;
 }
 

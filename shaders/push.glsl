@@ -2,9 +2,6 @@
 // the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
-// The part of the coarse level that was written: x0, y0, x1, y1. The rest is empty.
-layout(location = 4) uniform ivec4 coarse_area;
-
 // Where four coarse pixels surround a pixel and none's ellipse reaches it, the nearest does up to
 // this q: averaging opens gaps that no surface has.
 #define STP_PUSH_GAP 2.0
@@ -14,9 +11,8 @@ stp_pixel stp_push_candidate(ivec2 p, vec2 centre, out float q)
 {
     stp_pixel c = stp_pixel_coarse(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level + 1) + c.d;
-    bool inside = all(greaterThanEqual(p, coarse_area.xy)) && all(lessThan(p, coarse_area.zw));
     c.d = middle - centre;
-    c.tag = inside ? c.tag : 0;
+    c.tag = stp_was_written(p) ? c.tag : 0;
     q = c.tag != 0 ? stp_ellipse(c, middle, -c.d) : STP_ELLIPSE_OUTSIDE;
     return c;
 }

@@ -11,8 +11,6 @@
 #define STP_SLOPE_LIMIT 5.0
 
 layout(binding = 7) uniform usampler2D nearest_sample;
-// Further passes over one frame leave alone what they did not draw.
-layout(location = 3) uniform int keep_others;
 
 int stp_level_of(uint sample_index, stp_patch p)
 {
@@ -69,12 +67,8 @@ float stp_depth_extent(float radius, float cosine, float ppu)
 void main()
 {
     uvec2 id = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).xy;
-    if (id.x == STP_NO_SAMPLE) {
-        if (keep_others != 0)
-            discard;
-        stp_pixel_write(stp_pixel_invalid());
-        return;
-    }
+    if (id.x == STP_NO_SAMPLE) // drawn in an earlier pass over this frame
+        discard;
     uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 7).y;
     stp_chunk chunk = stp_chunk_fetch(slot);
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));
