@@ -1,7 +1,8 @@
 /* Output files that appear whole or not at all, and the size of input files.
  *
  * An stp_output writes to a temporary file beside the final name; commit flushes, syncs and renames
- * it, destroy without commit removes it. Threads: one at a time. */
+ * it, destroy without commit removes it; what a killed run left, the next one removes. Threads: one
+ * at a time. */
 #ifndef STP_BASE_FILE_H
 #define STP_BASE_FILE_H
 
