@@ -143,6 +143,16 @@ done:
     return status;
 }
 
+stp_status stp_output_check_input(const char *path, const char *input, stp_error *err)
+{
+    struct stat out, in;
+    if (stat(path, &out) != 0 || stat(input, &in) != 0 || out.st_dev != in.st_dev ||
+        out.st_ino != in.st_ino)
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT, "%s is also an input: give another output",
+                         path);
+}
+
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err)
 {
     const unsigned char *bytes = data;

@@ -333,6 +333,24 @@ static void test_output_litter(void **state)
     assert_int_equal(access(path, F_OK), -1);
 }
 
+static void test_output_is_input(void **state)
+{
+    char path[256], same[256], link_path[256];
+    stp_error err = {0};
+    snprintf(path, sizeof path, "%s/a", (char *)*state);
+    snprintf(same, sizeof same, "%s/./a", (char *)*state);
+    snprintf(link_path, sizeof link_path, "%s/b", (char *)*state);
+    assert_int_equal(stp_output_check_input(path, path, &err), STP_OK); /* neither exists */
+    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    assert_true(file >= 0);
+    close(file);
+    assert_int_equal(stp_output_check_input(link_path, path, &err), STP_OK);
+    assert_int_equal(stp_output_check_input(same, path, &err), STP_INVALID_ARGUMENT);
+    assert_non_null(strstr(err.message, "also an input"));
+    assert_int_equal(symlink("a", link_path), 0);
+    assert_int_equal(stp_output_check_input(link_path, path, &err), STP_INVALID_ARGUMENT);
+}
+
 static void test_output_bad_place(void **state)
 {
     char path[256];
@@ -476,6 +494,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_output_existing, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_appeared_meanwhile, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_litter, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_output_is_input, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_bad_place, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_disk_full, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_file_read, make_folder, remove_folder),
