@@ -3,12 +3,14 @@
 
 #include "base/memory.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -59,6 +61,57 @@ static stp_status flush(stp_output *output, stp_error *err)
     return status;
 }
 
+/* True for "NAME.123.part", the temporary file of an output called NAME. */
+static bool is_temporary_of(const char *entry, const char *name)
+{
+    size_t length = strlen(name);
+    if (strncmp(entry, name, length) != 0 || entry[length] != '.')
+        return false;
+    const char *number = entry + length + 1;
+    size_t digits = strspn(number, "0123456789");
+    return digits > 0 && strcmp(number + digits, ".part") == 0;
+}
+
+/* Removes what killed runs left for the same output: temporary files that no process has locked. */
+static void sweep_litter(const char *path)
+{
+    char *folder_copy = strdup(path), *name_copy = strdup(path);
+    DIR *folder = folder_copy ? opendir(dirname(folder_copy)) : NULL;
+    const char *name = folder && name_copy ? basename(name_copy) : NULL;
+    for (struct dirent *e = name ? readdir(folder) : NULL; e; e = readdir(folder)) {
+        if (!is_temporary_of(e->d_name, name))
+            continue;
+        int file = openat(dirfd(folder), e->d_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+        if (file < 0)
+            continue;
+        if (flock(file, LOCK_EX | LOCK_NB) == 0)
+            (void)unlinkat(dirfd(folder), e->d_name, 0);
+        close(file);
+    }
+    if (folder)
+        closedir(folder);
+    free(folder_copy);
+    free(name_copy);
+}
+
+/* Opens and locks the temporary file; -1 with errno set if that fails. Another run may sweep it
+ * between the two steps: then it is made once more. A file system without locks is no failure. */
+static int open_temporary(const char *path)
+{
+    for (int attempt = 0; attempt < 8; attempt++) {
+        struct stat info;
+        int file = open(path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+        if (file < 0)
+            return -1;
+        bool taken = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+        if (!taken && fstat(file, &info) == 0 && info.st_nlink > 0)
+            return file;
+        close(file);
+    }
+    errno = EBUSY;
+    return -1;
+}
+
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -77,7 +130,8 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_alloc(&output->temporary, length, 1, "path", err));
     snprintf(output->path, length, "%s", path);
     snprintf(output->temporary, length, "%s.%ld.part", path, (long)getpid());
-    output->descriptor = open(output->temporary, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    sweep_litter(path);
+    output->descriptor = open_temporary(output->temporary);
     if (output->descriptor < 0) {
         status = stp_error_set(err, STP_IO, "%s: cannot be created: %s", path, strerror(errno));
         goto done;
@@ -87,6 +141,16 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
 done:
     stp_output_destroy(&output);
     return status;
+}
+
+stp_status stp_output_check_input(const char *path, const char *input, stp_error *err)
+{
+    struct stat out, in;
+    if (stat(path, &out) != 0 || stat(input, &in) != 0 || out.st_dev != in.st_dev ||
+        out.st_ino != in.st_ino)
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT, "%s is also an input: give another output",
+                         path);
 }
 
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err)

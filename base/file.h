@@ -1,7 +1,8 @@
 /* Output files that appear whole or not at all, and the size of input files.
  *
  * An stp_output writes to a temporary file beside the final name; commit flushes, syncs and renames
- * it, destroy without commit removes it. Threads: one at a time. */
+ * it, destroy without commit removes it; what a killed run left, the next one removes. Threads: one
+ * at a time. */
 #ifndef STP_BASE_FILE_H
 #define STP_BASE_FILE_H
 
@@ -15,6 +16,8 @@ typedef struct stp_output stp_output;
 
 /* Errors: EXISTS (path exists, force is false), IO (folder missing or read-only), OUT_OF_MEMORY. */
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
+/* Refuses an output that is an input, by whatever name. Errors: INVALID_ARGUMENT. */
+stp_status stp_output_check_input(const char *path, const char *input, stp_error *err);
 /* Appends size bytes. Errors: IO (a full disk is said so). */
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err);
 /* Writes at an offset that was written before; the append position stays. Errors: IO. */

@@ -23,6 +23,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -308,6 +309,48 @@ static void test_output_appeared_meanwhile(void **state)
     assert_int_equal(count_files(*state), 1);
 }
 
+/* What a killed run left goes with the next run; what a living one is writing stays. */
+static void test_output_litter(void **state)
+{
+    static const char *const names[] = {"a.1.part", "a.x.part", "a.part", "b.1.part", "a.2.part"};
+    char path[256];
+    int living = -1;
+    stp_output *output = NULL;
+    for (int i = 0; i < 5; i++) {
+        snprintf(path, sizeof path, "%s/%s", (char *)*state, names[i]);
+        living = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        assert_true(living >= 0);
+        if (i < 4)
+            close(living);
+    }
+    assert_int_equal(flock(living, LOCK_EX), 0);
+    snprintf(path, sizeof path, "%s/a", (char *)*state);
+    assert_int_equal(stp_output_create(&output, path, false, NULL), STP_OK);
+    stp_output_destroy(&output);
+    close(living);
+    assert_int_equal(count_files(*state), 4);
+    snprintf(path, sizeof path, "%s/a.1.part", (char *)*state);
+    assert_int_equal(access(path, F_OK), -1);
+}
+
+static void test_output_is_input(void **state)
+{
+    char path[256], same[256], link_path[256];
+    stp_error err = {0};
+    snprintf(path, sizeof path, "%s/a", (char *)*state);
+    snprintf(same, sizeof same, "%s/./a", (char *)*state);
+    snprintf(link_path, sizeof link_path, "%s/b", (char *)*state);
+    assert_int_equal(stp_output_check_input(path, path, &err), STP_OK); /* neither exists */
+    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    assert_true(file >= 0);
+    close(file);
+    assert_int_equal(stp_output_check_input(link_path, path, &err), STP_OK);
+    assert_int_equal(stp_output_check_input(same, path, &err), STP_INVALID_ARGUMENT);
+    assert_non_null(strstr(err.message, "also an input"));
+    assert_int_equal(symlink("a", link_path), 0);
+    assert_int_equal(stp_output_check_input(link_path, path, &err), STP_INVALID_ARGUMENT);
+}
+
 static void test_output_bad_place(void **state)
 {
     char path[256];
@@ -450,6 +493,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_output_abort, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_existing, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_appeared_meanwhile, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_output_litter, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_output_is_input, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_bad_place, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_disk_full, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_file_read, make_folder, remove_folder),

@@ -266,6 +266,24 @@ static void scalar_fields(void **state)
     free(points);
 }
 
+/* A structured scan: the grid names a vertex or none; it makes neither points nor faces. */
+static void range_grid(void **state)
+{
+    (void)state;
+    scan_fixture_text("grid.ply",
+                      "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 2\n"
+                      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+                      "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
+                      "0 0 1\n1 0 2\n1 0\n0\n0\n1 1\n");
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("grid.ply", NULL, &info);
+    assert_int_equal(info.point_count, 2);
+    assert_int_equal(info.face_count, 0);
+    assert_int_equal(info.attributes, 0);
+    scan_fixture_position(&points[1], 1.0, 0.0, 2.0);
+    free(points);
+}
+
 static void no_points(void **state)
 {
     (void)state;
@@ -332,6 +350,7 @@ int main(void)
         cmocka_unit_test(colour_depths),
         cmocka_unit_test(colour_depth_of_late_values),
         cmocka_unit_test(scalar_fields),
+        cmocka_unit_test(range_grid),
         cmocka_unit_test(no_points),
         cmocka_unit_test(recomputed_normals),
         cmocka_unit_test(many_ascii_lines),

@@ -1,6 +1,7 @@
 /* `stipple export`: the level-0 samples of the leaf chunks as PLY. */
 #include "tools/cli.h"
 
+#include "base/file.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/scan/ply_write.h"
 
@@ -114,6 +115,7 @@ static stp_status export_file(const char *path, const char *output, bool force,
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
     stp_ply_writer *writer = NULL;
+    STP_TRY(stp_output_check_input(output, path, err));
     STP_TRY(stp_chunk_file_open(&file, path, err));
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     stp_ply_writer_params params = {

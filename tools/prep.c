@@ -177,6 +177,11 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
                               .force = o->force};
     stp_prep_stats stats = {0};
+    for (size_t i = 0; i < count; i++) {
+        STP_TRY(stp_output_check_input(o->output, paths[i], err));
+        if (o->stats)
+            STP_TRY(stp_output_check_input(o->stats, paths[i], err));
+    }
     STP_TRY(parse_orient(o->orient, &params, err));
     STP_TRY(survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));

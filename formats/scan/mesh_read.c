@@ -4,8 +4,6 @@
 #include "formats/scan/mesh_text.h"
 #include "formats/scan/openmesh_shim.h"
 
-#include <math.h>
-
 typedef struct mesh_sink {
     stp_point_mesh *mesh;
     const char *path;
@@ -58,18 +56,6 @@ static stp_status add_normal(void *context, int64_t vertex, const float normal[3
     return STP_OK;
 }
 
-static stp_status set_colour(void *context, int64_t vertex, const float rgb[3], stp_error *err)
-{
-    mesh_sink *sink = context;
-    if (!vertex_exists(sink, vertex))
-        return bad_vertex(sink, vertex, err);
-    for (int k = 0; k < 3; k++)
-        sink->mesh->points[vertex].rgb[k] =
-            (uint16_t)(fmin(fmax((double)rgb[k], 0.0), 1.0) * 65535.0 + 0.5);
-    sink->mesh->attributes |= STP_POINT_HAS_COLOUR;
-    return STP_OK;
-}
-
 static stp_status add_face(void *context, const int64_t *vertices, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -110,7 +96,7 @@ stp_status stp_mesh_read(stp_point_mesh *mesh, const char *path, stp_scan_format
     stp_mesh_text text = {0};
     const bool is_stl = format == STP_SCAN_STL_ASCII || format == STP_SCAN_STL_BINARY;
     mesh_sink sink = {.mesh = mesh, .path = path, .has_points = !is_stl};
-    const stp_openmesh_sink callbacks = {&sink, add_vertex, add_normal, set_colour, add_face};
+    const stp_openmesh_sink callbacks = {&sink, add_vertex, add_normal, add_face};
     STP_TRY(stp_mesh_text_load(&text, path, err));
     STP_TRY(prepare(&text, format, mesh, err));
     const stp_openmesh_input input = {.path = path,
@@ -119,8 +105,7 @@ stp_status stp_mesh_read(stp_point_mesh *mesh, const char *path, stp_scan_format
                                       .extension = format == STP_SCAN_OBJ   ? ".obj"
                                                    : format == STP_SCAN_OFF ? ".off"
                                                                             : ".stl",
-                                      .binary = format == STP_SCAN_STL_BINARY,
-                                      .colours = format == STP_SCAN_OFF};
+                                      .binary = format == STP_SCAN_STL_BINARY};
     STP_TRY(stp_openmesh_read(&input, &callbacks, err));
     if (sink.next_point != mesh->point_count) {
         status = stp_error_set(err, STP_CORRUPT,

@@ -107,6 +107,40 @@ void stp_text_put(stp_text_lines *lines, const char *begin, const char *end, cha
     lines->out += length + 1;
 }
 
+stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double rgb[3],
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_grow(&colours->values, &colours->capacity, vertex + 1, sizeof *colours->values,
+                     "colours", err));
+    for (; colours->count <= vertex; colours->count++)
+        memset(colours->values[colours->count], 0, sizeof *colours->values);
+    for (int k = 0; k < 3; k++) {
+        const double value = fmin(fmax(rgb[k], 0.0), 65535.0); /* NaN becomes 0 */
+        colours->values[vertex][k] = (float)value;
+        colours->maximum = fmax(colours->maximum, value);
+    }
+done:
+    return status;
+}
+
+void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mesh)
+{
+    const double scale = colours->maximum > 1.0 ? 257.0 : 65535.0;
+    if (colours->count > 0)
+        mesh->attributes |= STP_POINT_HAS_COLOUR;
+    for (size_t i = 0; i < colours->count; i++)
+        for (int k = 0; k < 3; k++)
+            mesh->points[i].rgb[k] =
+                (uint16_t)fmin((double)colours->values[i][k] * scale + 0.5, 65535.0);
+}
+
+void stp_text_colours_free(stp_text_colours *colours)
+{
+    free(colours->values);
+    *colours = (stp_text_colours){0};
+}
+
 static bool token_is(const char *begin, const char *end, const char *word)
 {
     const size_t length = strlen(word);
@@ -115,6 +149,7 @@ static bool token_is(const char *begin, const char *end, const char *word)
 
 static stp_status stl_vertex(stp_text_lines *lines, stp_error *err)
 {
+    static const char keyword[] = "v"; /* OpenMesh passes over it, whatever it is */
     double xyz[3];
     const char *rest = lines->cursor, *end, *begin;
     stp_status status = stp_text_numbers(lines, "vertex", xyz, 3, err);
@@ -127,7 +162,7 @@ static stp_status stl_vertex(stp_text_lines *lines, stp_error *err)
                                  "its neighbours: mend the mesh",
                                  lines->text->path, (unsigned long long)lines->line);
     lines->cursor = rest;
-    stp_text_put(lines, "v", "v" + 1, ' ');
+    stp_text_put(lines, keyword, keyword + 1, ' ');
     for (int i = 0; i < 3; i++) {
         begin = stp_text_next_token(lines, &end);
         stp_text_put(lines, begin, end, i < 2 ? ' ' : '\n');

@@ -4,9 +4,9 @@
  * OpenMesh 9 reads coordinates through float, skips lines it cannot read (which shifts every later
  * index), believes the counts of OFF without looking at the file's end, stumbles over OFF comments,
  * OBJ line continuations and one-dimensional texture coordinates. So the file is read here first:
- * faults are named with their line, coordinates and OBJ colours are kept in full precision, and the
- * text is rewritten in place with nothing but vertices, normals and faces. STL coordinates are
- * floats by definition. Threads: one at a time. */
+ * faults are named with their line, coordinates are kept in full precision, colours are taken, and
+ * the text is rewritten in place with nothing but vertices, faces and the normals of OBJ. STL
+ * coordinates are floats by definition. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_MESH_TEXT_H
 #define STP_FORMATS_SCAN_MESH_TEXT_H
 
@@ -36,6 +36,22 @@ stp_status stp_mesh_text_prepare_off(stp_mesh_text *text, stp_point_mesh *mesh, 
 stp_status stp_mesh_text_prepare_stl_ascii(stp_mesh_text *text, stp_error *err);
 /* Checks the count against the size and that coordinates are finite. */
 stp_status stp_mesh_text_check_stl_binary(const stp_mesh_text *text, stp_error *err);
+
+/* Colours of the first vertices, by their number, until it is known what their values mean. */
+typedef struct stp_text_colours {
+    float (*values)[3];
+    size_t count, capacity;
+    double maximum;
+} stp_text_colours;
+
+/* Vertices in between without a colour are black; values that are no colours are clamped. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double rgb[3],
+                                stp_error *err);
+/* Gives the mesh its colours, if there are any: fractions, unless one exceeds 1; then all are
+ * 0..255. */
+void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mesh);
+void stp_text_colours_free(stp_text_colours *colours);
 
 /* For mesh_text.c and its parts by format: lines one after the other, joined and written in place.
  */

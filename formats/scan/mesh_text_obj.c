@@ -3,15 +3,13 @@
 
 #include "formats/scan/number.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 typedef struct obj_parser {
     stp_text_lines lines;
     stp_point_mesh *mesh;
-    double colour_maximum;
-    size_t coloured;                        /* vertices with a colour so far */
+    stp_text_colours colours;
     uint64_t greatest_index, greatest_line; /* of faces that name vertices from the start */
 } obj_parser;
 
@@ -29,29 +27,22 @@ static void join_continued_lines(stp_mesh_text *text)
     }
 }
 
-/* `v x y z`, `v x y z w`, `v x y z r g b` and `v x y z r g b a`; the colour as floats until all are
- * known, in the point's normal, which is free yet. */
+/* `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`. */
 static stp_status obj_vertex(obj_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
+    static const char zeros[] = "v 0 0 0";
     double xyz[3], rest[4];
     size_t rest_count = 0;
-    static const char zeros[] = "v 0 0 0";
-    STP_TRY(stp_text_numbers(&p->lines, "vertex", xyz, 3, err));
     const char *end, *begin;
-    while (rest_count < 4 && (begin = stp_text_next_token(&p->lines, &end)))
-        if (!stp_number_parse(begin, end, &rest[rest_count++]))
-            rest_count = 4; /* whatever it is, it is no colour */
+    STP_TRY(stp_text_numbers(&p->lines, "vertex", xyz, 3, err));
+    while (rest_count < 4 && (begin = stp_text_next_token(&p->lines, &end)) &&
+           stp_number_parse(begin, end, &rest[rest_count]))
+        rest_count++;
+    if (rest_count >= 3)
+        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, rest, err));
     STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
-    stp_point point = {.position = {xyz[0], xyz[1], xyz[2]}};
-    if (rest_count >= 3 && isfinite(rest[0]) && isfinite(rest[1]) && isfinite(rest[2])) {
-        p->coloured++;
-        for (int k = 0; k < 3; k++) {
-            point.normal.raw[k] = (float)fmin(fmax(rest[k], 0.0), 65535.0);
-            p->colour_maximum = fmax(p->colour_maximum, (double)point.normal.raw[k]);
-        }
-    }
-    p->mesh->points[p->mesh->point_count++] = point;
+    p->mesh->points[p->mesh->point_count++] = (stp_point){.position = {xyz[0], xyz[1], xyz[2]}};
     stp_text_put(&p->lines, zeros, zeros + sizeof zeros - 1, '\n');
 done:
     return status;
@@ -59,13 +50,14 @@ done:
 
 static stp_status obj_normal(obj_parser *p, stp_error *err)
 {
+    static const char keyword[] = "vn";
     double n[3];
     const char *rest = p->lines.cursor, *end;
     stp_status status = stp_text_numbers(&p->lines, "normal", n, 3, err);
     if (status != STP_OK)
         return status;
     p->lines.cursor = rest;
-    stp_text_put(&p->lines, "vn", strchr("vn", '\0'), ' ');
+    stp_text_put(&p->lines, keyword, keyword + 2, ' ');
     for (int k = 0; k < 3; k++) {
         const char *begin = stp_text_next_token(&p->lines, &end);
         stp_text_put(&p->lines, begin, end, k < 2 ? ' ' : '\n');
@@ -95,8 +87,9 @@ static int64_t corner_index(const char *begin, const char *end)
 
 static stp_status obj_face(obj_parser *p, stp_error *err)
 {
+    static const char keyword[] = "f";
     const char *end, *begin;
-    stp_text_put(&p->lines, "f", strchr("f", '\0'), ' ');
+    stp_text_put(&p->lines, keyword, keyword + 1, ' ');
     while ((begin = stp_text_next_token(&p->lines, &end)) && *begin != '#') {
         const int64_t index = corner_index(begin, end);
         if (index == 0 || (index < 0 && (uint64_t)-index > p->mesh->point_count)) {
@@ -117,20 +110,6 @@ static stp_status obj_face(obj_parser *p, stp_error *err)
 static bool word_is(const char *begin, const char *end, const char *word)
 {
     return (size_t)(end - begin) == strlen(word) && memcmp(begin, word, strlen(word)) == 0;
-}
-
-/* Colours are fractions, unless one exceeds 1: then they are 0..255. */
-static void finish_colours(obj_parser *p)
-{
-    const double scale = p->colour_maximum > 1.0 ? 257.0 : 65535.0;
-    if (p->coloured > 0)
-        p->mesh->attributes |= STP_POINT_HAS_COLOUR;
-    for (size_t i = 0; i < p->mesh->point_count; i++) {
-        stp_point *point = &p->mesh->points[i];
-        for (int k = 0; k < 3; k++)
-            point->rgb[k] = (uint16_t)fmin((double)point->normal.raw[k] * scale + 0.5, 65535.0);
-        point->normal = (vec3s){{0.0f, 0.0f, 0.0f}};
-    }
 }
 
 stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, stp_error *err)
@@ -155,8 +134,9 @@ stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, 
         status = bad_corner(&p, p.greatest_line, found, err);
         goto done;
     }
-    finish_colours(&p);
+    stp_text_colours_apply(&p.colours, mesh);
     text->size = (size_t)(p.lines.out - text->data);
 done:
+    stp_text_colours_free(&p.colours);
     return status;
 }

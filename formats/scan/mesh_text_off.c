@@ -1,5 +1,5 @@
-/* OFF made ready for OpenMesh: no comments, counts that the file holds, one line per vertex and
- * face. */
+/* OFF made ready for OpenMesh: no comments, counts that the file holds, one line per
+ * vertex and face. */
 #include "formats/scan/mesh_text.h"
 
 #include "formats/scan/number.h"
@@ -10,7 +10,8 @@
 typedef struct off_parser {
     stp_text_lines lines;
     stp_point_mesh *mesh;
-    bool has_normals, has_colours;
+    bool has_normals;
+    stp_text_colours colours;
     uint64_t vertex_count, face_count;
 } off_parser;
 
@@ -88,31 +89,29 @@ static stp_status off_cut(const off_parser *p, const char *what, uint64_t found,
 static stp_status off_vertex(off_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
-    double xyz[3], ignored[10];
-    const char *end, *begin;
-    size_t extra = 0;
-    const size_t normal_values = p->has_normals ? 3 : 0;
-    STP_TRY(stp_text_numbers(&p->lines, "vertex", xyz, 3, err));
-    const char *rest = p->lines.cursor;
+    static const char zeros[] = "0 0 0";
+    double values[10];
+    const char *end, *rest = p->lines.cursor;
+    size_t count = 0;
     while (stp_text_next_token(&p->lines, &end))
-        extra++;
+        count++;
     p->lines.cursor = rest;
-    const size_t colours = extra - normal_values;
-    if (extra < normal_values || (colours != 0 && colours != 3 && colours != 4))
+    const size_t fixed = p->has_normals ? 6 : 3;
+    if (count > fixed && count != fixed + 3 && count != fixed + 4)
         return stp_error_set(err, STP_CORRUPT,
-                             "%s: line %llu: a vertex of %zu values, where position, %scolour of "
-                             "3 or 4 are supported: mend the line",
-                             p->lines.text->path, (unsigned long long)p->lines.line, extra + 3,
+                             "%s: line %llu: a vertex of %zu values, where position, %sthen a "
+                             "colour of 3 or 4 or nothing are supported: mend the line",
+                             p->lines.text->path, (unsigned long long)p->lines.line, count,
                              p->has_normals ? "normal, " : "");
-    STP_TRY(stp_text_numbers(&p->lines, "vertex", ignored, extra, err));
-    p->lines.cursor = rest;
-    p->has_colours |= colours > 0;
+    STP_TRY(stp_text_numbers(&p->lines, "vertex", values, count > fixed ? count : fixed, err));
+    if (count > fixed)
+        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, values + fixed, err));
     STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
-    p->mesh->points[p->mesh->point_count++] = (stp_point){.position = {xyz[0], xyz[1], xyz[2]}};
-    stp_text_put(&p->lines, "0 0 0", strchr("0 0 0", '\0'), ' ');
-    while ((begin = stp_text_next_token(&p->lines, &end)))
-        stp_text_put(&p->lines, begin, end, ' ');
-    p->lines.out[-1] = '\n';
+    stp_point *point = &p->mesh->points[p->mesh->point_count++];
+    *point = (stp_point){.position = {values[0], values[1], values[2]}};
+    if (p->has_normals)
+        point->normal = stp_unit_normal((stp_dvec3){values[3], values[4], values[5]});
+    stp_text_put(&p->lines, zeros, zeros + sizeof zeros - 1, '\n');
 done:
     return status;
 }
@@ -146,8 +145,7 @@ static void put_header(const off_parser *p, stp_mesh_text *text, const char *bod
 {
     char header[64];
     const int length =
-        snprintf(header, sizeof header, "%s%sOFF\n%llu %llu 0\n", p->has_colours ? "C" : "",
-                 p->has_normals ? "N" : "", (unsigned long long)p->vertex_count,
+        snprintf(header, sizeof header, "OFF\n%llu %llu 0\n", (unsigned long long)p->vertex_count,
                  (unsigned long long)p->face_count);
     text->data += body - text->data - length;
     memcpy(text->data, header, (size_t)length);
@@ -163,15 +161,19 @@ stp_status stp_mesh_text_prepare_off(stp_mesh_text *text, stp_point_mesh *mesh, 
     STP_TRY(parse_counts(&p, err));
     for (uint64_t i = 0; i < p.vertex_count; i++) {
         if (!next_data_line(&p.lines))
-            return off_cut(&p, "vertices", i, p.vertex_count, err);
+            STP_TRY(off_cut(&p, "vertices", i, p.vertex_count, err));
         STP_TRY(off_vertex(&p, err));
     }
     for (uint64_t i = 0; i < p.face_count; i++) {
         if (!next_data_line(&p.lines))
-            return off_cut(&p, "faces", i, p.face_count, err);
+            STP_TRY(off_cut(&p, "faces", i, p.face_count, err));
         STP_TRY(off_face(&p, err));
     }
     put_header(&p, text, body);
+    stp_text_colours_apply(&p.colours, mesh);
+    if (p.has_normals)
+        mesh->attributes |= STP_POINT_HAS_NORMAL;
 done:
+    stp_text_colours_free(&p.colours);
     return status;
 }

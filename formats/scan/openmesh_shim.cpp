@@ -94,26 +94,6 @@ class sink_importer : public IO::BaseImporter
         set_normal(v, vector_cast<Vec3f>(n));
     }
 
-    void set_color(VertexHandle v, const Vec3f &c) override
-    {
-        accept(sink_.colour(sink_.context, v.idx(), c.data(), err_));
-    }
-
-    void set_color(VertexHandle v, const Vec4f &c) override
-    {
-        set_color(v, Vec3f(c[0], c[1], c[2]));
-    }
-
-    void set_color(VertexHandle v, const Vec3uc &c) override
-    {
-        set_color(v, vector_cast<Vec3f>(c) / 255.0f);
-    }
-
-    void set_color(VertexHandle v, const Vec4uc &c) override
-    {
-        set_color(v, Vec3uc(c[0], c[1], c[2]));
-    }
-
     size_t n_vertices() const override
     {
         return vertices_;
@@ -189,6 +169,18 @@ class sink_importer : public IO::BaseImporter
     void request_face_texcoords2D() override
     {
     }
+    void set_color(VertexHandle, const Vec3uc &) override
+    {
+    }
+    void set_color(VertexHandle, const Vec4uc &) override
+    {
+    }
+    void set_color(VertexHandle, const Vec3f &) override
+    {
+    }
+    void set_color(VertexHandle, const Vec4f &) override
+    {
+    }
     void set_color(EdgeHandle, const Vec3uc &) override
     {
     }
@@ -251,8 +243,6 @@ bool read_silently(const stp_openmesh_input &input, const stp_openmesh_sink &sin
     std::istream stream(&buffer);
     sink_importer importer(sink, stream, err);
     IO::Options options = IO::Options::VertexNormal;
-    if (input.colours)
-        options += IO::Options::VertexColor;
     if (input.binary)
         options += IO::Options::Binary;
     omerr().disable();

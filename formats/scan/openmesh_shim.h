@@ -20,8 +20,6 @@ typedef struct stp_openmesh_sink {
     stp_status (*vertex)(void *context, const float position[3], stp_error *err);
     /* May come several times for a vertex: once for each corner. */
     stp_status (*normal)(void *context, int64_t vertex, const float normal[3], stp_error *err);
-    /* Each 0..1. */
-    stp_status (*colour)(void *context, int64_t vertex, const float rgb[3], stp_error *err);
     stp_status (*face)(void *context, const int64_t *vertices, size_t count, stp_error *err);
 } stp_openmesh_sink;
 
@@ -29,9 +27,8 @@ typedef struct stp_openmesh_input {
     const char *path; /* for messages only */
     const void *data; /* the whole file */
     size_t size;
-    const char *extension; /* ".obj", ".off", ".stl" */
+    const char *extension; /* ".obj", ".off" (without normals and colours), ".stl" */
     bool binary;           /* STL */
-    bool colours;          /* ask for them */
 } stp_openmesh_input;
 
 /* Errors: CORRUPT, OUT_OF_MEMORY, and whatever the sink returns. */

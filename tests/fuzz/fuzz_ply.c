@@ -1,0 +1,50 @@
+/* Fuzz target for the PLY reader: any bytes as a file. Needs no corpus: an empty input becomes one
+ * of the small files below. */
+#include "tests/fuzz/fuzz_scan.h"
+
+typedef struct ply_seed {
+    const char *bytes;
+    size_t size;
+} ply_seed;
+
+#define SEED(text)                                                                                 \
+    {                                                                                              \
+        text, sizeof(text) - 1                                                                     \
+    }
+#define XYZ "property float x\nproperty double y\nproperty float z\n"
+#define FACES "property list uchar int vertex_indices\n"
+
+static const ply_seed seeds[] = {
+    SEED("ply\nformat ascii 1.0\ncomment c\nelement vertex 3\n" XYZ
+         "property ushort red\nproperty ushort green\nproperty ushort blue\nelement face 1\n" FACES
+         "end_header\n0 0 0 1 2 3\n1 0 0 1 2 300\n0 1e-1 nan 1 2 3\n3 0 1 2\n"),
+    SEED(
+        "ply\r\nformat ascii 1.0\r\nelement tristrips 1\r\nproperty list int int vertex_indices\r\n"
+        "element vertex 4\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n" XYZ
+        "end_header\r\n6 0 1 2 -1 3 2\r\n0 0 1 0 0 0\r\n0 0 1 1 0 0\r\n0 0 1 0 1 0\r\n"
+        "0 0 1 1 1 0\r\n"),
+    SEED("ply\nformat binary_little_endian 1.0\nelement camera 1\nproperty char c\n"
+         "element vertex 3\n" XYZ "property float intensity\nproperty uint8 class\n"
+         "element face 1\n" FACES "property uchar flags\nend_header\n"
+         "\1\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\2"
+         "\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\x80\x3f\3"
+         "\0\0\x80\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\0\x3f\4"
+         "\3\0\0\0\0\1\0\0\0\2\0\0\0\7"),
+    SEED("ply\nformat binary_big_endian 1.0\nelement strange 1\nproperty list ushort double l\n"
+         "element vertex 2\nproperty list uchar short w\nproperty int16 x\nproperty int32 y\n"
+         "property uint z\nend_header\n"
+         "\0\1\0\0\0\0\0\0\0\0"
+         "\1\0\2\0\3\0\0\0\4\0\0\0\5"
+         "\0\0\3\0\0\0\4\0\0\0\5"),
+};
+
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)
+{
+    const ply_seed *chosen = &seeds[seed % (sizeof seeds / sizeof *seeds)];
+    return fuzz_mutate(data, size, capacity, chosen->bytes, chosen->size);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    return fuzz_scan_bytes(data, size);
+}

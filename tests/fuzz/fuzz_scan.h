@@ -1,0 +1,93 @@
+/* What the fuzz targets of the scan readers share: bytes as a file, read in every way there is. */
+#ifndef STP_TESTS_FUZZ_FUZZ_SCAN_H
+#define STP_TESTS_FUZZ_FUZZ_SCAN_H
+
+#include "formats/scan/mesh.h"
+#include "formats/scan/scan.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static inline void fuzz_require(bool condition, const char *what)
+{
+    if (!condition) {
+        fprintf(stderr, "broken: %s\n", what);
+        abort();
+    }
+}
+
+/* A failure has a sentence, a success as many points as it promised, all of them in range. */
+static inline void fuzz_read_scan(const char *path, const stp_scan_params *params)
+{
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    stp_point points[100];
+    uint64_t total = 0;
+    size_t count = 1;
+    stp_status status = stp_scan_open(&scan, path, params, &err);
+    fuzz_require((status == STP_OK) == (scan != NULL), "a scan exactly where opening succeeds");
+    while (status == STP_OK && count > 0) {
+        status = stp_scan_read(scan, points, 100, &count, &err);
+        for (size_t i = 0; i < count && status == STP_OK; i++) {
+            const vec3s n = points[i].normal;
+            const float length = sqrtf(n.x * n.x + n.y * n.y + n.z * n.z);
+            fuzz_require(length == 0.0f || fabsf(length - 1.0f) < 1e-5f,
+                         "a normal is unit or zero");
+        }
+        total += status == STP_OK ? count : 0;
+    }
+    if (status == STP_OK)
+        fuzz_require(total == stp_scan_get_info(scan)->point_count, "all points are read");
+    else
+        fuzz_require(status == err.status && err.message[0], "a failure says why");
+    stp_scan_close(&scan);
+}
+
+static inline void fuzz_read_mesh(const char *path)
+{
+    stp_error err = {0};
+    stp_mesh *mesh = NULL;
+    if (stp_mesh_load(&mesh, path, &err) != STP_OK)
+        return;
+    for (uint64_t i = 0; i < mesh->triangle_count; i++)
+        for (int k = 0; k < 3; k++)
+            fuzz_require(mesh->triangles[i][k] < mesh->vertex_count, "a triangle's corners exist");
+    stp_mesh_destroy(&mesh);
+}
+
+static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
+{
+    char path[64];
+    const int descriptor = memfd_create("scan", MFD_CLOEXEC);
+    fuzz_require(descriptor >= 0 && write(descriptor, data, size) == (ssize_t)size, "memory");
+    snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
+    const stp_scan_params sampled = {.sample_count = 150, .seed = size};
+    const stp_scan_params plain = {.recompute_normals = true};
+    fuzz_read_scan(path, NULL);
+    fuzz_read_scan(path, &sampled);
+    fuzz_read_scan(path, &plain);
+    fuzz_read_mesh(path);
+    close(descriptor);
+    return 0;
+}
+
+/* A seed instead of an input too small to be a file; otherwise libFuzzer's own mutations. */
+static inline size_t fuzz_mutate(uint8_t *data, size_t size, size_t capacity, const char *seed,
+                                 size_t seed_size)
+{
+    if (size >= 8)
+        return LLVMFuzzerMutate(data, size, capacity);
+    size = seed_size < capacity ? seed_size : capacity;
+    memcpy(data, seed, size);
+    return size;
+}
+
+#endif

@@ -1,0 +1,114 @@
+#!/usr/bin/env bash
+# Scans of every kind through prep, info, verify and export; hostile ones and outputs in one
+# sentence, with nothing left behind.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell.sh"
+
+ply() { # number of vertices; then their lines on stdin
+    printf 'ply\nformat ascii 1.0\nelement vertex %s\n' "$1"
+    printf 'property float x\nproperty float y\nproperty float z\nend_header\n'
+    cat
+}
+
+# A bowl of 20 by 20 vertices: as OBJ, OFF and STL by $1.
+bowl() {
+    awk -v kind="$1" '
+        function height(i, j) { return ((i - 9.5) ^ 2 + (j - 9.5) ^ 2) / 40 }
+        function vertex(n) { return int(n / 20) " " n % 20 " " height(int(n / 20), n % 20) }
+        function face(a, b, c) {
+            if (kind == "obj")
+                print "f", a + 1, b + 1, c + 1
+            else if (kind == "off")
+                print 3, a, b, c
+            else
+                printf "facet normal 0 0 0\nouter loop\nvertex %s\nvertex %s\nvertex %s\n" \
+                    "endloop\nendfacet\n", vertex(a), vertex(b), vertex(c)
+        }
+        BEGIN {
+            if (kind == "off")
+                print "OFF\n400 722 0"
+            if (kind == "stl")
+                print "solid bowl"
+            for (n = 0; n < 400 && kind != "stl"; n++)
+                print (kind == "obj" ? "v " : "") vertex(n)
+            for (i = 0; i < 19; i++)
+                for (j = 0; j < 19; j++) {
+                    face(20 * i + j, 20 * i + j + 20, 20 * i + j + 21)
+                    face(20 * i + j, 20 * i + j + 21, 20 * i + j + 1)
+                }
+            if (kind == "stl")
+                print "endsolid bowl"
+        }' </dev/null
+}
+
+# prepared INPUT POINTS ORIENTATION options...: what comes out has that many points.
+prepared() {
+    local input=$1 points=$2 orientation=$3
+    shift 3
+    run "$STIPPLE" prep "$input" -o "$FOLDER/m.stipple" --quiet --force "$@"
+    expect_code 0
+    expect_empty out
+    expect_empty err
+    run "$STIPPLE" info "$FOLDER/m.stipple" --json
+    expect_code 0
+    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"points\":$points," || fail "$input $*: not $points points"
+    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"orientation\":\"$orientation\"," ||
+        fail "$input $*: orientation is not $orientation"
+    run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
+    expect_code 0
+    run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
+    expect_code 0
+    head -c 1000 "$FOLDER/m.ply" | grep -aqx "element vertex $points" || fail "$input $*: export"
+    rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
+}
+
+# refused INPUT TEXT options...: one sentence with the text, and no output.
+refused() {
+    local input=$1 text=$2
+    shift 2
+    run "$STIPPLE" prep "$input" -o "$FOLDER/m.stipple" --quiet "$@"
+    expect_failure "$text"
+    expect_no_litter
+}
+
+expect_no_litter() {
+    ls -A "$FOLDER" | grep -E 'm\.stipple|\.part$' && fail "$command left files"
+}
+
+for kind in obj off stl; do
+    bowl $kind >"$FOLDER/bowl.$kind"
+    prepared "$FOLDER/bowl.$kind" 400 file
+    prepared "$FOLDER/bowl.$kind" 1234 file --sample 1234
+done
+# Without the faces nothing says which side of an open surface is outside.
+prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals
+prepared "$FOLDER/bowl.off" 1000 unknown --recompute-normals --sample 1000
+mkdir "$FOLDER/été à côté"
+cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
+prepared "$FOLDER/été à côté/nuage de points.off" 400 file
+
+: >"$FOLDER/empty.ply"
+refused "$FOLDER/empty.ply" "0 bytes"
+ply 0 </dev/null >"$FOLDER/none.ply"
+refused "$FOLDER/none.ply" "none.ply"
+ply 2 >"$FOLDER/nan.ply" <<<$'nan 0 0\n0 inf 0'
+refused "$FOLDER/nan.ply" "no valid point among 2"
+ply 3 >"$FOLDER/cut.ply" <<<'0 0 0'
+refused "$FOLDER/cut.ply" "declares 3 vertices"
+ply 3 >"$FOLDER/three.ply" <<<$'0 0 0\n1 0 0\n0 1 0'
+refused "$FOLDER/three.ply" "no faces" --sample 10
+echo hello >"$FOLDER/hello.dat"
+refused "$FOLDER/hello.dat" "PLY, OBJ, OFF and STL"
+refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"
+refused "$FOLDER" "is not a regular file"
+cp "$FOLDER/three.ply" "$FOLDER/kept.ply"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/./three.ply" --force --quiet
+expect_failure "also an input"
+cmp -s "$FOLDER/three.ply" "$FOLDER/kept.ply" || fail "prep wrote over its input"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/no folder/m.stipple" --quiet
+expect_failure "cannot be created"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
+expect_failure "exists already"
+[ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
+expect_no_litter
+end_test
