@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Cubes a block has along each axis. */
-enum { BLOCK = 8, CORNERS = BLOCK + 1, CENTRES = BLOCK + 1, LOCAL_HASH = 1u << 13 };
+enum { BLOCK = 4, CORNERS = BLOCK + 1, CENTRES = BLOCK + 1, LOCAL_HASH = 1u << 11 };
 
 /* A lattice edge is named by the sum of its ends' doubled coordinates (corners even, centres odd),
  * 21 bits an axis: all sums differ. */
@@ -63,7 +63,7 @@ static vec3s edge_root(const mesher *m, const node *a, const node *b)
     for (int step = 0; step < 24; step++) {
         u = fs == ft ? 0.5f * (s + t) : (s * ft - t * fs) / (ft - fs);
         r = (vec3s){{p.x + (q.x - p.x) * u, p.y + (q.y - p.y) * u, p.z + (q.z - p.z) * u}};
-        float value = m->f(r)[0];
+        float value = m->f(r, NULL)[0];
         if (fabsf(value) < 1e-7f || t - s < 1e-6f)
             break;
         if ((value < 0.0f) == (ft < 0.0f)) {
@@ -84,7 +84,7 @@ static stp_status edge_vertex(const mesher *m, block *b, block_work *work, const
 {
     edge_key key =
         (edge_key)(p->x + q->x) | (edge_key)(p->y + q->y) << 21 | (edge_key)(p->z + q->z) << 42;
-    size_t slot = (size_t)((key * 0x9e3779b97f4a7c15u) >> 51);
+    size_t slot = (size_t)((key * 0x9e3779b97f4a7c15u) >> 53);
     while (work->hash_keys[slot] != 0 && work->hash_keys[slot] != key)
         slot = (slot + 1) % LOCAL_HASH;
     if (work->hash_keys[slot] == key) {
@@ -204,8 +204,8 @@ static void evaluate_block(const mesher *m, const block *b, block_work *work)
         for (int y = 0; y < CORNERS; y++)
             for (int x = 0; x < CORNERS; x++) {
                 int u = 2 * (b->x + x), v = 2 * (b->y + y), w = 2 * (b->z + z);
-                work->corners[z][y][x] = m->f(node_position(m, u, v, w))[0];
-                work->centres[z][y][x] = m->f(node_position(m, u - 1, v - 1, w - 1))[0];
+                work->corners[z][y][x] = m->f(node_position(m, u, v, w), NULL)[0];
+                work->centres[z][y][x] = m->f(node_position(m, u - 1, v - 1, w - 1), NULL)[0];
             }
     memset(work->hash_keys, 0, sizeof work->hash_keys);
 }
@@ -247,7 +247,7 @@ static stp_status find_blocks(mesher *m, const gen_implicit_box *box, size_t *bl
                 int at[3] = {x * BLOCK + 1, y * BLOCK + 1, z * BLOCK + 1};
                 vec3s middle = node_position(m, 2 * at[0] + BLOCK - 1, 2 * at[1] + BLOCK - 1,
                                              2 * at[2] + BLOCK - 1);
-                if (fabsf(m->f(middle)[0]) > reach)
+                if (fabsf(m->f(middle, NULL)[0]) > reach)
                     continue;
                 stp_status status = stp_grow(&m->blocks, &capacity, *block_count + 1,
                                              sizeof *m->blocks, "mesh blocks", err);
@@ -335,24 +335,80 @@ done:
     return status;
 }
 
-vec3s gen_implicit_project(gen_implicit *f, vec3s start, vec3s *normal)
+/* f at p; the unit normal too where there is a gradient. */
+static float value_at(gen_implicit *f, vec3s p, vec3s *normal, unsigned *part, float *slope)
 {
-    vec3s p = start;
-    for (int step = 0; step < 12; step++) {
-        gen_dual value = f(p);
-        float gx = value[1], gy = value[2], gz = value[3];
-        float square = gx * gx + gy * gy + gz * gz;
-        if (!(square > 1e-12f))
-            break;
-        float inverse = 1.0f / sqrtf(square);
-        *normal = (vec3s){{gx * inverse, gy * inverse, gz * inverse}};
-        float move = -value[0] / square;
-        p.x += move * gx;
-        p.y += move * gy;
-        p.z += move * gz;
-        /* After so short a step the normal turned by less than curvature times the step. */
-        if (fabsf(value[0]) * inverse < 4e-6f)
-            break;
+    gen_dual value = f(p, part);
+    float length = sqrtf(value[1] * value[1] + value[2] * value[2] + value[3] * value[3]);
+    *slope = length;
+    if (length > 1e-6f) {
+        float inverse = 1.0f / length;
+        *normal = (vec3s){{value[1] * inverse, value[2] * inverse, value[3] * inverse}};
     }
-    return p;
+    return value[0];
+}
+
+static vec3s between(vec3s a, vec3s b, float t)
+{
+    return (vec3s){{a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t}};
+}
+
+/* Halves the segment from a (f below 0) to b until float has no place between. */
+static vec3s bisect(gen_implicit *f, vec3s a, vec3s b, vec3s *normal, unsigned *part)
+{
+    vec3s middle = a;
+    for (int step = 0; step < 32; step++) {
+        float slope;
+        middle = between(a, b, 0.5f);
+        if (value_at(f, middle, normal, part, &slope) < 0.0f)
+            a = middle;
+        else
+            b = middle;
+    }
+    return middle;
+}
+
+/* For where Newton's steps do not settle: looks along a line for a change of sign, ever further. */
+static vec3s search(gen_implicit *f, vec3s start, float reach, vec3s *normal, unsigned *part)
+{
+    float slope;
+    vec3s along = *normal;
+    bool inside = value_at(f, start, normal, part, &slope) < 0.0f;
+    if (slope > 1e-6f)
+        along = *normal;
+    for (float away = 0.002f * reach; away < 2.0f * reach; away *= 1.25f)
+        for (int side = -1; side < 2; side += 2) {
+            float t = away * (float)side;
+            vec3s p = {{start.x + along.x * t, start.y + along.y * t, start.z + along.z * t}};
+            vec3s unused;
+            if ((value_at(f, p, &unused, NULL, &slope) < 0.0f) != inside)
+                return inside ? bisect(f, start, p, normal, part)
+                              : bisect(f, p, start, normal, part);
+        }
+    return start;
+}
+
+vec3s gen_implicit_project(gen_implicit *f, vec3s start, float reach, vec3s *normal, unsigned *part)
+{
+    vec3s p = start, *seen[2] = {NULL, NULL}, ends[2];
+    *normal = (vec3s){{0.0f, 1.0f, 0.0f}};
+    for (int step = 0; step < 10; step++) {
+        float slope, value = value_at(f, p, normal, part, &slope);
+        if (!(slope > 1e-6f))
+            break;
+        float move = -value / slope;
+        /* The distance left; after so short a step the normal turned by less than curvature times
+         * the step. */
+        bool done = fabsf(move) < 4e-6f;
+        int side = value < 0.0f ? 0 : 1;
+        ends[side] = p;
+        seen[side] = &ends[side];
+        move = fminf(fmaxf(move, -0.5f * reach), 0.5f * reach);
+        p = (vec3s){{p.x + move * normal->x, p.y + move * normal->y, p.z + move * normal->z}};
+        if (done)
+            return p;
+    }
+    if (seen[0] != NULL && seen[1] != NULL)
+        return bisect(f, ends[0], ends[1], normal, part);
+    return search(f, start, reach, normal, part);
 }

@@ -10,8 +10,8 @@
 #include "tools/gen/dual.h"
 #include "tools/gen/surface.h"
 
-/* Negative inside. */
-typedef gen_dual gen_implicit(vec3s p);
+/* Negative inside; *part (may be NULL) is set to a number of whatever is nearest. */
+typedef gen_dual gen_implicit(vec3s p, unsigned *part);
 
 typedef struct gen_implicit_box {
     vec3s min, max;  /* holds the surface with a margin */
@@ -22,7 +22,10 @@ typedef struct gen_implicit_box {
 stp_status gen_implicit_mesh(gen_implicit *f, const gen_implicit_box *box, float cell,
                              stp_pool *pool, gen_mesh *out, stp_error *err);
 
-/* Newton's method along the gradient; the unit normal goes to *normal. */
-vec3s gen_implicit_project(gen_implicit *f, vec3s start, vec3s *normal);
+/* The surface's point next to one no further than about reach from it: Newton's method along the
+ * gradient, and bisection where that does not settle, as at creases. The unit normal goes to
+ * *normal. part as above. */
+vec3s gen_implicit_project(gen_implicit *f, vec3s start, float reach, vec3s *normal,
+                           unsigned *part);
 
 #endif

@@ -247,7 +247,8 @@ static size_t find_triangle(const gen_sampler *s, double place)
     return triangle;
 }
 
-/* In a partly seen triangle the point moves to another place of it until it is seen. */
+/* The point moves to another place of its triangle until it is seen; shadows may be narrower than
+ * the places tried before. */
 static void move_into_sight(const gen_sampler *s, size_t triangle, uint64_t piece, gen_hit *hit)
 {
     for (uint64_t retry = 0; retry < RETRIES; retry++) {
@@ -269,7 +270,7 @@ static void sample(const gen_sampler *s, uint64_t piece, gen_hit *hit)
     double before = s->cumulative[triangle], length = s->cumulative[triangle + 1] - before;
     double t = length > 0.0 ? (place - before) / length : 0.5;
     triangle_point(s, triangle, fmin(fmax(t, 0.0), 0.999999999), hit);
-    if (s->seen != NULL && s->seen[triangle] == SEEN_PART)
+    if (s->seen != NULL)
         move_into_sight(s, triangle, piece, hit);
 }
 

@@ -1,50 +1,84 @@
-/* The statue: temporary first version. */
-#include "tools/gen/implicit.h"
+/* The statue: the union of its parts, and the colour of whichever is nearest. */
+#include "tools/gen/statue.h"
 
-static gen_dual statue(vec3s q)
+static const statue_part *const parts[] = {
+#define X(name) &statue_##name,
+    STATUE_PARTS(X)
+#undef X
+};
+enum { PART_COUNT = sizeof parts / sizeof *parts };
+
+/* How far p is outside a part's box; zero inside. */
+static float box_distance(const statue_part *part, vec3s p)
 {
-    gen_dual3 p = gd_variable(q.x, q.y, q.z);
-    gen_dual rho = gd_length2(p.x, p.z);
-    gen_dual angle = gd_atan2(p.x, p.z);
-    gen_dual t = gd_smoothstep(-0.8f, 0.6f, p.y);
-    gen_dual fold = gd_sin(angle * 9.0f + gd_sin(p.y * 4.0f) * 1.5f);
-    fold = gd_sqrt(gd_shift(gd_square(fold), 0.01f)) * 0.05f;
-    gen_dual radius = gd_shift(t * -0.28f, 0.40f) + gd_mul(fold, gd_shift(-t, 1.0f));
-    gen_dual robe = (rho - radius) * 0.7f;
-    robe = gd_smooth_max(robe, gd_shift(p.y, -0.62f), 0.08f);
-    robe = gd_smooth_max(robe, gd_shift(-p.y, -0.82f), 0.02f);
-    gen_dual3 h = {p.x, gd_shift(p.y, -0.78f) * 0.8f, p.z};
-    gen_dual head = gd_shift(gd_length3(h), -0.15f);
-    gen_dual f = gd_smooth_min(robe, head, 0.06f);
-    gen_dual drum =
-        gd_smooth_max(gd_shift(rho, -0.55f), gd_shift(gd_abs(gd_shift(p.y, 0.9f)), -0.1f), 0.03f);
-    return gd_smooth_min(f, drum, 0.01f);
+    float square = 0.0f;
+    for (int axis = 0; axis < 3; axis++) {
+        float low = part->min.raw[axis] - p.raw[axis], high = p.raw[axis] - part->max.raw[axis];
+        float out = fmaxf(fmaxf(low, high), 0.0f);
+        square += out * out;
+    }
+    return sqrtf(square);
+}
+
+gen_dual gen_statue_distance(vec3s p, unsigned *part)
+{
+    gen_dual3 q = gd_variable(p.x, p.y, p.z);
+    gen_dual f = gd_constant(1e3f);
+    float nearest = 1e3f;
+    for (unsigned i = 0; i < PART_COUNT; i++) {
+        float away = box_distance(parts[i], p);
+        if (away > 0.0f) {
+            if (away + statue_margin < f[0])
+                f = gd_constant(away + statue_margin);
+            continue;
+        }
+        gen_dual d = parts[i]->distance(&q);
+        if (d[0] < nearest) {
+            nearest = d[0];
+            if (part != NULL)
+                *part = i;
+        }
+        f = gd_smooth_min(f, d, parts[i]->blend);
+    }
+    return f;
 }
 
 static stp_status statue_mesh(const gen_surface *surface, uint64_t triangle_count, stp_pool *pool,
                               gen_mesh *out, stp_error *err)
 {
     (void)surface;
-    gen_implicit_box box = {{{-0.7f, -1.1f, -0.7f}}, {{0.7f, 1.1f, 0.7f}}, 2.0f};
-    return gen_implicit_mesh(statue, &box, sqrtf(13.0f * 5.0f / (float)triangle_count), pool, out,
-                             err);
+    gen_implicit_box box = {{{-0.92f, -1.15f, -0.69f}}, {{0.92f, 1.10f, 0.69f}}, 1.6f};
+    return gen_implicit_mesh(gen_statue_distance, &box,
+                             sqrtf(13.0f * 11.0f / (float)triangle_count), pool, out, err);
+}
+
+/* Grime and shade gather where the surface is hollow: how much nearer the surface is, a little way
+ * out along the normal, than it would be over a plane. */
+static float hollow(vec3s p, vec3s normal, float reach)
+{
+    vec3s out = {{p.x + reach * normal.x, p.y + reach * normal.y, p.z + reach * normal.z}};
+    float free = gen_statue_distance(out, NULL)[0] / (0.85f * reach);
+    return 1.0f - fminf(fmaxf(free, 0.0f), 1.0f);
 }
 
 static void statue_project(const gen_surface *surface, stp_dvec3 start, gen_hit *hit)
 {
     (void)surface;
-    vec3s p = gen_implicit_project(statue, stp_dvec3_to_float(start), &hit->normal);
+    unsigned part = 0;
+    vec3s p = gen_implicit_project(gen_statue_distance, stp_dvec3_to_float(start), 0.02f,
+                                   &hit->normal, &part);
     hit->position = stp_dvec3_from_float(p);
-    hit->colour = (vec3s){{0.6f, 0.5f + 0.2f * p.y, 0.4f}};
+    hit->colour =
+        statue_shade(parts[part]->colour(p), 1.0f - 0.45f * hollow(p, hit->normal, 0.02f));
     hit->class_id = 0;
 }
 
 void gen_statue_init(gen_surface *surface)
 {
     surface->closed = true;
-    surface->proxy_triangles = 400000;
-    surface->mesh_triangles = 1500000;
-    surface->radius = 1.3;
+    surface->proxy_triangles = 700000;
+    surface->mesh_triangles = 3000000;
+    surface->radius = 1.35;
     surface->mesh = statue_mesh;
     surface->project = statue_project;
 }

@@ -124,6 +124,8 @@ typedef struct ray {
 static bool ray_meets_box(const ray *r, const box *b)
 {
     float near = 0.0f, far = 1.0f;
+    if (b->min.x > b->max.x)
+        return false; /* of a leaf without triangles */
     for (int axis = 0; axis < 3; axis++) {
         float t0 = (b->min.raw[axis] - r->origin.raw[axis]) * r->inverse.raw[axis];
         float t1 = (b->max.raw[axis] - r->origin.raw[axis]) * r->inverse.raw[axis];

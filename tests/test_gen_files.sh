@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# stipple gen writes as many points as asked for, the same bytes for the same seed and any number of
+# threads, and says in one sentence what is wrong with a request.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell.sh"
+
+header_count() { # file
+    sed -n '/^end_header/q; s/^element vertex //p' "$1" | tr -d '\r'
+}
+
+header_bytes() { # file
+    LC_ALL=C sed '/^end_header/q' "$1" | wc -c
+}
+
+for shape in bumpy terrain sphere plane torus sheet; do
+    stride=15 # three floats, three bytes; the sheet has a class too
+    [ $shape = sheet ] && stride=16
+    for count in 1 2 1000; do
+        run "$STIPPLE" gen $shape -n $count -o "$FOLDER/p.ply" --force --quiet
+        expect_code 0
+        [ "$(header_count "$FOLDER/p.ply")" = $count ] || fail "$shape: header of $count"
+        size=$(stat -c %s "$FOLDER/p.ply")
+        [ $((size - $(header_bytes "$FOLDER/p.ply"))) = $((count * stride)) ] ||
+            fail "$shape: $count points make $size bytes"
+    done
+done
+
+options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
+# shellcheck disable=SC2086
+{
+    run "$STIPPLE" gen $options --seed 4 --threads 1 -o "$FOLDER/a.ply"
+    expect_code 0
+    run "$STIPPLE" gen $options --seed 4 --threads 3 -o "$FOLDER/b.ply"
+    expect_code 0
+    run "$STIPPLE" gen $options --seed 5 -o "$FOLDER/c.ply"
+    expect_code 0
+}
+cmp -s "$FOLDER/a.ply" "$FOLDER/b.ply" || fail "same seed, other threads: other bytes"
+cmp -s "$FOLDER/a.ply" "$FOLDER/c.ply" && fail "another seed: the same bytes"
+
+run "$STIPPLE" gen sphere -n 0 -o "$FOLDER/none.ply"
+expect_usage "give -n N, 1 or more"
+run "$STIPPLE" gen sphere -n 10
+expect_usage "no output"
+run "$STIPPLE" gen cube -n 10 -o "$FOLDER/none.ply"
+expect_usage "no shape is called cube"
+run "$STIPPLE" gen torus --truth "$FOLDER/none.png"
+expect_usage "--truth needs the shape bumpy"
+run "$STIPPLE" gen sphere -n 10 --stations 65 -o "$FOLDER/none.ply"
+expect_usage "at most 64"
+[ -e "$FOLDER/none.ply" ] && fail "a refused request left a file"
+
+end_test
