@@ -45,18 +45,16 @@ static void one_disc_is_a_circle(void **state)
     (void)state;
     stp_view view = check_view(128, 128, 100.0, false);
     for (int k = 0; k < 64; k++) {
-        double radius_px = 20.0, cx = 64.0 + (k % 8) / 8.0 + 0.03, cy = 64.0 + (k / 8) / 8.0 + 0.07;
-        /* so that the ellipse's centre, the pixel's, is known */
-        double mx = floor(cx) + 0.5, my = floor(cy) + 0.5;
+        double radius_px = 20.0;
+        double cx = 64.0 + (k % 8) / 8.0 + 0.03, cy = 64.0 + (k / 8) / 8.0 + 0.07;
         reference_disc disc =
             disc_at((cx - 64.0) * 0.02, (cy - 64.0) * 0.02, 2.0, radius_px * 0.02);
-        disc.normal =
-            stp_dvec3_normalize((stp_dvec3){-(mx - 64.0) / 100.0, -(my - 64.0) / 100.0, 1.0});
+        disc.normal = stp_dvec3_normalize(stp_dvec3_scale(disc.position, -1.0));
         reference_pyramid p = draw(&view, true, &disc, 1, radius_px);
         size_t inside = 0;
         for (int y = 0; y < 128; y++)
             for (int x = 0; x < 128; x++) {
-                double r = hypot(x + 0.5 - mx, y + 0.5 - my);
+                double r = hypot(x + 0.5 - cx, y + 0.5 - cy);
                 bool is_covered = at(&p, x, y)->tag != 0;
                 inside += r <= radius_px - 0.05;
                 if (r <= radius_px - 0.05 && !is_covered)
@@ -101,10 +99,14 @@ static void ellipse_axes(void **state)
     check_near(reference_ellipse(&view, &p, 50.5, 50.5, 10.0, 0.0), 1.0, 1e-12);
     check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
     check_near(reference_ellipse(&view, &p, 50.5, 50.5, 5.0, 0.0), 0.25, 1e-12);
-    /* edge on: the floor of half a pixel */
+    /* edge on, and too small: the floor of 1.25 pixels */
     p.normal = (stp_dvec3){1.0, 0.0, 0.0};
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.5, 0.0), 1.0, 1e-2);
-    assert_true(reference_ellipse(&view, &p, 50.5, 50.5, 0.6, 0.0) > 1.0);
+    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 1.25, 0.0), 1.0, 1e-2);
+    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
+    p.radius = 0.01;
+    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 1.25), 1.0, 1e-12);
+    /* |delta|^2 + (delta.n)^2 / k'^2 with k' = 1 */
+    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.75, 1.0), 1.36, 1e-12);
     /* no radius */
     p.radius = 0.0;
     assert_true(isinf(reference_ellipse(&view, &p, 50.5, 50.5, 0.6, 0.0)));
@@ -292,6 +294,41 @@ static void odd_viewports_and_odd_discs(void **state)
         }
 }
 
+/* Four small discs on the corners of a pixel of level 1: the disc that stands for them has their
+ * second moment, and their centre. */
+static void pulled_moments(void **state)
+{
+    (void)state;
+    stp_view view = check_view(8, 8, 1.0, true);
+    reference_disc discs[4];
+    const double a = 0.25, r = 3.0; /* pixels from the middle along each axis; pixels */
+    for (int k = 0; k < 4; k++)
+        discs[k] = disc_at(k & 1 ? 1.0 + a : 1.0 - a, k & 2 ? 1.0 + a : 1.0 - a, 2.0 + 0.1 * k, r);
+    for (int box = 0; box < 2; box++) {
+        reference_pyramid p = draw(&view, box, discs, 4, 1.0);
+        const reference_pixel *q = &p.levels[1].pulled[2 * 4 + 2];
+        check_near(q->radius, sqrt(r * r + 2.0 * 2.0 * a * a), 1e-12);
+        check_near(q->dx, 0.0, 1e-12);
+        check_near(q->dy, 0.0, 1e-12);
+        check_near(q->z_min, 2.0, 1e-12);
+        check_near(q->z_max, 2.3 + r, 1e-12);
+        assert_int_equal(q->tag, 1 + 16);
+        reference_destroy(&p);
+    }
+    /* a grazing disc's interval is what its plane descends over 1.25 pixels, at most 5 a pixel */
+    reference_disc disc = disc_at(0.3, 0.2, 2.0, 0.1);
+    disc.normal = (stp_dvec3){0.6, 0.0, 0.8};
+    reference_pyramid p = draw(&view, false, &disc, 1, 0.0);
+    check_near(at(&p, 4, 4)->z_max, 2.0 + 1.25 * 0.75, 1e-12);
+    check_near(at(&p, 4, 4)->dx, -0.2, 1e-12);
+    check_near(at(&p, 4, 4)->dy, -0.3, 1e-12);
+    reference_destroy(&p);
+    disc.normal = stp_dvec3_normalize((stp_dvec3){1.0, 0.0, 0.01});
+    p = draw(&view, false, &disc, 1, 0.0);
+    check_near(at(&p, 4, 4)->z_max, 2.0 + 1.25 * 5.0, 1e-12);
+    reference_destroy(&p);
+}
+
 /* The averaged values name their pyramid level; measured pixels have 0. */
 static void source_levels(void **state)
 {
@@ -347,6 +384,7 @@ int main(void)
         cmocka_unit_test(two_layers_stay_apart),
         cmocka_unit_test(sides),
         cmocka_unit_test(odd_viewports_and_odd_discs),
+        cmocka_unit_test(pulled_moments),
         cmocka_unit_test(source_levels),
         cmocka_unit_test(shading),
     };

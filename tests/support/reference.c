@@ -6,7 +6,10 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define ELLIPSE_FLOOR_PX 0.5
+#define FLOOR_PX 1.25
+#define SLOPE_LIMIT 5.0
+/* How far an ellipse reaches into a gap of four. */
+#define GAP_Q 2.0
 
 /* ---- spaces ---- */
 
@@ -97,6 +100,14 @@ static int tag_with_source(int tag, int source)
 
 /* ---- projection ---- */
 
+/* How deep the interval of a pixel is. */
+static double depth_extent(const stp_view *view, double radius, double cosine, double depth)
+{
+    double k = fmin(1.0, fabs(cosine));
+    double slope = fmin(SLOPE_LIMIT, sqrt(1.0 - k * k) / fmax(k, 1e-3));
+    return fmax(radius, FLOOR_PX * slope / pixels_per_unit(view, depth));
+}
+
 static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
 {
     const stp_view *view = &pyramid->view;
@@ -125,7 +136,9 @@ static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
         .normal = n,
         .radius = disc->radius,
         .z_min = depth,
-        .z_max = depth + disc->radius,
+        .z_max = depth + depth_extent(view, disc->radius, stp_dvec3_dot(n, w), depth),
+        .dx = u - (floor(u) + 0.5),
+        .dy = v - (floor(v) + 0.5),
         .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
         .tag = 1 + (int)disc->kind + (oriented ? 0 : 8),
     };
@@ -142,13 +155,13 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
                          double x, double y)
 {
-    double radius = p->radius * pixels_per_unit(view, p->z_min);
-    if (!(radius > 0.0))
+    if (!(p->radius > 0.0))
         return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
+    double radius = fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
     stp_dvec3 w = ray(view, cx, cy);
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     double k = stp_dvec3_dot(p->normal, w);
-    double least = fmin(1.0, ELLIPSE_FLOOR_PX / radius);
+    double least = fmin(1.0, FLOOR_PX / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
     stp_dvec3 s =
         stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
@@ -157,12 +170,44 @@ double reference_ellipse(const stp_view *view, const reference_pixel *p, double 
 
 /* ---- merging what meets ---- */
 
-/* Up to four pixels that reach one place: d is from that place to their ellipses' centres. */
+/* Up to four pixels that may reach one place: d is from that place to their ellipses' centres. */
 typedef struct meeting {
     reference_pixel pixels[4];
-    double weights[4];
+    double weights[4], q[4];
     int count;
 } meeting;
+
+/* Adds pixel (i, j) of a level to what meets at window (u, v), if it is there and valid. */
+static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels, int level, int i,
+                 int j, double u, double v, double weight, meeting *m)
+{
+    const reference_level *size = &pyramid->levels[level];
+    if (i < 0 || j < 0 || i >= size->width || j >= size->height)
+        return;
+    reference_pixel p = pixels[j * size->width + i];
+    if (p.tag == 0)
+        return;
+    double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
+    p.dx = cx - u;
+    p.dy = cy - v;
+    m->q[m->count] = reference_ellipse(&pyramid->view, &p, cx, cy, u - cx, v - cy);
+    m->weights[m->count] = weight;
+    m->pixels[m->count++] = p;
+}
+
+/* Leaves those whose ellipse reaches the place. */
+static void keep_reaching(meeting *m, double greatest_q)
+{
+    int kept = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (!(m->q[i] <= greatest_q))
+            continue;
+        m->pixels[kept] = m->pixels[i];
+        m->weights[kept] = m->weights[i];
+        m->q[kept++] = m->q[i];
+    }
+    m->count = kept;
+}
 
 /* The pixel of least z_min, the first of equals, or NULL. */
 static const reference_pixel *front_of(const meeting *m)
@@ -174,21 +219,32 @@ static const reference_pixel *front_of(const meeting *m)
     return front;
 }
 
-/* Weighted means of the pixels whose interval meets the front's; the tag is the front's. The depth
- * interval is the mean too, which pull replaces. */
+/* Leaves those whose interval meets the front's. */
+static void keep_surface(meeting *m, const reference_pixel *front)
+{
+    int kept = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (m->pixels[i].z_min > front->z_max)
+            continue;
+        m->pixels[kept] = m->pixels[i];
+        m->weights[kept] = m->weights[i];
+        m->q[kept++] = m->q[i];
+    }
+    m->count = kept;
+}
+
+/* Weighted means; the radius is the root of the mean square, the tag the front's. */
 static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
 {
     reference_pixel sum = {.tag = front->tag};
     double total = 0.0;
     for (int i = 0; i < m->count; i++) {
         const reference_pixel *p = &m->pixels[i];
-        if (p->z_min > front->z_max)
-            continue;
         double w = m->weights[i];
         bool turned =
             (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
         sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
-        sum.radius += w * p->radius;
+        sum.radius += w * p->radius * p->radius;
         sum.z_min += w * p->z_min;
         sum.z_max += w * p->z_max;
         sum.dx += w * p->dx;
@@ -199,7 +255,7 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
     }
     sum.normal =
         stp_dvec3_length(sum.normal) > 0.0 ? stp_dvec3_normalize(sum.normal) : front->normal;
-    sum.radius /= total;
+    sum.radius = sqrt(sum.radius / total);
     sum.z_min /= total;
     sum.z_max /= total;
     sum.dx /= total;
@@ -207,28 +263,6 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
     for (int k = 0; k < 3; k++)
         sum.rgb[k] /= total;
     return sum;
-}
-
-/* Adds pixel (i, j) of a level to what meets at window (u, v), if it is there, valid and, where
- * asked, its ellipse reaches; its weight is times the ellipse's Gaussian where asked. */
-static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels, int level, int i,
-                 int j, double u, double v, bool must_reach, bool gaussian, double weight,
-                 meeting *m)
-{
-    const reference_level *size = &pyramid->levels[level];
-    if (i < 0 || j < 0 || i >= size->width || j >= size->height)
-        return;
-    reference_pixel p = pixels[j * size->width + i];
-    if (p.tag == 0)
-        return;
-    double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
-    double q = reference_ellipse(&pyramid->view, &p, cx, cy, u - cx, v - cy);
-    if (must_reach && !(q <= 1.0))
-        return;
-    p.dx = cx - u;
-    p.dy = cy - v;
-    m->weights[m->count] = weight * (gaussian ? exp(-0.5 * q) : 1.0);
-    m->pixels[m->count++] = p;
 }
 
 /* ---- pull ---- */
@@ -239,18 +273,26 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m = {.count = 0};
     for (int k = 0; k < 4; k++)
-        meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, !pyramid->box,
-             false, 1.0, &m);
-    const reference_pixel *front = front_of(&m);
-    if (front == NULL)
+        meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
+    if (!pyramid->box)
+        keep_reaching(&m, 1.0);
+    if (m.count == 0)
         return (reference_pixel){0};
-    reference_pixel out = mean_of(&m, front);
-    out.tag = tag_with_source(front->tag, level);
-    out.z_min = front->z_min;
-    out.z_max = front->z_max;
-    for (int k = 0; k < m.count; k++)
-        if (m.pixels[k].z_min <= front->z_max)
-            out.z_max = fmax(out.z_max, m.pixels[k].z_max);
+    const reference_pixel front = *front_of(&m);
+    keep_surface(&m, &front);
+    reference_pixel out = mean_of(&m, &front);
+    out.tag = tag_with_source(front.tag, level);
+    out.z_min = front.z_min;
+    out.z_max = front.z_max;
+    double spread = 0.0; /* mean square distance from the new pixel's centre, pixels */
+    for (int k = 0; k < m.count; k++) {
+        const reference_pixel *p = &m.pixels[k];
+        out.z_max = fmax(out.z_max, p->z_max);
+        spread += (p->dx * p->dx + p->dy * p->dy) / m.count;
+    }
+    double variance = fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
+    double ppu = pixels_per_unit(&pyramid->view, out.z_min);
+    out.radius = sqrt(out.radius * out.radius + 2.0 * variance / (ppu * ppu));
     return out;
 }
 
@@ -265,6 +307,15 @@ void reference_pull(reference_pyramid *pyramid)
 }
 
 /* ---- push ---- */
+
+/* How large q may be: 1, but where four surround the place and none reaches it, the nearest may. */
+static double push_reach(const meeting *m)
+{
+    double least = INFINITY;
+    for (int k = 0; k < m->count; k++)
+        least = fmin(least, m->q[k]);
+    return m->count == 4 && least > 1.0 && least <= GAP_Q ? least : 1.0;
+}
 
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
 {
@@ -281,11 +332,17 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     meeting m = {.count = 0};
     for (int k = 0; k < 4; k++)
         meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
-             (j >> 1) + (k & 2 ? side_y : 0), u, v, true, !pyramid->box, weights[k], &m);
-    const reference_pixel *front = front_of(&m);
-    if (front == NULL || (occluded && !(front->z_max < own.z_min)))
+             (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
+    keep_reaching(&m, push_reach(&m));
+    for (int k = 0; k < m.count && !pyramid->box; k++)
+        m.weights[k] *= exp(-0.5 * m.q[k]);
+    if (m.count == 0)
         return own;
-    return mean_of(&m, front);
+    const reference_pixel front = *front_of(&m);
+    if (occluded && !(front.z_max < own.z_min))
+        return own;
+    keep_surface(&m, &front);
+    return mean_of(&m, &front);
 }
 
 void reference_push(reference_pyramid *pyramid)
