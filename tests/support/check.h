@@ -1,0 +1,51 @@
+/* What the tests of pictures share: cmocka's headers, views made by hand, figures compared. */
+#ifndef STP_TESTS_CHECK_H
+#define STP_TESTS_CHECK_H
+
+#include "base/error.h"
+#include "runtime/camera.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Looks along -z from the origin; f in pixels (a unit, where orthographic). */
+static inline stp_view check_view(int width, int height, double f, bool orthographic)
+{
+    return (stp_view){.right = {1.0, 0.0, 0.0},
+                      .up = {0.0, 1.0, 0.0},
+                      .back = {0.0, 0.0, 1.0},
+                      .f = f,
+                      .near_depth = 1e-4,
+                      .ball_near = 1.0,
+                      .ball_far = 3.0,
+                      .width = width,
+                      .height = height,
+                      .orthographic = orthographic};
+}
+
+#define check_ok(call)                                                                             \
+    do {                                                                                           \
+        stp_error check_error = {0};                                                               \
+        stp_error *err = &check_error;                                                             \
+        if ((call) != STP_OK)                                                                      \
+            fail_msg("%s", check_error.message);                                                   \
+    } while (0)
+
+#define check_near(value, expected, tolerance)                                                     \
+    do {                                                                                           \
+        double check_value = (value), check_expected = (expected);                                 \
+        if (!(fabs(check_value - check_expected) <= (tolerance)))                                  \
+            fail_msg("%s is %.9g, expected %.9g within %g", #value, check_value, check_expected,   \
+                     (double)(tolerance));                                                         \
+    } while (0)
+
+#endif

@@ -1,0 +1,409 @@
+/* The reconstruction on the CPU; every function is one section of shaders/README.md. */
+#include "tests/support/reference.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define FLOOR_PX 1.25
+#define SLOPE_LIMIT 5.0
+/* How far an ellipse reaches into a gap of four. */
+#define GAP_Q 2.0
+
+/* ---- spaces ---- */
+
+stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d)
+{
+    return (stp_dvec3){stp_dvec3_dot(view->right, d), stp_dvec3_dot(view->up, d),
+                       stp_dvec3_dot(view->back, d)};
+}
+
+stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p)
+{
+    return reference_turn_to_eye(view, stp_dvec3_sub(p, view->eye));
+}
+
+static double pixels_per_unit(const stp_view *view, double depth)
+{
+    return view->orthographic ? view->f : view->f / depth;
+}
+
+static stp_dvec3 ray(const stp_view *view, double u, double v)
+{
+    if (view->orthographic)
+        return (stp_dvec3){0.0, 0.0, -1.0};
+    return stp_dvec3_normalize(
+        (stp_dvec3){(u - 0.5 * view->width) / view->f, (v - 0.5 * view->height) / view->f, -1.0});
+}
+
+static double centre_of(int i, int level)
+{
+    return (i + 0.5) * (double)(1 << level);
+}
+
+int reference_level_count(double radius_px, int width, int height)
+{
+    int most = 0;
+    while ((1 << most) < width || (1 << most) < height)
+        most++;
+    if (!(radius_px > 0.0))
+        return 0;
+    double wanted = ceil(log2(6.0 * radius_px));
+    return wanted <= 0.0 ? 0 : wanted < most ? (int)wanted : most;
+}
+
+/* ---- the pyramid ---- */
+
+stp_status reference_create(reference_pyramid *out, const stp_view *view, bool box, int level_count,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    reference_pyramid p = {.view = *view, .box = box, .level_count = level_count};
+    if (level_count < 0 || level_count > REFERENCE_LEVELS_LIMIT)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "%d levels of a pyramid", level_count);
+    for (int l = 0; l <= level_count; l++) {
+        reference_level *level = &p.levels[l];
+        level->width = (view->width + (1 << l) - 1) >> l;
+        level->height = (view->height + (1 << l) - 1) >> l;
+        size_t count = (size_t)level->width * (size_t)level->height;
+        STP_TRY(stp_alloc(&level->pulled, count, sizeof *level->pulled, "a pyramid", err));
+        STP_TRY(stp_alloc(&level->finished, count, sizeof *level->finished, "a pyramid", err));
+    }
+    *out = p;
+    p = (reference_pyramid){0};
+done:
+    reference_destroy(&p);
+    return status;
+}
+
+void reference_destroy(reference_pyramid *pyramid)
+{
+    for (int l = 0; l <= REFERENCE_LEVELS_LIMIT; l++) {
+        free(pyramid->levels[l].pulled);
+        free(pyramid->levels[l].finished);
+    }
+    *pyramid = (reference_pyramid){0};
+}
+
+/* ---- the tag ---- */
+
+static bool two_sided(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 8) != 0;
+}
+
+static int tag_with_source(int tag, int source)
+{
+    return 1 + ((tag - 1) & 15) + 16 * source;
+}
+
+/* ---- projection ---- */
+
+/* How deep the interval of a pixel is. */
+static double depth_extent(const stp_view *view, double radius, double cosine, double depth)
+{
+    double k = fmin(1.0, fabs(cosine));
+    double slope = fmin(SLOPE_LIMIT, sqrt(1.0 - k * k) / fmax(k, 1e-3));
+    return fmax(radius, FLOOR_PX * slope / pixels_per_unit(view, depth));
+}
+
+static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
+{
+    const stp_view *view = &pyramid->view;
+    double depth = -disc->position.z;
+    if (!(depth > view->near_depth))
+        return;
+    double scale = pixels_per_unit(view, depth);
+    double u = 0.5 * view->width + scale * disc->position.x;
+    double v = 0.5 * view->height + scale * disc->position.y;
+    if (!(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
+        return;
+    stp_dvec3 w =
+        view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
+    stp_dvec3 n = disc->normal;
+    bool oriented = disc->has_normal && disc->oriented;
+    if (oriented && stp_dvec3_dot(n, w) >= 0.0)
+        return;
+    if (!disc->has_normal)
+        n = stp_dvec3_scale(w, -1.0);
+    else if (!oriented && stp_dvec3_dot(n, w) > 0.0)
+        n = stp_dvec3_scale(n, -1.0);
+    reference_pixel *pixel = &pyramid->levels[0].pulled[(int)v * view->width + (int)u];
+    if (pixel->tag != 0 && pixel->z_min <= depth)
+        return;
+    *pixel = (reference_pixel){
+        .normal = n,
+        .radius = disc->radius,
+        .z_min = depth,
+        .z_max = depth + depth_extent(view, disc->radius, stp_dvec3_dot(n, w), depth),
+        .dx = u - (floor(u) + 0.5),
+        .dy = v - (floor(v) + 0.5),
+        .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
+        .tag = 1 + (int)disc->kind + (oriented ? 0 : 8),
+    };
+}
+
+void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        project_disc(pyramid, &discs[i]);
+}
+
+/* ---- the ellipse ---- */
+
+double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                         double x, double y)
+{
+    if (!(p->radius > 0.0))
+        return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
+    double radius = fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
+    stp_dvec3 w = ray(view, cx, cy);
+    stp_dvec3 delta = {x / radius, y / radius, 0.0};
+    double k = stp_dvec3_dot(p->normal, w);
+    double least = fmin(1.0, FLOOR_PX / radius);
+    double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
+    stp_dvec3 s =
+        stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
+    return stp_dvec3_dot(s, s);
+}
+
+/* ---- merging what meets ---- */
+
+/* Up to four pixels that may reach one place: d is from that place to their ellipses' centres. */
+typedef struct meeting {
+    reference_pixel pixels[4];
+    double weights[4], q[4];
+    int count;
+} meeting;
+
+/* Adds pixel (i, j) of a level to what meets at window (u, v), if it is there and valid. */
+static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels, int level, int i,
+                 int j, double u, double v, double weight, meeting *m)
+{
+    const reference_level *size = &pyramid->levels[level];
+    if (i < 0 || j < 0 || i >= size->width || j >= size->height)
+        return;
+    reference_pixel p = pixels[j * size->width + i];
+    if (p.tag == 0)
+        return;
+    double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
+    p.dx = cx - u;
+    p.dy = cy - v;
+    m->q[m->count] = reference_ellipse(&pyramid->view, &p, cx, cy, u - cx, v - cy);
+    m->weights[m->count] = weight;
+    m->pixels[m->count++] = p;
+}
+
+/* Leaves those whose ellipse reaches the place. */
+static void keep_reaching(meeting *m, double greatest_q)
+{
+    int kept = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (!(m->q[i] <= greatest_q))
+            continue;
+        m->pixels[kept] = m->pixels[i];
+        m->weights[kept] = m->weights[i];
+        m->q[kept++] = m->q[i];
+    }
+    m->count = kept;
+}
+
+/* The pixel of least z_min, the first of equals, or NULL. */
+static const reference_pixel *front_of(const meeting *m)
+{
+    const reference_pixel *front = NULL;
+    for (int i = 0; i < m->count; i++)
+        if (front == NULL || m->pixels[i].z_min < front->z_min)
+            front = &m->pixels[i];
+    return front;
+}
+
+/* Leaves those whose interval meets the front's. */
+static void keep_surface(meeting *m, const reference_pixel *front)
+{
+    int kept = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (m->pixels[i].z_min > front->z_max)
+            continue;
+        m->pixels[kept] = m->pixels[i];
+        m->weights[kept] = m->weights[i];
+        m->q[kept++] = m->q[i];
+    }
+    m->count = kept;
+}
+
+/* Weighted means; the radius is the root of the mean square, the tag the front's. */
+static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
+{
+    reference_pixel sum = {.tag = front->tag};
+    double total = 0.0;
+    for (int i = 0; i < m->count; i++) {
+        const reference_pixel *p = &m->pixels[i];
+        double w = m->weights[i];
+        bool turned =
+            (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
+        sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
+        sum.radius += w * p->radius * p->radius;
+        sum.z_min += w * p->z_min;
+        sum.z_max += w * p->z_max;
+        sum.dx += w * p->dx;
+        sum.dy += w * p->dy;
+        for (int k = 0; k < 3; k++)
+            sum.rgb[k] += w * p->rgb[k];
+        total += w;
+    }
+    sum.normal =
+        stp_dvec3_length(sum.normal) > 0.0 ? stp_dvec3_normalize(sum.normal) : front->normal;
+    sum.radius = sqrt(sum.radius / total);
+    sum.z_min /= total;
+    sum.z_max /= total;
+    sum.dx /= total;
+    sum.dy /= total;
+    for (int k = 0; k < 3; k++)
+        sum.rgb[k] /= total;
+    return sum;
+}
+
+/* ---- pull ---- */
+
+static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, int i, int j)
+{
+    const reference_pixel *finer = pyramid->levels[level - 1].pulled;
+    double u = centre_of(i, level), v = centre_of(j, level);
+    meeting m = {.count = 0};
+    for (int k = 0; k < 4; k++)
+        meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
+    if (!pyramid->box)
+        keep_reaching(&m, 1.0);
+    if (m.count == 0)
+        return (reference_pixel){0};
+    const reference_pixel front = *front_of(&m);
+    keep_surface(&m, &front);
+    reference_pixel out = mean_of(&m, &front);
+    out.tag = tag_with_source(front.tag, level);
+    out.z_min = front.z_min;
+    out.z_max = front.z_max;
+    double spread = 0.0; /* mean square distance from the new pixel's centre, pixels */
+    for (int k = 0; k < m.count; k++) {
+        const reference_pixel *p = &m.pixels[k];
+        out.z_max = fmax(out.z_max, p->z_max);
+        spread += (p->dx * p->dx + p->dy * p->dy) / m.count;
+    }
+    double variance = fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
+    double ppu = pixels_per_unit(&pyramid->view, out.z_min);
+    out.radius = sqrt(out.radius * out.radius + 2.0 * variance / (ppu * ppu));
+    return out;
+}
+
+void reference_pull(reference_pyramid *pyramid)
+{
+    for (int l = 1; l <= pyramid->level_count; l++) {
+        reference_level *level = &pyramid->levels[l];
+        for (int j = 0; j < level->height; j++)
+            for (int i = 0; i < level->width; i++)
+                level->pulled[j * level->width + i] = pull_pixel(pyramid, l, i, j);
+    }
+}
+
+/* ---- push ---- */
+
+/* How large q may be: 1, but where four surround the place and none reaches it, the nearest may. */
+static double push_reach(const meeting *m)
+{
+    double least = INFINITY;
+    for (int k = 0; k < m->count; k++)
+        least = fmin(least, m->q[k]);
+    return m->count == 4 && least > 1.0 && least <= GAP_Q ? least : 1.0;
+}
+
+static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
+{
+    const reference_level *coarse = &pyramid->levels[level + 1];
+    const reference_level *fine = &pyramid->levels[level];
+    const reference_pixel own = fine->pulled[j * fine->width + i];
+    const reference_pixel *parent = &coarse->finished[(j >> 1) * coarse->width + (i >> 1)];
+    bool occluded = own.tag != 0 && parent->tag != 0 && own.z_min > parent->z_max;
+    if (own.tag != 0 && !occluded)
+        return own;
+    static const double weights[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
+    int side_x = i & 1 ? 1 : -1, side_y = j & 1 ? 1 : -1;
+    double u = centre_of(i, level), v = centre_of(j, level);
+    meeting m = {.count = 0};
+    for (int k = 0; k < 4; k++)
+        meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
+             (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
+    keep_reaching(&m, push_reach(&m));
+    for (int k = 0; k < m.count && !pyramid->box; k++)
+        m.weights[k] *= exp(-0.5 * m.q[k]);
+    if (m.count == 0)
+        return own;
+    const reference_pixel front = *front_of(&m);
+    if (occluded && !(front.z_max < own.z_min))
+        return own;
+    keep_surface(&m, &front);
+    return mean_of(&m, &front);
+}
+
+void reference_push(reference_pyramid *pyramid)
+{
+    reference_level *top = &pyramid->levels[pyramid->level_count];
+    for (int i = 0; i < top->width * top->height; i++)
+        top->finished[i] = top->pulled[i];
+    for (int l = pyramid->level_count - 1; l >= 0; l--) {
+        reference_level *level = &pyramid->levels[l];
+        for (int j = 0; j < level->height; j++)
+            for (int i = 0; i < level->width; i++)
+                level->finished[j * level->width + i] = push_pixel(pyramid, l, i, j);
+    }
+}
+
+/* ---- shading ---- */
+
+static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, double out[3])
+{
+    stp_dvec3 l = stp_dvec3_normalize((stp_dvec3){0.35, 0.45, 1.0});
+    stp_dvec3 h = stp_dvec3_normalize(stp_dvec3_add(l, v));
+    double light = 0.18 + 0.74 * fmax(0.0, stp_dvec3_dot(n, l)) + 0.08 * fmax(0.0, n.z);
+    double gloss = 0.16 * pow(fmax(0.0, stp_dvec3_dot(n, h)), 40.0);
+    for (int k = 0; k < 3; k++)
+        out[k] = p->rgb[k] * light + gloss;
+}
+
+static void shade_pixel(const stp_view *view, const reference_pixel *p, int i, int j,
+                        reference_shade shade, double out[3])
+{
+    stp_dvec3 v = stp_dvec3_scale(ray(view, i + 0.5, j + 0.5), -1.0);
+    bool away = two_sided(p) && stp_dvec3_dot(p->normal, v) < 0.0;
+    stp_dvec3 n = stp_dvec3_scale(p->normal, away ? -1.0 : 1.0);
+    if (shade == REFERENCE_PHONG) {
+        shade_phong(p, n, v, out);
+    } else if (shade == REFERENCE_LAMBERT) {
+        for (int k = 0; k < 3; k++)
+            out[k] = p->rgb[k] * (0.05 + 0.85 * fmax(0.0, n.z));
+    } else if (shade == REFERENCE_NORMAL) {
+        out[0] = 0.5 * n.x + 0.5;
+        out[1] = 0.5 * n.y + 0.5;
+        out[2] = 0.5 * n.z + 0.5;
+    } else {
+        double range = view->ball_far - view->ball_near;
+        out[0] = out[1] = out[2] = 1.0 - (p->z_min - view->ball_near) / range;
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] = fmin(fmax(out[k], 0.0), 1.0);
+}
+
+void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba)
+{
+    const reference_level *level = &pyramid->levels[0];
+    for (int j = 0; j < level->height; j++)
+        for (int i = 0; i < level->width; i++) {
+            const reference_pixel *p = &level->finished[j * level->width + i];
+            double *out = rgba + 4 * (j * level->width + i);
+            out[0] = out[1] = out[2] = out[3] = 0.0;
+            if (p->tag == 0)
+                continue;
+            shade_pixel(&pyramid->view, p, i, j, shade, out);
+            out[3] = 1.0;
+        }
+}

@@ -1,0 +1,86 @@
+/* The reconstruction on the CPU, written from shaders/README.md: slow, plain, in double.
+ *
+ * What the shaders are judged by. Projection, pull, push and shading, one function each. Does not
+ * choose levels and reads no files: the caller gives the discs that are drawn.
+ * Axes: eye space (x right, y up, z towards the viewer); pictures have their bottom row first.
+ * Threads: any (no state but the caller's). */
+#ifndef STP_TESTS_REFERENCE_H
+#define STP_TESTS_REFERENCE_H
+
+#include "base/error.h"
+#include "base/vec.h"
+#include "runtime/camera.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define REFERENCE_LEVELS_LIMIT 16
+
+/* A sample as it is drawn. */
+typedef struct reference_disc {
+    stp_dvec3 position; /* eye space */
+    stp_dvec3 normal;   /* eye space, unit; meaningless where not has_normal */
+    double radius;      /* world units */
+    double rgb[3];      /* 0..1 */
+    unsigned kind;
+    bool has_normal, oriented;
+} reference_disc;
+
+/* "A pixel of the pyramid"; all zero where tag is 0. */
+typedef struct reference_pixel {
+    stp_dvec3 normal;
+    double radius;
+    double z_min, z_max;
+    double dx, dy;
+    double rgb[3];
+    int tag;
+} reference_pixel;
+
+typedef struct reference_level {
+    int width, height;
+    reference_pixel *pulled, *finished;
+} reference_level;
+
+/* Levels 0..level_count; the last one's finished pixels are its pulled ones. */
+typedef struct reference_pyramid {
+    stp_view view;
+    bool box; /* PBG07's filters instead of CG08's */
+    int level_count;
+    reference_level levels[REFERENCE_LEVELS_LIMIT + 1];
+} reference_pyramid;
+
+typedef enum reference_shade {
+    REFERENCE_PHONG,
+    REFERENCE_LAMBERT,
+    REFERENCE_NORMAL,
+    REFERENCE_DEPTH
+} reference_shade;
+
+/* L of README for a greatest projected radius, pixels (may be infinite). */
+int reference_level_count(double radius_px, int width, int height);
+
+/* A position or a direction of the world in eye space. */
+stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 world_position);
+stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 world_direction);
+
+/* Makes an empty pyramid. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (level_count). */
+stp_status reference_create(reference_pyramid *out, const stp_view *view, bool box, int level_count,
+                            stp_error *err);
+void reference_destroy(reference_pyramid *pyramid);
+
+/* Projects discs[0..count) in this order over what is there: one pixel each, nearest wins. */
+void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count);
+/* Levels 1..level_count as pulled. */
+void reference_pull(reference_pyramid *pyramid);
+/* Levels level_count..0 as finished. */
+void reference_push(reference_pyramid *pyramid);
+/* Finished level 0 as width * height RGBA, 0..1, into the caller's memory. */
+void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba);
+
+/* The ellipse's quadratic form, 1 at the rim: p's ellipse, centred at window (cx, cy), at the
+ * offset (x, y) from there. */
+double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                         double x, double y);
+
+#endif

@@ -1,0 +1,45 @@
+/* A true mesh drawn on the CPU: the judge of coverage, normals and silhouettes.
+ *
+ * Pixels are covered where their centre lies inside a triangle; on an edge the top-left rule gives
+ * them to one triangle. All in double; depth and normal are perspective-correct. Triangles are
+ * clipped at the near plane and drawn from both sides. Pictures have their bottom row first.
+ * Threads: any. */
+#ifndef STP_TESTS_TRIANGLES_H
+#define STP_TESTS_TRIANGLES_H
+
+#include "base/error.h"
+#include "base/vec.h"
+#include "runtime/camera.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Borrowed. normals may be NULL: then the faces'. */
+typedef struct triangles_mesh {
+    size_t vertex_count, triangle_count;
+    const stp_dvec3 *positions; /* world */
+    const stp_dvec3 *normals;   /* world, of the vertices */
+    const uint32_t (*triangles)[3];
+} triangles_mesh;
+
+typedef struct triangles_pixel {
+    double depth;     /* of the nearest triangle at the pixel's centre */
+    stp_dvec3 normal; /* eye space, unit, turned to the eye; zero for a degenerate triangle's */
+    uint32_t triangle;
+    uint32_t layers; /* triangles that cover it, so 0: not covered */
+} triangles_pixel;
+
+typedef struct triangles_picture {
+    int width, height;
+    triangles_pixel *pixels;
+} triangles_picture;
+
+/* Errors: OUT_OF_MEMORY. */
+stp_status triangles_draw(triangles_picture *out, const triangles_mesh *mesh, const stp_view *view,
+                          stp_error *err);
+void triangles_destroy(triangles_picture *picture);
+
+/* One byte a pixel, 1 where covered, into the caller's width * height bytes. */
+void triangles_mask(const triangles_picture *picture, uint8_t *mask);
+
+#endif

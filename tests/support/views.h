@@ -1,0 +1,24 @@
+/* The views that a promise is measured from: 26 directions and ten close ones.
+ *
+ * Made without the runtime, so that they judge it too. Threads: any. */
+#ifndef STP_TESTS_VIEWS_H
+#define STP_TESTS_VIEWS_H
+
+#include "runtime/camera.h"
+#include "tests/support/promise.h"
+
+#define VIEWS_DIRECTIONS 26
+#define VIEWS_CLOSE 10
+#define VIEWS_COUNT (VIEWS_DIRECTIONS + VIEWS_CLOSE)
+
+/* A perspective view; up is replaced where it is along the view. */
+stp_view views_look(stp_dvec3 eye, stp_dvec3 look, double fovy_deg, const stp_ball *ball, int width,
+                    int height);
+
+/* View i < VIEWS_DIRECTIONS: from a face, edge or corner of a cube, the ball filling the view. The
+ * rest stand over a disc of the model, between 0.02 and 0.5 of the ball's radius away, head-on to
+ * grazing; the fields of view go up to 100 degrees. */
+stp_view views_get(int i, const stp_ball *ball, const promise_disc *discs, size_t count, int width,
+                   int height);
+
+#endif
