@@ -28,34 +28,47 @@ static bool has_normal(const stp_disc *disc)
     return disc->normal.x != 0.0 || disc->normal.y != 0.0 || disc->normal.z != 0.0;
 }
 
-/* Takes the point's nearest disc into the errors. A disc whose plane alone is farther than the
- * nearest one is passed over, and a root is drawn only outside its rim. */
-static void measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, stp_merge_error *out)
+/* The disc nearest to a point so far. */
+typedef struct nearest_disc {
+    unsigned index;
+    double squared, distance; /* distance: the root of squared */
+    double height, overhang;
+} nearest_disc;
+
+/* A disc that its plane or its rim alone keeps farther than the nearest is passed over, so that
+ * roots are drawn only for those that come nearer. */
+static void try_disc(stp_dvec3 x, const stp_disc *discs, unsigned index, nearest_disc *best)
 {
-    double nearest = INFINITY;
-    double error = 0.0;
-    double tangential = 0.0;
-    for (unsigned i = 0; i < count; i++) {
-        const stp_disc *disc = &discs[i];
-        stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
-        double height = stp_dvec3_dot(v, disc->normal);
-        double distance = height * height;
-        if (distance >= nearest)
-            continue;
-        double across = stp_dvec3_dot(v, v) - distance;
-        double overhang = 0.0;
-        if (across > disc->radius * disc->radius) {
-            overhang = sqrt(across) - disc->radius;
-            distance += overhang * overhang;
-        }
-        if (distance < nearest) {
-            nearest = distance;
-            error = fabs(height) + disc->error;
-            tangential = overhang + disc->tangential_error;
-        }
+    const stp_disc *disc = &discs[index];
+    stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
+    double height = stp_dvec3_dot(v, disc->normal);
+    double squared = height * height;
+    double across = stp_dvec3_dot(v, v) - squared;
+    double reach = disc->radius + best->distance;
+    if (squared >= best->squared || across >= reach * reach)
+        return;
+    double overhang = 0.0;
+    if (across > disc->radius * disc->radius) {
+        overhang = sqrt(across) - disc->radius;
+        squared += overhang * overhang;
     }
-    out->error = stp_max(out->error, error);
-    out->tangential_error = stp_max(out->tangential_error, tangential);
+    if (squared < best->squared)
+        *best = (nearest_disc){index, squared, sqrt(squared), fabs(height), overhang};
+}
+
+/* Takes the point's nearest disc into the errors. The search begins at disc `start`, which the
+ * point before had; returns the one found. */
+static unsigned measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, unsigned start,
+                              stp_merge_error *out)
+{
+    nearest_disc best = {.index = start, .squared = INFINITY, .distance = INFINITY};
+    try_disc(x, discs, start, &best);
+    for (unsigned i = 0; i < count && best.squared > 0.0; i++)
+        try_disc(x, discs, i, &best);
+    const stp_disc *disc = &discs[best.index];
+    out->error = stp_max(out->error, best.height + disc->error);
+    out->tangential_error = stp_max(out->tangential_error, best.overhang + disc->tangential_error);
+    return best.index;
 }
 
 /* Takes a normal's cosine into the cone. The arc cosine is spared where the angle is surely inside
@@ -109,14 +122,15 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
     for (unsigned i = 0; i < count; i++)
         measure_disc(merged, &discs[i], &out);
     out.error = stp_max(out.error, out.high - out.low);
-    measure_point(merged->centre, discs, count, &out);
+    unsigned nearest = measure_point(merged->centre, discs, count, 0, &out);
     if (has_normal(merged) && merged->radius > 0.0) {
         stp_dvec3 u, v;
         stp_disc_axes(merged->normal, &u, &v);
         for (int i = 0; i < STP_RIM_POINTS; i++) {
             stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, merged->radius * rim_points[i][0]),
                                           stp_dvec3_scale(v, merged->radius * rim_points[i][1]));
-            measure_point(stp_dvec3_add(merged->centre, rim), discs, count, &out);
+            stp_dvec3 x = stp_dvec3_add(merged->centre, rim);
+            nearest = measure_point(x, discs, count, nearest, &out);
         }
     }
     return out;
