@@ -10,6 +10,7 @@
 #define SMOOTH_BUCKETS 200u /* edges inside a sheet; the others lead across creases */
 #define SHEET_COSINE 0.7f
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
+#define SHEET_POINTS 4u   /* fewer are crumbs */
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
@@ -310,6 +311,27 @@ static void mark_all(stp_cloud *cloud)
             cloud->points[i].flags |= STP_SAMPLE_ORIENTED;
 }
 
+/* Every point's sheet. Points without a normal and crumbs of a few points are sheets of no one:
+ * they may share a patch with each other, or a thicket would have a patch for each. */
+static stp_status number_sheets(stp_cloud *cloud, forest *f, stp_error *err)
+{
+    uint32_t *sizes = NULL;
+    stp_status status = stp_alloc(&sizes, cloud->count, sizeof *sizes, "sheets", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        sizes[find(f, i, &parity)]++;
+    }
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        uint32_t root = find(f, i, &parity);
+        cloud->points[i].sheet = sizes[root] < SHEET_POINTS ? STP_SHEET_NONE : root;
+    }
+    free(sizes);
+    return STP_OK;
+}
+
 /* Builds the sheets: in each cell, then between cells. Goes on across creases and turns pieces
  * outward if propagate. */
 static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, bool propagate,
@@ -325,10 +347,7 @@ static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, bo
         c.forest.parent[i] = i;
     STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &c, err));
     STP_TRY(join_open(&c, 0, SMOOTH_BUCKETS, err));
-    for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
-        cloud->points[i].sheet = find(&c.forest, i, &parity);
-    }
+    STP_TRY(number_sheets(cloud, &c.forest, err));
     if (propagate) {
         STP_TRY(join_open(&c, SMOOTH_BUCKETS, BUCKETS, err));
         STP_TRY(turn_outward(cloud, &c.forest, oriented, err));
