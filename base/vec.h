@@ -18,6 +18,18 @@ typedef struct stp_dbox {
     stp_dvec3 min, max;
 } stp_dbox;
 
+/* The greater and the lesser of two numbers that are not NaN: an instruction where fmax is a call.
+ */
+static inline double stp_max(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline double stp_min(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 static inline stp_dvec3 stp_dvec3_add(stp_dvec3 a, stp_dvec3 b)
 {
     return (stp_dvec3){a.x + b.x, a.y + b.y, a.z + b.z};
@@ -77,8 +89,10 @@ static inline stp_dbox stp_dbox_empty(void)
 
 static inline void stp_dbox_add(stp_dbox *box, stp_dvec3 p)
 {
-    box->min = (stp_dvec3){fmin(box->min.x, p.x), fmin(box->min.y, p.y), fmin(box->min.z, p.z)};
-    box->max = (stp_dvec3){fmax(box->max.x, p.x), fmax(box->max.y, p.y), fmax(box->max.z, p.z)};
+    box->min =
+        (stp_dvec3){stp_min(p.x, box->min.x), stp_min(p.y, box->min.y), stp_min(p.z, box->min.z)};
+    box->max =
+        (stp_dvec3){stp_max(p.x, box->max.x), stp_max(p.y, box->max.y), stp_max(p.z, box->max.z)};
 }
 
 static inline bool stp_dbox_is_empty(const stp_dbox *box)

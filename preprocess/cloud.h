@@ -14,6 +14,9 @@
 /* Most points of a cell: as many as a chunk holds. */
 #define STP_CELL_POINTS 65536u
 
+/* Of points that belong to no sheet. */
+#define STP_SHEET_NONE UINT32_MAX
+
 typedef struct stp_cloud_point {
     stp_dvec3 position;
     vec3s normal;    /* unit or zero */

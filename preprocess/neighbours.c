@@ -2,13 +2,11 @@
 #include "preprocess/neighbours.h"
 
 #include "base/memory.h"
-#include "preprocess/flann_shim.h"
+#include "preprocess/nearest.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define EXTRA_CANDIDATES 3u /* beyond k, so that ties at the end can be told by source */
 
 typedef struct search {
     stp_cloud *cloud;
@@ -17,18 +15,11 @@ typedef struct search {
     atomic_uint_fast64_t done_count;
 } search;
 
-typedef struct candidate {
-    double distance; /* squared */
-    uint32_t index;  /* place in the cloud */
-} candidate;
-
-/* Distinct positions of a cell and its halo, in cell-local floats. */
+/* Distinct positions of a cell and its halo. */
 typedef struct locale {
-    uint32_t *index;
-    float (*points)[3];
+    uint32_t *index; /* places in the cloud */
     size_t count, capacity;
-    size_t point_capacity;
-    stp_dvec3 origin;
+    size_t home_begin, home_end; /* the cell's own */
 } locale;
 
 static bool same_position(const stp_cloud_point *a, const stp_cloud_point *b)
@@ -39,9 +30,9 @@ static bool same_position(const stp_cloud_point *a, const stp_cloud_point *b)
 
 static double box_distance(const stp_dbox *box, stp_dvec3 p)
 {
-    double dx = fmax(0.0, fmax(box->min.x - p.x, p.x - box->max.x));
-    double dy = fmax(0.0, fmax(box->min.y - p.y, p.y - box->max.y));
-    double dz = fmax(0.0, fmax(box->min.z - p.z, p.z - box->max.z));
+    double dx = stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x));
+    double dy = stp_max(0.0, stp_max(box->min.y - p.y, p.y - box->max.y));
+    double dz = stp_max(0.0, stp_max(box->min.z - p.z, p.z - box->max.z));
     return sqrt(dx * dx + dy * dy + dz * dz);
 }
 
@@ -52,135 +43,109 @@ static bool boxes_near(const stp_dbox *a, const stp_dbox *b, double distance)
            a->min.z - distance <= b->max.z && b->min.z - distance <= a->max.z;
 }
 
-static stp_status locale_add(locale *l, const stp_cloud *cloud, uint32_t index, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_grow(&l->index, &l->capacity, l->count + 1, sizeof *l->index, "neighbours", err));
-    STP_TRY(stp_grow(&l->points, &l->point_capacity, l->count + 1, sizeof *l->points, "neighbours",
-                     err));
-    stp_dvec3 p = stp_dvec3_sub(cloud->points[index].position, l->origin);
-    l->points[l->count][0] = (float)p.x;
-    l->points[l->count][1] = (float)p.y;
-    l->points[l->count][2] = (float)p.z;
-    l->index[l->count++] = index;
-done:
-    return status;
-}
-
 /* Equal positions follow each other in a cell, since they share a Morton code and ties are sorted.
  */
+static bool repeats(const stp_cloud *cloud, const stp_cell *cell, uint32_t i)
+{
+    return i > cell->begin && same_position(&cloud->points[i], &cloud->points[i - 1]);
+}
+
 static stp_status locale_gather(locale *l, const stp_cloud *cloud, const stp_cell *home,
                                 double halo, stp_error *err)
 {
-    stp_status status = STP_OK;
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         const stp_cell *cell = &cloud->cells[c];
         if (!boxes_near(&cell->box, &home->box, halo))
             continue;
-        for (uint32_t i = cell->begin; i < cell->end; i++) {
-            if (i > cell->begin && same_position(&cloud->points[i], &cloud->points[i - 1]))
-                continue;
-            if (cell != home && box_distance(&home->box, cloud->points[i].position) > halo)
-                continue;
-            STP_TRY(locale_add(l, cloud, i, err));
-        }
+        stp_status status = stp_grow(&l->index, &l->capacity, l->count + cell->end - cell->begin,
+                                     sizeof *l->index, "neighbours", err);
+        if (status != STP_OK)
+            return status;
+        if (cell == home)
+            l->home_begin = l->count;
+        for (uint32_t i = cell->begin; i < cell->end; i++)
+            if (!repeats(cloud, cell, i) &&
+                (cell == home || box_distance(&home->box, cloud->points[i].position) <= halo))
+                l->index[l->count++] = i;
+        if (cell == home)
+            l->home_end = l->count;
     }
-done:
-    return status;
-}
-
-static int compare_candidates(const stp_cloud *cloud, const candidate *a, const candidate *b)
-{
-    if (a->distance != b->distance)
-        return a->distance < b->distance ? -1 : 1;
-    uint32_t p = cloud->points[a->index].source;
-    uint32_t q = cloud->points[b->index].source;
-    return p < q ? -1 : p > q;
-}
-
-/* Inserts into a sorted list of at most capacity; returns the new count. */
-static size_t insert(const stp_cloud *cloud, candidate *list, size_t count, size_t capacity,
-                     candidate new)
-{
-    if (count == capacity) {
-        if (compare_candidates(cloud, &new, &list[count - 1]) >= 0)
-            return count;
-        count--;
-    }
-    size_t at = count;
-    while (at > 0 && compare_candidates(cloud, &new, &list[at - 1]) < 0) {
-        list[at] = list[at - 1];
-        at--;
-    }
-    list[at] = new;
-    return count + 1;
+    return STP_OK;
 }
 
 /* Every cell the ball of the k-th distance meets, point by point: rare, and exact. */
-static size_t search_everywhere(const stp_cloud *cloud, uint32_t self, candidate *list,
-                                size_t count, size_t k)
+static void search_everywhere(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list)
 {
     stp_dvec3 p = cloud->points[self].position;
-    double reach = count == k ? list[k - 1].distance : INFINITY;
-    count = 0;
+    double reach = list->count == list->capacity ? list->squared[list->count - 1] : INFINITY;
+    list->count = 0;
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         const stp_cell *cell = &cloud->cells[c];
         double gap = box_distance(&cell->box, p);
         if (gap * gap > reach)
             continue;
         for (uint32_t i = cell->begin; i < cell->end; i++) {
-            if (i > cell->begin && same_position(&cloud->points[i], &cloud->points[i - 1]))
-                continue;
             stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, p);
-            double distance = stp_dvec3_dot(d, d);
-            if (distance == 0.0 || distance > reach)
+            double squared = stp_dvec3_dot(d, d);
+            if (squared == 0.0 || squared > reach || repeats(cloud, cell, i))
                 continue;
-            count = insert(cloud, list, count, k, (candidate){distance, i});
-            if (count == k)
-                reach = fmin(reach, list[k - 1].distance);
+            stp_nearest_insert(list, cloud, squared, i);
+            if (list->count == list->capacity)
+                reach = list->squared[list->count - 1];
         }
     }
-    return count;
 }
 
 static bool inside_halo(const stp_cell *cell, stp_dvec3 p, double halo, double distance)
 {
     const stp_dbox *b = &cell->box;
-    double room =
-        fmin(fmin(p.x - b->min.x, b->max.x - p.x),
-             fmin(fmin(p.y - b->min.y, b->max.y - p.y), fmin(p.z - b->min.z, b->max.z - p.z)));
+    double room = stp_min(
+        stp_min(p.x - b->min.x, b->max.x - p.x),
+        stp_min(stp_min(p.y - b->min.y, b->max.y - p.y), stp_min(p.z - b->min.z, b->max.z - p.z)));
     return distance <= room + halo;
 }
 
-static stp_status find_point(search *s, const stp_cell *cell, const locale *l, stp_kd_tree *tree,
-                             double halo, uint32_t self, stp_error *err)
+static void finish_point(search *s, const stp_cell *cell, double halo, uint32_t self,
+                         stp_nearest_list *list)
 {
     stp_cloud *cloud = s->cloud;
     size_t k = s->out->k;
-    int32_t found[STP_NEIGHBOURS_LIMIT + EXTRA_CANDIDATES + 1];
-    float distances[STP_NEIGHBOURS_LIMIT + EXTRA_CANDIDATES + 1];
-    candidate list[STP_NEIGHBOURS_LIMIT];
     stp_cloud_point *point = &cloud->points[self];
-    stp_dvec3 local = stp_dvec3_sub(point->position, l->origin);
-    float query[3] = {(float)local.x, (float)local.y, (float)local.z};
-    int got = stp_kd_tree_nearest(tree, query, (int)(k + EXTRA_CANDIDATES + 1), found, distances);
-    if (got < 0)
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
-    size_t count = 0;
-    for (int i = 0; i < got; i++) {
-        uint32_t index = l->index[found[i]];
-        stp_dvec3 d = stp_dvec3_sub(cloud->points[index].position, point->position);
-        double distance = stp_dvec3_dot(d, d);
-        if (distance > 0.0)
-            count = insert(cloud, list, count, k, (candidate){distance, index});
-    }
-    if (count < k || !inside_halo(cell, point->position, halo, sqrt(list[k - 1].distance)))
-        count = search_everywhere(cloud, self, list, count, k);
+    if (list->count < k ||
+        !inside_halo(cell, point->position, halo, sqrt(list->squared[list->count - 1])))
+        search_everywhere(cloud, self, list);
     uint32_t *out = s->out->indices + (size_t)self * k;
     for (size_t i = 0; i < k; i++)
-        out[i] = i < count ? list[i].index : STP_NEIGHBOUR_NONE;
-    point->spacing = count ? (float)sqrt(list[count - 1].distance * M_PI / (double)count) : 0.0f;
-    return STP_OK;
+        out[i] = i < list->count ? list->index[i] : STP_NEIGHBOUR_NONE;
+    double last = list->count ? list->squared[list->count - 1] : 0.0;
+    point->spacing = list->count ? (float)sqrt(last * M_PI / (double)list->count) : 0.0f;
+}
+
+/* The runs of the tree that hold the cell's own points. */
+static void find_runs(search *s, const stp_cell *cell, const locale *l, const stp_nearest *tree,
+                      double halo)
+{
+    stp_nearest_list lists[STP_NEAREST_RUN];
+    for (size_t i = 0; i < STP_NEAREST_RUN; i++)
+        lists[i].capacity = s->out->k;
+    for (size_t at = l->home_begin; at < l->home_end;) {
+        size_t run = at / STP_NEAREST_RUN;
+        stp_nearest_run(tree, run, lists);
+        for (; at < l->home_end && at / STP_NEAREST_RUN == run; at++)
+            finish_point(s, cell, halo, l->index[at], &lists[at % STP_NEAREST_RUN]);
+    }
+}
+
+/* Points at one position share a list. */
+static void copy_repeats(search *s, const stp_cell *cell)
+{
+    size_t k = s->out->k;
+    for (uint32_t i = cell->begin; i < cell->end; i++) {
+        if (!repeats(s->cloud, cell, i))
+            continue;
+        memcpy(s->out->indices + i * k, s->out->indices + (i - 1) * k, k * sizeof *s->out->indices);
+        s->cloud->points[i].spacing = s->cloud->points[i - 1].spacing;
+    }
 }
 
 /* About four sample spacings of a surface that fills the cell's box with its points. */
@@ -194,35 +159,21 @@ static stp_status find_cell(void *context, size_t index, unsigned worker, stp_er
 {
     stp_status status = STP_OK;
     search *s = context;
-    stp_cloud *cloud = s->cloud;
-    const stp_cell *cell = &cloud->cells[index];
-    size_t k = s->out->k;
+    const stp_cell *cell = &s->cloud->cells[index];
     double halo = halo_width(cell);
-    locale l = {.origin = stp_dvec3_scale(stp_dvec3_add(cell->box.min, cell->box.max), 0.5)};
-    stp_kd_tree *tree = NULL;
+    locale l = {0};
+    stp_nearest *tree = NULL;
     (void)worker;
-    STP_TRY(locale_gather(&l, cloud, cell, halo, err));
-    tree = stp_kd_tree_create(&l.points[0][0], l.count);
-    if (!tree) {
-        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
-        goto done;
-    }
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
-        if (i > cell->begin && same_position(&cloud->points[i], &cloud->points[i - 1])) {
-            memcpy(s->out->indices + i * k, s->out->indices + (i - 1) * k,
-                   k * sizeof *s->out->indices);
-            cloud->points[i].spacing = cloud->points[i - 1].spacing;
-            continue;
-        }
-        STP_TRY(find_point(s, cell, &l, tree, halo, i, err));
-    }
+    STP_TRY(locale_gather(&l, s->cloud, cell, halo, err));
+    STP_TRY(stp_nearest_create(&tree, s->cloud, l.index, l.count, err));
+    find_runs(s, cell, &l, tree, halo);
+    copy_repeats(s, cell);
     uint64_t done = atomic_fetch_add(&s->done_count, cell->end - cell->begin);
     status = stp_progress_update(s->progress, "neighbours", done + cell->end - cell->begin,
-                                 cloud->count, err);
+                                 s->cloud->count, err);
 done:
-    stp_kd_tree_destroy(tree);
+    stp_nearest_destroy(&tree);
     free(l.index);
-    free(l.points);
     return status;
 }
 

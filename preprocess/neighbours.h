@@ -1,15 +1,14 @@
 /* The k nearest distinct positions of every point, cell by cell with a halo.
  *
  * Exact: a point whose k-th distance passes its cell's halo is searched again in every cell its
- * ball meets. Duplicates share one list. Ties in distance go by source index among the candidates
- * found. Threads: cells run on the pool; the result does not depend on their number. */
+ * ball meets. Duplicates share one list. Ties in distance go by source index.
+ * Threads: cells run on the pool; the result does not depend on their number. */
 #ifndef STP_PREPROCESS_NEIGHBOURS_H
 #define STP_PREPROCESS_NEIGHBOURS_H
 
 #include "base/progress.h"
-#include "preprocess/cloud.h"
+#include "preprocess/nearest.h"
 
-#define STP_NEIGHBOURS_LIMIT 64
 #define STP_NEIGHBOUR_NONE UINT32_MAX
 
 typedef struct stp_neighbours {

@@ -10,6 +10,7 @@
 #define SMOOTH_BUCKETS 200u /* edges inside a sheet; the others lead across creases */
 #define SHEET_COSINE 0.7f
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
+#define SHEET_POINTS 4u   /* fewer are crumbs */
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
@@ -95,38 +96,136 @@ static void join(const stp_cloud *cloud, forest *f, edge e)
     f->parity[high] = pa ^ pb ^ flip;
 }
 
-/* Edges sorted by rank; begin[r] is the first of rank r. */
-static stp_status collect(const stp_cloud *cloud, const stp_neighbours *neighbours, edge **edges,
-                          size_t begin[BUCKETS + 1], stp_error *err)
+typedef struct ranked_edge {
+    uint32_t a, b, rank;
+} ranked_edge;
+
+/* Edges that a cell cannot decide alone: to other cells, and across creases. */
+typedef struct open_edges {
+    ranked_edge *edges;
+    size_t count, capacity;
+} open_edges;
+
+typedef struct connection {
+    stp_cloud *cloud;
+    const stp_neighbours *neighbours;
+    forest forest;
+    open_edges *open;    /* by cell */
+    unsigned edge_count; /* of each point */
+} connection;
+
+/* Ranks of all edges of a cell's points, and how many have each. */
+static void rank_cell(const connection *c, const stp_cell *cell, uint16_t *ranks,
+                      uint32_t counts[BUCKETS + 1])
 {
-    unsigned k = neighbours->k < EDGE_NEIGHBOURS ? neighbours->k : EDGE_NEIGHBOURS;
-    size_t counts[BUCKETS + 1] = {0};
-    edge *out = NULL;
-    for (int pass = 0; pass < 2; pass++) {
-        for (uint32_t a = 0; a < cloud->count; a++) {
-            const uint32_t *list = neighbours->indices + (size_t)a * neighbours->k;
-            for (unsigned i = 0; i < k && list[i] != STP_NEIGHBOUR_NONE; i++) {
-                uint32_t r = rank(cloud, a, list[i]);
-                if (r < BUCKETS && pass == 0)
-                    counts[r]++;
-                else if (r < BUCKETS)
-                    out[counts[r]++] = (edge){a, list[i]};
-            }
+    for (uint32_t a = cell->begin; a < cell->end; a++) {
+        const uint32_t *list = c->neighbours->indices + (size_t)a * c->neighbours->k;
+        for (unsigned i = 0; i < c->edge_count; i++) {
+            uint32_t r = list[i] == STP_NEIGHBOUR_NONE ? BUCKETS : rank(c->cloud, a, list[i]);
+            bool inside = r < SMOOTH_BUCKETS && list[i] >= cell->begin && list[i] < cell->end;
+            ranks[(size_t)(a - cell->begin) * c->edge_count + i] = (uint16_t)r;
+            counts[inside ? r : BUCKETS]++;
         }
-        if (pass == 1)
-            break;
-        size_t sum = 0;
-        for (uint32_t r = 0; r <= BUCKETS; r++) {
-            size_t here = r < BUCKETS ? counts[r] : 0;
-            begin[r] = sum;
-            counts[r] = sum;
-            sum += here;
-        }
-        stp_status status = stp_alloc(&out, sum, sizeof *out, "edges", err);
+    }
+}
+
+/* Joins the cell's own smooth edges, surest first. */
+static void join_cell(connection *c, const stp_cell *cell, const uint16_t *ranks, uint32_t *order,
+                      uint32_t counts[BUCKETS + 1])
+{
+    uint32_t edges = (cell->end - cell->begin) * c->edge_count;
+    uint32_t sum = 0;
+    for (uint32_t r = 0; r < SMOOTH_BUCKETS; r++) {
+        uint32_t here = counts[r];
+        counts[r] = sum;
+        sum += here;
+    }
+    for (uint32_t e = 0; e < edges; e++) {
+        uint32_t a = cell->begin + e / c->edge_count;
+        uint32_t b = c->neighbours->indices[(size_t)a * c->neighbours->k + e % c->edge_count];
+        if (ranks[e] < SMOOTH_BUCKETS && b >= cell->begin && b < cell->end)
+            order[counts[ranks[e]]++] = e;
+    }
+    for (uint32_t i = 0; i < sum; i++) {
+        uint32_t a = cell->begin + order[i] / c->edge_count;
+        uint32_t b =
+            c->neighbours->indices[(size_t)a * c->neighbours->k + order[i] % c->edge_count];
+        join(c->cloud, &c->forest, (edge){a, b});
+    }
+}
+
+/* Keeps what joins more than the cell's own pieces. */
+static stp_status keep_open(connection *c, const stp_cell *cell, const uint16_t *ranks,
+                            open_edges *out, stp_error *err)
+{
+    uint32_t edges = (cell->end - cell->begin) * c->edge_count;
+    for (uint32_t e = 0; e < edges; e++) {
+        uint32_t a = cell->begin + e / c->edge_count;
+        uint32_t b = c->neighbours->indices[(size_t)a * c->neighbours->k + e % c->edge_count];
+        uint8_t pa = 0, pb = 0;
+        if (ranks[e] >= BUCKETS)
+            continue;
+        if (b >= cell->begin && b < cell->end &&
+            find(&c->forest, a, &pa) == find(&c->forest, b, &pb))
+            continue;
+        stp_status status =
+            stp_grow(&out->edges, &out->capacity, out->count + 1, sizeof *out->edges, "edges", err);
         if (status != STP_OK)
             return status;
+        out->edges[out->count++] = (ranked_edge){a, b, ranks[e]};
     }
-    *edges = out;
+    return STP_OK;
+}
+
+/* Pieces inside one cell: its points alone are touched. */
+static stp_status connect_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    connection *c = context;
+    const stp_cell *cell = &c->cloud->cells[index];
+    size_t edges = (size_t)(cell->end - cell->begin) * c->edge_count;
+    uint32_t counts[BUCKETS + 1] = {0};
+    uint16_t *ranks = NULL;
+    uint32_t *order = NULL;
+    (void)worker;
+    STP_TRY(stp_alloc(&ranks, edges, sizeof *ranks, "edges", err));
+    STP_TRY(stp_alloc(&order, edges, sizeof *order, "edges", err));
+    rank_cell(c, cell, ranks, counts);
+    join_cell(c, cell, ranks, order, counts);
+    STP_TRY(keep_open(c, cell, ranks, &c->open[index], err));
+done:
+    free(order);
+    free(ranks);
+    return status;
+}
+
+/* Joins the open edges of all cells with ranks in [first, end), surest first. */
+static stp_status join_open(connection *c, uint32_t first, uint32_t end, stp_error *err)
+{
+    size_t counts[BUCKETS + 1] = {0};
+    size_t sum = 0;
+    edge *order = NULL;
+    for (uint32_t cell = 0; cell < c->cloud->cell_count; cell++)
+        for (size_t e = 0; e < c->open[cell].count; e++)
+            counts[c->open[cell].edges[e].rank]++;
+    for (uint32_t r = first; r < end; r++) {
+        size_t here = counts[r];
+        counts[r] = sum;
+        sum += here;
+    }
+    stp_status status = stp_alloc(&order, sum, sizeof *order, "edges", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t cell = 0; cell < c->cloud->cell_count; cell++) {
+        for (size_t e = 0; e < c->open[cell].count; e++) {
+            ranked_edge r = c->open[cell].edges[e];
+            if (r.rank >= first && r.rank < end)
+                order[counts[r.rank]++] = (edge){r.a, r.b};
+        }
+    }
+    for (size_t e = 0; e < sum; e++)
+        join(c->cloud, &c->forest, order[e]);
+    free(order);
     return STP_OK;
 }
 
@@ -137,19 +236,25 @@ typedef struct piece {
     uint32_t count;
 } piece;
 
-/* Marks closed pieces oriented and turns them outward; returns the number of oriented points. */
-static stp_status turn_outward(stp_cloud *cloud, forest *f, uint32_t *oriented, stp_error *err)
+/* Points' pieces, numbered from 0 in the order of their roots; returns how many. */
+static uint32_t number_pieces(forest *f, uint32_t count, uint32_t *numbers)
 {
-    piece *pieces = NULL;
-    stp_status status = stp_alloc(&pieces, cloud->count, sizeof *pieces, "pieces", err);
-    if (status != STP_OK)
-        return status;
-    for (uint32_t i = 0; i < cloud->count; i++) {
+    uint32_t piece_count = 0;
+    for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
         uint8_t parity = 0;
-        stp_cloud_point *p = &cloud->points[i];
         uint32_t root = find(f, i, &parity);
-        piece *c = &pieces[root];
-        if (parity)
+        numbers[i] = root == i ? piece_count++ : numbers[root];
+    }
+    return piece_count;
+}
+
+/* Makes signs agree with the piece's first point and sums the pieces up. */
+static void sum_pieces(stp_cloud *cloud, const forest *f, const uint32_t *numbers, piece *pieces)
+{
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        piece *c = &pieces[numbers[i]];
+        if (f->parity[i])
             p->normal = glms_vec3_negate(p->normal);
         if (c->count++ == 0)
             c->first = p->position;
@@ -159,11 +264,22 @@ static stp_status turn_outward(stp_cloud *cloud, forest *f, uint32_t *oriented, 
         c->total += area;
         c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
     }
+}
+
+/* Marks closed pieces oriented and turns them outward; *oriented: how many points. */
+static stp_status turn_outward(stp_cloud *cloud, forest *f, uint32_t *oriented, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *numbers = NULL;
+    piece *pieces = NULL;
+    STP_TRY(stp_alloc(&numbers, cloud->count, sizeof *numbers, "pieces", err));
+    uint32_t piece_count = number_pieces(f, cloud->count, numbers);
+    STP_TRY(stp_alloc(&pieces, piece_count, sizeof *pieces, "pieces", err));
+    sum_pieces(cloud, f, numbers, pieces);
     *oriented = 0;
     for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
         stp_cloud_point *p = &cloud->points[i];
-        const piece *c = &pieces[find(f, i, &parity)];
+        const piece *c = &pieces[numbers[i]];
         if (c->count < CLOSED_POINTS || stp_dvec3_length(c->area) > CLOSED_RATIO * c->total ||
             !(p->flags & STP_SAMPLE_HAS_NORMAL))
             continue;
@@ -172,8 +288,10 @@ static stp_status turn_outward(stp_cloud *cloud, forest *f, uint32_t *oriented, 
         p->flags |= STP_SAMPLE_ORIENTED;
         (*oriented)++;
     }
+done:
     free(pieces);
-    return STP_OK;
+    free(numbers);
+    return status;
 }
 
 static void turn_to(stp_cloud *cloud, stp_dvec3 position)
@@ -193,40 +311,59 @@ static void mark_all(stp_cloud *cloud)
             cloud->points[i].flags |= STP_SAMPLE_ORIENTED;
 }
 
-/* Builds the sheets; goes on across creases and turns pieces outward if propagate. */
-static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, bool propagate,
-                          uint32_t *oriented, stp_error *err)
+/* Every point's sheet. Points without a normal and crumbs of a few points are sheets of no one:
+ * they may share a patch with each other, or a thicket would have a patch for each. */
+static stp_status number_sheets(stp_cloud *cloud, forest *f, stp_error *err)
 {
-    stp_status status = STP_OK;
-    forest f = {0};
-    edge *edges = NULL;
-    size_t begin[BUCKETS + 1];
-    STP_TRY(stp_alloc(&f.parent, cloud->count, sizeof *f.parent, "pieces", err));
-    STP_TRY(stp_alloc(&f.parity, cloud->count, sizeof *f.parity, "pieces", err));
-    for (uint32_t i = 0; i < cloud->count; i++)
-        f.parent[i] = i;
-    STP_TRY(collect(cloud, neighbours, &edges, begin, err));
-    for (size_t e = 0; e < begin[SMOOTH_BUCKETS]; e++)
-        join(cloud, &f, edges[e]);
+    uint32_t *sizes = NULL;
+    stp_status status = stp_alloc(&sizes, cloud->count, sizeof *sizes, "sheets", err);
+    if (status != STP_OK)
+        return status;
     for (uint32_t i = 0; i < cloud->count; i++) {
         uint8_t parity = 0;
-        cloud->points[i].sheet = find(&f, i, &parity);
+        sizes[find(f, i, &parity)]++;
     }
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        uint32_t root = find(f, i, &parity);
+        cloud->points[i].sheet = sizes[root] < SHEET_POINTS ? STP_SHEET_NONE : root;
+    }
+    free(sizes);
+    return STP_OK;
+}
+
+/* Builds the sheets: in each cell, then between cells. Goes on across creases and turns pieces
+ * outward if propagate. */
+static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, bool propagate,
+                          stp_pool *pool, uint32_t *oriented, stp_error *err)
+{
+    stp_status status = STP_OK;
+    unsigned k = neighbours->k < EDGE_NEIGHBOURS ? neighbours->k : EDGE_NEIGHBOURS;
+    connection c = {.cloud = cloud, .neighbours = neighbours, .edge_count = k};
+    STP_TRY(stp_alloc(&c.forest.parent, cloud->count, sizeof *c.forest.parent, "pieces", err));
+    STP_TRY(stp_alloc(&c.forest.parity, cloud->count, sizeof *c.forest.parity, "pieces", err));
+    STP_TRY(stp_alloc(&c.open, cloud->cell_count, sizeof *c.open, "edges", err));
+    for (uint32_t i = 0; i < cloud->count; i++)
+        c.forest.parent[i] = i;
+    STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &c, err));
+    STP_TRY(join_open(&c, 0, SMOOTH_BUCKETS, err));
+    STP_TRY(number_sheets(cloud, &c.forest, err));
     if (propagate) {
-        for (size_t e = begin[SMOOTH_BUCKETS]; e < begin[BUCKETS]; e++)
-            join(cloud, &f, edges[e]);
-        STP_TRY(turn_outward(cloud, &f, oriented, err));
+        STP_TRY(join_open(&c, SMOOTH_BUCKETS, BUCKETS, err));
+        STP_TRY(turn_outward(cloud, &c.forest, oriented, err));
     }
 done:
-    free(edges);
-    free(f.parity);
-    free(f.parent);
+    for (uint32_t i = 0; c.open && i < cloud->cell_count; i++)
+        free(c.open[i].edges);
+    free(c.open);
+    free(c.forest.parity);
+    free(c.forest.parent);
     return status;
 }
 
 stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbours,
-                                const stp_orient_params *params, stp_orientation *found,
-                                stp_error *err)
+                                const stp_orient_params *params, stp_pool *pool,
+                                stp_orientation *found, stp_error *err)
 {
     bool file =
         params->mode == STP_ORIENT_FILE || (params->mode == STP_ORIENT_AUTO && params->from_file);
@@ -241,7 +378,7 @@ stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbou
         *found = STP_ORIENTATION_FILE;
         return STP_OK;
     }
-    stp_status status = connect(cloud, neighbours, propagate, &oriented, err);
+    stp_status status = connect(cloud, neighbours, propagate, pool, &oriented, err);
     if (status != STP_OK)
         return status;
     *found = STP_ORIENTATION_UNKNOWN;

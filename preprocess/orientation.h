@@ -4,7 +4,8 @@
  * neighbour graph, best edges first (Hoppe et al. 1992; across creases by reflection, Xie et al.
  * 2003); a connected piece is turned outward by the sign of its volume if its area vectors cancel,
  * that is, if it is closed; an open piece has agreeing signs of which nothing is known, and its
- * points are not marked oriented. Threads: one. */
+ * points are not marked oriented. Signs agree inside each cell first, cells on the pool, and then
+ * between cells: the same result for any number of threads. */
 #ifndef STP_PREPROCESS_ORIENTATION_H
 #define STP_PREPROCESS_ORIENTATION_H
 
@@ -29,7 +30,7 @@ typedef struct stp_orient_params {
  * neighbours of like normals and small plane offset). Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (mode
  * FILE without normals). */
 stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbours,
-                                const stp_orient_params *params, stp_orientation *found,
-                                stp_error *err);
+                                const stp_orient_params *params, stp_pool *pool,
+                                stp_orientation *found, stp_error *err);
 
 #endif

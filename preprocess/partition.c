@@ -68,8 +68,8 @@ static void extents(const stp_place *places, uint32_t count, float low[6], float
     for (uint32_t i = 0; i < count; i++) {
         for (int axis = 0; axis < 6; axis++) {
             float key = key_of(&places[i], axis);
-            low[axis] = fminf(low[axis], key);
-            high[axis] = fmaxf(high[axis], key);
+            low[axis] = key < low[axis] ? key : low[axis];
+            high[axis] = key > high[axis] ? key : high[axis];
         }
     }
 }

@@ -20,16 +20,24 @@ typedef struct builder {
     stp_merge_error total; /* of the patch vertex */
 } builder;
 
+static int floor_log2(double value)
+{
+    int exponent = 0;
+    (void)frexp(value, &exponent);
+    return exponent - 1;
+}
+
 int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position)
 {
     /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
     double step = spacing / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
     if (precision > 0.0)
-        step = step > 0.0 ? fmin(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
-    double size = fmax(fabs(position.x), fmax(fabs(position.y), fabs(position.z)));
+        step =
+            step > 0.0 ? stp_min(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
+    double size = stp_max(fabs(position.x), stp_max(fabs(position.y), fabs(position.z)));
     if (!(step > 0.0)) /* one place only: what a float would keep of it */
         step = size > 0.0 ? ldexp(size, -24) : 1.0;
-    int exponent = (int)floor(log2(step));
+    int exponent = floor_log2(step);
     return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
 }
 
@@ -72,13 +80,13 @@ static void encode_position(const builder *b, stp_dvec3 p, int lattice, stp_samp
     double v[3] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; axis++) {
         double steps = nearbyint(v[axis] / coarse) * ratio - (double)b->patch->origin[axis];
-        out->position[axis] = (uint16_t)fmax(0.0, fmin(65535.0, steps));
+        out->position[axis] = (uint16_t)stp_max(0.0, stp_min(65535.0, steps));
     }
 }
 
 static uint8_t byte(double value)
 {
-    return (uint8_t)lrint(fmax(0.0, fmin(255.0, value)));
+    return (uint8_t)lrint(stp_max(0.0, stp_min(255.0, value)));
 }
 
 /* Quantises a disc into the sample and reads it back: everything after sees the decoded one. */
@@ -98,8 +106,8 @@ static void store(builder *b, int level, unsigned index, stp_disc *disc, int lat
     disc->normal = decoded.normal;
     disc->radius = decoded.radius;
     memcpy(disc->rgb, decoded.rgb, sizeof disc->rgb);
-    disc->reach = fmax(disc->reach, decoded.reach);
-    disc->bound = fmax(disc->bound, decoded.bound);
+    disc->reach = stp_max(disc->reach, decoded.reach);
+    disc->bound = stp_max(disc->bound, decoded.bound);
     b->discs[level][index] = *disc;
 }
 
@@ -172,7 +180,7 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
         return b->discs[level - 1][begin].radius;
     for (unsigned i = begin; i < end; i++) {
         stp_dvec3 d = stp_dvec3_sub(b->discs[level - 1][i].centre, merged->centre);
-        radius = fmax(radius, stp_dvec3_length(d));
+        radius = stp_max(radius, stp_dvec3_length(d));
     }
     return radius;
 }
@@ -199,9 +207,9 @@ static stp_merge_error merge_level(builder *b, int level, int lattice)
         b->areas[level][j] = area;
         stp_merge_error e =
             stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
-        worst.error = fmax(worst.error, e.error);
-        worst.tangential_error = fmax(worst.tangential_error, e.tangential_error);
-        worst.colour_error = fmax(worst.colour_error, e.colour_error);
+        worst.error = stp_max(worst.error, e.error);
+        worst.tangential_error = stp_max(worst.tangential_error, e.tangential_error);
+        worst.colour_error = stp_max(worst.colour_error, e.colour_error);
         b->total = e;
     }
     return worst;
@@ -223,21 +231,27 @@ static void bound(builder *b)
     stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
+    double least_cosine = 1.0; /* of the normals that stand for themselves */
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         for (unsigned i = 0; i < patch->counts[level]; i++) {
             const stp_disc *d = &b->discs[level][i];
             bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
-            double cosine = fmax(-1.0, fmin(1.0, stp_dvec3_dot(d->normal, axis)));
-            angle = fmax(angle, known ? acos(cosine) + (level == 0 ? d->cone : 0.0) : M_PI);
+            double cosine = known ? stp_dvec3_dot(d->normal, axis) : -1.0;
+            if (level == 0 && d->cone > 0.0)
+                angle = stp_max(angle, acos(stp_max(-1.0, stp_min(1.0, cosine))) + d->cone);
+            else
+                least_cosine = stp_min(least_cosine, cosine);
         }
     }
+    angle = stp_max(angle, acos(stp_max(-1.0, least_cosine)));
     patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
     double step = ldexp(1.0, patch->exponent);
     double middle[3] = {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2,
                         (box.min.z + box.max.z) / 2};
     for (int axis_index = 0; axis_index < 3; axis_index++)
-        patch->bound_centre[axis_index] = (uint16_t)fmax(
-            0.0, fmin(65535.0, nearbyint(middle[axis_index] / step) - patch->origin[axis_index]));
+        patch->bound_centre[axis_index] =
+            (uint16_t)stp_max(0.0, stp_min(65535.0, nearbyint(middle[axis_index] / step) -
+                                                        patch->origin[axis_index]));
     stp_sample centre = {
         .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
     stp_dvec3 c = stp_sample_position(&centre, patch);
@@ -245,7 +259,7 @@ static void bound(builder *b)
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         for (unsigned i = 0; i < patch->counts[level]; i++) {
             const stp_disc *d = &b->discs[level][i];
-            radius = fmax(radius, stp_dvec3_length(stp_dvec3_sub(d->centre, c)) + d->bound);
+            radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(d->centre, c)) + d->bound);
             patch->radius[level] = b->samples->level[level][i].radius > patch->radius[level]
                                        ? b->samples->level[level][i].radius
                                        : patch->radius[level];
@@ -260,10 +274,10 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
     stp_disc disc = b->discs[STP_LEVEL_COUNT - 1][0];
     const stp_patch *patch = b->patch;
     disc.centre = stp_dvec3_add(disc.centre, b->chunk_origin);
-    disc.low = fmin(0.0, b->total.low); /* the disc itself is drawn, too */
-    disc.high = fmax(0.0, b->total.high);
-    disc.reach = fmax(disc.radius, b->total.reach);
-    disc.bound = fmax(disc.radius, b->total.bound);
+    disc.low = stp_min(0.0, b->total.low); /* the disc itself is drawn, too */
+    disc.high = stp_max(0.0, b->total.high);
+    disc.reach = stp_max(disc.radius, b->total.reach);
+    disc.bound = stp_max(disc.radius, b->total.bound);
     disc.cone = b->total.cone;
     disc.error = stp_error_decode(patch->error[STP_LEVEL_COUNT - 1], patch->exponent);
     disc.tangential_error =
@@ -283,9 +297,9 @@ static stp_merge_error item_errors(const builder *b)
 {
     stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
     for (unsigned i = 0; i < b->count; i++) {
-        worst.error = fmax(worst.error, b->discs[0][i].error);
-        worst.tangential_error = fmax(worst.tangential_error, b->discs[0][i].tangential_error);
-        worst.colour_error = fmax(worst.colour_error, b->discs[0][i].colour_error);
+        worst.error = stp_max(worst.error, b->discs[0][i].error);
+        worst.tangential_error = stp_max(worst.tangential_error, b->discs[0][i].tangential_error);
+        worst.colour_error = stp_max(worst.colour_error, b->discs[0][i].colour_error);
     }
     return worst;
 }
@@ -310,8 +324,8 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
     /* The vertex is a sample of the parent: its lattice follows its own spacing. */
     double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
-    if (step > 0.0 && (int)floor(log2(step)) > vertex_lattice)
-        vertex_lattice = (int)floor(log2(step));
+    if (step > 0.0 && floor_log2(step) > vertex_lattice)
+        vertex_lattice = floor_log2(step);
     if (!place(&b, vertex_lattice))
         return false;
     store_items(&b);
@@ -320,9 +334,9 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
         if (level > 0) {
             bool last = level == STP_LEVEL_COUNT - 1;
             stp_merge_error e = merge_level(&b, level, last ? vertex_lattice : patch->exponent);
-            worst.error = fmax(worst.error, e.error);
-            worst.tangential_error = fmax(worst.tangential_error, e.tangential_error);
-            worst.colour_error = fmax(worst.colour_error, e.colour_error);
+            worst.error = stp_max(worst.error, e.error);
+            worst.tangential_error = stp_max(worst.tangential_error, e.tangential_error);
+            worst.colour_error = stp_max(worst.colour_error, e.colour_error);
         }
         patch->error[level] = stp_error_encode(worst.error, patch->exponent);
         patch->tangential_error[level] = stp_error_encode(worst.tangential_error, patch->exponent);

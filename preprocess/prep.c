@@ -171,7 +171,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     end_stage(stats, STAGE_NEIGHBOURS, &since);
     STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
     end_stage(stats, STAGE_NORMALS, &since);
-    STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, &stats->orientation, err));
+    STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, pool, &stats->orientation, err));
     end_stage(stats, STAGE_ORIENTATION, &since);
     stp_neighbours_clear(&neighbours);
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));

@@ -28,35 +28,57 @@ static bool has_normal(const stp_disc *disc)
     return disc->normal.x != 0.0 || disc->normal.y != 0.0 || disc->normal.z != 0.0;
 }
 
-/* Height of x over the disc and distance by which it lies outside, in the disc's plane. */
-static void offset_from(const stp_disc *disc, stp_dvec3 x, double *height, double *overhang)
+/* The disc nearest to a point so far. */
+typedef struct nearest_disc {
+    unsigned index;
+    double squared, distance; /* distance: the root of squared */
+    double height, overhang;
+} nearest_disc;
+
+/* A disc that its plane or its rim alone keeps farther than the nearest is passed over, so that
+ * roots are drawn only for those that come nearer. */
+static void try_disc(stp_dvec3 x, const stp_disc *discs, unsigned index, nearest_disc *best)
 {
+    const stp_disc *disc = &discs[index];
     stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
-    double h = stp_dvec3_dot(v, disc->normal);
-    double across = sqrt(fmax(0.0, stp_dvec3_dot(v, v) - h * h));
-    *height = fabs(h);
-    *overhang = fmax(0.0, across - disc->radius);
+    double height = stp_dvec3_dot(v, disc->normal);
+    double squared = height * height;
+    double across = stp_dvec3_dot(v, v) - squared;
+    double reach = disc->radius + best->distance;
+    if (squared >= best->squared || across >= reach * reach)
+        return;
+    double overhang = 0.0;
+    if (across > disc->radius * disc->radius) {
+        overhang = sqrt(across) - disc->radius;
+        squared += overhang * overhang;
+    }
+    if (squared < best->squared)
+        *best = (nearest_disc){index, squared, sqrt(squared), fabs(height), overhang};
 }
 
-/* Takes the point's nearest disc into the errors. */
-static void measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, stp_merge_error *out)
+/* Takes the point's nearest disc into the errors. The search begins at disc `start`, which the
+ * point before had; returns the one found. */
+static unsigned measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, unsigned start,
+                              stp_merge_error *out)
 {
-    double nearest = INFINITY;
-    double error = 0.0;
-    double tangential = 0.0;
-    for (unsigned i = 0; i < count; i++) {
-        double height = 0.0;
-        double overhang = 0.0;
-        offset_from(&discs[i], x, &height, &overhang);
-        double distance = height * height + overhang * overhang;
-        if (distance < nearest) {
-            nearest = distance;
-            error = height + discs[i].error;
-            tangential = overhang + discs[i].tangential_error;
-        }
-    }
-    out->error = fmax(out->error, error);
-    out->tangential_error = fmax(out->tangential_error, tangential);
+    nearest_disc best = {.index = start, .squared = INFINITY, .distance = INFINITY};
+    try_disc(x, discs, start, &best);
+    for (unsigned i = 0; i < count && best.squared > 0.0; i++)
+        try_disc(x, discs, i, &best);
+    const stp_disc *disc = &discs[best.index];
+    out->error = stp_max(out->error, best.height + disc->error);
+    out->tangential_error = stp_max(out->tangential_error, best.overhang + disc->tangential_error);
+    return best.index;
+}
+
+/* Takes a normal's cosine into the cone. The arc cosine is spared where the angle is surely inside
+ * already: 1 - cos x > 0.45 x^2 up to one radian. */
+static void measure_cone(double cosine, double own, stp_merge_error *out)
+{
+    double room = stp_min(out->cone - own, 1.0);
+    if (room > 0.0 && 1.0 - cosine < 0.45 * room * room)
+        return;
+    out->cone = stp_max(out->cone, acos(stp_max(-1.0, stp_min(1.0, cosine))) + own);
 }
 
 /* Takes one disc's extents along and across the merged normal, its bound, cone and colour. */
@@ -65,41 +87,50 @@ static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge
     stp_dvec3 d = stp_dvec3_sub(disc->centre, merged->centre);
     bool known = has_normal(merged) && has_normal(disc);
     double cosine = known ? stp_dvec3_dot(disc->normal, merged->normal) : 0.0;
-    double sine = sqrt(fmax(0.0, 1.0 - cosine * cosine));
+    double sine = sqrt(stp_max(0.0, 1.0 - cosine * cosine));
     double height = stp_dvec3_dot(d, merged->normal);
-    double across = sqrt(fmax(0.0, stp_dvec3_dot(d, d) - height * height));
-    double thick = fmax(fabs(disc->low), fabs(disc->high));
+    double across = sqrt(stp_max(0.0, stp_dvec3_dot(d, d) - height * height));
+    double thick = stp_max(fabs(disc->low), fabs(disc->high));
     double tilt = disc->reach * sine;
     double up = cosine >= 0.0 ? disc->high * cosine : disc->low * cosine;
     double down = cosine >= 0.0 ? disc->low * cosine : disc->high * cosine;
-    out->high = fmax(out->high, height + up + tilt);
-    out->low = fmin(out->low, height + down - tilt);
-    out->reach = fmax(out->reach, across + disc->reach + thick * sine);
-    out->bound = fmax(out->bound, stp_dvec3_length(d) + disc->bound);
-    double angle = known ? acos(fmax(-1.0, fmin(1.0, cosine))) : 0.0;
-    out->cone = fmax(out->cone, angle + disc->cone);
+    out->high = stp_max(out->high, height + up + tilt);
+    out->low = stp_min(out->low, height + down - tilt);
+    out->reach = stp_max(out->reach, across + disc->reach + thick * sine);
+    out->bound = stp_max(out->bound, stp_dvec3_length(d) + disc->bound);
+    measure_cone(known ? cosine : 1.0, disc->cone, out);
     for (int i = 0; i < 3; i++)
         out->colour_error =
-            fmax(out->colour_error, fabs(disc->rgb[i] - merged->rgb[i]) + disc->colour_error);
-    out->error = fmax(out->error, disc->error);
-    out->tangential_error = fmax(out->tangential_error, disc->tangential_error);
+            stp_max(out->colour_error, fabs(disc->rgb[i] - merged->rgb[i]) + disc->colour_error);
+    out->error = stp_max(out->error, disc->error);
+    out->tangential_error = stp_max(out->tangential_error, disc->tangential_error);
 }
+
+#define COS_1 0.92387953251128674 /* of an eighth of pi */
+#define SIN_1 0.38268343236508977
+#define COS_2 0.70710678118654752 /* of a quarter of pi */
+
+static const double rim_points[STP_RIM_POINTS][2] = {
+    {1.0, 0.0},  {COS_1, SIN_1},   {COS_2, COS_2},   {SIN_1, COS_1},
+    {0.0, 1.0},  {-SIN_1, COS_1},  {-COS_2, COS_2},  {-COS_1, SIN_1},
+    {-1.0, 0.0}, {-COS_1, -SIN_1}, {-COS_2, -COS_2}, {-SIN_1, -COS_1},
+    {0.0, -1.0}, {SIN_1, -COS_1},  {COS_2, -COS_2},  {COS_1, -SIN_1}};
 
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
     stp_merge_error out = {.low = INFINITY, .high = -INFINITY};
     for (unsigned i = 0; i < count; i++)
         measure_disc(merged, &discs[i], &out);
-    out.error = fmax(out.error, out.high - out.low);
-    measure_point(merged->centre, discs, count, &out);
+    out.error = stp_max(out.error, out.high - out.low);
+    unsigned nearest = measure_point(merged->centre, discs, count, 0, &out);
     if (has_normal(merged) && merged->radius > 0.0) {
         stp_dvec3 u, v;
         stp_disc_axes(merged->normal, &u, &v);
         for (int i = 0; i < STP_RIM_POINTS; i++) {
-            double angle = 2.0 * M_PI * (double)i / STP_RIM_POINTS;
-            stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, merged->radius * cos(angle)),
-                                          stp_dvec3_scale(v, merged->radius * sin(angle)));
-            measure_point(stp_dvec3_add(merged->centre, rim), discs, count, &out);
+            stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, merged->radius * rim_points[i][0]),
+                                          stp_dvec3_scale(v, merged->radius * rim_points[i][1]));
+            stp_dvec3 x = stp_dvec3_add(merged->centre, rim);
+            nearest = measure_point(x, discs, count, nearest, &out);
         }
     }
     return out;
