@@ -2,7 +2,7 @@
 #include "formats/image/image.h"
 
 #include "base/file.h"
-#include "formats/image/image_shim.h"
+#include "formats/image/image_module.h"
 
 #include <stdlib.h>
 #include <unistd.h>
@@ -13,11 +13,15 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     uint64_t size = 0;
     int descriptor = -1;
     stp_image image = {0};
+    stp_image_module module;
     stp_status status = stp_file_open(path, &descriptor, &size, err);
     if (status != STP_OK)
         return status;
     close(descriptor);
-    switch (stp_oiio_load(path, &image.width, &image.height, &image.rgba, reason, sizeof reason)) {
+    status = stp_image_module_get(&module, err);
+    if (status != STP_OK)
+        return status;
+    switch (module.load(path, &image.width, &image.height, &image.rgba, reason, sizeof reason)) {
     case STP_OIIO_OK:
         *out = image;
         return STP_OK;
@@ -38,9 +42,11 @@ stp_status stp_image_save(const stp_image *image, const char *path, bool force, 
     char reason[256] = "";
     stp_output *output = NULL;
     stp_status status = STP_OK;
+    stp_image_module module;
+    STP_TRY(stp_image_module_get(&module, err));
     STP_TRY(stp_output_create(&output, path, force, err));
-    stp_oiio_result result = stp_oiio_save(stp_output_temporary_path(output), path, image->width,
-                                           image->height, image->rgba, reason, sizeof reason);
+    stp_oiio_result result = module.save(stp_output_temporary_path(output), path, image->width,
+                                         image->height, image->rgba, reason, sizeof reason);
     if (result == STP_OIIO_UNKNOWN_FORMAT)
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "%s: no image format of that ending can be written: use .png", path);

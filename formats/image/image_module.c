@@ -1,0 +1,32 @@
+/* Finds the module through the program's run path and keeps it loaded. */
+#include "formats/image/image_module.h"
+
+#include <dlfcn.h>
+#include <string.h>
+
+#define MODULE_NAME "libstipple-image.so"
+
+/* dlsym gives a data pointer; POSIX lets it be a function's. */
+static void take_symbol(void *module, const char *name, void *function_pointer)
+{
+    void *symbol = dlsym(module, name);
+    memcpy(function_pointer, &symbol, sizeof symbol);
+}
+
+stp_status stp_image_module_get(stp_image_module *out, stp_error *err)
+{
+    stp_image_module found = {NULL, NULL};
+    /* Loaded once however often it is asked for, and never unloaded: its libraries keep threads. */
+    void *module = dlopen(MODULE_NAME, RTLD_NOW | RTLD_LOCAL);
+    if (module != NULL) {
+        take_symbol(module, "stp_oiio_load", &found.load);
+        take_symbol(module, "stp_oiio_save", &found.save);
+    }
+    if (found.load == NULL || found.save == NULL)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "images cannot be read or written: %s: install stipple anew, or "
+                             "OpenImageIO",
+                             module == NULL ? dlerror() : MODULE_NAME);
+    *out = found;
+    return STP_OK;
+}

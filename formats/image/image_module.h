@@ -1,0 +1,19 @@
+/* The shim of OpenImageIO as a module that is loaded when it is first wanted.
+ * Threads: any. */
+#ifndef STP_FORMATS_IMAGE_IMAGE_MODULE_H
+#define STP_FORMATS_IMAGE_IMAGE_MODULE_H
+
+#include "base/error.h"
+#include "formats/image/image_shim.h"
+
+typedef struct stp_image_module {
+    stp_oiio_result (*load)(const char *path, int *width, int *height, uint8_t **rgba,
+                            char *message, size_t message_bytes);
+    stp_oiio_result (*save)(const char *path, const char *format_name, int width, int height,
+                            const uint8_t *rgba, char *message, size_t message_bytes);
+} stp_image_module;
+
+/* Errors: UNSUPPORTED (the module, or a library it needs, is missing: the sentence names it). */
+stp_status stp_image_module_get(stp_image_module *out, stp_error *err);
+
+#endif
