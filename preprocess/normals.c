@@ -3,12 +3,15 @@
 
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
+#include "preprocess/layer.h"
 
 #include <stdlib.h>
 
 #define BLOCK 8192u
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
+/* Fewer neighbours on the same sheet give no better plane than all. */
+#define REFIT_POINTS 6u
 
 typedef struct estimation {
     stp_cloud *cloud;
@@ -89,10 +92,9 @@ static unsigned known_count(const uint32_t *list, unsigned k)
     return count;
 }
 
-static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
+/* Normal of the plane through the point and its neighbours; zero where there is none. */
+static vec3s fit_plane(const stp_cloud *cloud, uint32_t self, const uint32_t *list, unsigned count)
 {
-    const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
-    unsigned count = known_count(list, neighbours->k);
     if (count < 3)
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     covariance c = covariance_of(cloud, self, list, count);
@@ -101,6 +103,26 @@ static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint3
     if (!(values[1] > LINE_RATIO * values[0]))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     return stp_dvec3_to_float(eigenvector(&c, values[2]));
+}
+
+/* A plane through all neighbours, then one through those of the same sheet only. */
+static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
+{
+    const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
+    unsigned count = known_count(list, neighbours->k);
+    vec3s normal = fit_plane(cloud, self, list, count);
+    if (glms_vec3_norm2(normal) == 0.0f)
+        return normal;
+    stp_layer layer = stp_layer_find(cloud, self, normal, list, count);
+    uint32_t same[STP_NEIGHBOURS_LIMIT];
+    unsigned same_count = 0;
+    for (unsigned i = 0; i < count; i++)
+        if (stp_layer_holds(layer, stp_layer_height(cloud, self, normal, list[i])))
+            same[same_count++] = list[i];
+    if (same_count == count || same_count < REFIT_POINTS)
+        return normal;
+    vec3s refined = fit_plane(cloud, self, same, same_count);
+    return glms_vec3_norm2(refined) > 0.0f ? refined : normal;
 }
 
 static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)
