@@ -10,8 +10,8 @@
 #define BLOCK 8192u
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
-/* Fewer neighbours on the same sheet give no better plane than all. */
-#define REFIT_POINTS 6u
+/* Fewer neighbours are no second sheet. */
+#define LAYER_POINTS 4u
 
 typedef struct estimation {
     stp_cloud *cloud;
@@ -24,8 +24,9 @@ typedef struct covariance {
     double xx, xy, xz, yy, yz, zz;
 } covariance;
 
+/* About the mean of the listed points, and of the point itself if with_self. */
 static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uint32_t *list,
-                                unsigned count)
+                                unsigned count, bool with_self)
 {
     stp_dvec3 p = cloud->points[self].position;
     stp_dvec3 mean = {0.0, 0.0, 0.0};
@@ -40,7 +41,7 @@ static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uin
         c.yz += d.y * d.z;
         c.zz += d.z * d.z;
     }
-    double n = (double)count + 1.0; /* the point itself is the origin */
+    double n = (double)count + (with_self ? 1.0 : 0.0); /* the point itself is the origin */
     c.xx -= mean.x * mean.x / n;
     c.xy -= mean.x * mean.y / n;
     c.xz -= mean.x * mean.z / n;
@@ -92,37 +93,41 @@ static unsigned known_count(const uint32_t *list, unsigned k)
     return count;
 }
 
-/* Normal of the plane through the point and its neighbours; zero where there is none. */
-static vec3s fit_plane(const stp_cloud *cloud, uint32_t self, const uint32_t *list, unsigned count)
+/* Direction of least extent; zero on a line. */
+static vec3s normal_of(const covariance *c)
 {
-    if (count < 3)
-        return (vec3s){{0.0f, 0.0f, 0.0f}};
-    covariance c = covariance_of(cloud, self, list, count);
     double values[3];
-    eigenvalues(&c, values);
+    eigenvalues(c, values);
     if (!(values[1] > LINE_RATIO * values[0]))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
-    return stp_dvec3_to_float(eigenvector(&c, values[2]));
+    return stp_dvec3_to_float(eigenvector(c, values[2]));
 }
 
-/* A plane through all neighbours, then one through those of the same sheet only. */
+/* A plane through all neighbours; where they lie on two sheets, one direction for both, each about
+ * its own mean, so that their distance does not tilt it. */
 static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
 {
     const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
     unsigned count = known_count(list, neighbours->k);
-    vec3s normal = fit_plane(cloud, self, list, count);
-    if (glms_vec3_norm2(normal) == 0.0f)
-        return normal;
+    if (count < 3)
+        return (vec3s){{0.0f, 0.0f, 0.0f}};
+    covariance c = covariance_of(cloud, self, list, count, true);
+    vec3s normal = normal_of(&c);
     stp_layer layer = stp_layer_find(cloud, self, normal, list, count);
-    uint32_t same[STP_NEIGHBOURS_LIMIT];
-    unsigned same_count = 0;
-    for (unsigned i = 0; i < count; i++)
+    uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
+    unsigned same_count = 0, other_count = 0;
+    for (unsigned i = 0; i < count; i++) {
         if (stp_layer_holds(layer, stp_layer_height(cloud, self, normal, list[i])))
             same[same_count++] = list[i];
-    if (same_count == count || same_count < REFIT_POINTS)
+        else
+            others[other_count++] = list[i];
+    }
+    if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
         return normal;
-    vec3s refined = fit_plane(cloud, self, same, same_count);
-    return glms_vec3_norm2(refined) > 0.0f ? refined : normal;
+    covariance a = covariance_of(cloud, self, same, same_count, true);
+    covariance b = covariance_of(cloud, self, others, other_count, false);
+    c = (covariance){a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+    return normal_of(&c);
 }
 
 static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)
