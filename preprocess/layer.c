@@ -1,20 +1,19 @@
 /* Which neighbours of a point are on its own sheet. */
 #include "preprocess/layer.h"
 
-#include <stdlib.h>
-
 #define SHEET_GAP 0.35f /* spacings without a point between two sheets */
-
-static int compare_heights(const void *a, const void *b)
-{
-    float p = *(const float *)a, q = *(const float *)b;
-    return p < q ? -1 : p > q;
-}
 
 float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s normal, uint32_t b)
 {
     return glms_vec3_dot(normal, stp_dvec3_to_float(stp_dvec3_sub(cloud->points[b].position,
                                                                   cloud->points[a].position)));
+}
+
+static void insert_sorted(float *sorted, unsigned count, float value)
+{
+    for (; count > 0 && sorted[count - 1] > value; count--)
+        sorted[count] = sorted[count - 1];
+    sorted[count] = value;
 }
 
 /* Goes from the point's own height up and down to the first gap. */
@@ -25,8 +24,7 @@ stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, co
     float gap = SHEET_GAP * cloud->points[self].spacing;
     unsigned count = 1;
     for (unsigned i = 0; i < k && list[i] != STP_NEIGHBOUR_NONE; i++)
-        heights[count++] = stp_layer_height(cloud, self, normal, list[i]);
-    qsort(heights, count, sizeof *heights, compare_heights);
+        insert_sorted(heights, count++, stp_layer_height(cloud, self, normal, list[i]));
     unsigned low = 0;
     while (heights[low] < 0.0f)
         low++;
