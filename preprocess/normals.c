@@ -3,12 +3,15 @@
 
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
+#include "preprocess/layer.h"
 
 #include <stdlib.h>
 
 #define BLOCK 8192u
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
+/* Fewer neighbours are no second sheet. */
+#define LAYER_POINTS 4u
 
 typedef struct estimation {
     stp_cloud *cloud;
@@ -21,8 +24,9 @@ typedef struct covariance {
     double xx, xy, xz, yy, yz, zz;
 } covariance;
 
+/* About the mean of the listed points, and of the point itself if with_self. */
 static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uint32_t *list,
-                                unsigned count)
+                                unsigned count, bool with_self)
 {
     stp_dvec3 p = cloud->points[self].position;
     stp_dvec3 mean = {0.0, 0.0, 0.0};
@@ -37,7 +41,7 @@ static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uin
         c.yz += d.y * d.z;
         c.zz += d.z * d.z;
     }
-    double n = (double)count + 1.0; /* the point itself is the origin */
+    double n = (double)count + (with_self ? 1.0 : 0.0); /* the point itself is the origin */
     c.xx -= mean.x * mean.x / n;
     c.xy -= mean.x * mean.y / n;
     c.xz -= mean.x * mean.z / n;
@@ -89,18 +93,41 @@ static unsigned known_count(const uint32_t *list, unsigned k)
     return count;
 }
 
+/* Direction of least extent; zero on a line. */
+static vec3s normal_of(const covariance *c)
+{
+    double values[3];
+    eigenvalues(c, values);
+    if (!(values[1] > LINE_RATIO * values[0]))
+        return (vec3s){{0.0f, 0.0f, 0.0f}};
+    return stp_dvec3_to_float(eigenvector(c, values[2]));
+}
+
+/* A plane through all neighbours; where they lie on two sheets, one direction for both, each about
+ * its own mean, so that their distance does not tilt it. */
 static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
 {
     const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
     unsigned count = known_count(list, neighbours->k);
     if (count < 3)
         return (vec3s){{0.0f, 0.0f, 0.0f}};
-    covariance c = covariance_of(cloud, self, list, count);
-    double values[3];
-    eigenvalues(&c, values);
-    if (!(values[1] > LINE_RATIO * values[0]))
-        return (vec3s){{0.0f, 0.0f, 0.0f}};
-    return stp_dvec3_to_float(eigenvector(&c, values[2]));
+    covariance c = covariance_of(cloud, self, list, count, true);
+    vec3s normal = normal_of(&c);
+    stp_layer layer = stp_layer_find(cloud, self, normal, list, count);
+    uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
+    unsigned same_count = 0, other_count = 0;
+    for (unsigned i = 0; i < count; i++) {
+        if (stp_layer_holds(layer, stp_layer_height(cloud, self, normal, list[i])))
+            same[same_count++] = list[i];
+        else
+            others[other_count++] = list[i];
+    }
+    if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
+        return normal;
+    covariance a = covariance_of(cloud, self, same, same_count, true);
+    covariance b = covariance_of(cloud, self, others, other_count, false);
+    c = (covariance){a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+    return normal_of(&c);
 }
 
 static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)

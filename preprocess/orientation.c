@@ -2,18 +2,24 @@
 #include "preprocess/orientation.h"
 
 #include "base/memory.h"
+#include "preprocess/layer.h"
 
 #include <stdlib.h>
 
 #define EDGE_NEIGHBOURS 8u /* of each point, nearest first: enough to connect it */
 #define BUCKETS 256u
 #define SMOOTH_BUCKETS 200u /* edges inside a sheet; the others lead across creases */
+#define SURE_BUCKETS 100u   /* a quarter of a spacing off, 31 degrees: joins sheets */
+#define CRUMB_POINTS 64u    /* smaller pieces are no sheets but parts of one nearby */
+#define SHEET_GAP 0.35f     /* spacings without a point between two sheets */
 #define SHEET_COSINE 0.7f
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
 #define SHEET_POINTS 4u   /* fewer are crumbs */
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
+/* Views flatter than this do not tell the sides of a noisy normal apart. */
+#define GRAZING_COSINE 0.2
 
 typedef struct edge {
     uint32_t a, b;
@@ -23,6 +29,7 @@ typedef struct edge {
 typedef struct forest {
     uint32_t *parent;
     uint8_t *parity;
+    uint32_t *size; /* of a root's piece */
 } forest;
 
 static uint32_t find(forest *f, uint32_t i, uint8_t *parity)
@@ -72,8 +79,7 @@ static uint32_t rank(const stp_cloud *cloud, uint32_t a, uint32_t b)
     float offset =
         fmaxf(fabsf(glms_vec3_dot(p->normal, d)), fabsf(glms_vec3_dot(q->normal, d))) / scale;
     if (cosine > SHEET_COSINE && offset <= SHEET_OFFSET) {
-        float badness =
-            (1.0f - cosine) / (1.0f - SHEET_COSINE) * 0.7f + offset / SHEET_OFFSET * 0.3f;
+        float badness = fmaxf((1.0f - cosine) / (1.0f - SHEET_COSINE), offset / SHEET_OFFSET);
         return (uint32_t)(badness * (float)(SMOOTH_BUCKETS - 1));
     }
     if (cosine > SHEET_COSINE) /* parallel sheets: neither side knows of the other */
@@ -93,6 +99,7 @@ static void join(const stp_cloud *cloud, forest *f, edge e)
     uint32_t low = ra < rb ? ra : rb;
     uint32_t high = ra < rb ? rb : ra;
     f->parent[high] = low;
+    f->size[low] += f->size[high];
     f->parity[high] = pa ^ pb ^ flip;
 }
 
@@ -100,7 +107,7 @@ typedef struct ranked_edge {
     uint32_t a, b, rank;
 } ranked_edge;
 
-/* Edges that a cell cannot decide alone: to other cells, and across creases. */
+/* Edges that a cell cannot decide alone: to other cells, and unsure ones. */
 typedef struct open_edges {
     ranked_edge *edges;
     size_t count, capacity;
@@ -110,9 +117,37 @@ typedef struct connection {
     stp_cloud *cloud;
     const stp_neighbours *neighbours;
     forest forest;
+    stp_layer *layers;   /* by point */
     open_edges *open;    /* by cell */
     unsigned edge_count; /* of each point */
 } connection;
+
+static stp_status find_layers(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    connection *c = context;
+    (void)worker;
+    (void)err;
+    const stp_cell *cell = &c->cloud->cells[index];
+    for (uint32_t i = cell->begin; i < cell->end; i++)
+        c->layers[i] =
+            stp_layer_find(c->cloud, i, c->cloud->points[i].normal,
+                           c->neighbours->indices + (size_t)i * c->neighbours->k, c->neighbours->k);
+    return STP_OK;
+    return STP_OK;
+}
+
+static bool in_layer(const connection *c, uint32_t a, uint32_t b)
+{
+    float height = stp_layer_height(c->cloud, a, c->cloud->points[a].normal, b);
+    return stp_layer_holds(c->layers[a], height);
+}
+
+/* Sure edges lie within the layers of both ends. */
+static uint32_t rank_edge(const connection *c, uint32_t a, uint32_t b)
+{
+    uint32_t r = rank(c->cloud, a, b);
+    return r < SURE_BUCKETS && !(in_layer(c, a, b) && in_layer(c, b, a)) ? SURE_BUCKETS : r;
+}
 
 /* Ranks of all edges of a cell's points, and how many have each. */
 static void rank_cell(const connection *c, const stp_cell *cell, uint16_t *ranks,
@@ -121,21 +156,21 @@ static void rank_cell(const connection *c, const stp_cell *cell, uint16_t *ranks
     for (uint32_t a = cell->begin; a < cell->end; a++) {
         const uint32_t *list = c->neighbours->indices + (size_t)a * c->neighbours->k;
         for (unsigned i = 0; i < c->edge_count; i++) {
-            uint32_t r = list[i] == STP_NEIGHBOUR_NONE ? BUCKETS : rank(c->cloud, a, list[i]);
-            bool inside = r < SMOOTH_BUCKETS && list[i] >= cell->begin && list[i] < cell->end;
+            uint32_t r = list[i] == STP_NEIGHBOUR_NONE ? BUCKETS : rank_edge(c, a, list[i]);
+            bool inside = r < SURE_BUCKETS && list[i] >= cell->begin && list[i] < cell->end;
             ranks[(size_t)(a - cell->begin) * c->edge_count + i] = (uint16_t)r;
             counts[inside ? r : BUCKETS]++;
         }
     }
 }
 
-/* Joins the cell's own smooth edges, surest first. */
+/* Joins the cell's own sure edges, surest first. */
 static void join_cell(connection *c, const stp_cell *cell, const uint16_t *ranks, uint32_t *order,
                       uint32_t counts[BUCKETS + 1])
 {
     uint32_t edges = (cell->end - cell->begin) * c->edge_count;
     uint32_t sum = 0;
-    for (uint32_t r = 0; r < SMOOTH_BUCKETS; r++) {
+    for (uint32_t r = 0; r < SURE_BUCKETS; r++) {
         uint32_t here = counts[r];
         counts[r] = sum;
         sum += here;
@@ -143,7 +178,7 @@ static void join_cell(connection *c, const stp_cell *cell, const uint16_t *ranks
     for (uint32_t e = 0; e < edges; e++) {
         uint32_t a = cell->begin + e / c->edge_count;
         uint32_t b = c->neighbours->indices[(size_t)a * c->neighbours->k + e % c->edge_count];
-        if (ranks[e] < SMOOTH_BUCKETS && b >= cell->begin && b < cell->end)
+        if (ranks[e] < SURE_BUCKETS && b >= cell->begin && b < cell->end)
             order[counts[ranks[e]]++] = e;
     }
     for (uint32_t i = 0; i < sum; i++) {
@@ -281,8 +316,12 @@ static stp_status turn_outward(stp_cloud *cloud, forest *f, uint32_t *oriented, 
         stp_cloud_point *p = &cloud->points[i];
         const piece *c = &pieces[numbers[i]];
         if (c->count < CLOSED_POINTS || stp_dvec3_length(c->area) > CLOSED_RATIO * c->total ||
-            !(p->flags & STP_SAMPLE_HAS_NORMAL))
+            !(p->flags & STP_SAMPLE_HAS_NORMAL)) {
+            /* Either sign will do; octahedral codes are contiguous around +z, not around -z. */
+            if (c->area.z < 0.0)
+                p->normal = glms_vec3_negate(p->normal);
             continue;
+        }
         if (c->volume < 0.0)
             p->normal = glms_vec3_negate(p->normal);
         p->flags |= STP_SAMPLE_ORIENTED;
@@ -294,13 +333,93 @@ done:
     return status;
 }
 
-static void turn_to(stp_cloud *cloud, stp_dvec3 position)
+/* Which side of its piece a point's position says is seen; grazing views say nothing. */
+static double facing(const stp_cloud_point *p, stp_dvec3 position)
 {
+    stp_dvec3 d = stp_dvec3_normalize(stp_dvec3_sub(position, p->position));
+    return stp_dvec3_dot(d, stp_dvec3_from_float(p->normal));
+}
+
+/* Turns every point to the scanner's position, and those seen at a grazing angle with the piece
+ * they are on. */
+static stp_status turn_to(stp_cloud *cloud, forest *f, stp_dvec3 position, stp_error *err)
+{
+    double *votes = NULL;
+    stp_status status = stp_alloc(&votes, cloud->count, sizeof *votes, "pieces", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        uint32_t root = find(f, i, &parity);
+        stp_cloud_point *p = &cloud->points[i];
+        if (parity)
+            p->normal = glms_vec3_negate(p->normal);
+        votes[root] += facing(p, position);
+    }
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        stp_cloud_point *p = &cloud->points[i];
+        double own = facing(p, position);
+        if ((fabs(own) >= GRAZING_COSINE ? own : votes[find(f, i, &parity)]) < 0.0)
+            p->normal = glms_vec3_negate(p->normal);
+    }
+    free(votes);
+    return STP_OK;
+}
+
+/* Every point's sheet. Points without a normal and crumbs of a few points are sheets of no one:
+ * they may share a patch with each other, or a thicket would have a patch for each. */
+/* The big sheet among a point's neighbours whose planes' mean it is nearest to; its own if there is
+ * none. */
+static uint32_t adopt(const connection *c, uint32_t self)
+{
+    struct {
+        uint32_t root;
+        float offset, count;
+    } candidates[STP_NEIGHBOURS_LIMIT];
+    const stp_cloud_point *p = &c->cloud->points[self];
+    const uint32_t *list = c->neighbours->indices + (size_t)self * c->neighbours->k;
+    unsigned count = 0, best = 0;
+    for (unsigned i = 0; i < c->neighbours->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+        const stp_cloud_point *q = &c->cloud->points[list[i]];
+        uint32_t root = c->forest.parent[list[i]];
+        vec3s d = stp_dvec3_to_float(stp_dvec3_sub(p->position, q->position));
+        if (c->forest.size[root] <= CRUMB_POINTS)
+            continue;
+        unsigned at = 0;
+        while (at < count && candidates[at].root != root)
+            at++;
+        if (at == count) {
+            candidates[at].root = root;
+            candidates[at].offset = candidates[at].count = 0.0f;
+            count++;
+        }
+        float height = glms_vec3_dot(q->normal, d);
+        candidates[at].offset += glms_vec3_dot(q->normal, p->normal) < 0.0f ? -height : height;
+        candidates[at].count += 1.0f;
+    }
+    for (unsigned i = 1; i < count; i++)
+        if (fabsf(candidates[i].offset) * candidates[best].count <
+            fabsf(candidates[best].offset) * candidates[i].count)
+            best = i;
+    return count ? candidates[best].root : c->forest.parent[self];
+}
+
+/* Every point's sheet. What noise has put off its surface goes with the sheet it lies nearest to:
+ * edges would lead from one side of a thin plate to the other through such points. */
+static void number_sheets(connection *c)
+{
+    stp_cloud *cloud = c->cloud;
+    for (uint32_t i = 0; i < cloud->count; i++) { /* makes every parent a root */
+        uint8_t parity = 0;
+        (void)find(&c->forest, i, &parity);
+    }
     for (uint32_t i = 0; i < cloud->count; i++) {
         stp_cloud_point *p = &cloud->points[i];
-        vec3s d = stp_dvec3_to_float(stp_dvec3_sub(position, p->position));
-        if (glms_vec3_dot(d, p->normal) < 0.0f)
-            p->normal = glms_vec3_negate(p->normal);
+        uint32_t root = c->forest.parent[i];
+        p->sheet = c->forest.size[root] <= CRUMB_POINTS ? adopt(c, i) : root;
+        if (!(p->flags & STP_SAMPLE_HAS_NORMAL))
+            p->sheet = STP_SHEET_NONE;
     }
 }
 
@@ -311,51 +430,40 @@ static void mark_all(stp_cloud *cloud)
             cloud->points[i].flags |= STP_SAMPLE_ORIENTED;
 }
 
-/* Every point's sheet. Points without a normal and crumbs of a few points are sheets of no one:
- * they may share a patch with each other, or a thicket would have a patch for each. */
-static stp_status number_sheets(stp_cloud *cloud, forest *f, stp_error *err)
-{
-    uint32_t *sizes = NULL;
-    stp_status status = stp_alloc(&sizes, cloud->count, sizeof *sizes, "sheets", err);
-    if (status != STP_OK)
-        return status;
-    for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
-        sizes[find(f, i, &parity)]++;
-    }
-    for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
-        uint32_t root = find(f, i, &parity);
-        cloud->points[i].sheet = sizes[root] < SHEET_POINTS ? STP_SHEET_NONE : root;
-    }
-    free(sizes);
-    return STP_OK;
-}
-
-/* Builds the sheets: in each cell, then between cells. Goes on across creases and turns pieces
- * outward if propagate. */
-static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, bool propagate,
-                          stp_pool *pool, uint32_t *oriented, stp_error *err)
+/* Builds the sheets: in each cell, then between cells. Then goes on across creases and turns the
+ * pieces. */
+static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours,
+                          const stp_orient_params *params, stp_pool *pool, uint32_t *oriented,
+                          stp_error *err)
 {
     stp_status status = STP_OK;
     unsigned k = neighbours->k < EDGE_NEIGHBOURS ? neighbours->k : EDGE_NEIGHBOURS;
     connection c = {.cloud = cloud, .neighbours = neighbours, .edge_count = k};
     STP_TRY(stp_alloc(&c.forest.parent, cloud->count, sizeof *c.forest.parent, "pieces", err));
     STP_TRY(stp_alloc(&c.forest.parity, cloud->count, sizeof *c.forest.parity, "pieces", err));
+    STP_TRY(stp_alloc(&c.forest.size, cloud->count, sizeof *c.forest.size, "pieces", err));
+    STP_TRY(stp_alloc(&c.layers, cloud->count, sizeof *c.layers, "layers", err));
     STP_TRY(stp_alloc(&c.open, cloud->cell_count, sizeof *c.open, "edges", err));
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++) {
         c.forest.parent[i] = i;
-    STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &c, err));
-    STP_TRY(join_open(&c, 0, SMOOTH_BUCKETS, err));
-    STP_TRY(number_sheets(cloud, &c.forest, err));
-    if (propagate) {
-        STP_TRY(join_open(&c, SMOOTH_BUCKETS, BUCKETS, err));
-        STP_TRY(turn_outward(cloud, &c.forest, oriented, err));
+        c.forest.size[i] = 1;
     }
+    STP_TRY(stp_pool_run(pool, cloud->cell_count, find_layers, &c, err));
+    STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &c, err));
+    STP_TRY(join_open(&c, 0, SURE_BUCKETS, err));
+    number_sheets(&c);
+    if (params->mode != STP_ORIENT_NONE)
+        STP_TRY(join_open(&c, SURE_BUCKETS, BUCKETS, err));
+    if (params->mode == STP_ORIENT_POSITION)
+        STP_TRY(turn_to(cloud, &c.forest, params->position, err));
+    else if (params->mode != STP_ORIENT_NONE)
+        STP_TRY(turn_outward(cloud, &c.forest, oriented, err));
 done:
     for (uint32_t i = 0; c.open && i < cloud->cell_count; i++)
         free(c.open[i].edges);
     free(c.open);
+    free(c.layers);
+    free(c.forest.size);
     free(c.forest.parity);
     free(c.forest.parent);
     return status;
@@ -365,28 +473,23 @@ stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbou
                                 const stp_orient_params *params, stp_pool *pool,
                                 stp_orientation *found, stp_error *err)
 {
-    bool file =
-        params->mode == STP_ORIENT_FILE || (params->mode == STP_ORIENT_AUTO && params->from_file);
-    bool propagate =
-        !file && (params->mode == STP_ORIENT_AUTO || params->mode == STP_ORIENT_PROPAGATE);
     uint32_t oriented = 0;
     if (params->mode == STP_ORIENT_FILE && !params->from_file)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the input has no normals to orient by: use --orient propagate");
-    if (file) { /* signs are known: opposed sheets part by their normals */
-        mark_all(cloud);
+    if (params->from_file && (params->mode == STP_ORIENT_FILE || params->mode == STP_ORIENT_AUTO)) {
+        mark_all(cloud); /* signs are known: opposed sheets part by their normals */
         *found = STP_ORIENTATION_FILE;
         return STP_OK;
     }
-    stp_status status = connect(cloud, neighbours, propagate, pool, &oriented, err);
+    stp_status status = connect(cloud, neighbours, params, pool, &oriented, err);
     if (status != STP_OK)
         return status;
     *found = STP_ORIENTATION_UNKNOWN;
     if (params->mode == STP_ORIENT_POSITION) {
-        turn_to(cloud, params->position);
         mark_all(cloud);
         *found = STP_ORIENTATION_POSITION;
-    } else if (propagate && oriented > 0) {
+    } else if (oriented > 0) {
         *found = oriented == cloud->count ? STP_ORIENTATION_PROPAGATED : STP_ORIENTATION_MIXED;
     }
     return STP_OK;

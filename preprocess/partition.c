@@ -5,11 +5,14 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdlib.h>
 
 /* Sets larger than this are split by position alone. */
 #define NORMAL_SPLIT_COUNT 512u
 /* Normals that differ by more than this on an axis do not share a patch. */
 #define NORMAL_EXTENT 1.1f
+/* Fewer points a sheet, on average, are a thicket. */
+#define THICKET_POINTS 4u
 /* How far apart, in box diagonals, a normal's unit counts when groups inside a patch are made. */
 #define NORMAL_WEIGHT 0.5f
 
@@ -153,6 +156,25 @@ static uint32_t gather_sheet(stp_place *places, uint32_t count)
     return front;
 }
 
+static int compare_sheets(const void *a, const void *b)
+{
+    uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
+    return p < q ? -1 : p > q;
+}
+
+/* Many crumbs of surface: nothing that patches of a sample or two would keep apart. */
+static bool is_thicket(const stp_place *places, uint32_t count)
+{
+    uint32_t sheets[NORMAL_SPLIT_COUNT];
+    uint32_t distinct = 1;
+    for (uint32_t i = 0; i < count; i++)
+        sheets[i] = places[i].sheet;
+    qsort(sheets, count, sizeof *sheets, compare_sheets);
+    for (uint32_t i = 1; i < count; i++)
+        distinct += sheets[i] != sheets[i - 1];
+    return distinct * THICKET_POINTS > count;
+}
+
 typedef struct runs {
     uint32_t *ends;
     uint32_t count;
@@ -167,7 +189,7 @@ static void split(stp_place *places, uint32_t offset, uint32_t count, runs *out)
         int axis = longest(low, high, 3, 6);
         if (high[axis] - low[axis] > NORMAL_EXTENT)
             at = gather(places, count, axis, 0.5f * (low[axis] + high[axis]));
-        if (at == 0 || at == count)
+        if ((at == 0 || at == count) && !is_thicket(places, count))
             at = gather_sheet(places, count);
         if (at == count)
             at = 0;

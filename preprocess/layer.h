@@ -1,0 +1,24 @@
+/* Which neighbours of a point are on its own sheet where another lies close over or under it: those
+ * that no gap in height parts from it. Threads: any (pure functions). */
+#ifndef STP_PREPROCESS_LAYER_H
+#define STP_PREPROCESS_LAYER_H
+
+#include "preprocess/neighbours.h"
+
+/* Heights over the point's plane, world units, that its own sheet has nearby. */
+typedef struct stp_layer {
+    float low, high;
+} stp_layer;
+
+/* Height of b over the plane through a with this normal. */
+float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s normal, uint32_t b);
+/* list: k neighbours of self, or fewer and STP_NEIGHBOUR_NONE. */
+stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
+                         unsigned k);
+
+static inline bool stp_layer_holds(stp_layer layer, float height)
+{
+    return height >= layer.low && height <= layer.high;
+}
+
+#endif

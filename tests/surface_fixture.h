@@ -1,0 +1,100 @@
+/* A known surface sampled and taken through the stages of preprocessing up to orientation. */
+#ifndef STP_TESTS_SURFACE_FIXTURE_H
+#define STP_TESTS_SURFACE_FIXTURE_H
+
+#include "preprocess/normals.h"
+#include "preprocess/orientation.h"
+#include "tools/gen/sampler.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <stdlib.h>
+
+typedef struct surface_cloud {
+    stp_cloud cloud;
+    stp_neighbours neighbours;
+    gen_hit *truth; /* by source */
+    stp_orientation orientation;
+    stp_pool *pool;
+} surface_cloud;
+
+/* Sorts the points, finds neighbours and normals; cloud.points is given with positions alone. */
+static inline void surface_prepare(surface_cloud *s, unsigned k)
+{
+    stp_error err = {0};
+    assert_int_equal(stp_pool_create(&s->pool, 2, &err), STP_OK);
+    assert_int_equal(stp_cloud_sort(&s->cloud, s->pool, &err), STP_OK);
+    assert_int_equal(stp_neighbours_find(&s->neighbours, &s->cloud, k, s->pool, NULL, &err), 0);
+    assert_int_equal(stp_normals_estimate(&s->cloud, &s->neighbours, s->pool, NULL, &err), 0);
+}
+
+/* scanner (may be NULL): only points that face it are kept. */
+static inline surface_cloud surface_sample(gen_shape shape, uint32_t count, double noise,
+                                           const stp_dvec3 *scanner)
+{
+    surface_cloud s = {0};
+    gen_surface surface;
+    gen_sampler *sampler = NULL;
+    stp_pool *pool = NULL;
+    stp_error err = {0};
+    stp_point *points = calloc(count, sizeof *points);
+    s.truth = calloc(count, sizeof *s.truth);
+    s.cloud.points = calloc(count, sizeof *s.cloud.points);
+    assert_true(points && s.truth && s.cloud.points);
+    s.cloud.capacity = count;
+    gen_surface_init(&surface, shape, count, 1);
+    gen_sampler_params params = {.surface = &surface,
+                                 .point_count = count,
+                                 .seed = 1,
+                                 .noise_spacings = noise,
+                                 .random_order = true};
+    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
+    assert_int_equal(gen_sampler_create(&sampler, &params, pool, &err), STP_OK);
+    gen_sampler_fill(sampler, 0, count, points, s.truth);
+    for (uint32_t i = 0; i < count; i++) {
+        stp_dvec3 normal = stp_dvec3_from_float(s.truth[i].normal);
+        if (scanner && stp_dvec3_dot(normal, stp_dvec3_sub(*scanner, s.truth[i].position)) <= 0.0)
+            continue;
+        s.cloud.points[s.cloud.count].position = points[i].position;
+        s.cloud.points[s.cloud.count++].source = i;
+    }
+    gen_sampler_destroy(&sampler);
+    stp_pool_destroy(&pool);
+    free(points);
+    return s;
+}
+
+static inline void surface_orient(surface_cloud *s, stp_orient_params params)
+{
+    stp_error err = {0};
+    assert_int_equal(
+        stp_orientation_find(&s->cloud, &s->neighbours, &params, s->pool, &s->orientation, &err),
+        STP_OK);
+}
+
+static inline void surface_clear(surface_cloud *s)
+{
+    stp_neighbours_clear(&s->neighbours);
+    stp_cloud_clear(&s->cloud);
+    stp_pool_destroy(&s->pool);
+    free(s->truth);
+}
+
+/* Mean angle to the true normals in degrees, signs apart. */
+static inline double surface_mean_error(const surface_cloud *s)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < s->cloud.count; i++) {
+        const stp_cloud_point *p = &s->cloud.points[i];
+        double cosine = fabs((double)glms_vec3_dot(p->normal, s->truth[p->source].normal));
+        sum += acos(fmin(1.0, cosine)) * 180.0 / M_PI;
+    }
+    return sum / s->cloud.count;
+}
+
+#endif
