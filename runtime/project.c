@@ -36,6 +36,7 @@ void stp_project_destroy(stp_project *p)
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
     free(p->indices);
+    free(p->runs);
     *p = (stp_project){0};
 }
 
@@ -82,12 +83,20 @@ static stp_status list_samples(stp_project *p, const stp_model *model,
     return STP_OK;
 }
 
-static void set_draw(const stp_chunk_cache *cache, const stp_draw *draw, const stp_resident **out)
+/* Uniforms that either program of this file declares. */
+static const stp_resident *set_draw(const stp_model *model, const stp_project_params *params,
+                                    const stp_draw *draw, bool patches)
 {
-    uint32_t slot = stp_chunk_cache_slot(cache, draw->chunk);
-    *out = stp_chunk_cache_get(cache, slot);
-    glUniform1ui(STP_UNIFORM_CHUNK_SLOT, slot);
-    glUniform1ui(STP_UNIFORM_FIRST_PATCH, (*out)->placement.patches.begin);
+    uint32_t slot = stp_chunk_cache_slot(params->cache, draw->chunk);
+    const stp_resident *resident = stp_chunk_cache_get(params->cache, slot);
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(model, draw, params->eye);
+    if (patches) {
+        glUniform1ui(STP_UNIFORM_CHUNK_SLOT, slot);
+    } else {
+        glUniform1ui(STP_UNIFORM_FIRST_PATCH, resident->placement.patches.begin);
+        glUniform3fv(STP_UNIFORM_CHUNK_OFFSET, 1, chunk.offset);
+    }
+    return resident;
 }
 
 static void draw_patches(stp_project *p, const stp_model *model, const stp_project_params *params,
@@ -96,8 +105,7 @@ static void draw_patches(stp_project *p, const stp_model *model, const stp_proje
     glUseProgram(p->patch_program);
     glBindVertexArray(stp_chunk_cache_texture(params->cache)->empty_array);
     for (size_t i = 0; i < count; i++) {
-        const stp_resident *r = NULL;
-        set_draw(params->cache, &draws[i], &r);
+        const stp_resident *r = set_draw(model, params, &draws[i], true);
         glDrawArrays(GL_POINTS, (GLint)r->placement.patches.begin,
                      (GLsizei)model->entries[draws[i].chunk].patch_count);
     }
@@ -123,10 +131,9 @@ static stp_status draw_listed(stp_project *p, const stp_model *model,
     glBindVertexArray(array);
     glVertexArrayElementBuffer(array, p->index_buffer);
     for (size_t i = 0; i < count; i++) {
-        const stp_resident *r = NULL;
         if (begins[i + 1] == begins[i])
             continue;
-        set_draw(params->cache, &draws[i], &r);
+        set_draw(model, params, &draws[i], false);
         glDrawElements(GL_POINTS, (GLsizei)(begins[i + 1] - begins[i]), GL_UNSIGNED_INT,
                        (const char *)NULL + begins[i] * sizeof *p->indices);
     }
@@ -136,25 +143,50 @@ done:
     return status;
 }
 
-/* A leaf's level 0 stands in one piece; an inner chunk, drawn for a damaged child, is listed. */
+/* Runs of level-0 samples of one chunk that may be seen: a patch out of sight ends a run. */
+static stp_status list_runs(stp_project *p, const stp_model *model,
+                            const stp_project_params *params, const stp_draw *draw,
+                            uint64_t *points, stp_error *err)
+{
+    const stp_chunk_cache *cache = params->cache;
+    const stp_resident *r = stp_chunk_cache_get(cache, stp_chunk_cache_slot(cache, draw->chunk));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(model, draw, params->eye);
+    uint32_t patch_count = model->entries[draw->chunk].patch_count;
+    GLint end = -1;
+    p->run_count = 0;
+    for (uint32_t i = 0; i < patch_count; i++) {
+        const stp_gpu_patch *patch = &r->patches[i];
+        if (stp_level_choose(params->frame, &chunk, patch) == STP_LEVEL_SKIP)
+            continue;
+        if ((GLint)patch->first[0] != end) {
+            stp_status status = stp_grow(&p->runs, &p->run_capacity, p->run_count + 1,
+                                         sizeof *p->runs, "a list of runs", err);
+            if (status != STP_OK)
+                return status;
+            p->runs[p->run_count++] = (stp_range){patch->first[0], patch->count[0]};
+        } else {
+            p->runs[p->run_count - 1].count += patch->count[0];
+        }
+        end = (GLint)(patch->first[0] + patch->count[0]);
+        *points += patch->count[0];
+    }
+    return STP_OK;
+}
+
+/* Every level-0 sample of patches in sight; they stand one after the other, so runs are few. */
 static stp_status draw_full(stp_project *p, const stp_model *model,
                             const stp_project_params *params, const stp_draw *draws, size_t count,
                             uint64_t *points, stp_error *err)
 {
+    glUseProgram(p->sample_program);
+    glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
     for (size_t i = 0; i < count; i++) {
-        const stp_chunk_entry *e = &model->entries[draws[i].chunk];
-        if (e->child_count > 0) {
-            stp_status status = draw_listed(p, model, params, &draws[i], 1, points, err);
-            if (status != STP_OK)
-                return status;
-            continue;
-        }
-        const stp_resident *r = NULL;
-        glUseProgram(p->sample_program);
-        glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
-        set_draw(params->cache, &draws[i], &r);
-        glDrawArrays(GL_POINTS, (GLint)r->placement.level_begin[0], (GLsizei)e->sample_count[0]);
-        *points += e->sample_count[0];
+        stp_status status = list_runs(p, model, params, &draws[i], points, err);
+        if (status != STP_OK)
+            return status;
+        (void)set_draw(model, params, &draws[i], false);
+        for (size_t k = 0; k < p->run_count; k++)
+            glDrawArrays(GL_POINTS, (GLint)p->runs[k].begin, (GLsizei)p->runs[k].count);
     }
     return STP_OK;
 }

@@ -14,6 +14,8 @@ typedef struct stp_project {
     GLuint index_buffer;
     uint32_t *indices; /* of samples, for STP_LOD_CPU */
     size_t index_count, index_capacity;
+    stp_range *runs; /* of one chunk's samples, for STP_LOD_FULL */
+    size_t run_count, run_capacity;
 } stp_project;
 
 /* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:

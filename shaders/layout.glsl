@@ -36,8 +36,9 @@ layout(binding = 2) uniform usamplerBuffer chunk_texture;
 #define STP_LEVELS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// The draw call's chunk: slot in chunk_texture, and the patch its first vertex belongs to.
+// The draw call's chunk: slot in chunk_texture, its first patch, its origin minus the eye.
 layout(location = 0) uniform uint chunk_slot;
 layout(location = 1) uniform uint first_patch;
+layout(location = 4) uniform vec3 chunk_offset;
 // The pass's level of the pyramid.
 layout(location = 2) uniform int pyramid_level;

@@ -22,8 +22,7 @@ void main()
     uint end = min(p.count[level], begin + uint(STP_SHARE));
     for (uint i = begin; i < end; i++) {
         uint index = p.first[level] + i;
-        stp_disc disc = stp_disc_place(texelFetch(object_texture, int(index)), p.origin, p.step);
-        vec4 position = stp_project(disc);
+        vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step);
         if (position.z > 1.0)
             continue;
         gl_Position = position;

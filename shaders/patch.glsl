@@ -72,33 +72,35 @@ vec3 stp_to_eye(vec3 v)
     return vec3(dot(axis_right.xyz, v), dot(axis_up.xyz, v), dot(axis_back.xyz, v));
 }
 
-// Octahedral, 2 x 12 bits, to a unit vector in the scan's axes (Meyer et al. 2010).
-vec3 stp_normal_decode(uint code)
+// Octahedral, 2 x 12 bits, to a vector along the normal, in the scan's axes (Meyer et al. 2010).
+vec3 stp_normal_direction(uint code)
 {
     vec2 e = vec2(float(code & 4095u), float(code >> 12 & 4095u)) * (2.0 / 4095.0) - 1.0;
-    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-    if (n.z < 0.0)
-        n.xy = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-    return normalize(n);
+    float z = 1.0 - abs(e.x) - abs(e.y);
+    float fold = max(-z, 0.0);
+    return vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
 }
 
-// Position, orientation and normal alone: what projecting needs.
-stp_disc stp_disc_place(uvec4 texel, vec3 origin, float step)
+// A sample's position relative to the eye, world axes.
+vec3 stp_sample_position(uvec4 texel, vec3 origin, float step)
 {
-    stp_disc disc;
-    vec3 lattice = vec3(float(texel.x & 65535u), float(texel.x >> 16), float(texel.y & 65535u));
-    disc.position = stp_to_eye(origin + step * lattice);
-    disc.normal = stp_to_eye(stp_normal_decode(texel.z));
-    uint flags = texel.y >> 24;
-    disc.oriented = (flags & 3u) == 3u;
-    disc.has_normal = (flags & 2u) != 0u;
-    return disc;
+    return origin + step * vec3(float(texel.x & 65535u), float(texel.x >> 16),
+                                float(texel.y & 65535u));
+}
+
+bool stp_sample_oriented(uvec4 texel)
+{
+    return (texel.y & 0x03000000u) == 0x03000000u;
 }
 
 stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
 {
-    stp_disc disc = stp_disc_place(texel, origin, step);
+    stp_disc disc;
     uint radius = texel.y >> 16 & 255u;
+    disc.position = stp_to_eye(stp_sample_position(texel, origin, step));
+    disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
+    disc.oriented = stp_sample_oriented(texel);
+    disc.has_normal = (texel.y & 0x02000000u) != 0u;
     disc.radius = radius == 0u ? 0.0 : step * exp2((float(radius) - 1.0) / 16.0);
     disc.kind = texel.y >> 28 & 3u;
     disc.colour = vec3(float(texel.w & 255u), float(texel.w >> 8 & 255u),

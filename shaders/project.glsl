@@ -20,25 +20,24 @@ float stp_pixels_per_unit(float depth)
     return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
 }
 
-// True where a disc of known orientation shows its back.
-bool stp_disc_faces_away(stp_disc disc)
+// Clip position of the centre of the pixel that holds a sample's centre, so that no rasteriser's
+// rounding moves it; outside the clip volume if the sample is not drawn: behind the near plane,
+// outside the picture, or its known back turned to the eye. Depth runs from 1 at the near plane to 0
+// far away. Runs for every sample, so it normalises nothing.
+vec4 stp_project(uvec4 texel, vec3 origin, float step)
 {
-    return disc.oriented && STP_KEEP_BACK_FACES == 0 && dot(disc.normal, stp_ray_through(disc.position)) >= 0.0;
-}
-
-// Clip position of the centre of the pixel that holds a disc's centre, so that no rasteriser's
-// rounding moves it; outside the clip volume if the disc is not drawn. Depth runs from 1 at the near
-// plane to 0 far away.
-vec4 stp_project(stp_disc disc)
-{
-    const vec4 nowhere = vec4(2.0, 2.0, 2.0, 1.0);
-    float depth = -disc.position.z;
-    if (depth <= viewport.w || stp_disc_faces_away(disc))
-        return nowhere;
-    vec2 window = 0.5 * viewport.xy + disc.position.xy * stp_pixels_per_unit(depth);
-    vec2 centre = floor(window) + 0.5;
-    if (any(lessThan(window, vec2(0.0))) || any(greaterThanEqual(window, viewport.xy)))
-        return nowhere;
+    vec3 from_eye = stp_sample_position(texel, origin, step);
+    vec3 position = stp_to_eye(from_eye);
+    float depth = -position.z;
+    vec2 window = 0.5 * viewport.xy + position.xy * stp_pixels_per_unit(depth);
+    vec2 pixel = floor(window);
+    bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
+                 all(lessThan(pixel, viewport.xy));
+#if !STP_KEEP_BACK_FACES
+    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye;
+    bool away = dot(stp_normal_direction(texel.z), ray) >= 0.0;
+    drawn = drawn && !(away && stp_sample_oriented(texel));
+#endif
     float z = STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
-    return vec4(2.0 * centre / viewport.xy - 1.0, z, 1.0);
+    return drawn ? vec4((2.0 * pixel + 1.0) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }

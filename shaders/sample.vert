@@ -11,9 +11,7 @@ flat out uvec2 id; // sample, patch
 void main()
 {
     uint patch_index = first_patch + patch_of_chunk;
-    vec3 offset = uintBitsToFloat(texelFetch(chunk_texture, int(chunk_slot) * STP_CHUNK_TEXELS).xyz);
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS));
-    stp_disc disc = stp_disc_place(texel, lattice.xyz + offset, lattice.w);
     id = uvec2(gl_VertexID, patch_index);
-    gl_Position = stp_project(disc);
+    gl_Position = stp_project(texel, lattice.xyz + chunk_offset, lattice.w);
 }
