@@ -9,12 +9,12 @@
 #include "blend.glsl"
 
 // A finer pixel as seen from `centre`; invalid where its ellipse does not reach it.
-stp_pixel stp_pull_candidate(ivec2 p, vec2 centre)
+stp_pixel stp_pull_candidate(ivec2 p, vec2 centre, vec3 ray)
 {
     stp_pixel c = stp_pixel_fine(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
     c.d = middle - centre;
-    bool reaches = STP_BOX != 0 || stp_ellipse(c, middle, -c.d) <= 1.0;
+    bool reaches = STP_BOX != 0 || stp_ellipse(c, ray, -c.d) <= 1.0;
     c.tag = reaches && stp_was_written(p) ? c.tag : 0;
     return c;
 }
@@ -23,10 +23,11 @@ void main()
 {
     ivec2 here = ivec2(gl_FragCoord.xy);
     vec2 centre = stp_pixel_centre(here, pyramid_level);
-    stp_pixel c0 = stp_pull_candidate(2 * here, centre);
-    stp_pixel c1 = stp_pull_candidate(2 * here + ivec2(1, 0), centre);
-    stp_pixel c2 = stp_pull_candidate(2 * here + ivec2(0, 1), centre);
-    stp_pixel c3 = stp_pull_candidate(2 * here + ivec2(1, 1), centre);
+    vec3 ray = stp_ray(centre);
+    stp_pixel c0 = stp_pull_candidate(2 * here, centre, ray);
+    stp_pixel c1 = stp_pull_candidate(2 * here + ivec2(1, 0), centre, ray);
+    stp_pixel c2 = stp_pull_candidate(2 * here + ivec2(0, 1), centre, ray);
+    stp_pixel c3 = stp_pull_candidate(2 * here + ivec2(1, 1), centre, ray);
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, vec4(1.0));
 
