@@ -245,8 +245,8 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
             (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
         sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
         sum.radius += w * p->radius * p->radius;
-        sum.z_min += w * p->z_min;
-        sum.z_max += w * p->z_max;
+        sum.z_min += w * (p->z_min - front->z_min);
+        sum.z_max += w * (p->z_max - front->z_max);
         sum.dx += w * p->dx;
         sum.dy += w * p->dy;
         for (int k = 0; k < 3; k++)
@@ -256,8 +256,8 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
     sum.normal =
         stp_dvec3_length(sum.normal) > 0.0 ? stp_dvec3_normalize(sum.normal) : front->normal;
     sum.radius = sqrt(sum.radius / total);
-    sum.z_min /= total;
-    sum.z_max /= total;
+    sum.z_min = front->z_min + sum.z_min / total;
+    sum.z_max = front->z_max + sum.z_max / total;
     sum.dx /= total;
     sum.dy /= total;
     for (int k = 0; k < 3; k++)
