@@ -8,7 +8,7 @@
 
 #define FLOOR_PX 1.25
 #define SLOPE_LIMIT 5.0
-/* How far an ellipse reaches into a gap of four. */
+/* How far an ellipse reaches into a gap. */
 #define GAP_Q 2.0
 
 /* ---- spaces ---- */
@@ -308,13 +308,14 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be: 1, but where four surround the place and none reaches it, the nearest may. */
+/* How large q may be: 1, but where three lie around the place and none reaches it, the nearest may.
+ */
 static double push_reach(const meeting *m)
 {
     double least = INFINITY;
     for (int k = 0; k < m->count; k++)
         least = fmin(least, m->q[k]);
-    return m->count == 4 && least > 1.0 && least <= GAP_Q ? least : 1.0;
+    return m->count >= 3 && least > 1.0 && least <= GAP_Q ? least : 1.0;
 }
 
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
