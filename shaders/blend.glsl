@@ -34,8 +34,9 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     float side = two_sided && dot(c.normal, front.normal) < 0.0 ? -w : w;
     blend.sum.normal += side * c.normal;
     blend.sum.radius += w * c.radius * c.radius;
-    blend.sum.z_min += w * c.z_min;
-    blend.sum.z_max += w * c.z_max;
+    // Over the front's, so that equal depths stay equal whatever the weights: ties are decided by them.
+    blend.sum.z_min += w * (c.z_min - front.z_min);
+    blend.sum.z_max += w * (c.z_max - front.z_max);
     blend.sum.d += w * c.d;
     blend.sum.colour += w * c.colour;
     blend.total += w;
@@ -55,8 +56,8 @@ stp_blend stp_blend_four(stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel 
     float norm = dot(blend.sum.normal, blend.sum.normal);
     blend.sum.normal = norm > 0.0 ? blend.sum.normal * inversesqrt(norm) : front.normal;
     blend.sum.radius *= scale; // squared still
-    blend.sum.z_min *= scale;
-    blend.sum.z_max *= scale;
+    blend.sum.z_min = front.z_min + blend.sum.z_min * scale;
+    blend.sum.z_max = front.z_max + blend.sum.z_max * scale;
     blend.sum.d *= scale;
     blend.sum.colour *= scale;
     blend.distance *= scale;

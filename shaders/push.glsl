@@ -2,7 +2,7 @@
 // the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
-// Where four coarse pixels surround a pixel and none's ellipse reaches it, the nearest does up to
+// Where three coarse pixels lie around a pixel and none's ellipse reaches it, the nearest does up to
 // this q: averaging opens gaps that no surface has.
 #define STP_PUSH_GAP 2.0
 
@@ -38,8 +38,8 @@ stp_pixel stp_push(ivec2 here)
     bool parent_valid = c0.tag != 0;
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
-    float most = max(max(q.x, q.y), max(q.z, q.w)); // of all only if all are valid
-    float reach = most < STP_ELLIPSE_OUTSIDE ? clamp(least, 1.0, STP_PUSH_GAP) : 1.0;
+    float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
+    float reach = valid >= 3.0 ? clamp(least, 1.0, STP_PUSH_GAP) : 1.0;
     c0.tag = q.x <= reach ? c0.tag : 0;
     c1.tag = q.y <= reach ? c1.tag : 0;
     c2.tag = q.z <= reach ? c2.tag : 0;

@@ -72,7 +72,8 @@ static inline double model_fixture_build(const char *path, const model_recipe *r
     return spacing;
 }
 
-/* The true surface as about so many triangles; free with model_fixture_mesh_clear. */
+/* The true surface as about so many triangles (0: as many as `stipple gen --mesh` makes); free with
+ * model_fixture_mesh_clear. */
 static inline triangles_mesh model_fixture_mesh(gen_shape shape, uint64_t point_count,
                                                 uint64_t triangle_count)
 {
@@ -81,6 +82,7 @@ static inline triangles_mesh model_fixture_mesh(gen_shape shape, uint64_t point_
     gen_mesh mesh = {0};
     check_ok(stp_pool_create(&pool, 2, err));
     gen_surface_init(&surface, shape, point_count, 0);
+    triangle_count = triangle_count > 0 ? triangle_count : surface.mesh_triangles;
     check_ok(surface.mesh(&surface, triangle_count, pool, &mesh, err));
     stp_pool_destroy(&pool);
     stp_dvec3 *positions = calloc(mesh.vertex_count, sizeof *positions);

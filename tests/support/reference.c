@@ -8,7 +8,7 @@
 
 #define FLOOR_PX 1.25
 #define SLOPE_LIMIT 5.0
-/* How far an ellipse reaches into a gap of four. */
+/* How far an ellipse reaches into a gap. */
 #define GAP_Q 2.0
 
 /* ---- spaces ---- */
@@ -158,7 +158,7 @@ double reference_ellipse(const stp_view *view, const reference_pixel *p, double 
     if (!(p->radius > 0.0))
         return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
     double radius = fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
-    stp_dvec3 w = ray(view, cx, cy);
+    stp_dvec3 w = ray(view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     double k = stp_dvec3_dot(p->normal, w);
     double least = fmin(1.0, FLOOR_PX / radius);
@@ -245,8 +245,8 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
             (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
         sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
         sum.radius += w * p->radius * p->radius;
-        sum.z_min += w * p->z_min;
-        sum.z_max += w * p->z_max;
+        sum.z_min += w * (p->z_min - front->z_min);
+        sum.z_max += w * (p->z_max - front->z_max);
         sum.dx += w * p->dx;
         sum.dy += w * p->dy;
         for (int k = 0; k < 3; k++)
@@ -256,8 +256,8 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
     sum.normal =
         stp_dvec3_length(sum.normal) > 0.0 ? stp_dvec3_normalize(sum.normal) : front->normal;
     sum.radius = sqrt(sum.radius / total);
-    sum.z_min /= total;
-    sum.z_max /= total;
+    sum.z_min = front->z_min + sum.z_min / total;
+    sum.z_max = front->z_max + sum.z_max / total;
     sum.dx /= total;
     sum.dy /= total;
     for (int k = 0; k < 3; k++)
@@ -308,13 +308,14 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be: 1, but where four surround the place and none reaches it, the nearest may. */
+/* How large q may be: 1, but where three lie around the place and none reaches it, the nearest may.
+ */
 static double push_reach(const meeting *m)
 {
     double least = INFINITY;
     for (int k = 0; k < m->count; k++)
         least = fmin(least, m->q[k]);
-    return m->count == 4 && least > 1.0 && least <= GAP_Q ? least : 1.0;
+    return m->count >= 3 && least > 1.0 && least <= GAP_Q ? least : 1.0;
 }
 
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)

@@ -1,0 +1,110 @@
+/* The geometry shader and the CPU choose the same level of every patch: 26 directions and ten close
+ * views, five thresholds. Where they differ the projected error must lie within 1e-5 pixels of the
+ * threshold; such ties are counted. */
+#include "tests/gl_levels.h"
+#include "tests/model_fixture.h"
+#include "tests/scan_fixture.h"
+#include "tests/support/views.h"
+
+#define TIE_PX 1e-5
+
+typedef struct choices {
+    size_t patches, skipped, ties, levels[STP_LEVEL_COUNT];
+} choices;
+
+/* True if an error or a radius of one of the two levels lies on its threshold. */
+static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
+                   const stp_gpu_patch *patch, int a, int b)
+{
+    if (a == STP_LEVEL_SKIP || b == STP_LEVEL_SKIP)
+        return false;
+    int coarser = a > b ? a : b;
+    double error = (double)stp_level_error_px(look->frame, chunk, patch, coarser);
+    return fabs(error - (double)look->frame->quality[0]) <= TIE_PX;
+}
+
+static void compare_chunk(const gl_levels *levels, size_t draw, int view, choices *sum)
+{
+    stp_gpu_chunk chunk;
+    const stp_resident *resident = gl_fixture_resident(&levels->fixture, draw, &chunk);
+    stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
+    uint32_t count = levels->fixture.model->entries[chunk.id].patch_count;
+    for (uint32_t p = 0; p < count; p++) {
+        const stp_gpu_patch *patch = &resident->patches[p];
+        int gpu = gl_levels_drawn(levels, resident, p);
+        int cpu = stp_level_choose(look.frame, &chunk, patch);
+        sum->patches++;
+        sum->skipped += cpu == STP_LEVEL_SKIP;
+        if (cpu != STP_LEVEL_SKIP)
+            sum->levels[cpu]++;
+        if (gpu == cpu)
+            continue;
+        if (!is_tie(&look, &chunk, patch, gpu, cpu))
+            fail_msg("view %d, threshold %g: chunk %u patch %u is drawn at level %d, the CPU says "
+                     "%d",
+                     view, (double)look.frame->quality[0], chunk.id, p, gpu, cpu);
+        sum->ties++;
+    }
+}
+
+static void judge_model(const char *name, const model_recipe *recipe, bool orthographic)
+{
+    static const double thresholds[] = {0.5, 1.0, 2.0, 4.0, 8.0};
+    gl_levels levels = {0};
+    promise_disc *leaves = NULL;
+    size_t leaf_count = 0;
+    choices sum = {0};
+    model_fixture_build("level.stipple", recipe);
+    gl_levels_open(&levels, "level.stipple");
+    const stp_model *model = levels.fixture.model;
+    check_ok(promise_load_leaves(model->file, &leaves, &leaf_count, err));
+    for (int v = 0; v < VIEWS_COUNT; v++) {
+        stp_view view = views_get(v, &model->ball, leaves, leaf_count, 512, 512);
+        view.orthographic = orthographic;
+        if (orthographic)
+            view.f = (v % 3 + 1) * 200.0 / model->ball.radius;
+        for (size_t t = 0; t < sizeof thresholds / sizeof *thresholds; t++) {
+            stp_draw_params params = {.threshold_px = thresholds[t],
+                                      .reconstruct = STP_RECONSTRUCT_POINTS};
+            gl_levels_draw(&levels, &view, &params);
+            stp_inspection look = stp_renderer_inspect(levels.fixture.renderer);
+            for (size_t i = 0; i < look.cut->draw_count; i++)
+                compare_chunk(&levels, i, v, &sum);
+        }
+    }
+    print_message("%s: %zu choices (%zu skipped; %zu, %zu, %zu, %zu of levels 0 to 3), %zu ties\n",
+                  name, sum.patches, sum.skipped, sum.levels[0], sum.levels[1], sum.levels[2],
+                  sum.levels[3], sum.ties);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        assert_true(sum.levels[level] > 100);
+    assert_true(sum.skipped > 100);
+    free(leaves);
+    gl_levels_close(&levels);
+}
+
+static void bumpy(void **state)
+{
+    (void)state;
+    judge_model("bumpy",
+                &(model_recipe){.shape = GEN_BUMPY, .point_count = 200000, .noise_spacings = 0.1},
+                false);
+}
+
+static void statue_orthographic(void **state)
+{
+    (void)state;
+    judge_model("statue, orthographic", &(model_recipe){.shape = GEN_STATUE, .point_count = 100000},
+                true);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bumpy),
+        cmocka_unit_test(statue_orthographic),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
