@@ -439,6 +439,8 @@ stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, st
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
 {
     glDisable(GL_SCISSOR_TEST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
     glBlitNamedFramebuffer(r->pyramid.picture_frame, framebuffer, 0, 0, r->pyramid.width,
                            r->pyramid.height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
