@@ -16,6 +16,7 @@ struct stp_window {
     GLFWwindow *handle;
     stp_window_event events[STP_WINDOW_EVENTS_LIMIT];
     size_t event_count, event_next;
+    double cursor[2]; /* screen coordinates, y down */
 };
 
 static void add_event(GLFWwindow *handle, stp_window_event event)
@@ -40,11 +41,11 @@ static void place(GLFWwindow *handle, double x, double y, stp_window_event *even
     event->y = pixels[1] - y * pixels[1] / size[1];
 }
 
+/* Where the cursor was when it happened: GLFW would tell where it is now. */
 static void place_at_cursor(GLFWwindow *handle, stp_window_event *event)
 {
-    double x = 0.0, y = 0.0;
-    glfwGetCursorPos(handle, &x, &y);
-    place(handle, x, y, event);
+    const stp_window *w = glfwGetWindowUserPointer(handle);
+    place(handle, w->cursor[0], w->cursor[1], event);
 }
 
 static void on_character(GLFWwindow *handle, unsigned character)
@@ -71,7 +72,10 @@ static void on_button(GLFWwindow *handle, int button, int action, int modifiers)
 
 static void on_move(GLFWwindow *handle, double x, double y)
 {
+    stp_window *w = glfwGetWindowUserPointer(handle);
     stp_window_event event = {.kind = STP_WINDOW_MOVE};
+    w->cursor[0] = x;
+    w->cursor[1] = y;
     place(handle, x, y, &event);
     add_event(handle, event);
 }
