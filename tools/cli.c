@@ -48,8 +48,8 @@ int cli_usage(const cli_command *command, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    snprintf(line, sizeof line, "%s (try %s%s --help)", text,
-             command->program ? "" : "stipple ", command_name(command));
+    snprintf(line, sizeof line, "%s (try %s%s --help)", text, command->program ? "" : "stipple ",
+             command_name(command));
     print_line(command, line);
     return CLI_USAGE;
 }
