@@ -12,6 +12,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Of the geometry shader, a patch. */
 #define GEOMETRY_INVOCATIONS 1
@@ -94,6 +95,12 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
     r->model = params->model;
     r->stamp = 1;
     if (params->shader_folder != NULL) {
+        struct stat s;
+        if (stat(params->shader_folder, &s) != 0 || !S_ISDIR(s.st_mode)) {
+            status = stp_error_set(err, STP_NOT_FOUND, "%s: no folder of shaders is there",
+                                   params->shader_folder);
+            goto done;
+        }
         STP_TRY(stp_alloc(&r->shader_folder, strlen(params->shader_folder) + 1, 1, "a path", err));
         strcpy(r->shader_folder, params->shader_folder);
     }
