@@ -101,8 +101,9 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
                                    params->shader_folder);
             goto done;
         }
-        STP_TRY(stp_alloc(&r->shader_folder, strlen(params->shader_folder) + 1, 1, "a path", err));
-        strcpy(r->shader_folder, params->shader_folder);
+        size_t bytes = strlen(params->shader_folder) + 1;
+        STP_TRY(stp_alloc(&r->shader_folder, bytes, 1, "a path", err));
+        memcpy(r->shader_folder, params->shader_folder, bytes);
     }
     STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
     STP_TRY(stp_chunk_cache_create(&r->cache,
