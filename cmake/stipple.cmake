@@ -8,6 +8,12 @@ function(stp_target_settings target)
     target_compile_options(${target} PRIVATE
         $<$<COMPILE_LANGUAGE:C>:${STP_C_WARNINGS}>
         $<$<COMPILE_LANGUAGE:CXX>:${STP_CXX_WARNINGS}>)
+    get_target_property(type ${target} TYPE)
+    if(STIPPLE_SANITIZE AND type STREQUAL EXECUTABLE)
+        target_sources(${target} PRIVATE
+            ${PROJECT_SOURCE_DIR}/tests/support/sanitize/keep_loaded.c)
+        target_link_options(${target} PRIVATE -Wl,--export-dynamic-symbol=dlclose)
+    endif()
 endfunction()
 
 function(stp_library target)

@@ -261,15 +261,15 @@ static stp_status choose_capacity(const stp_model *model, uint64_t budget, uint3
     uint64_t sample_capacity = (uint64_t)(share * (double)samples);
     uint64_t patch_capacity = (uint64_t)(share * (double)patches);
     if (share < 1.0 && (sample_capacity < 2 * most_samples || patch_capacity < 2 * most_patches)) {
-        uint64_t needed = (uint64_t)(2.0 * (double)total *
-                                     fmax((double)most_samples / (double)samples,
-                                          (double)most_patches / (double)patches)) +
-                          1;
+        double most_share =
+            fmax((double)most_samples / (double)samples, (double)most_patches / (double)patches);
+        unsigned long long needed_mib =
+            1 + ((1 + (uint64_t)(2.0 * (double)total * most_share)) >> 20);
         return stp_error_set(err, STP_LIMIT,
                              "%s: a GPU memory of %llu bytes holds not even two chunks: give "
                              "--gpu-memory %lluM or more",
                              stp_chunk_file_path(model->file), (unsigned long long)budget,
-                             (unsigned long long)((needed >> 20) + 1));
+                             needed_mib);
     }
     out[0] = (uint32_t)(sample_capacity < UINT32_MAX ? sample_capacity : UINT32_MAX);
     out[1] = (uint32_t)(patch_capacity < UINT32_MAX ? patch_capacity : UINT32_MAX);

@@ -135,7 +135,7 @@ static stp_status draw_listed(stp_project *p, const stp_model *model,
             continue;
         set_draw(model, params, &draws[i], false);
         glDrawElements(GL_POINTS, (GLsizei)(begins[i + 1] - begins[i]), GL_UNSIGNED_INT,
-                       (const char *)NULL + begins[i] * sizeof *p->indices);
+                       (const void *)(begins[i] * sizeof *p->indices));
     }
     *points += p->index_count;
 done:

@@ -108,7 +108,7 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
         draw_screen();
     }
     glUseProgram(programs->push);
-    for (int l = levels - 1; l >= 1; l--) {
+    for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
         bind_push(pyramid, l, levels, area);
         draw_screen();

@@ -12,6 +12,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Of the geometry shader, a patch. */
 #define GEOMETRY_INVOCATIONS 1
@@ -94,8 +95,15 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
     r->model = params->model;
     r->stamp = 1;
     if (params->shader_folder != NULL) {
-        STP_TRY(stp_alloc(&r->shader_folder, strlen(params->shader_folder) + 1, 1, "a path", err));
-        strcpy(r->shader_folder, params->shader_folder);
+        struct stat s;
+        if (stat(params->shader_folder, &s) != 0 || !S_ISDIR(s.st_mode)) {
+            status = stp_error_set(err, STP_NOT_FOUND, "%s: no folder of shaders is there",
+                                   params->shader_folder);
+            goto done;
+        }
+        size_t bytes = strlen(params->shader_folder) + 1;
+        STP_TRY(stp_alloc(&r->shader_folder, bytes, 1, "a path", err));
+        memcpy(r->shader_folder, params->shader_folder, bytes);
     }
     STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
     STP_TRY(stp_chunk_cache_create(&r->cache,
@@ -439,6 +447,8 @@ stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, st
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
 {
     glDisable(GL_SCISSOR_TEST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
     glBlitNamedFramebuffer(r->pyramid.picture_frame, framebuffer, 0, 0, r->pyramid.width,
                            r->pyramid.height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }

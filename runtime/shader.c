@@ -61,11 +61,13 @@ static stp_status read_text(char **text, const char *name, const char *folder, s
     }
     for (const stp_shader_file *f = stp_shader_files; f->name != NULL; f++)
         if (strcmp(f->name, name) == 0) {
-            STP_TRY(stp_alloc(text, strlen(f->text) + 1, 1, "a shader", err));
-            strcpy(*text, f->text);
+            size_t bytes = strlen(f->text) + 1;
+            STP_TRY(stp_alloc(text, bytes, 1, "a shader", err));
+            memcpy(*text, f->text, bytes);
             goto done;
         }
-    status = stp_error_set(err, STP_NOT_FOUND, "there is no shader file %s", name);
+    stp_error_set(err, STP_NOT_FOUND, "there is no shader file %s", name);
+    status = STP_NOT_FOUND;
 done:
     if (descriptor >= 0)
         close(descriptor);

@@ -87,7 +87,7 @@ typedef struct stp_renderer_params {
     const char *shader_folder; /* files there win over the embedded ones; may be NULL */
 } stp_renderer_params;
 
-/* Errors: GL (no current 4.5 context), LIMIT (budget too small),
+/* Errors: GL (no current 4.5 context), LIMIT (budget too small), NOT_FOUND (shader_folder),
  * OUT_OF_MEMORY, and those of reading the root chunk. */
 stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
                                stp_error *err);

@@ -143,7 +143,7 @@ static inline stp_chunk *fixture_allocate(const uint8_t *counts, uint32_t patch_
 /* A leaf: patches side by side in x, 8 by 8 samples 32 steps apart at most. */
 static inline stp_chunk *fixture_leaf(uint64_t seed, uint32_t patch_count, unsigned per_patch)
 {
-    uint8_t counts[1024];
+    uint8_t counts[1024] = {0};
     for (uint32_t i = 0; i < patch_count; i++)
         counts[i] = (uint8_t)(i + 1 < patch_count ? per_patch : (per_patch + 1) / 2);
     stp_chunk *chunk = fixture_allocate(counts, patch_count);
@@ -209,7 +209,7 @@ static inline uint32_t fixture_add_leaf(fixture_tree *tree, uint64_t seed, uint3
 static inline uint32_t fixture_add_parent(fixture_tree *tree, const uint32_t *children,
                                           uint32_t count)
 {
-    uint8_t counts[1024];
+    uint8_t counts[1024] = {0};
     uint32_t patch_count = 0;
     uint64_t points = 0;
     stp_dvec3 origin = tree->entries[children[0]].origin;

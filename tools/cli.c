@@ -18,11 +18,17 @@ typedef struct parser {
     size_t common_count;
 } parser;
 
+/* What comes after "stipple ", or a program's own name. */
+static const char *command_name(const cli_command *command)
+{
+    return command->program ? command->program : command->name;
+}
+
 /* One line on stderr: a file name with a line break in it must not become two messages. */
-static void print_line(const char *command, const char *text)
+static void print_line(const cli_command *command, const char *text)
 {
     cli_progress_end();
-    fprintf(stderr, "stipple%s%s: ", command ? " " : "", command ? command : "");
+    fprintf(stderr, "%s%s: ", command->program ? "" : "stipple ", command_name(command));
     for (; *text; text++)
         fputc(iscntrl((unsigned char)*text) ? '?' : *text, stderr);
     fputc('\n', stderr);
@@ -31,7 +37,7 @@ static void print_line(const char *command, const char *text)
 int cli_fail(const cli_command *command, const stp_error *err)
 {
     bool located = err->message[0] != '\0';
-    print_line(command->name, located ? err->message : stp_status_text(err->status));
+    print_line(command, located ? err->message : stp_status_text(err->status));
     return CLI_FAILED;
 }
 
@@ -42,8 +48,9 @@ int cli_usage(const cli_command *command, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    snprintf(line, sizeof line, "%s (try stipple %s --help)", text, command->name);
-    print_line(command->name, line);
+    snprintf(line, sizeof line, "%s (try %s%s --help)", text, command->program ? "" : "stipple ",
+             command_name(command));
+    print_line(command, line);
     return CLI_USAGE;
 }
 

@@ -47,6 +47,7 @@ typedef struct cli_command {
     const char *usage;                 /* "stipple prep IN... -o M.stipple [options]" */
     const char *details;               /* further lines of the command's --help; may be NULL */
     int (*run)(int argc, char **argv); /* argv[0] is the command's name */
+    const char *program;               /* of a program that is one command; NULL: stipple NAME */
 } cli_command;
 
 /* Parses argv[1..]; the positional arguments, at least min and at most max, go to positional.

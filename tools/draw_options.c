@@ -1,6 +1,7 @@
 /* Options of the drawing commands. */
 #include "tools/draw_options.h"
 
+#include <stdio.h>
 #include <string.h>
 
 draw_options draw_options_default(void)
@@ -29,12 +30,11 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "greatest error on the screen (1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
          "coarser samples are not drawn larger (16)", NULL},
-        {"--lod", 0, CLI_CHOICE, &o->lod, "geometry|cpu|full",
+        {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
          "who chooses levels: geometry shader, CPU, or nobody", NULL},
-        {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, "gauss|box|points", "how gaps are closed",
-         NULL},
-        {"--shade", 0, CLI_CHOICE, &o->shade,
-         "phong|lambert|normal|depth|level|chunk|error|confidence", "what is shown", NULL},
+        {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
+         "how gaps are closed", NULL},
+        {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES, "what is shown", NULL},
         {"--colour", 0, CLI_CHOICE, &o->colour, "rgb|none", "of the samples", NULL},
         {"--color", 0, CLI_CHOICE, &o->colour, "rgb|none", NULL, NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
@@ -44,6 +44,13 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "shader files there win over the built-in ones", NULL},
     };
     memcpy(out, options, sizeof options);
+}
+
+void draw_options_word(const char *words, int index, char out[16])
+{
+    while (index-- > 0)
+        words += strcspn(words, "|") + 1;
+    snprintf(out, 16, "%.*s", (int)strcspn(words, "|"), words);
 }
 
 stp_draw_params draw_options_params(const draw_options *o)

@@ -18,10 +18,17 @@ typedef struct draw_options {
 
 #define DRAW_OPTION_COUNT 16
 
+/* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
+#define DRAW_LODS "geometry|cpu|full"
+#define DRAW_RECONSTRUCTIONS "gauss|box|points"
+#define DRAW_SHADES "phong|lambert|normal|depth|level|chunk|error|confidence"
+
 /* The defaults, before parsing. */
 draw_options draw_options_default(void);
 /* Fills the first DRAW_OPTION_COUNT options of a command. */
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
+/* One word of DRAW_LODS and the like. */
+void draw_options_word(const char *words, int index, char out[16]);
 /* What the renderer wants of them. */
 stp_draw_params draw_options_params(const draw_options *o);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,

@@ -14,11 +14,15 @@
 
 static int run(int argc, char **argv);
 const cli_command cli_render = {
-    "render", "one picture of a model, without a display",
-    "stipple render M.stipple -o I.png [options]",
-    "Without a camera the whole model is seen, filling the smaller side. The picture's alpha says\n"
-    "where it is covered. --repeat N draws N times more and --stats says how long each took.",
-    run};
+    .name = "render",
+    .summary = "one picture of a model, without a display",
+    .usage = "stipple render M.stipple -o I.png [options]",
+    .details =
+        "Without a camera the whole model is seen, filling the smaller side. The picture's alpha\n"
+        "says where it is covered. --repeat N draws N times more and --stats says how long each\n"
+        "took.",
+    .run = run,
+};
 
 #define REPEAT_LIMIT 100000u
 

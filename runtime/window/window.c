@@ -1,0 +1,237 @@
+/* The window, by GLFW. */
+#include "runtime/window/window.h"
+
+#include "base/memory.h"
+#include "runtime/gl_context.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <stdlib.h>
+
+/* Of the screen's free area, where the window has to fit. */
+#define FIT_SHARE 0.9
+#define FIT_LEAST 64
+
+struct stp_window {
+    GLFWwindow *handle;
+    stp_window_event events[STP_WINDOW_EVENTS_LIMIT];
+    size_t event_count, event_next;
+    double cursor[2]; /* screen coordinates, y down */
+};
+
+static void add_event(GLFWwindow *handle, stp_window_event event)
+{
+    stp_window *w = glfwGetWindowUserPointer(handle);
+    stp_window_event *last = w->event_count > 0 ? &w->events[w->event_count - 1] : NULL;
+    if (event.kind == STP_WINDOW_MOVE && last != NULL && last->kind == STP_WINDOW_MOVE)
+        *last = event;
+    else if (w->event_count < STP_WINDOW_EVENTS_LIMIT)
+        w->events[w->event_count++] = event;
+}
+
+/* Screen coordinates, y down, to pixels of the framebuffer, y up. */
+static void place(GLFWwindow *handle, double x, double y, stp_window_event *event)
+{
+    int size[2] = {0, 0}, pixels[2] = {0, 0};
+    glfwGetWindowSize(handle, &size[0], &size[1]);
+    glfwGetFramebufferSize(handle, &pixels[0], &pixels[1]);
+    if (size[0] < 1 || size[1] < 1)
+        return;
+    event->x = x * pixels[0] / size[0];
+    event->y = pixels[1] - y * pixels[1] / size[1];
+}
+
+/* Where the cursor was when it happened: GLFW would tell where it is now. */
+static void place_at_cursor(GLFWwindow *handle, stp_window_event *event)
+{
+    const stp_window *w = glfwGetWindowUserPointer(handle);
+    place(handle, w->cursor[0], w->cursor[1], event);
+}
+
+static void on_character(GLFWwindow *handle, unsigned character)
+{
+    add_event(handle, (stp_window_event){.kind = STP_WINDOW_CHARACTER, .character = character});
+}
+
+static void on_key(GLFWwindow *handle, int key, int scancode, int action, int modifiers)
+{
+    (void)scancode;
+    (void)modifiers;
+    if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS)
+        add_event(handle, (stp_window_event){.kind = STP_WINDOW_ESCAPE});
+}
+
+static void on_button(GLFWwindow *handle, int button, int action, int modifiers)
+{
+    stp_window_event event = {.kind = action == GLFW_PRESS ? STP_WINDOW_PRESS : STP_WINDOW_RELEASE,
+                              .button = button,
+                              .shift = (modifiers & GLFW_MOD_SHIFT) != 0};
+    place_at_cursor(handle, &event);
+    add_event(handle, event);
+}
+
+static void on_move(GLFWwindow *handle, double x, double y)
+{
+    stp_window *w = glfwGetWindowUserPointer(handle);
+    stp_window_event event = {.kind = STP_WINDOW_MOVE};
+    w->cursor[0] = x;
+    w->cursor[1] = y;
+    place(handle, x, y, &event);
+    add_event(handle, event);
+}
+
+static void on_wheel(GLFWwindow *handle, double x, double y)
+{
+    (void)x;
+    stp_window_event event = {.kind = STP_WINDOW_WHEEL, .wheel = y};
+    place_at_cursor(handle, &event);
+    add_event(handle, event);
+}
+
+static void on_refresh(GLFWwindow *handle)
+{
+    add_event(handle, (stp_window_event){.kind = STP_WINDOW_REFRESH});
+}
+
+static void on_resize(GLFWwindow *handle, int width, int height)
+{
+    (void)width;
+    (void)height;
+    on_refresh(handle);
+}
+
+static void on_close(GLFWwindow *handle)
+{
+    add_event(handle, (stp_window_event){.kind = STP_WINDOW_CLOSE});
+}
+
+/* GLFW's own words on its last failure. */
+static const char *reason(int *code)
+{
+    const char *text = NULL;
+    *code = glfwGetError(&text);
+    return text != NULL ? text : "no reason given";
+}
+
+static stp_status fail_to_open(stp_error *err)
+{
+    int code = GLFW_NO_ERROR;
+    const char *text = reason(&code);
+    if (code == GLFW_VERSION_UNAVAILABLE || code == GLFW_API_UNAVAILABLE)
+        return stp_error_set(err, STP_GL,
+                             "this display has no OpenGL 4.5 (%s): install a newer driver, or make "
+                             "pictures without a display by stipple render",
+                             text);
+    return stp_error_set(err, STP_GL,
+                         "no window can be opened (%s): make pictures without a display by stipple "
+                         "render",
+                         text);
+}
+
+static void fit_to_screen(int *width, int *height)
+{
+    int x = 0, y = 0, area[2] = {0, 0};
+    GLFWmonitor *monitor = glfwGetPrimaryMonitor();
+    if (monitor == NULL)
+        return;
+    glfwGetMonitorWorkarea(monitor, &x, &y, &area[0], &area[1]);
+    int limit[2] = {(int)(FIT_SHARE * area[0]), (int)(FIT_SHARE * area[1])};
+    if (limit[0] < FIT_LEAST || limit[1] < FIT_LEAST)
+        return;
+    *width = *width < limit[0] ? *width : limit[0];
+    *height = *height < limit[1] ? *height : limit[1];
+}
+
+static GLFWwindow *open_window(const char *title, int width, int height)
+{
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    return glfwCreateWindow(width, height, title, NULL, NULL);
+}
+
+static void set_callbacks(GLFWwindow *handle)
+{
+    glfwSetCharCallback(handle, on_character);
+    glfwSetKeyCallback(handle, on_key);
+    glfwSetMouseButtonCallback(handle, on_button);
+    glfwSetCursorPosCallback(handle, on_move);
+    glfwSetScrollCallback(handle, on_wheel);
+    glfwSetFramebufferSizeCallback(handle, on_resize);
+    glfwSetWindowRefreshCallback(handle, on_refresh);
+    glfwSetWindowCloseCallback(handle, on_close);
+}
+
+stp_status stp_window_create(stp_window **out, const char *title, int width, int height, bool fit,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_window *w = NULL;
+    STP_TRY(stp_alloc(&w, 1, sizeof *w, "a window", err));
+    if (glfwInit()) {
+        if (fit)
+            fit_to_screen(&width, &height);
+        w->handle = open_window(title, width, height);
+    }
+    if (w->handle == NULL) {
+        status = fail_to_open(err);
+        goto done;
+    }
+    glfwSetWindowUserPointer(w->handle, w);
+    glfwMakeContextCurrent(w->handle);
+    STP_TRY(stp_gl_context_check(err));
+    glfwSwapInterval(1);
+    set_callbacks(w->handle);
+    *out = w;
+    w = NULL;
+done:
+    stp_window_destroy(&w);
+    return status;
+}
+
+void stp_window_destroy(stp_window **window)
+{
+    if (*window == NULL)
+        return;
+    if ((*window)->handle != NULL)
+        glfwDestroyWindow((*window)->handle);
+    free(*window);
+    *window = NULL;
+    glfwTerminate();
+}
+
+void stp_window_wait(stp_window *w, double seconds)
+{
+    w->event_count = w->event_next = 0;
+    if (seconds > 0.0)
+        glfwWaitEventsTimeout(seconds);
+    else
+        glfwPollEvents();
+}
+
+bool stp_window_next(stp_window *w, stp_window_event *out)
+{
+    if (w->event_next == w->event_count)
+        return false;
+    *out = w->events[w->event_next++];
+    return true;
+}
+
+void stp_window_size(const stp_window *w, int *width, int *height)
+{
+    glfwGetFramebufferSize(w->handle, width, height);
+    if (glfwGetWindowAttrib(w->handle, GLFW_ICONIFIED))
+        *width = *height = 0;
+}
+
+void stp_window_set_title(stp_window *w, const char *title)
+{
+    glfwSetWindowTitle(w->handle, title);
+}
+
+void stp_window_present(stp_window *w)
+{
+    glfwSwapBuffers(w->handle);
+}
