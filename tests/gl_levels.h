@@ -37,18 +37,20 @@ static inline void gl_levels_shaders(void)
         "    atomicAdd(noted[id.y].x, 1u);\n"
         "    atomicMin(noted[id.y].y, id.x);\n"
         "    nearest = id;\n}\n";
-    static const char nowhere[] = "\nvec4 stp_project(stp_disc disc)\n{\n"
+    static const char nowhere[] = "\nvec4 stp_project(uvec4 texel, vec3 origin, float step)\n{\n"
                                   "    return vec4(0.0, 0.0, 0.5, 1.0);\n}\n";
     static char text[1 << 16];
     const stp_shader_file *file = stp_shader_files;
     while (file->name != NULL && strcmp(file->name, "project.glsl") != 0)
         file++;
     assert_non_null(file->name);
-    const char *begin = strstr(file->text, "vec4 stp_project(stp_disc disc)");
+    const char *begin =
+        strstr(file->text, "vec4 stp_project(uvec4 texel, vec3 origin, float step)");
     assert_non_null(begin);
-    snprintf(text, sizeof text, "%.*svec4 stp_project_as_ever(stp_disc disc)%s%s",
+    snprintf(text, sizeof text,
+             "%.*svec4 stp_project_as_ever(uvec4 texel, vec3 origin, float step)%s%s",
              (int)(begin - file->text), file->text,
-             begin + strlen("vec4 stp_project(stp_disc disc)"), nowhere);
+             begin + strlen("vec4 stp_project(uvec4 texel, vec3 origin, float step)"), nowhere);
     mkdir(GL_LEVELS_FOLDER, 0777);
     scan_fixture_text(GL_LEVELS_FOLDER "/project.glsl", text);
     scan_fixture_text(GL_LEVELS_FOLDER "/id.frag", note);

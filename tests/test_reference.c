@@ -118,8 +118,13 @@ static void ellipse_axes(void **state)
                           .z_min = 2.0,
                           .tag = 1};
     check_near(reference_ellipse(&view, &p, 100.5, 50.5, 0.0, 10.0), 1.0, 1e-12);
-    /* along it, the image of a ball's outline: r / cos(45 degrees) */
-    check_near(reference_ellipse(&view, &p, 100.5, 50.5, 10.0 * sqrt(2.0), 0.0), 1.0, 1e-12);
+    /* along it, where the two ends of its diameter (2, -2) +- r (1, 1) / sqrt(2) in x, z are seen
+     */
+    double r = 0.4 / sqrt(2.0);
+    double far_end = 50.0 * (2.0 + r) / (2.0 - r) - 50.0,
+           near_end = 50.0 * (2.0 - r) / (2.0 + r) - 50.0;
+    check_near(reference_ellipse(&view, &p, 100.5, 50.5, far_end, 0.0), 1.0, 1e-12);
+    check_near(reference_ellipse(&view, &p, 100.5, 50.5, near_end, 0.0), 1.0, 1e-12);
 }
 
 /* The nearer of two discs hides the other where they overlap, whichever is drawn first. */
