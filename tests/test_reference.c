@@ -111,20 +111,28 @@ static void ellipse_axes(void **state)
     p.radius = 0.0;
     assert_true(isinf(reference_ellipse(&view, &p, 50.5, 50.5, 0.6, 0.0)));
     check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 0.0), 0.0, 0.0);
-    /* off the axis: the disc facing along its own ray has its full radius across it */
-    view = check_view(101, 101, 50.0, false);
-    p = (reference_pixel){.normal = stp_dvec3_normalize((stp_dvec3){-1.0, 0.0, 1.0}),
-                          .radius = 0.4,
-                          .z_min = 2.0,
-                          .tag = 1};
-    check_near(reference_ellipse(&view, &p, 100.5, 50.5, 0.0, 10.0), 1.0, 1e-12);
-    /* along it, where the two ends of its diameter (2, -2) +- r (1, 1) / sqrt(2) in x, z are seen
-     */
-    double r = 0.4 / sqrt(2.0);
-    double far_end = 50.0 * (2.0 + r) / (2.0 - r) - 50.0,
-           near_end = 50.0 * (2.0 - r) / (2.0 + r) - 50.0;
-    check_near(reference_ellipse(&view, &p, 100.5, 50.5, far_end, 0.0), 1.0, 1e-12);
-    check_near(reference_ellipse(&view, &p, 100.5, 50.5, near_end, 0.0), 1.0, 1e-12);
+}
+
+/* In perspective a disc's rim, projected point by point, is the form's rim, on the axis and off. */
+static void projected_rim(void **state)
+{
+    (void)state;
+    stp_view view = check_view(101, 101, 50.0, false);
+    for (int k = 0; k < 12; k++) {
+        stp_dvec3 centre = {0.15 * (k % 4) * 2.0, -0.2 * (k / 4) * 2.0, -2.0};
+        stp_dvec3 n = stp_dvec3_normalize((stp_dvec3){0.5 - 0.3 * (k % 3), 0.2, 1.0});
+        reference_pixel p = {.normal = n, .radius = 0.4, .z_min = 2.0, .tag = 1};
+        stp_dvec3 u = stp_dvec3_normalize(stp_dvec3_cross(n, (stp_dvec3){0.0, 1.0, 0.0}));
+        stp_dvec3 v = stp_dvec3_cross(n, u);
+        double cx = 50.5 + 25.0 * centre.x, cy = 50.5 + 25.0 * centre.y;
+        for (int i = 0; i < 16; i++) {
+            stp_dvec3 rim = centre;
+            rim = stp_dvec3_add(rim, stp_dvec3_scale(u, 0.4 * cos(i * M_PI / 8.0)));
+            rim = stp_dvec3_add(rim, stp_dvec3_scale(v, 0.4 * sin(i * M_PI / 8.0)));
+            double x = 50.5 - 50.0 * rim.x / rim.z - cx, y = 50.5 - 50.0 * rim.y / rim.z - cy;
+            check_near(reference_ellipse(&view, &p, cx, cy, x, y), 1.0, 1e-12);
+        }
+    }
 }
 
 /* The nearer of two discs hides the other where they overlap, whichever is drawn first. */
@@ -384,6 +392,7 @@ int main(void)
         cmocka_unit_test(one_disc_is_a_circle),
         cmocka_unit_test(gauss_stays_inside_box),
         cmocka_unit_test(ellipse_axes),
+        cmocka_unit_test(projected_rim),
         cmocka_unit_test(front_wins),
         cmocka_unit_test(slanted_plane_is_closed),
         cmocka_unit_test(two_layers_stay_apart),
