@@ -2,11 +2,20 @@
 #include "preprocess/neighbours.h"
 
 #include "base/memory.h"
-#include "preprocess/nearest.h"
+#include "preprocess/flann_shim.h"
 
+#include <float.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Points searched in one call. */
+#define BATCH 256u
+/* Asked of the tree beyond k: the point itself, and one farther by which the list is known to be
+ * complete. */
+#define EXTRA 2u
+/* No float distance of the tree is off by more than this part, but for the rounding of points. */
+#define FLOAT_ERROR 1e-5
 
 typedef struct search {
     stp_cloud *cloud;
@@ -15,12 +24,45 @@ typedef struct search {
     atomic_uint_fast64_t done_count;
 } search;
 
+/* Neighbours found, nearest first, ties by source. */
+typedef struct nearest_list {
+    unsigned capacity, count;
+    double squared[STP_NEIGHBOURS_LIMIT];
+    uint32_t index[STP_NEIGHBOURS_LIMIT]; /* places in the cloud */
+} nearest_list;
+
 /* Distinct positions of a cell and its halo. */
 typedef struct locale {
     uint32_t *index; /* places in the cloud */
     size_t count, capacity;
     size_t home_begin, home_end; /* the cell's own */
+    float *points;               /* 3 each, about the middle of all */
+    double slack;                /* twice what a distance is off by for rounding points to floats */
+    stp_kd_tree *tree;
+    uint32_t *within;  /* room for a search by radius */
+    uint32_t *indices; /* room for a batch */
+    float *squared;
 } locale;
+
+static void list_insert(nearest_list *list, const stp_cloud *cloud, double squared, uint32_t index)
+{
+    unsigned at = list->count;
+    const stp_cloud_point *points = cloud->points;
+    while (at > 0 && (squared < list->squared[at - 1] ||
+                      (squared == list->squared[at - 1] &&
+                       points[index].source < points[list->index[at - 1]].source)))
+        at--;
+    if (at == list->capacity)
+        return;
+    if (list->count < list->capacity)
+        list->count++;
+    for (unsigned i = list->count - 1; i > at; i--) {
+        list->squared[i] = list->squared[i - 1];
+        list->index[i] = list->index[i - 1];
+    }
+    list->squared[at] = squared;
+    list->index[at] = index;
+}
 
 static bool same_position(const stp_cloud_point *a, const stp_cloud_point *b)
 {
@@ -73,8 +115,43 @@ static stp_status locale_gather(locale *l, const stp_cloud *cloud, const stp_cel
     return STP_OK;
 }
 
+static stp_status locale_plant(locale *l, const stp_cloud *cloud, size_t k, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_dbox bounds = stp_dbox_empty();
+    for (size_t i = 0; i < l->count; i++)
+        stp_dbox_add(&bounds, cloud->points[l->index[i]].position);
+    stp_dvec3 origin = stp_dvec3_scale(stp_dvec3_add(bounds.min, bounds.max), 0.5);
+    l->slack = ldexp(stp_dvec3_length(stp_dvec3_sub(bounds.max, bounds.min)), -23);
+    STP_TRY(stp_alloc(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
+    STP_TRY(stp_alloc(&l->within, l->count, sizeof *l->within, "neighbours", err));
+    STP_TRY(stp_alloc(&l->indices, BATCH * (k + EXTRA), sizeof *l->indices, "neighbours", err));
+    STP_TRY(stp_alloc(&l->squared, BATCH * (k + EXTRA), sizeof *l->squared, "neighbours", err));
+    for (size_t i = 0; i < l->count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[l->index[i]].position, origin);
+        l->points[3 * i] = (float)d.x;
+        l->points[3 * i + 1] = (float)d.y;
+        l->points[3 * i + 2] = (float)d.z;
+    }
+    l->tree = stp_kd_tree_create(l->points, l->count);
+    if (!l->tree)
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+done:
+    return status;
+}
+
+static void locale_clear(locale *l)
+{
+    stp_kd_tree_destroy(l->tree);
+    free(l->index);
+    free(l->points);
+    free(l->within);
+    free(l->indices);
+    free(l->squared);
+}
+
 /* Every cell the ball of the k-th distance meets, point by point: rare, and exact. */
-static void search_everywhere(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list)
+static void search_everywhere(const stp_cloud *cloud, uint32_t self, nearest_list *list)
 {
     stp_dvec3 p = cloud->points[self].position;
     double reach = list->count == list->capacity ? list->squared[list->count - 1] : INFINITY;
@@ -89,7 +166,7 @@ static void search_everywhere(const stp_cloud *cloud, uint32_t self, stp_nearest
             double squared = stp_dvec3_dot(d, d);
             if (squared == 0.0 || squared > reach || repeats(cloud, cell, i))
                 continue;
-            stp_nearest_insert(list, cloud, squared, i);
+            list_insert(list, cloud, squared, i);
             if (list->count == list->capacity)
                 reach = list->squared[list->count - 1];
         }
@@ -106,7 +183,7 @@ static bool inside_halo(const stp_cell *cell, stp_dvec3 p, double halo, double d
 }
 
 static void finish_point(search *s, const stp_cell *cell, double halo, uint32_t self,
-                         stp_nearest_list *list)
+                         nearest_list *list)
 {
     stp_cloud *cloud = s->cloud;
     size_t k = s->out->k;
@@ -121,19 +198,57 @@ static void finish_point(search *s, const stp_cell *cell, double halo, uint32_t 
     point->spacing = list->count ? (float)sqrt(last * M_PI / (double)list->count) : 0.0f;
 }
 
-/* The runs of the tree that hold the cell's own points. */
-static void find_runs(search *s, const stp_cell *cell, const locale *l, const stp_nearest *tree,
-                      double halo)
+/* Measures candidates in double and keeps the nearest. */
+static void list_fill(nearest_list *list, const stp_cloud *cloud, const locale *l, uint32_t self,
+                      const uint32_t *candidates, size_t count)
 {
-    stp_nearest_list lists[STP_NEAREST_RUN];
-    for (size_t i = 0; i < STP_NEAREST_RUN; i++)
-        lists[i].capacity = s->out->k;
-    for (size_t at = l->home_begin; at < l->home_end;) {
-        size_t run = at / STP_NEAREST_RUN;
-        stp_nearest_run(tree, run, lists);
-        for (; at < l->home_end && at / STP_NEAREST_RUN == run; at++)
-            finish_point(s, cell, halo, l->index[at], &lists[at % STP_NEAREST_RUN]);
+    stp_dvec3 p = cloud->points[self].position;
+    list->count = 0;
+    for (size_t i = 0; i < count && candidates[i] != STP_KD_TREE_NONE; i++) {
+        uint32_t index = l->index[candidates[i]];
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[index].position, p);
+        double squared = stp_dvec3_dot(d, d);
+        if (squared > 0.0)
+            list_insert(list, cloud, squared, index);
     }
+}
+
+/* The list of the locale's point `at` out of what the tree found for it. Where a point that was
+ * left out may be as near as the last one, all points that near are looked at. */
+static stp_status list_find(nearest_list *list, const search *s, const locale *l, size_t at,
+                            const uint32_t *found, const float *squared, stp_error *err)
+{
+    size_t asked = s->out->k + EXTRA;
+    list_fill(list, s->cloud, l, l->index[at], found, asked);
+    if (found[asked - 1] == STP_KD_TREE_NONE || list->count < list->capacity)
+        return STP_OK;
+    double last = sqrt(list->squared[list->count - 1]);
+    if (last < (1.0 - FLOAT_ERROR) * sqrt((double)squared[asked - 1]) - l->slack)
+        return STP_OK;
+    double reach = (1.0 + FLOAT_ERROR) * last + l->slack;
+    size_t count = 0;
+    if (!stp_kd_tree_within(l->tree, l->points + 3 * at, (float)(reach * reach), l->within, &count))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+    list_fill(list, s->cloud, l, l->index[at], l->within, count);
+    return STP_OK;
+}
+
+static stp_status find_batch(search *s, const stp_cell *cell, const locale *l, double halo,
+                             size_t begin, size_t end, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t asked = s->out->k + EXTRA;
+    nearest_list list = {.capacity = s->out->k};
+    if (!stp_kd_tree_nearest(l->tree, l->points + 3 * begin, end - begin, asked, l->indices,
+                             l->squared))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+    for (size_t at = begin; at < end; at++) {
+        size_t row = (at - begin) * asked;
+        STP_TRY(list_find(&list, s, l, at, l->indices + row, l->squared + row, err));
+        finish_point(s, cell, halo, l->index[at], &list);
+    }
+done:
+    return status;
 }
 
 /* Points at one position share a list. */
@@ -162,18 +277,19 @@ static stp_status find_cell(void *context, size_t index, unsigned worker, stp_er
     const stp_cell *cell = &s->cloud->cells[index];
     double halo = halo_width(cell);
     locale l = {0};
-    stp_nearest *tree = NULL;
     (void)worker;
     STP_TRY(locale_gather(&l, s->cloud, cell, halo, err));
-    STP_TRY(stp_nearest_create(&tree, s->cloud, l.index, l.count, err));
-    find_runs(s, cell, &l, tree, halo);
+    STP_TRY(locale_plant(&l, s->cloud, s->out->k, err));
+    for (size_t at = l.home_begin; at < l.home_end; at += BATCH) {
+        size_t end = l.home_end - at < BATCH ? l.home_end : at + BATCH;
+        STP_TRY(find_batch(s, cell, &l, halo, at, end, err));
+    }
     copy_repeats(s, cell);
     uint64_t done = atomic_fetch_add(&s->done_count, cell->end - cell->begin);
     status = stp_progress_update(s->progress, "neighbours", done + cell->end - cell->begin,
                                  s->cloud->count, err);
 done:
-    stp_nearest_destroy(&tree);
-    free(l.index);
+    locale_clear(&l);
     return status;
 }
 

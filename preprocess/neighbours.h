@@ -1,14 +1,18 @@
 /* The k nearest distinct positions of every point, cell by cell with a halo.
  *
- * Exact: a point whose k-th distance passes its cell's halo is searched again in every cell its
- * ball meets. Duplicates share one list. Ties in distance go by source index.
+ * FLANN's kd-tree gives candidates by float distances; the lists are made of them in double, ties
+ * by source index, and where more points might tie with the last one, all as near are compared. A
+ * point whose k-th distance passes its cell's halo is searched again in every cell its ball meets.
+ * Duplicates share one list.
  * Threads: cells run on the pool; the result does not depend on their number. */
 #ifndef STP_PREPROCESS_NEIGHBOURS_H
 #define STP_PREPROCESS_NEIGHBOURS_H
 
 #include "base/progress.h"
-#include "preprocess/nearest.h"
+#include "preprocess/cloud.h"
 
+/* Most neighbours of a point. */
+#define STP_NEIGHBOURS_LIMIT 64
 #define STP_NEIGHBOUR_NONE UINT32_MAX
 
 typedef struct stp_neighbours {

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "preprocess/normals.h"
+#include "preprocess/spacing.h"
 
 #include <cjson/cJSON.h>
 #include <stdlib.h>
@@ -12,10 +13,18 @@
 #define DEFAULT_NEIGHBOURS 16u
 #define DEFAULT_LAMBDA 1.7
 
-enum { STAGE_READ, STAGE_SORT, STAGE_NEIGHBOURS, STAGE_NORMALS, STAGE_ORIENTATION, STAGE_PATCHES };
+enum {
+    STAGE_READ,
+    STAGE_SORT,
+    STAGE_NEIGHBOURS,
+    STAGE_SPACING,
+    STAGE_NORMALS,
+    STAGE_ORIENTATION,
+    STAGE_PATCHES
+};
 
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
-    "read", "sort", "neighbours", "normals", "orientation", "patches"};
+    "read", "sort", "neighbours", "spacing", "normals", "orientation", "patches"};
 
 static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t source,
                             stp_prep_stats *stats, stp_error *err)
@@ -169,6 +178,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     end_stage(stats, STAGE_SORT, &since);
     STP_TRY(stp_neighbours_find(&neighbours, &cloud, k, pool, progress, err));
     end_stage(stats, STAGE_NEIGHBOURS, &since);
+    STP_TRY(stp_spacing_smooth(&cloud, &neighbours, pool, err));
+    end_stage(stats, STAGE_SPACING, &since);
     STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
     end_stage(stats, STAGE_NORMALS, &since);
     STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, pool, &stats->orientation, err));

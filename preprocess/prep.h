@@ -1,8 +1,8 @@
 /* The whole of preprocessing: scans in, one chunk file out.
  *
- * Stages: read, sort, neighbours, normals, orientation, patches (with errors, tree and writing).
- * Memory: the points are held in memory (about 150 bytes each with k = 16); a failure leaves no
- * file. Threads: those of the pool; the same bytes for any number. */
+ * Stages: read, sort, neighbours, spacing, normals, orientation, patches (with errors, tree and
+ * writing). Memory: the points are held in memory (about 150 bytes each with k = 16); a failure
+ * leaves no file. Threads: those of the pool; the same bytes for any number. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
@@ -31,7 +31,7 @@ typedef struct stp_prep_params {
     bool force;
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 6
+#define STP_PREP_STAGE_COUNT 7
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;

@@ -159,6 +159,15 @@ static void print_stats(const stp_prep_stats *s)
             (double)stp_peak_rss_bytes() / (1024.0 * 1024.0 * 1024.0));
 }
 
+/* An existing output is refused before the scan is read. */
+static stp_status check_output(const prep_options *o, stp_error *err)
+{
+    stp_output *probe = NULL;
+    stp_status status = stp_output_create(&probe, o->output, o->force, err);
+    stp_output_destroy(&probe);
+    return status;
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *paths, size_t count,
                            stp_error *err)
 {
@@ -177,15 +186,17 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
                               .force = o->force};
     stp_prep_stats stats = {0};
+    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
     for (size_t i = 0; i < count; i++) {
         STP_TRY(stp_output_check_input(o->output, paths[i], err));
         if (o->stats)
             STP_TRY(stp_output_check_input(o->stats, paths[i], err));
     }
+    STP_TRY(check_output(o, err));
     STP_TRY(parse_orient(o->orient, &params, err));
     STP_TRY(survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
-    status = stp_prep_run(o->output, &source, &params, pool, cli_progress(&o->common), &stats, err);
+    status = stp_prep_run(o->output, &source, &params, pool, progress, &stats, err);
     cli_progress_end();
     if (status != STP_OK)
         goto done;
@@ -194,6 +205,7 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
     if (!o->common.quiet)
         print_stats(&stats);
 done:
+    cli_progress_end();
     stp_scan_close(&in.scan);
     stp_pool_destroy(&pool);
     return status;
