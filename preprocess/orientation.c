@@ -11,10 +11,8 @@
 #define SMOOTH_BUCKETS 200u /* edges inside a sheet; the others lead across creases */
 #define SURE_BUCKETS 100u   /* a quarter of a spacing off, 31 degrees: joins sheets */
 #define CRUMB_POINTS 64u    /* smaller pieces are no sheets but parts of one nearby */
-#define SHEET_GAP 0.35f     /* spacings without a point between two sheets */
 #define SHEET_COSINE 0.7f
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
-#define SHEET_POINTS 4u   /* fewer are crumbs */
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
@@ -132,7 +130,6 @@ static stp_status find_layers(void *context, size_t index, unsigned worker, stp_
         c->layers[i] =
             stp_layer_find(c->cloud, i, c->cloud->points[i].normal,
                            c->neighbours->indices + (size_t)i * c->neighbours->k, c->neighbours->k);
-    return STP_OK;
     return STP_OK;
 }
 
@@ -367,8 +364,6 @@ static stp_status turn_to(stp_cloud *cloud, forest *f, stp_dvec3 position, stp_e
     return STP_OK;
 }
 
-/* Every point's sheet. Points without a normal and crumbs of a few points are sheets of no one:
- * they may share a patch with each other, or a thicket would have a patch for each. */
 /* The big sheet among a point's neighbours whose planes' mean it is nearest to; its own if there is
  * none. */
 static uint32_t adopt(const connection *c, uint32_t self)
