@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "preprocess/layer.h"
+#include "preprocess/visibility.h"
 
 #include <stdlib.h>
 
@@ -418,6 +419,30 @@ static void number_sheets(connection *c)
     }
 }
 
+/* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
+ * wrong, but what a closed surface shows to the outside is its outside. */
+static stp_status turn_seen(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    _Atomic int *votes = NULL;
+    int64_t *sums = NULL;
+    STP_TRY(stp_alloc(&votes, cloud->count, sizeof *votes, "votes", err));
+    STP_TRY(stp_alloc(&sums, cloud->count, sizeof *sums, "votes", err));
+    STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
+    for (uint32_t i = 0; i < cloud->count; i++)
+        if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
+            sums[cloud->points[i].sheet] += votes[i];
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        if (p->flags & STP_SAMPLE_ORIENTED && sums[p->sheet] < 0)
+            p->normal = glms_vec3_negate(p->normal);
+    }
+done:
+    free(sums);
+    free((void *)votes);
+    return status;
+}
+
 static void mark_all(stp_cloud *cloud)
 {
     for (uint32_t i = 0; i < cloud->count; i++)
@@ -453,6 +478,8 @@ static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours,
         STP_TRY(turn_to(cloud, &c.forest, params->position, err));
     else if (params->mode != STP_ORIENT_NONE)
         STP_TRY(turn_outward(cloud, &c.forest, oriented, err));
+    if (*oriented > 0)
+        STP_TRY(turn_seen(cloud, pool, err));
 done:
     for (uint32_t i = 0; c.open && i < cloud->cell_count; i++)
         free(c.open[i].edges);

@@ -4,7 +4,8 @@
  * neighbour graph, best edges first (Hoppe et al. 1992; across creases by reflection, Xie et al.
  * 2003); a connected piece is turned outward by the sign of its volume if its area vectors cancel,
  * that is, if it is closed; an open piece has agreeing signs of which nothing is known, and its
- * points are not marked oriented. Signs agree inside each cell first, cells on the pool, and then
+ * points are not marked oriented. The sheets of a closed piece are then turned by what is seen of
+ * them from outside (visibility.h). Signs agree inside each cell first, cells on the pool, and then
  * between cells: the same result for any number of threads. */
 #ifndef STP_PREPROCESS_ORIENTATION_H
 #define STP_PREPROCESS_ORIENTATION_H

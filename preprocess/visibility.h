@@ -1,0 +1,20 @@
+/* Which side of the surface is seen from outside.
+ *
+ * The cloud is looked at from 26 directions, far away; in each pixel the nearest point is taken to
+ * be seen, and a seen point faces the viewer. A closed surface is seen from one side only, whatever
+ * its shape; an open one from both, which says that nothing is known. Pixels are wider than the
+ * sampling, so that nearly none looks through the surface. Threads: one call at a time. */
+#ifndef STP_PREPROCESS_VISIBILITY_H
+#define STP_PREPROCESS_VISIBILITY_H
+
+#include "preprocess/cloud.h"
+
+#include <stdatomic.h>
+
+/* Adds to votes[i], for each direction from which point i is seen, 1 if its normal faces the viewer
+ * and -1 if it turns away; grazing views do not count. votes: by point, zero at first. The same for
+ * any number of threads. Errors: OUT_OF_MEMORY. */
+stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
+                               stp_error *err);
+
+#endif
