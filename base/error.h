@@ -13,10 +13,6 @@
 extern "C" { /* the shims include this header */
 #endif
 
-#ifdef __cplusplus /* the shims report errors too */
-extern "C" {
-#endif
-
 /* name, text */
 #define STP_STATUS_LIST(X)                                                                         \
     X(OK, "done")                                                                                  \
@@ -62,10 +58,6 @@ stp_status stp_error_set(stp_error *err, stp_status status, const char *format, 
         if (status != STP_OK)                                                                      \
             goto done;                                                                             \
     } while (0)
-
-#ifdef __cplusplus
-}
-#endif
 
 #ifdef __cplusplus
 }

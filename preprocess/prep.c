@@ -85,8 +85,6 @@ done:
 static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats, unsigned k,
                       double lambda, double precision)
 {
-    static const char *const orientations[] = {"unknown", "file", "position", "propagated",
-                                               "mixed"};
     cJSON *root = cJSON_CreateObject();
     cJSON *sources = cJSON_AddArrayToObject(root, "sources");
     cJSON *one = cJSON_CreateObject();
@@ -98,7 +96,7 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
-    cJSON_AddStringToObject(root, "orientation", orientations[stats->orientation]);
+    cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));
     char *text = cJSON_PrintUnformatted(root);
     cJSON_Delete(root);
     return text;

@@ -58,25 +58,6 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
     return STP_OK;
 }
 
-stp_dvec3 stp_camera_direction(int i)
-{
-    /* In ternary digits -1, 0, 1 of the cube's 27 places, by how many are not zero. */
-    int seen = 0;
-    for (int wanted = 1; wanted <= 3; wanted++)
-        for (int axis = 0; axis < 27; axis++) {
-            /* +x before -x before the next axis: digits 0 -> 0, 1 -> +1, 2 -> -1, x lowest */
-            int digits[3] = {axis % 3, axis / 3 % 3, axis / 9};
-            int count = (digits[0] != 0) + (digits[1] != 0) + (digits[2] != 0);
-            if (count != wanted || seen++ != i)
-                continue;
-            double v[3];
-            for (int k = 0; k < 3; k++)
-                v[k] = digits[k] == 1 ? 1.0 : digits[k] == 2 ? -1.0 : 0.0;
-            return stp_dvec3_normalize((stp_dvec3){v[0], v[1], v[2]});
-        }
-    return (stp_dvec3){0.0, 0.0, 1.0};
-}
-
 stp_dvec3 stp_camera_up(const stp_dbox *box)
 {
     stp_dvec3 size = stp_dvec3_sub(box->max, box->min);

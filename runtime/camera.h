@@ -1,4 +1,4 @@
-/* Where a picture is seen from: cameras, the views derived from them, and the fixed views.
+/* Where a picture is seen from: cameras, the views derived from them, and the default view.
  *
  * World: the scan's axes and units, in double. Eye space is GL's: x right, y up, z towards the
  * viewer; depth is -z. Window coordinates: pixels, y up, pixel centres at halves.
@@ -12,8 +12,6 @@
 #include <stdbool.h>
 
 #define STP_CAMERA_FOVY_DEG 45.0
-/* Faces, edges and corners of a cube. */
-#define STP_DIRECTION_COUNT 26
 
 /* height > 0: orthographic, and so many world units fill the picture's height; else perspective. */
 typedef struct stp_camera {
@@ -47,10 +45,6 @@ stp_ball stp_ball_from_box(const stp_dbox *box);
 /* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle outside (0, 180), not finite). */
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
                            int height, stp_error *err);
-
-/* Unit vector from the model to the eye, i in [0, STP_DIRECTION_COUNT): six faces first (+x -x +y
- * -y +z -z), then twelve edges, then eight corners. */
-stp_dvec3 stp_camera_direction(int i);
 
 /* The up axis of a model: z where the box is less than half as high in z as in both x and y (a
  * surveyed terrain), else y. */

@@ -174,10 +174,3 @@ done:
     free(numbers);
     return status;
 }
-
-uint64_t stp_object_texture_bytes(const stp_object_texture *t)
-{
-    return (uint64_t)t->sample_ranges.capacity * STP_OBJECT_TEXTURE_SAMPLE_BYTES +
-           (uint64_t)t->patch_ranges.capacity * STP_OBJECT_TEXTURE_PATCH_BYTES +
-           (uint64_t)t->slot_capacity * sizeof(stp_gpu_chunk);
-}

@@ -51,7 +51,4 @@ stp_status stp_object_texture_upload(stp_object_texture *texture, const stp_chun
                                      const stp_placement *placement, const stp_gpu_patch *patches,
                                      stp_error *err);
 
-/* Bytes of GPU memory held. */
-uint64_t stp_object_texture_bytes(const stp_object_texture *texture);
-
 #endif

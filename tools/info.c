@@ -21,9 +21,6 @@ const cli_command cli_info = {
     .run = run,
 };
 
-static const char *const orientation_names[] = {"unknown", "file", "position", "propagated",
-                                                "mixed"};
-
 /* Sums over the chunks of one depth. */
 typedef struct depth_summary {
     uint32_t chunk_count;
@@ -115,7 +112,7 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
     print_attributes(info->attributes);
-    printf("orientation    %s\n", orientation_names[info->orientation]);
+    printf("orientation    %s\n", stp_orientation_name(info->orientation));
     printf("lambda         %g\n", info->lambda);
     printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
     printf("               %.17g %.17g %.17g\n", info->box.max.x, info->box.max.y, info->box.max.z);
@@ -178,7 +175,7 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     cJSON_AddNumberToObject(out, "bytes_per_point",
                             (double)info->file_bytes / (double)info->point_count);
     cJSON_AddItemToObject(out, "attributes", json_attributes(info->attributes));
-    cJSON_AddStringToObject(out, "orientation", orientation_names[info->orientation]);
+    cJSON_AddStringToObject(out, "orientation", stp_orientation_name(info->orientation));
     cJSON_AddNumberToObject(out, "lambda", info->lambda);
     cJSON_AddItemToObject(out, "box_min", numbers(low, 3));
     cJSON_AddItemToObject(out, "box_max", numbers(high, 3));

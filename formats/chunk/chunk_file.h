@@ -40,6 +40,9 @@ typedef enum stp_orientation {
     STP_ORIENTATION_MIXED = 4 /* known for some samples: see their flags */
 } stp_orientation;
 
+/* "unknown", "file", "position", "propagated", "mixed": what metadata and info say. */
+const char *stp_orientation_name(stp_orientation orientation);
+
 /* One chunk as the directory describes it: enough to cull, choose and read it. Floats are relative
  * to the chunk's origin. Index l of the level arrays is the level. Ids are breadth first: the root
  * is 0 and the children of a chunk follow each other. */

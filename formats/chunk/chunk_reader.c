@@ -27,6 +27,12 @@ struct stp_chunk_file {
     page **pages;          /* NULL where not read yet; a page never changes once it is there */
 };
 
+const char *stp_orientation_name(stp_orientation orientation)
+{
+    static const char *const names[] = {"unknown", "file", "position", "propagated", "mixed"};
+    return names[orientation];
+}
+
 /* Puts "PATH: " before the message. */
 static stp_status locate(const stp_chunk_file *file, stp_status status, const stp_error *inner,
                          stp_error *err)

@@ -33,19 +33,6 @@ done:
     return status;
 }
 
-stp_status stp_point_mesh_check(const stp_point_mesh *mesh, const char *path, stp_error *err)
-{
-    for (size_t i = 0; i < mesh->triangle_count; i++)
-        for (int k = 0; k < 3; k++)
-            if (mesh->triangles[i][k] >= mesh->point_count)
-                return stp_error_set(err, STP_CORRUPT,
-                                     "%s: triangle %zu of %zu names vertex %u, but there are %zu "
-                                     "(counted from 0): mend the mesh or export it again",
-                                     path, i, mesh->triangle_count, mesh->triangles[i][k],
-                                     mesh->point_count);
-    return STP_OK;
-}
-
 void stp_point_mesh_free(stp_point_mesh *mesh)
 {
     free(mesh->points);

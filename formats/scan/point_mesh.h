@@ -24,11 +24,9 @@ typedef struct stp_point_mesh {
 /* Room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */
 stp_status stp_point_mesh_reserve(stp_point_mesh *mesh, const char *path, size_t count,
                                   stp_error *err);
-/* Errors: OUT_OF_MEMORY. Indices are checked by stp_point_mesh_check. */
+/* The indices name points: who reads them from a file has checked. Errors: OUT_OF_MEMORY. */
 stp_status stp_point_mesh_add_triangle(stp_point_mesh *mesh, uint32_t a, uint32_t b, uint32_t c,
                                        stp_error *err);
-/* Every index names a point. Errors: CORRUPT. */
-stp_status stp_point_mesh_check(const stp_point_mesh *mesh, const char *path, stp_error *err);
 /* Replaces the points' normals by the area-weighted ones of their faces; zero where there is none.
  */
 void stp_point_mesh_set_normals(stp_point_mesh *mesh);

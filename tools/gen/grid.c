@@ -28,8 +28,8 @@ static void add_triangle(gen_mesh *mesh, size_t a, size_t b, size_t c)
     triangle[2] = (uint32_t)c;
 }
 
-stp_status gen_grid_append(const gen_surface *surface, const gen_grid *grid, gen_mesh *mesh,
-                           stp_error *err)
+static stp_status append(const gen_surface *surface, const gen_grid *grid, gen_mesh *mesh,
+                         stp_error *err)
 {
     size_t extra = grid->wraps ? 0 : 1, width = grid->columns + extra;
     size_t height = grid->rows + extra, first = mesh->vertex_count;
@@ -51,6 +51,20 @@ stp_status gen_grid_append(const gen_surface *surface, const gen_grid *grid, gen
             add_triangle(mesh, a, c, d);
         }
     return STP_OK;
+}
+
+stp_status gen_grid_mesh(const gen_surface *surface, const gen_grid *grids, size_t grid_count,
+                         gen_mesh *out, stp_error *err)
+{
+    gen_mesh mesh = {0};
+    stp_status status = STP_OK;
+    for (size_t i = 0; i < grid_count; i++)
+        STP_TRY(append(surface, &grids[i], &mesh, err));
+    *out = mesh;
+    mesh = (gen_mesh){0};
+done:
+    gen_mesh_clear(&mesh);
+    return status;
 }
 
 /* The octahedron unfolded: row y of the upper half has y + 1 points a quarter; vertices are found

@@ -13,9 +13,9 @@ typedef struct gen_grid {
     bool wraps;           /* u = 1 is u = 0 and v = 1 is v = 0 */
 } gen_grid;
 
-/* Appends a grid to a mesh (zeroed or made by this function). Errors: OUT_OF_MEMORY, LIMIT. */
-stp_status gen_grid_append(const gen_surface *surface, const gen_grid *grid, gen_mesh *mesh,
-                           stp_error *err);
+/* One mesh of one or more grids. Errors: OUT_OF_MEMORY, LIMIT. */
+stp_status gen_grid_mesh(const gen_surface *surface, const gen_grid *grids, size_t grid_count,
+                         gen_mesh *out, stp_error *err);
 
 /* A subdivided octahedron whose vertices are projected onto the surface, for star shapes around the
  * origin. Errors: OUT_OF_MEMORY, LIMIT. */

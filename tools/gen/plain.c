@@ -60,13 +60,7 @@ static stp_status plane_mesh(const gen_surface *surface, uint64_t triangle_count
 {
     (void)pool;
     gen_grid grid = square_grid(plane_map, triangle_count);
-    gen_mesh mesh = {0};
-    stp_status status = gen_grid_append(surface, &grid, &mesh, err);
-    if (status == STP_OK)
-        *out = mesh;
-    else
-        gen_mesh_clear(&mesh);
-    return status;
+    return gen_grid_mesh(surface, &grid, 1, out, err);
 }
 
 void gen_plane_init(gen_surface *surface)
@@ -106,13 +100,7 @@ static stp_status torus_mesh(const gen_surface *surface, uint64_t triangle_count
     rows = rows < 8 ? 8 : rows;
     size_t columns = (size_t)ceil((double)rows * ring_radius / tube_radius);
     gen_grid grid = {.map = torus_map, .columns = columns, .rows = rows, .wraps = true};
-    gen_mesh mesh = {0};
-    stp_status status = gen_grid_append(surface, &grid, &mesh, err);
-    if (status == STP_OK)
-        *out = mesh;
-    else
-        gen_mesh_clear(&mesh);
-    return status;
+    return gen_grid_mesh(surface, &grid, 1, out, err);
 }
 
 void gen_torus_init(gen_surface *surface)
@@ -152,17 +140,9 @@ static stp_status sheet_mesh(const gen_surface *surface, uint64_t triangle_count
                              gen_mesh *out, stp_error *err)
 {
     (void)pool;
-    gen_grid front = square_grid(sheet_front, triangle_count / 2);
-    gen_grid back = square_grid(sheet_back, triangle_count / 2);
-    gen_mesh mesh = {0};
-    stp_status status = STP_OK;
-    STP_TRY(gen_grid_append(surface, &front, &mesh, err));
-    STP_TRY(gen_grid_append(surface, &back, &mesh, err));
-    *out = mesh;
-    mesh = (gen_mesh){0};
-done:
-    gen_mesh_clear(&mesh);
-    return status;
+    const gen_grid sides[2] = {square_grid(sheet_front, triangle_count / 2),
+                               square_grid(sheet_back, triangle_count / 2)};
+    return gen_grid_mesh(surface, sides, 2, out, err);
 }
 
 void gen_sheet_init(gen_surface *surface, uint64_t point_count)

@@ -129,13 +129,7 @@ static stp_status terrain_mesh(const gen_surface *surface, uint64_t triangle_cou
     (void)pool;
     size_t side = (size_t)ceil(sqrt((double)triangle_count / 2.0));
     gen_grid grid = {.map = terrain_map, .columns = side, .rows = side};
-    gen_mesh mesh = {0};
-    stp_status status = gen_grid_append(surface, &grid, &mesh, err);
-    if (status == STP_OK)
-        *out = mesh;
-    else
-        gen_mesh_clear(&mesh);
-    return status;
+    return gen_grid_mesh(surface, &grid, 1, out, err);
 }
 
 void gen_terrain_init(gen_surface *surface)
