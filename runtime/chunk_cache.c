@@ -181,7 +181,7 @@ static void fill_batch(decode_job *job, const stp_want *wants, size_t count, siz
         if (c->damaged[chunk])
             continue;
         if (stp_chunk_cache_finest(c, chunk) <= wants[i].finest)
-            c->slots[c->slot_of[chunk]].last_used = stamp;
+            stp_chunk_cache_touch(c, chunk, stamp);
         else
             job->wants[job->count++] = wants[i];
     }
@@ -239,6 +239,12 @@ stp_status stp_chunk_cache_load(stp_chunk_cache *c, const stp_want *wants, size_
     }
     *loaded = begin;
     return STP_OK;
+}
+
+void stp_chunk_cache_touch(stp_chunk_cache *c, uint32_t chunk, uint64_t stamp)
+{
+    if (c->slot_of[chunk] != NO_SLOT)
+        c->slots[c->slot_of[chunk]].last_used = stamp;
 }
 
 /* Room for the whole model, or for as much of it as the budget holds. */

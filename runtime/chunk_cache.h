@@ -61,6 +61,9 @@ stp_status stp_chunk_cache_load(stp_chunk_cache *cache, const stp_want *wants, s
                                 uint64_t stamp, double deadline, size_t *loaded, bool *damaged,
                                 stp_error *err);
 
+/* Marks a chunk, if it is resident, used at `stamp`. */
+void stp_chunk_cache_touch(stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp);
+
 /* Bytes read from the file so far. */
 uint64_t stp_chunk_cache_bytes_read(const stp_chunk_cache *cache);
 /* The first damage found, as a sentence; empty if none. */

@@ -117,7 +117,7 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
 {
     stp_status status = STP_OK;
     size_t stack_count = 0;
-    cut->draw_count = cut->miss_count = 0;
+    cut->draw_count = cut->miss_count = cut->passed_count = 0;
     STP_TRY(stp_grow(&cut->stack, &cut->stack_capacity, 1, sizeof *cut->stack, "a stack of chunks",
                      err));
     cut->stack[stack_count++] = 0;
@@ -135,8 +135,12 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
             draw.finest = available > draw.finest ? available : draw.finest;
         }
         STP_TRY(visit_children(cut, params, &draw, &stack_count, err));
-        if (e->child_count > 0 && draw.drawn_children == all_children(e->child_count))
+        if (e->child_count > 0 && draw.drawn_children == all_children(e->child_count)) {
+            STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
+                             sizeof *cut->passed, "a list of chunks", err));
+            cut->passed[cut->passed_count++] = draw.chunk;
             continue;
+        }
         STP_TRY(stp_grow(&cut->draws, &cut->draw_capacity, cut->draw_count + 1, sizeof *cut->draws,
                          "a list of chunks", err));
         cut->draws[cut->draw_count++] = draw;
@@ -153,6 +157,7 @@ void stp_cut_destroy(stp_cut *cut)
 {
     free(cut->draws);
     free(cut->misses);
+    free(cut->passed);
     free(cut->stack);
     *cut = (stp_cut){0};
 }

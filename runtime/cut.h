@@ -28,6 +28,8 @@ typedef struct stp_miss {
 typedef struct stp_cut {
     stp_draw *draws; /* by chunk id */
     size_t draw_count, draw_capacity;
+    uint32_t *passed; /* drawn by their children alone: kept, so that a cut can fall back on them */
+    size_t passed_count, passed_capacity;
     stp_miss *misses; /* worst first */
     size_t miss_count, miss_capacity;
     uint32_t *stack;

@@ -247,11 +247,15 @@ static double greatest_radius_px(const stp_renderer *r, const stp_draw *draws, s
     return greatest;
 }
 
-/* Levels above the viewport that a disc of this radius can reach down from. */
-static int levels_for(const stp_pyramid *pyramid, double radius_px)
+/* Levels above the viewport that a disc of this radius can reach down from; none for plain points.
+ */
+static int levels_for(const stp_renderer *r, const drawing *d, double radius_px)
 {
+    int most = r->pyramid.level_count;
     double levels = radius_px > 0.0 ? ceil(log2(6.0 * radius_px)) : 0.0;
-    return levels <= 0.0 ? 0 : levels < pyramid->level_count ? (int)levels : pyramid->level_count;
+    if (d->params->reconstruct == STP_RECONSTRUCT_POINTS || levels <= 0.0)
+        return 0;
+    return levels < most ? (int)levels : most;
 }
 
 static void begin_pass(stp_renderer *r, bool first)
@@ -338,9 +342,7 @@ static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
                                  "--gpu-memory",
                                  stp_chunk_file_path(r->model->file), r->cut.draws[begin].chunk);
         radius_px = fmax(radius_px, greatest_radius_px(r, r->cut.draws + begin, loaded));
-        d->levels = levels_for(&r->pyramid, radius_px);
-        if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
-            d->levels = 0;
+        d->levels = levels_for(r, d, radius_px);
         STP_TRY(draw_pass(r, d, r->cut.draws + begin, loaded, err));
         begin += loaded;
     } while (begin < r->cut.draw_count || damaged);
@@ -356,9 +358,9 @@ static stp_status draw_at_once(stp_renderer *r, drawing *d, stp_error *err)
     bool damaged = false;
     STP_TRY(select_cut(r, false, err));
     STP_TRY(load_draws(r, d, r->cut.draws, r->cut.draw_count, &loaded, &damaged, err));
-    d->levels = levels_for(&r->pyramid, greatest_radius_px(r, r->cut.draws, r->cut.draw_count));
-    if (d->params->reconstruct == STP_RECONSTRUCT_POINTS)
-        d->levels = 0;
+    for (size_t i = 0; i < r->cut.passed_count; i++)
+        stp_chunk_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+    d->levels = levels_for(r, d, greatest_radius_px(r, r->cut.draws, r->cut.draw_count));
     STP_TRY(draw_pass(r, d, r->cut.draws, r->cut.draw_count, err));
 done:
     return status;
@@ -405,9 +407,9 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
 {
     stp_status status = STP_OK;
     drawing d = {.view = view, .params = params, .area = stp_model_area(r->model, view)};
-    double begun = stp_clock_seconds();
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
+    double begun = stp_clock_seconds();
     set_frame(r, &d);
     set_state(r);
     if (params->load_ms > 0.0)

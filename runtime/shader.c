@@ -54,7 +54,10 @@ static stp_status read_text(char **text, const char *name, const char *folder, s
     if (folder != NULL && snprintf(path, sizeof path, "%s/%s", folder, name) < (int)sizeof path &&
         access(path, R_OK) == 0) {
         STP_TRY(stp_file_open(path, &descriptor, &size, err));
-        size = size < FILE_BYTES_LIMIT ? size : FILE_BYTES_LIMIT;
+        if (size > FILE_BYTES_LIMIT) {
+            status = stp_error_set(err, STP_LIMIT, "%s: too large for a shader (over 1 MiB)", path);
+            goto done;
+        }
         STP_TRY(stp_alloc(text, (size_t)size + 1, 1, "a shader", err));
         STP_TRY(stp_file_read_at(descriptor, path, 0, *text, (size_t)size, err));
         goto done;

@@ -61,7 +61,7 @@ typedef struct stp_draw_params {
 #define STP_RADIUS_CAP_PX 16.0
 
 typedef struct stp_draw_stats {
-    double frame_ms; /* choosing, drawing and waiting for the GPU; loading apart */
+    double frame_ms; /* choosing, drawing, waiting for the GPU; not loading nor compiling shaders */
     double load_ms;
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
     uint64_t points_drawn;                     /* sent to projection */

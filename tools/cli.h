@@ -13,6 +13,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct cJSON;
+
 enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2, CLI_CONTINUE = -1 };
 
 typedef enum cli_kind {
@@ -62,6 +64,10 @@ int cli_fail(const cli_command *command, const stp_error *err);
 /* Prints "stipple NAME: FORMAT (try stipple NAME --help)"; returns CLI_USAGE. */
 int cli_usage(const cli_command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/* Writes a JSON value, freed in any case (NULL: memory is exhausted), to a file that appears whole
+ * or not at all; an existing one is replaced. Errors: IO, OUT_OF_MEMORY. */
+stp_status cli_write_json(const char *path, struct cJSON *json, stp_error *err);
 
 /* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at
  * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers

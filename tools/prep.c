@@ -119,27 +119,6 @@ static cJSON *stats_json(const stp_prep_stats *s)
     return root;
 }
 
-static stp_status write_stats(const stp_prep_stats *s, const char *path, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_output *output = NULL;
-    cJSON *root = stats_json(s);
-    char *text = cJSON_Print(root);
-    if (!text) {
-        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the statistics");
-        goto done;
-    }
-    STP_TRY(stp_output_create(&output, path, true, err));
-    STP_TRY(stp_output_write(output, text, strlen(text), err));
-    STP_TRY(stp_output_write(output, "\n", 1, err));
-    STP_TRY(stp_output_commit(&output, err));
-done:
-    stp_output_destroy(&output);
-    free(text);
-    cJSON_Delete(root);
-    return status;
-}
-
 static void print_stats(const stp_prep_stats *s)
 {
     static const char *const orientation[] = {"unknown: drawn two-sided", "from the file",
@@ -201,7 +180,7 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
     if (status != STP_OK)
         goto done;
     if (o->stats)
-        STP_TRY(write_stats(&stats, o->stats, err));
+        STP_TRY(cli_write_json(o->stats, stats_json(&stats), err));
     if (!o->common.quiet)
         print_stats(&stats);
 done:

@@ -79,25 +79,6 @@ static cJSON *stats_json(measured *m, uint64_t bytes_read)
     return json;
 }
 
-static stp_status write_stats(const options *o, measured *m, uint64_t bytes_read, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_output *output = NULL;
-    cJSON *json = stats_json(m, bytes_read);
-    char *text = cJSON_Print(json);
-    cJSON_Delete(json);
-    if (text == NULL)
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %s", o->stats);
-    STP_TRY(stp_output_create(&output, o->stats, true, err));
-    STP_TRY(stp_output_write(output, text, strlen(text), err));
-    STP_TRY(stp_output_write(output, "\n", 1, err));
-    STP_TRY(stp_output_commit(&output, err));
-done:
-    stp_output_destroy(&output);
-    free(text);
-    return status;
-}
-
 static stp_status measure_create(measured *m, size_t count, stp_error *err)
 {
     double **const arrays[4] = {&m->frame_ms, &m->project_ms, &m->pull_push_ms, &m->shade_ms};
@@ -186,7 +167,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, renderer, &view, &m, err));
     STP_TRY(save(o, renderer, &view, err));
     if (o->stats != NULL)
-        STP_TRY(write_stats(o, &m, stp_renderer_bytes_read(renderer), err));
+        STP_TRY(cli_write_json(o->stats, stats_json(&m, stp_renderer_bytes_read(renderer)), err));
     if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
         fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
                 stp_renderer_damage(renderer));
