@@ -21,8 +21,9 @@ stop() {
 trap stop EXIT
 
 start_display() {
+    # -noreset: without it the server begins anew, and refuses a viewer, each time the last one leaves
     Xvfb -displayfd 3 -screen 0 ${SCREEN_WIDTH}x${SCREEN_HEIGHT}x24 -fbdir "$FOLDER" -nocursor \
-        -nolisten tcp         3>"$FOLDER/display" 2>"$FOLDER/xvfb.log" &
+        -noreset -nolisten tcp 3>"$FOLDER/display" 2>"$FOLDER/xvfb.log" &
     server=$!
     for _ in $(seq 100); do
         [ -s "$FOLDER/display" ] && break
@@ -50,6 +51,7 @@ find_window() {
     window=$(xdotool search --all --onlyvisible --pid "$viewer" --name 'ms, ' 2>/dev/null) &&
         [ -n "$window" ]
 }
+window_or_end() { find_window || has_ended; }
 has_ended() { ! kill -0 "$viewer" 2>/dev/null; }
 
 # The screen as hexadecimal pixels, one a line; Xvfb keeps it as an XWD file.
@@ -74,7 +76,7 @@ open_viewer() { # options
         >"$FOLDER/out" 2>"$FOLDER/err" </dev/null &
     viewer=$!
     command="view $*"
-    wait_for 60 find_window || { fail "no window: $(head -3 "$FOLDER/err")"; return 1; }
+    wait_for 60 window_or_end && find_window || { fail "no window: $(head -3 "$FOLDER/err")"; return 1; }
     xdotool windowmove "$window" 0 0 mousemove 200 200 windowfocus --sync "$window"
     # every chunk is there, and the position known to the window
     wait_for 60 is_still || fail "chunks stay missing: $(title)"
