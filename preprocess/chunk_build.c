@@ -2,6 +2,7 @@
 #include "preprocess/chunk_build.h"
 
 #include "base/memory.h"
+#include "formats/chunk/overhang.h"
 #include "preprocess/partition.h"
 #include "preprocess/patch_build.h"
 
@@ -17,6 +18,9 @@ typedef struct assembly {
     stp_sample *samples[STP_LEVEL_COUNT];
     size_t sample_capacity[STP_LEVEL_COUNT];
     uint32_t sample_count[STP_LEVEL_COUNT];
+    stp_overhang_carry *carry; /* by level-0 sample; of a leaf none */
+    size_t carry_capacity;
+    bool leaf;
 } assembly;
 
 /* The origin is a multiple of a power of two no smaller than any item's lattice, so that every
@@ -65,6 +69,20 @@ done:
     return status;
 }
 
+/* Keeps what the patch's level-0 samples, in their order, bring from their own chunks. */
+static stp_status append_carry(assembly *a, const stp_item *items, const uint32_t *order,
+                               uint32_t count, stp_error *err)
+{
+    size_t begin = a->sample_count[0] - count;
+    stp_status status = stp_grow(&a->carry, &a->carry_capacity, a->sample_count[0],
+                                 sizeof *a->carry, "errors", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++) {
+        const stp_disc *disc = &items[order[i]].disc;
+        a->carry[begin + i] = (stp_overhang_carry){disc->error, disc->tangential_error};
+    }
+    return status;
+}
+
 /* Builds the run as one patch, or halves it until its items fit one lattice. */
 static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
                             uint32_t count, uint8_t child, stp_error *err)
@@ -74,7 +92,9 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_item vertex;
     if (stp_patch_build(items, order, count, a->origin, &patch, &samples, &vertex)) {
         patch.child = child;
-        return append(a, &patch, &samples, &vertex, err);
+        stp_status appended = append(a, &patch, &samples, &vertex, err);
+        return appended == STP_OK && !a->leaf ? append_carry(a, items, order, count, err)
+                                              : appended;
     }
     if (count == 1)
         return stp_error_set(err, STP_LIMIT,
@@ -142,19 +162,42 @@ done:
     return status;
 }
 
+/* Tangential errors, for which all of the chunk must be there; the vertices carry them on. */
+static stp_status measure_overhang(const assembly *a, stp_chunk *chunk, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double(*overhang)[STP_LEVEL_COUNT] = NULL;
+    STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, a->carry, err));
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        stp_patch *patch = &chunk->patches[p];
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            patch->tangential_error[l] = stp_error_encode(overhang[p][l], patch->exponent);
+        a->vertices[p].disc.tangential_error =
+            stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
+    }
+done:
+    free(overhang);
+    return status;
+}
+
 stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
                            bool leaf, stp_error *err)
 {
     stp_status status = STP_OK;
-    assembly a = {.origin = choose_origin(groups, group_count)};
+    assembly a = {.origin = choose_origin(groups, group_count), .leaf = leaf};
     stp_chunk *chunk = NULL;
     for (uint32_t g = 0; g < group_count; g++)
         STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
     STP_TRY(pack(&a, &chunk, err));
+    STP_TRY(measure_overhang(&a, chunk, err));
     *out = (stp_built_chunk){
         .chunk = chunk, .origin = a.origin, .vertices = a.vertices, .vertex_count = a.patch_count};
     a.vertices = NULL;
+    chunk = NULL;
 done:
+    stp_chunk_destroy(&chunk);
+    free(a.carry);
     free(a.patches);
     free(a.vertices);
     for (int level = 0; level < STP_LEVEL_COUNT; level++)

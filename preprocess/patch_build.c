@@ -208,7 +208,6 @@ static stp_merge_error merge_level(builder *b, int level, int lattice)
         stp_merge_error e =
             stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
         worst.error = stp_max(worst.error, e.error);
-        worst.tangential_error = stp_max(worst.tangential_error, e.tangential_error);
         worst.colour_error = stp_max(worst.colour_error, e.colour_error);
         b->total = e;
     }
@@ -280,8 +279,6 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
     disc.bound = stp_max(disc.radius, b->total.bound);
     disc.cone = b->total.cone;
     disc.error = stp_error_decode(patch->error[STP_LEVEL_COUNT - 1], patch->exponent);
-    disc.tangential_error =
-        stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
     disc.colour_error = patch->colour_error[STP_LEVEL_COUNT - 1];
     *vertex = (stp_item){.disc = disc,
                          .area = b->areas[STP_LEVEL_COUNT - 1][0],
@@ -298,7 +295,6 @@ static stp_merge_error item_errors(const builder *b)
     stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
     for (unsigned i = 0; i < b->count; i++) {
         worst.error = stp_max(worst.error, b->discs[0][i].error);
-        worst.tangential_error = stp_max(worst.tangential_error, b->discs[0][i].tangential_error);
         worst.colour_error = stp_max(worst.colour_error, b->discs[0][i].colour_error);
     }
     return worst;
@@ -335,11 +331,9 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
             bool last = level == STP_LEVEL_COUNT - 1;
             stp_merge_error e = merge_level(&b, level, last ? vertex_lattice : patch->exponent);
             worst.error = stp_max(worst.error, e.error);
-            worst.tangential_error = stp_max(worst.tangential_error, e.tangential_error);
             worst.colour_error = stp_max(worst.colour_error, e.colour_error);
         }
         patch->error[level] = stp_error_encode(worst.error, patch->exponent);
-        patch->tangential_error[level] = stp_error_encode(worst.tangential_error, patch->exponent);
         patch->colour_error[level] = byte(ceil(worst.colour_error));
     }
     bound(&b);

@@ -58,7 +58,7 @@ typedef struct stp_draw_params {
     bool timed;           /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
-#define STP_RADIUS_CAP_PX 16.0
+#define STP_RADIUS_CAP_PX 6.0
 
 typedef struct stp_draw_stats {
     double frame_ms; /* choosing, drawing, waiting for the GPU; not loading nor compiling shaders */

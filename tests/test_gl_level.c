@@ -65,6 +65,7 @@ static void judge_model(const char *name, const model_recipe *recipe, bool ortho
             view.f = (v % 3 + 1) * 200.0 / model->ball.radius;
         for (size_t t = 0; t < sizeof thresholds / sizeof *thresholds; t++) {
             stp_draw_params params = {.threshold_px = thresholds[t],
+                                      .radius_cap_px = 1000.0, /* so that level 3 is met, too */
                                       .reconstruct = STP_RECONSTRUCT_POINTS};
             gl_levels_draw(&levels, &view, &params);
             stp_inspection look = stp_renderer_inspect(levels.fixture.renderer);

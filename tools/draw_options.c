@@ -29,7 +29,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
          "greatest error on the screen (1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "coarser samples are not drawn larger (16)", NULL},
+         "coarser samples are not drawn larger (6)", NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
          "who chooses levels: geometry shader, CPU, or nobody", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,

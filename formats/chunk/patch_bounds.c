@@ -1,6 +1,8 @@
 /* Errors of merged samples over the discs they replace. */
 #include "formats/chunk/patch_bounds.h"
 
+#include "formats/chunk/nearest_disc.h"
+
 void stp_disc_axes(stp_dvec3 n, stp_dvec3 *u, stp_dvec3 *v)
 {
     double sign = copysign(1.0, n.z);
@@ -28,46 +30,21 @@ static bool has_normal(const stp_disc *disc)
     return disc->normal.x != 0.0 || disc->normal.y != 0.0 || disc->normal.z != 0.0;
 }
 
-/* The disc nearest to a point so far. */
-typedef struct nearest_disc {
-    unsigned index;
-    double squared, distance; /* distance: the root of squared */
-    double height, overhang;
-} nearest_disc;
-
-/* A disc that its plane or its rim alone keeps farther than the nearest is passed over, so that
- * roots are drawn only for those that come nearer. */
-static void try_disc(stp_dvec3 x, const stp_disc *discs, unsigned index, nearest_disc *best)
+static void try_disc(stp_dvec3 x, const stp_disc *discs, unsigned i, stp_nearest_disc *best)
 {
-    const stp_disc *disc = &discs[index];
-    stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
-    double height = stp_dvec3_dot(v, disc->normal);
-    double squared = height * height;
-    double across = stp_dvec3_dot(v, v) - squared;
-    double reach = disc->radius + best->distance;
-    if (squared >= best->squared || across >= reach * reach)
-        return;
-    double overhang = 0.0;
-    if (across > disc->radius * disc->radius) {
-        overhang = sqrt(across) - disc->radius;
-        squared += overhang * overhang;
-    }
-    if (squared < best->squared)
-        *best = (nearest_disc){index, squared, sqrt(squared), fabs(height), overhang};
+    stp_nearest_disc_try(best, x, discs[i].centre, discs[i].normal, discs[i].radius, i);
 }
 
-/* Takes the point's nearest disc into the errors. The search begins at disc `start`, which the
- * point before had; returns the one found. */
+/* Takes the height over the point's nearest disc into the error. The search begins at disc `start`,
+ * which the point before had; returns the one found. */
 static unsigned measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, unsigned start,
                               stp_merge_error *out)
 {
-    nearest_disc best = {.index = start, .squared = INFINITY, .distance = INFINITY};
+    stp_nearest_disc best = stp_nearest_disc_none();
     try_disc(x, discs, start, &best);
     for (unsigned i = 0; i < count && best.squared > 0.0; i++)
         try_disc(x, discs, i, &best);
-    const stp_disc *disc = &discs[best.index];
-    out->error = stp_max(out->error, best.height + disc->error);
-    out->tangential_error = stp_max(out->tangential_error, best.overhang + disc->tangential_error);
+    out->error = stp_max(out->error, best.height + discs[best.index].error);
     return best.index;
 }
 
@@ -103,7 +80,6 @@ static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge
         out->colour_error =
             stp_max(out->colour_error, fabs(disc->rgb[i] - merged->rgb[i]) + disc->colour_error);
     out->error = stp_max(out->error, disc->error);
-    out->tangential_error = stp_max(out->tangential_error, disc->tangential_error);
 }
 
 #define COS_1 0.92387953251128674 /* of an eighth of pi */
@@ -116,22 +92,30 @@ static const double rim_points[STP_RIM_POINTS][2] = {
     {-1.0, 0.0}, {-COS_1, -SIN_1}, {-COS_2, -COS_2}, {-SIN_1, -COS_1},
     {0.0, -1.0}, {SIN_1, -COS_1},  {COS_2, -COS_2},  {COS_1, -SIN_1}};
 
+unsigned stp_disc_rim(const stp_disc *disc, stp_dvec3 out[STP_RIM_POINTS])
+{
+    stp_dvec3 u, v;
+    if (!has_normal(disc) || !(disc->radius > 0.0))
+        return 0;
+    stp_disc_axes(disc->normal, &u, &v);
+    for (int i = 0; i < STP_RIM_POINTS; i++) {
+        stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, disc->radius * rim_points[i][0]),
+                                      stp_dvec3_scale(v, disc->radius * rim_points[i][1]));
+        out[i] = stp_dvec3_add(disc->centre, rim);
+    }
+    return STP_RIM_POINTS;
+}
+
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
     stp_merge_error out = {.low = INFINITY, .high = -INFINITY};
+    stp_dvec3 rim[STP_RIM_POINTS];
     for (unsigned i = 0; i < count; i++)
         measure_disc(merged, &discs[i], &out);
     out.error = stp_max(out.error, out.high - out.low);
     unsigned nearest = measure_point(merged->centre, discs, count, 0, &out);
-    if (has_normal(merged) && merged->radius > 0.0) {
-        stp_dvec3 u, v;
-        stp_disc_axes(merged->normal, &u, &v);
-        for (int i = 0; i < STP_RIM_POINTS; i++) {
-            stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, merged->radius * rim_points[i][0]),
-                                          stp_dvec3_scale(v, merged->radius * rim_points[i][1]));
-            stp_dvec3 x = stp_dvec3_add(merged->centre, rim);
-            nearest = measure_point(x, discs, count, nearest, &out);
-        }
-    }
+    unsigned rim_count = stp_disc_rim(merged, rim);
+    for (unsigned i = 0; i < rim_count; i++)
+        nearest = measure_point(rim[i], discs, count, nearest, &out);
     return out;
 }

@@ -29,7 +29,6 @@ typedef struct stp_disc {
 /* What a merged disc does to the discs it replaces. */
 typedef struct stp_merge_error {
     double error;
-    double tangential_error;
     double colour_error;
     double low, high, reach, bound, cone;
 } stp_merge_error;
@@ -39,11 +38,14 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
 
 /* Errors of `merged` over the count discs under it. Perpendicular: the extent of the discs along
  * the merged normal (Dachsbacher et al. 2003), never less than what any of them has, nor than the
- * height over the nearest disc. Tangential: the greatest distance in the nearest disc's own plane
- * by which the centre or a rim point lies outside it. Colour: greatest difference of a channel. */
+ * height over the nearest disc of the centre or a rim point. Colour: greatest difference of a
+ * channel. The tangential error needs the discs around, too: overhang.h. */
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
 
 /* Two unit vectors that span the plane of a unit normal (Duff et al. 2017). */
 void stp_disc_axes(stp_dvec3 normal, stp_dvec3 *u, stp_dvec3 *v);
+
+/* The points of a disc's rim that are compared; none, and 0, of a ball or a point. */
+unsigned stp_disc_rim(const stp_disc *disc, stp_dvec3 out[STP_RIM_POINTS]);
 
 #endif

@@ -2,6 +2,7 @@
 #include "formats/chunk/verify.h"
 
 #include "base/memory.h"
+#include "formats/chunk/overhang.h"
 #include "formats/chunk/verify_errors.h"
 #include "formats/chunk/verify_join.h"
 #include "formats/chunk/verify_tree.h"
@@ -37,15 +38,34 @@ static stp_status fault(const place *at, uint32_t patch, const char *what, stp_e
                          at->chunk->id, at->entry->offset, patch, what);
 }
 
-/* The recomputed perpendicular, tangential and colour errors, cones and bounds of every patch. */
+/* The recomputed perpendicular and colour errors, cones and bounds of every patch; then the
+ * tangential errors, for which a patch's neighbours count. */
 static stp_status verify_errors(const place *at, stp_error *err)
 {
-    for (uint32_t i = 0; i < at->chunk->patch_count; i++) {
-        const char *what = stp_verify_patch_errors(at->chunk, i);
+    stp_status status = STP_OK;
+    const stp_chunk *chunk = at->chunk;
+    double(*overhang)[STP_LEVEL_COUNT] = NULL;
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        const char *what = stp_verify_patch_errors(chunk, i);
         if (what)
             return fault(at, i, what, err);
     }
-    return STP_OK;
+    STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, err));
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        const stp_patch *patch = &chunk->patches[i];
+        for (int l = 1; l < STP_LEVEL_COUNT; l++) {
+            double stored = stp_error_decode(patch->tangential_error[l], patch->exponent);
+            if (overhang[i][l] > stored * 1.000001 + ldexp(1e-9, patch->exponent)) {
+                status = fault(
+                    at, i, "the tangential error of a merged sample exceeds the stored one", err);
+                goto done;
+            }
+        }
+    }
+done:
+    free(overhang);
+    return status;
 }
 
 /* ---- one patch ---- */

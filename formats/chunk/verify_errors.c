@@ -29,7 +29,6 @@ static void decode(const stp_chunk *chunk, uint32_t index, levels *out)
 static const char *check_level(const levels *l, const stp_patch *patch, int level)
 {
     double error = stp_error_decode(patch->error[level], patch->exponent) * SLACK;
-    double tangential = stp_error_decode(patch->tangential_error[level], patch->exponent) * SLACK;
     for (unsigned i = 0; i < patch->counts[level]; i++) {
         unsigned first = l->first[level][i];
         stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first],
@@ -37,8 +36,6 @@ static const char *check_level(const levels *l, const stp_patch *patch, int leve
         double rounding = ldexp(1e-9, patch->exponent);
         if (e.error > error + rounding)
             return "the perpendicular error of a merged sample exceeds the stored one";
-        if (e.tangential_error > tangential + rounding)
-            return "the tangential error of a merged sample exceeds the stored one";
         if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
             return "the colour error of a merged sample exceeds the stored one";
     }

@@ -1,0 +1,33 @@
+/* How far merged discs lie outside the surface they stand for: the tangential error of a chunk's
+ * patches.
+ *
+ * A rim that leaves the discs under it is no error where a neighbour's discs go on: only an open
+ * border's overhang is (ALGORITHMS "Tangential error"). So each centre and rim point is compared
+ * with its nearest level-0 disc in the whole chunk; what lies in other chunks is not seen, and
+ * there the result is an upper bound. Threads: any, one chunk each. */
+#ifndef STP_FORMATS_CHUNK_OVERHANG_H
+#define STP_FORMATS_CHUNK_OVERHANG_H
+
+#include "formats/chunk/chunk_file.h"
+
+/* Errors of merged levels are not told apart below the patch's greatest level-0 radius over this:
+ * it spares most of the search. */
+#define STP_OVERHANG_PARTS 12.0
+
+/* What a level-0 sample of an inner chunk brings from below, world units. */
+typedef struct stp_overhang_carry {
+    double error, tangential_error;
+} stp_overhang_carry;
+
+/* out[p][l]: the tangential error of patch p at level l, never less than at l - 1; out[p][0] is
+ * what its level-0 samples bring. World units. Of a point it is the lesser of
+ *   - the overhang over the nearest disc under its own merged disc, and
+ *   - that over the nearest disc of all, and of the height there what the patch's perpendicular
+ *     error, which counts along the merged disc's normal, does not cover.
+ * carry: by level-0 sample, or NULL for none. The chunk has all levels and its patches' error[].
+ * The time is bounded: where some hundreds
+ * of discs about a point do not tell the nearest, the first counts. Errors: OUT_OF_MEMORY. */
+stp_status stp_overhang_measure(double (*out)[STP_LEVEL_COUNT], const stp_chunk *chunk,
+                                const stp_overhang_carry *carry, stp_error *err);
+
+#endif

@@ -1,0 +1,162 @@
+/* Tangential errors against a plain search of all discs, and on a flat sheet with a border. */
+#include "formats/chunk/overhang.h"
+#include "formats/chunk/patch_bounds.h"
+#include "tests/prep_fixture.h"
+
+#define OUT "test_overhang.stipple"
+
+/* The only chunk of a model made of the cloud. */
+static stp_chunk *build_chunk(prep_cloud *cloud)
+{
+    stp_prep_stats stats;
+    stp_chunk_entry entry;
+    assert_int_equal(prep_cloud_run(cloud, OUT, 2, NULL, &stats, NULL), STP_OK);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    assert_int_equal(stp_chunk_file_get_info(file)->chunk_count, 1);
+    stp_chunk *chunk = prep_chunk(file, 0, &entry);
+    stp_chunk_file_close(&file);
+    free(cloud->points);
+    return chunk;
+}
+
+static stp_disc disc_at(const stp_chunk *chunk, uint32_t patch, int level, uint32_t index)
+{
+    return stp_disc_from_sample(&chunk->samples[level][chunk->level_begin[level][patch] + index],
+                                &chunk->patches[patch]);
+}
+
+/* Height and overhang of x over a disc, and their distance. */
+static double away(stp_dvec3 x, const stp_disc *disc, double *height, double *overhang)
+{
+    stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
+    *height = fabs(stp_dvec3_dot(v, disc->normal));
+    double across = sqrt(fmax(0.0, stp_dvec3_dot(v, v) - *height * *height));
+    *overhang = fmax(0.0, across - disc->radius);
+    return hypot(*height, *overhang);
+}
+
+/* What overhang.h says of one point, told from all discs; own discs are [first, last) of patch. */
+static double plain_point(const stp_chunk *chunk, uint32_t patch, uint32_t first, uint32_t last,
+                          const stp_disc *merged, double error, stp_dvec3 x)
+{
+    double nearest = INFINITY, nearest_own = INFINITY, own = 0.0, all = 0.0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t i = 0; i < chunk->patches[p].counts[0]; i++) {
+            stp_disc disc = disc_at(chunk, p, 0, i);
+            double height, overhang, distance = away(x, &disc, &height, &overhang);
+            if (p == patch && i >= first && i < last && distance < nearest_own) {
+                nearest_own = distance;
+                own = overhang;
+            }
+            if (distance < nearest) {
+                double cosine = stp_dvec3_dot(disc.normal, merged->normal);
+                nearest = distance;
+                all = overhang +
+                      height * (height > error ? 1.0 : sqrt(fmax(0.0, 1.0 - cosine * cosine)));
+            }
+        }
+    return fmin(own, all);
+}
+
+static double plain_level(const stp_chunk *chunk, uint32_t p, int level)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    double error = stp_error_decode(patch->error[level], patch->exponent), greatest = 0.0;
+    for (uint32_t j = 0; j < patch->counts[level]; j++) {
+        stp_disc merged = disc_at(chunk, p, level, j);
+        stp_dvec3 points[STP_RIM_POINTS + 1];
+        unsigned count = stp_disc_rim(&merged, points);
+        uint32_t first = j, last = j + 1;
+        points[count++] = merged.centre;
+        for (int l = level; l > 0; l--) {
+            first = stp_level_children_begin(first, patch->counts[l], patch->counts[l - 1]);
+            last = stp_level_children_begin(last, patch->counts[l], patch->counts[l - 1]);
+        }
+        for (unsigned i = 0; i < count; i++)
+            greatest =
+                fmax(greatest, plain_point(chunk, p, first, last, &merged, error, points[i]));
+    }
+    return greatest;
+}
+
+static void agrees_with_a_plain_search(void **state)
+{
+    (void)state;
+    prep_cloud cloud = prep_cloud_wavy(4000, (stp_dvec3){3.0, -2.0, 1.0}, 1.0);
+    stp_chunk *chunk = build_chunk(&cloud);
+    double(*measured)[STP_LEVEL_COUNT] = calloc(chunk->patch_count, sizeof *measured);
+    stp_error err;
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
+    size_t compared = 0, equal = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p += 3) {
+        const stp_patch *patch = &chunk->patches[p];
+        double fine = stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS;
+        double plain = fine;
+        for (int level = 1; level < STP_LEVEL_COUNT; level++, compared++) {
+            plain = fmax(plain, plain_level(chunk, p, level));
+            assert_true(measured[p][level] > plain * (1.0 - 1e-9));
+            equal += measured[p][level] < plain * (1.0 + 1e-9);
+        }
+        assert_true(measured[p][0] == 0.0);
+    }
+    print_message("%zu of %zu equal the plain search\n", equal, compared);
+    assert_true(compared > 60);
+    assert_true(equal >= compared * 9 / 10);
+    free(measured);
+    stp_chunk_destroy(&chunk);
+}
+
+/* A square grid of spacing 1: inside, neighbours carry a merged rim; at its border nothing does,
+ * and the rim reaches out by at most its own radius. */
+static void only_a_border_hangs_over(void **state)
+{
+    (void)state;
+    enum { SIDE = 96 };
+    prep_cloud cloud = prep_cloud_make((size_t)SIDE * SIDE);
+    for (uint32_t i = 0; i < SIDE * SIDE; i++)
+        cloud.points[i].position = (stp_dvec3){i % SIDE, i / SIDE, 0.0};
+    stp_chunk *chunk = build_chunk(&cloud);
+    double(*measured)[STP_LEVEL_COUNT] = calloc(chunk->patch_count, sizeof *measured);
+    stp_error err;
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
+    double largest = 0.0;
+    stp_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t i = 0; i < chunk->patches[p].counts[0]; i++) {
+            stp_disc d = disc_at(chunk, p, 0, i);
+            low = (stp_dvec3){fmin(low.x, d.centre.x), fmin(low.y, d.centre.y), 0.0};
+            largest = fmax(largest, d.radius);
+            high = (stp_dvec3){fmax(high.x, d.centre.x), fmax(high.y, d.centre.y), 0.0};
+        }
+    size_t inside = 0, outside = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        stp_disc d = disc_at(chunk, p, STP_LEVEL_COUNT - 1, 0);
+        double room = fmin(fmin(d.centre.x - low.x, d.centre.y - low.y),
+                           fmin(high.x - d.centre.x, high.y - d.centre.y));
+        double radius = stp_radius_decode(chunk->patches[p].radius[0], chunk->patches[p].exponent);
+        double overhang = measured[p][STP_LEVEL_COUNT - 1];
+        if (room > d.radius) {
+            assert_true(overhang <= radius / STP_OVERHANG_PARTS * 1.0001);
+            inside++;
+        } else {
+            double beyond = d.radius - room - largest; /* outside the last row of discs */
+            assert_true(overhang > beyond * 0.9);
+            assert_true(overhang < d.radius);
+            outside += beyond > 0.0;
+        }
+    }
+    print_message("%zu patches inside, %zu hang over\n", inside, outside);
+    assert_true(inside > 30);
+    assert_true(outside > 10);
+    free(measured);
+    stp_chunk_destroy(&chunk);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(agrees_with_a_plain_search),
+        cmocka_unit_test(only_a_border_hangs_over),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
