@@ -38,6 +38,27 @@ options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 cmp -s "$FOLDER/a.ply" "$FOLDER/b.ply" || fail "same seed, other threads: other bytes"
 cmp -s "$FOLDER/a.ply" "$FOLDER/c.ply" && fail "another seed: the same bytes"
 
+# The camera's file: its size counts unless --size is given; what is no camera is refused.
+picture_size() { # file.png
+    od -An -t u1 -j 16 -N 8 "$1" | awk '{print ($3 * 256 + $4) "x" ($7 * 256 + $8)}'
+}
+truth=(gen bumpy --truth "$FOLDER/t.png" --quiet --force --camera "$FOLDER/c.json")
+echo '{"eye": [3, 0, 0], "look": [0, 0, 0], "up": [0, 1, 0], "height": 3, "size": [48, 20]}' \
+    >"$FOLDER/c.json"
+run "$STIPPLE" "${truth[@]}"
+expect_code 0
+[ "$(picture_size "$FOLDER/t.png")" = 48x20 ] || fail "the camera's size is not the picture's"
+run "$STIPPLE" "${truth[@]}" --size 24x30
+expect_code 0
+[ "$(picture_size "$FOLDER/t.png")" = 24x30 ] || fail "--size is not the picture's"
+run "$STIPPLE" "${truth[@]}" --up 1,0,0
+expect_failure "--up"
+for text in '' '[]' '{"eye": [0, 0]}' '{"up": "y"}' '{"fovy_deg": "40"}' '{"size": [1e9, 1]}'; do
+    echo "$text" >"$FOLDER/c.json"
+    run "$STIPPLE" "${truth[@]}"
+    expect_failure "c.json"
+done
+
 run "$STIPPLE" gen sphere -n 0 -o "$FOLDER/none.ply"
 expect_usage "give -n N, 1 or more"
 run "$STIPPLE" gen sphere -n 10

@@ -314,27 +314,34 @@ static stp_dvec3 bumpy_normal(const gen_surface *surface, stp_dvec3 p)
     return stp_dvec3_normalize((stp_dvec3){g[0], g[1], g[2]});
 }
 
-static void test_truth_is_the_surface_seen_along_each_ray(void **state)
+/* From +x, so that the image's axes are plain: right is -z, up is y. Perspective, or orthographic
+ * where height, in world units, is positive. */
+static void check_truth(double fovy_deg, double height)
 {
-    (void)state;
-    /* From +x, so that the image's axes are plain: right is -z, up is y. */
-    const gen_camera camera = {
-        .eye = {3.5, 0.0, 0.0}, .up = {0.0, 1.0, 0.0}, .fovy_deg = 40.0, .size = {96, 64}};
+    const stp_dvec3 eye = {3.5, 0.0, 0.0};
+    const stp_camera camera = {
+        .eye = eye, .up = {0.0, 1.0, 0.0}, .fovy_deg = fovy_deg, .height = height};
+    const stp_ball ball = {{0.0, 0.0, 0.0}, 2.0};
     gen_surface surface;
     stp_image image = {0};
+    stp_view view;
     gen_surface_init(&surface, GEN_BUMPY, 1, 0);
-    assert_int_equal(gen_truth_render(&image, &surface, &camera, pool, NULL), STP_OK);
+    assert_int_equal(stp_view_create(&view, &camera, &ball, 96, 64, NULL), STP_OK);
+    assert_int_equal(gen_truth_render(&image, &surface, &view, pool, NULL), STP_OK);
     assert_int_equal(image.width, 96);
     assert_int_equal(image.height, 64);
     size_t hits = 0, misses = 0;
-    double half = tan(20.0 * 3.14159265358979 / 180.0);
+    double half = height > 0.0 ? 0.5 * height : tan(0.5 * fovy_deg * 3.14159265358979 / 180.0);
     for (int y = 1; y < 64; y += 7)
         for (int x = 2; x < 96; x += 9) {
             const uint8_t *pixel = image.rgba + 4 * (y * 96 + x);
             double right = ((x + 0.5) - 48.0) / 32.0 * half, up = (32.0 - (y + 0.5)) / 32.0 * half;
-            stp_dvec3 eye = {3.5, 0.0, 0.0}, p;
-            stp_dvec3 direction = stp_dvec3_normalize((stp_dvec3){-1.0, up, -right});
-            if (!bumpy_root(&surface, eye, direction, &p)) {
+            stp_dvec3 start = eye, direction = {-1.0, up, -right}, p;
+            if (height > 0.0) {
+                start = (stp_dvec3){eye.x, up, -right};
+                direction = (stp_dvec3){-1.0, 0.0, 0.0};
+            }
+            if (!bumpy_root(&surface, start, stp_dvec3_normalize(direction), &p)) {
                 misses++;
                 assert_int_equal(pixel[0] | pixel[1] | pixel[2] | pixel[3], 0);
                 continue;
@@ -349,6 +356,13 @@ static void test_truth_is_the_surface_seen_along_each_ray(void **state)
         }
     assert_true(hits > 30 && misses > 10);
     stp_image_destroy(&image);
+}
+
+static void test_truth_is_the_surface_seen_along_each_ray(void **state)
+{
+    (void)state;
+    check_truth(40.0, 0.0);
+    check_truth(0.0, 2.2);
 }
 
 int main(void)

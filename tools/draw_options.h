@@ -4,19 +4,18 @@
 #define STP_TOOLS_DRAW_OPTIONS_H
 
 #include "runtime/stipple.h"
-#include "tools/cli.h"
+#include "tools/camera_options.h"
 
 typedef struct draw_options {
-    const char *camera_path, *shader_folder;
-    double eye[3], look[3], up[3];
-    double fovy_deg, threshold_px, radius_cap_px;
-    int size[2];
+    camera_options camera;
+    const char *shader_folder;
+    double threshold_px, radius_cap_px;
     int lod, reconstruct, shade, colour;
     uint64_t gpu_memory, cpu_memory;
-    bool has_eye, has_look, has_up, has_fovy, has_size, has_threshold;
+    bool has_threshold;
 } draw_options;
 
-#define DRAW_OPTION_COUNT 16
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 10)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full"

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "base/pool.h"
 #include "formats/scan/ply_write.h"
-#include "tools/cli.h"
+#include "tools/camera_options.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/truth.h"
 #include "tools/gen/visibility.h"
@@ -12,6 +12,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 extern const cli_command cli_gen;
 
@@ -19,13 +20,12 @@ extern const cli_command cli_gen;
 enum { TASK_POINTS = 1 << 15, BATCH_TASKS = 8 };
 
 typedef struct options {
-    const char *output, *mesh, *truth, *camera_path;
+    const char *output, *mesh, *truth;
     uint64_t point_count, seed, station_count, mesh_triangles;
     double noise;
     int order;
     bool normals, no_colour, force;
-    gen_camera camera;
-    bool has_eye, has_look, has_up, has_fovy, has_size;
+    camera_options camera;
 } options;
 
 typedef struct batch {
@@ -163,21 +163,16 @@ done:
 static stp_status write_truth(const options *o, const gen_surface *surface, stp_pool *pool,
                               stp_error *err)
 {
-    stp_image image = {0};
-    gen_camera camera;
-    gen_camera_default(&camera, surface);
     stp_status status = STP_OK;
-    if (o->camera_path != NULL)
-        STP_TRY(gen_camera_load(&camera, o->camera_path, err));
-    for (int i = 0; i < 3; i++) {
-        camera.eye[i] = o->has_eye ? o->camera.eye[i] : camera.eye[i];
-        camera.look[i] = o->has_look ? o->camera.look[i] : camera.look[i];
-        camera.up[i] = o->has_up ? o->camera.up[i] : camera.up[i];
-    }
-    for (int i = 0; i < 2; i++)
-        camera.size[i] = o->has_size ? o->camera.size[i] : camera.size[i];
-    camera.fovy_deg = o->has_fovy ? o->camera.fovy_deg : camera.fovy_deg;
-    STP_TRY(gen_truth_render(&image, surface, &camera, pool, err));
+    stp_image image = {0};
+    stp_ball ball = {surface->centre, surface->radius};
+    stp_view view;
+    int size[2];
+    STP_TRY(camera_options_size(&o->camera, size, err));
+    stp_camera camera = gen_truth_camera(surface, size);
+    STP_TRY(camera_options_apply(&o->camera, &camera, err));
+    STP_TRY(stp_view_create(&view, &camera, &ball, size[0], size[1], err));
+    STP_TRY(gen_truth_render(&image, surface, &view, pool, err));
     STP_TRY(stp_image_save(&image, o->truth, o->force, err));
 done:
     stp_image_destroy(&image);
@@ -223,10 +218,10 @@ static const char *check(const options *o, gen_shape shape)
 
 static int run(int argc, char **argv)
 {
-    options o = {.camera = {.up = {0.0, 1.0, 0.0}, .fovy_deg = 45.0, .size = {1024, 1024}}};
+    options o = {.camera = camera_options_default()};
     cli_common common = {0};
     stp_error error = {0};
-    const cli_option list[] = {
+    const cli_option own[] = {
         {"--points", 'n', CLI_UINT, &o.point_count, "N", "how many points", NULL},
         {"--output", 'o', CLI_STRING, &o.output, "F.ply", "the scan", NULL},
         {"--order", 0, CLI_CHOICE, &o.order, "scan|random",
@@ -241,14 +236,11 @@ static int run(int argc, char **argv)
         {"--mesh", 0, CLI_STRING, &o.mesh, "F.ply", "the true surface as triangles", NULL},
         {"--mesh-triangles", 0, CLI_UINT, &o.mesh_triangles, "N", "about how many", NULL},
         {"--truth", 0, CLI_STRING, &o.truth, "I.png", "bumpy: the exact picture", NULL},
-        {"--camera", 0, CLI_STRING, &o.camera_path, "C.json", "of the picture", NULL},
-        {"--eye", 0, CLI_VEC3, o.camera.eye, "x,y,z", "of the picture", &o.has_eye},
-        {"--look", 0, CLI_VEC3, o.camera.look, "x,y,z", "of the picture", &o.has_look},
-        {"--up", 0, CLI_VEC3, o.camera.up, "x,y,z", "of the picture", &o.has_up},
-        {"--fovy", 0, CLI_NUMBER, &o.camera.fovy_deg, "DEG", "of the picture", &o.has_fovy},
-        {"--size", 0, CLI_EXTENT, o.camera.size, "WxH", "of the picture", &o.has_size},
         {"--force", 0, CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
+    cli_option list[sizeof own / sizeof *own + CAMERA_OPTION_COUNT];
+    memcpy(list, own, sizeof own);
+    camera_options_fill(&o.camera, list + sizeof own / sizeof *own);
     const char *name = NULL;
     size_t name_count = 0;
     int result = cli_parse(&cli_gen, list, sizeof list / sizeof *list, argc, argv, &name, 1, 1,
@@ -272,6 +264,6 @@ const cli_command cli_gen = {
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
     .details = "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
                "apart).\nPoints are spread evenly over the true surface; memory does not grow with "
-               "their number.",
+               "their number.\nThe camera's options are for the picture of --truth.",
     .run = run,
 };

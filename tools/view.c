@@ -51,10 +51,11 @@ static stp_status go_home(viewer *v, stp_error *err)
 {
     draw_options o = *v->options;
     int size[2];
-    stp_window_size(v->window, &o.size[0], &o.size[1]);
-    o.has_size = true;
-    if (o.size[0] < 1 || o.size[1] < 1)
-        o.size[0] = o.size[1] = 1;
+    int *wanted = o.camera.size;
+    stp_window_size(v->window, &wanted[0], &wanted[1]);
+    o.camera.has_size = true;
+    if (wanted[0] < 1 || wanted[1] < 1)
+        wanted[0] = wanted[1] = 1;
     return draw_options_camera(&o, v->model, &v->control.camera, size, err);
 }
 
@@ -151,7 +152,8 @@ static stp_status open_viewer(viewer *v, const char *path, const cli_common *com
     STP_TRY(stp_model_open(&v->model, path, err));
     v->control.ball = v->model->ball;
     STP_TRY(draw_options_camera(v->options, v->model, &v->control.camera, size, err));
-    STP_TRY(stp_window_create(&v->window, v->name, size[0], size[1], !v->options->has_size, err));
+    bool has_size = v->options->camera.has_size;
+    STP_TRY(stp_window_create(&v->window, v->name, size[0], size[1], !has_size, err));
     stp_renderer_params params = draw_options_renderer(v->options, v->model, common);
     STP_TRY(stp_renderer_create(&v->renderer, &params, err));
     STP_TRY(go_home(v, err));
