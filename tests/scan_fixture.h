@@ -71,6 +71,14 @@ static inline stp_point *scan_fixture_read(const char *path, const stp_scan_para
     return points;
 }
 
+/* All points of a file with this text. */
+static inline stp_point *scan_fixture_points(const char *path, const char *text,
+                                             stp_scan_info *info)
+{
+    scan_fixture_text(path, text);
+    return scan_fixture_read(path, NULL, info);
+}
+
 /* Opening or reading to the end fails with this status and a sentence that holds the text and the
  * path; nothing but a closed scan is left. */
 static inline void scan_fixture_fails(const char *path, const stp_scan_params *params,
@@ -113,6 +121,13 @@ static inline void scan_fixture_rgb(const stp_point *point, unsigned r, unsigned
     assert_int_equal(point->rgb[0], r);
     assert_int_equal(point->rgb[1], g);
     assert_int_equal(point->rgb[2], b);
+}
+
+static inline void scan_fixture_scalars(const stp_point *point, unsigned intensity,
+                                        unsigned class_id)
+{
+    assert_int_equal(point->intensity, intensity);
+    assert_int_equal(point->class_id, class_id);
 }
 
 #endif

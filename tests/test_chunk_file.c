@@ -341,13 +341,6 @@ static void test_many_pages(void **state)
     fixture_destroy(&tree);
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    fixture_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -362,5 +355,5 @@ int main(void)
         cmocka_unit_test(test_newer_minor),
         cmocka_unit_test(test_many_pages),
     };
-    return cmocka_run_group_tests_name("chunk file", tests, NULL, remove_folder);
+    return cmocka_run_group_tests_name("chunk file", tests, NULL, fixture_remove_folder);
 }

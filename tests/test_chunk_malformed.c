@@ -442,13 +442,6 @@ static void test_verify(void **state)
     }
 }
 
-static int remove_folder(void **state)
-{
-    (void)state;
-    fixture_remove_folder();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -458,5 +451,5 @@ int main(void)
         cmocka_unit_test(test_empty_payload), cmocka_unit_test(test_tampered),
         cmocka_unit_test(test_damaged_chunk), cmocka_unit_test(test_verify),
     };
-    return cmocka_run_group_tests_name("malformed chunk files", tests, NULL, remove_folder);
+    return cmocka_run_group_tests_name("malformed chunk files", tests, NULL, fixture_remove_folder);
 }

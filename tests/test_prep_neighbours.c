@@ -1,25 +1,7 @@
 /* The neighbour search against brute force, on sets that trip searches up. */
 #include "base/random.h"
 #include "preprocess/neighbours.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <stdlib.h>
-
-static stp_cloud make_cloud(uint32_t count)
-{
-    stp_cloud cloud = {.count = count, .capacity = count};
-    cloud.points = calloc(count, sizeof *cloud.points);
-    assert_non_null(cloud.points);
-    for (uint32_t i = 0; i < count; i++)
-        cloud.points[i].source = i;
-    return cloud;
-}
+#include "tests/cloud_fixture.h"
 
 /* The first of the points at this one's position, by source. */
 static bool is_first(const stp_cloud *cloud, uint32_t i)
@@ -94,7 +76,7 @@ static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
 static void uneven_density(void **state)
 {
     (void)state;
-    stp_cloud cloud = make_cloud(150000);
+    stp_cloud cloud = cloud_fixture_make(150000);
     for (uint32_t i = 0; i < cloud.count; i++) {
         double size = i % 500 == 0 ? 1000.0 : i % 3 == 0 ? 1.0 : 0.01;
         cloud.points[i].position =
@@ -109,7 +91,7 @@ static void lattice_ties(void **state)
 {
     (void)state;
     const uint32_t side = 42;
-    stp_cloud cloud = make_cloud(side * side * side);
+    stp_cloud cloud = cloud_fixture_make(side * side * side);
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = (uint32_t)((uint64_t)i * 48271u % cloud.count);
         cloud.points[i].position = (stp_dvec3){j % side, j / side % side, j / side / side};
@@ -122,7 +104,7 @@ static void lattice_ties(void **state)
 static void flat_lattice_far_away(void **state)
 {
     (void)state;
-    stp_cloud cloud = make_cloud(400 * 400);
+    stp_cloud cloud = cloud_fixture_make(400 * 400);
     for (uint32_t i = 0; i < cloud.count; i++)
         cloud.points[i].position =
             (stp_dvec3){4e6 + 0.001 * (i % 400), -5e5 + 0.001 * (i / 400), 77.0};
@@ -132,7 +114,7 @@ static void flat_lattice_far_away(void **state)
 static void duplicates(void **state)
 {
     (void)state;
-    stp_cloud cloud = make_cloud(120000);
+    stp_cloud cloud = cloud_fixture_make(120000);
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = (uint32_t)(stp_random_u64(9, i) % 7000);
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
@@ -144,7 +126,7 @@ static void fewer_points_than_neighbours(void **state)
 {
     (void)state;
     for (uint32_t count = 1; count < 20; count++) {
-        stp_cloud cloud = make_cloud(count);
+        stp_cloud cloud = cloud_fixture_make(count);
         for (uint32_t i = 0; i < count; i++)
             cloud.points[i].position.x = i / 2;
         check(&cloud, 16, 1);
@@ -155,7 +137,7 @@ static void fewer_points_than_neighbours(void **state)
 static void thousands_at_one_distance(void **state)
 {
     (void)state;
-    stp_cloud cloud = make_cloud(5000);
+    stp_cloud cloud = cloud_fixture_make(5000);
     for (uint32_t i = 1; i < cloud.count; i++) {
         int axis = (int)(i % 3);
         double v[3] = {0.0, 0.0, 0.0};

@@ -1,27 +1,9 @@
 /* Local spacings: noise, outliers, steps in density, duplicates. */
 #include "base/random.h"
 #include "preprocess/spacing.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <stdlib.h>
+#include "tests/cloud_fixture.h"
 
 #define NEIGHBOURS 16u
-
-static stp_cloud make_cloud(uint32_t count)
-{
-    stp_cloud cloud = {.count = count, .capacity = count};
-    cloud.points = calloc(count, sizeof *cloud.points);
-    assert_non_null(cloud.points);
-    for (uint32_t i = 0; i < count; i++)
-        cloud.points[i].source = i;
-    return cloud;
-}
 
 /* Spacings by source before and after, with so many threads. */
 static void find(stp_cloud *cloud, unsigned threads, float *before, float *after)
@@ -62,7 +44,7 @@ static void noise_is_less(void **state)
     (void)state;
     enum { COUNT = 20000 };
     static float before[COUNT], after[COUNT], inner[COUNT], single[COUNT];
-    stp_cloud cloud = make_cloud(COUNT);
+    stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), 0.0};
     find(&cloud, 3, before, after);
@@ -89,7 +71,7 @@ static void outliers_are_small(void **state)
     (void)state;
     enum { SIDE = 100, GRID = SIDE * SIDE, FAR = 13 };
     static float before[GRID + FAR], after[GRID + FAR];
-    stp_cloud cloud = make_cloud(GRID + FAR);
+    stp_cloud cloud = cloud_fixture_make(GRID + FAR);
     for (uint32_t i = 0; i < GRID; i++)
         cloud.points[i].position = (stp_dvec3){i % SIDE, i / SIDE, 0.0};
     for (uint32_t i = 0; i < FAR; i++) {
@@ -118,7 +100,7 @@ static void density_step_stays_closed(void **state)
     static float after[COUNT];
     static stp_dvec3 at[COUNT];
     const double step = 8.0;
-    stp_cloud cloud = make_cloud(COUNT);
+    stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++) {
         uint32_t j = i - FINE * FINE;
         at[i] = i < FINE * FINE ? (stp_dvec3){-1.0 - i % FINE, 50.0 + i / FINE, 0.0}
@@ -145,7 +127,7 @@ static void scan_lines_keep_their_spacing(void **state)
     (void)state;
     enum { ALONG = 400, LINES = 30, COUNT = ALONG * LINES };
     static float before[COUNT], after[COUNT];
-    stp_cloud cloud = make_cloud(COUNT);
+    stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position = (stp_dvec3){0.1 * (i % ALONG), i / ALONG, 0.0};
     find(&cloud, 2, before, after);
@@ -161,7 +143,7 @@ static void duplicates_agree(void **state)
     (void)state;
     enum { COUNT = 10000 };
     static float after[COUNT];
-    stp_cloud cloud = make_cloud(COUNT);
+    stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++) {
         uint32_t j = i % (COUNT / 5);
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
@@ -173,13 +155,13 @@ static void duplicates_agree(void **state)
     }
     stp_cloud_clear(&cloud);
     for (uint32_t count = 1; count < 5; count++) {
-        cloud = make_cloud(count);
+        cloud = cloud_fixture_make(count);
         find(&cloud, 2, NULL, after);
         for (uint32_t i = 0; i < count; i++)
             assert_true(after[i] == 0.0f);
         stp_cloud_clear(&cloud);
     }
-    cloud = make_cloud(2);
+    cloud = cloud_fixture_make(2);
     cloud.points[1].position.x = 1.0;
     find(&cloud, 2, NULL, after);
     assert_true(after[0] > 0.0f && after[1] == after[0] && isfinite(after[0]));

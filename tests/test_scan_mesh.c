@@ -35,9 +35,8 @@ static const char folded_ply[] =
 static void ply_polygons(void **state)
 {
     (void)state;
-    scan_fixture_text("folded.ply", folded_ply);
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("folded.ply", NULL, &info);
+    stp_point *points = scan_fixture_points("folded.ply", folded_ply, &info);
     assert_int_equal(info.point_count, 6);
     assert_int_equal(info.face_count, 2);
     assert_true(info.normals_from_faces);
@@ -90,12 +89,13 @@ static void ply_strips(void **state)
 static void tiny_and_huge_triangles(void **state)
 {
     (void)state;
-    scan_fixture_text("range.ply",
-                      "ply\nformat ascii 1.0\nelement vertex 6\n" PLY_XYZ
-                      "element face 2\nproperty list uchar int vertex_index\nend_header\n"
-                      "0 0 0\n1e-9 0 0\n0 1e-9 0\n0 0 0\n0 1e8 0\n0 0 1e8\n3 0 1 2\n3 3 4 5\n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("range.ply", NULL, &info);
+    stp_point *points = scan_fixture_points(
+        "range.ply",
+        "ply\nformat ascii 1.0\nelement vertex 6\n" PLY_XYZ
+        "element face 2\nproperty list uchar int vertex_index\nend_header\n"
+        "0 0 0\n1e-9 0 0\n0 1e-9 0\n0 0 0\n0 1e8 0\n0 0 1e8\n3 0 1 2\n3 3 4 5\n",
+        &info);
     scan_fixture_normal(&points[0], 0.0, 0.0, 1.0);
     scan_fixture_normal(&points[3], 1.0, 0.0, 0.0);
     free(points);
@@ -107,16 +107,18 @@ static void tiny_and_huge_triangles(void **state)
 static void obj(void **state)
 {
     (void)state;
-    scan_fixture_text("scan.obj", "# comment\nmtllib none.mtl\no first\n"
-                                  "v 500000.123 5400000.456 10.789 1 0.5 0\n"
-                                  "v 500001.123 5400000.456 10.789 0 0 0\nvt 0.5\n"
-                                  "vn 0 0 1\r\nvn 0 2 0\nusemtl none\ng a b\n"
-                                  "f 1//1 2//1 \\\n3//1\n"
-                                  "v\t500001.123 5400001.456 10.789\n"
-                                  "o second\nf -3/1/2 -2/1/2 -1 # comment\nf 3 1 2\nl 1 2\n"
-                                  "f 1 2 3 4\nv 7 7 7\nv 8 8 8 \n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("scan.obj", NULL, &info);
+    stp_point *points =
+        scan_fixture_points("scan.obj",
+                            "# comment\nmtllib none.mtl\no first\n"
+                            "v 500000.123 5400000.456 10.789 1 0.5 0\n"
+                            "v 500001.123 5400000.456 10.789 0 0 0\nvt 0.5\n"
+                            "vn 0 0 1\r\nvn 0 2 0\nusemtl none\ng a b\n"
+                            "f 1//1 2//1 \\\n3//1\n"
+                            "v\t500001.123 5400001.456 10.789\n"
+                            "o second\nf -3/1/2 -2/1/2 -1 # comment\nf 3 1 2\nl 1 2\n"
+                            "f 1 2 3 4\nv 7 7 7\nv 8 8 8 \n",
+                            &info);
     assert_string_equal(info.format, "OBJ");
     assert_int_equal(info.point_count, 5);
     assert_int_equal(info.face_count, 4);
@@ -143,9 +145,9 @@ static void obj(void **state)
 static void obj_points(void **state)
 {
     (void)state;
-    scan_fixture_text("points.obj", "vn 0 0 1\nv 1 2 3 255 128 0\nvn 0 3 4\nv 4 5 6 1 1 1");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("points.obj", NULL, &info);
+    stp_point *points = scan_fixture_points(
+        "points.obj", "vn 0 0 1\nv 1 2 3 255 128 0\nvn 0 3 4\nv 4 5 6 1 1 1", &info);
     assert_int_equal(info.point_count, 2);
     assert_false(info.normals_from_faces);
     scan_fixture_position(&points[1], 4.0, 5.0, 6.0);
@@ -178,9 +180,9 @@ static void off(void **state)
         scan_fixture_rgb(&points[0], 65535, 0, 128 * 257);
         free(points);
     }
-    scan_fixture_text("normals.off", "NOFF\n3 0 0\n0 0 0 0 3 4\n1 0 0 0 1 0\n0 1 0 1 0 0");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("normals.off", NULL, &info);
+    stp_point *points = scan_fixture_points(
+        "normals.off", "NOFF\n3 0 0\n0 0 0 0 3 4\n1 0 0 0 1 0\n0 1 0 1 0 0", &info);
     scan_fixture_normal(&points[0], 0.0, 0.6, 0.8);
     free(points);
 }

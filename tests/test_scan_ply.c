@@ -53,16 +53,18 @@ static void add_i32(ply_bytes *p, int32_t value)
 static void ascii_in_any_order(void **state)
 {
     (void)state;
-    scan_fixture_text("order.ply", "ply\nformat ascii 1.0\ncomment element vertex 7\n"
-                                   "obj_info num_cols 512\nelement vertex 2\n"
-                                   "property uchar blue\nproperty double z\nproperty float nz\n"
-                                   "property float32 x\nproperty float confidence\n"
-                                   "property uint8 red\nproperty float nx\nproperty float64 y\n"
-                                   "property float ny\nproperty uchar green\nend_header\n"
-                                   "3 -2.5 4 1e3 0.5 1 0 0.1 3 2\n"
-                                   "\n  255\t1.5 0 .25 0 128 0 +7 0 0   \n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("order.ply", NULL, &info);
+    stp_point *points =
+        scan_fixture_points("order.ply",
+                            "ply\nformat ascii 1.0\ncomment element vertex 7\n"
+                            "obj_info num_cols 512\nelement vertex 2\n"
+                            "property uchar blue\nproperty double z\nproperty float nz\n"
+                            "property float32 x\nproperty float confidence\n"
+                            "property uint8 red\nproperty float nx\nproperty float64 y\n"
+                            "property float ny\nproperty uchar green\nend_header\n"
+                            "3 -2.5 4 1e3 0.5 1 0 0.1 3 2\n"
+                            "\n  255\t1.5 0 .25 0 128 0 +7 0 0   \n",
+                            &info);
     assert_string_equal(info.format, "PLY ascii");
     assert_int_equal(info.point_count, 2);
     assert_int_equal(info.attributes, STP_POINT_HAS_NORMAL | STP_POINT_HAS_COLOUR);
@@ -79,15 +81,16 @@ static void ascii_in_any_order(void **state)
 static void ascii_numbers(void **state)
 {
     (void)state;
-    scan_fixture_text("numbers.ply",
-                      "ply\r\nformat ascii 1.0\r\nelement vertex 6\r\nproperty double x\r\n"
-                      "property double y\r\nproperty double z\r\nend_header\r\n"
-                      "5400000.456000001 -0.35444599999999998 1.7976931348623157e308\r\n"
-                      "4.9406564584124654e-324 123456789012345678901234567890 1e400\r\n"
-                      "nan -nan(ind) -1.#IND\r\nInf -inf -1.#INF\r\n"
-                      "0.1e1 1E-5 -.5e+1\r\n1. -0 00012\r\n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("numbers.ply", NULL, &info);
+    stp_point *points =
+        scan_fixture_points("numbers.ply",
+                            "ply\r\nformat ascii 1.0\r\nelement vertex 6\r\nproperty double x\r\n"
+                            "property double y\r\nproperty double z\r\nend_header\r\n"
+                            "5400000.456000001 -0.35444599999999998 1.7976931348623157e308\r\n"
+                            "4.9406564584124654e-324 123456789012345678901234567890 1e400\r\n"
+                            "nan -nan(ind) -1.#IND\r\nInf -inf -1.#INF\r\n"
+                            "0.1e1 1E-5 -.5e+1\r\n1. -0 00012\r\n",
+                            &info);
     scan_fixture_position(&points[0], 5400000.456000001, -0.35444599999999998,
                           1.7976931348623157e308);
     scan_fixture_position(&points[1], 4.9406564584124654e-324, 123456789012345678901234567890.0,
@@ -136,10 +139,8 @@ static void check_binary(bool big_endian)
     assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS);
     scan_fixture_position(&points[0], -2000000000.0, 0.1, -3.0);
     scan_fixture_position(&points[1], 17.0, 1.1, 4.0);
-    assert_int_equal(points[0].intensity, 60000);
-    assert_int_equal(points[1].intensity, 300);
-    assert_int_equal(points[0].class_id, 2);
-    assert_int_equal(points[1].class_id, 200);
+    scan_fixture_scalars(&points[0], 60000, 2);
+    scan_fixture_scalars(&points[1], 300, 200);
     free(points);
 }
 
@@ -246,23 +247,21 @@ static void colour_depth_of_late_values(void **state)
 static void scalar_fields(void **state)
 {
     (void)state;
-    scan_fixture_text(
+    stp_scan_info info;
+    stp_point *points = scan_fixture_points(
         "fields.ply",
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
         "property float z\nproperty float normal_x\nproperty float normal_y\n"
         "property float normal_z\nproperty float scalar_Intensity\n"
         "property float scalar_Classification\nproperty float scalar_Scan\n"
-        "end_header\n0 0 0 2 0 0 0.25 6 1\n0 0 0 nan 0 0 1 300 1\n");
-    stp_scan_info info;
-    stp_point *points = scan_fixture_read("fields.ply", NULL, &info);
+        "end_header\n0 0 0 2 0 0 0.25 6 1\n0 0 0 nan 0 0 1 300 1\n",
+        &info);
     assert_int_equal(info.attributes,
                      STP_POINT_HAS_NORMAL | STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS);
     scan_fixture_normal(&points[0], 1.0, 0.0, 0.0);
     scan_fixture_normal(&points[1], 0.0, 0.0, 0.0);
-    assert_int_equal(points[0].intensity, 16384);
-    assert_int_equal(points[1].intensity, 65535);
-    assert_int_equal(points[0].class_id, 6);
-    assert_int_equal(points[1].class_id, 255);
+    scan_fixture_scalars(&points[0], 16384, 6);
+    scan_fixture_scalars(&points[1], 65535, 255);
     free(points);
 }
 
@@ -270,13 +269,14 @@ static void scalar_fields(void **state)
 static void range_grid(void **state)
 {
     (void)state;
-    scan_fixture_text("grid.ply",
-                      "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 2\n"
-                      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
-                      "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
-                      "0 0 1\n1 0 2\n1 0\n0\n0\n1 1\n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("grid.ply", NULL, &info);
+    stp_point *points = scan_fixture_points(
+        "grid.ply",
+        "ply\nformat ascii 1.0\nobj_info num_cols 2\nobj_info num_rows 2\n"
+        "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+        "element range_grid 4\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 1\n1 0 2\n1 0\n0\n0\n1 1\n",
+        &info);
     assert_int_equal(info.point_count, 2);
     assert_int_equal(info.face_count, 0);
     assert_int_equal(info.attributes, 0);
@@ -287,12 +287,14 @@ static void range_grid(void **state)
 static void no_points(void **state)
 {
     (void)state;
-    scan_fixture_text("none.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 0\n"
-                                  "property float x\nproperty float y\nproperty float z\n"
-                                  "element face 0\nproperty list uchar int vertex_indices\n"
-                                  "end_header\n");
     stp_scan_info info;
-    stp_point *points = scan_fixture_read("none.ply", NULL, &info);
+    stp_point *points =
+        scan_fixture_points("none.ply",
+                            "ply\nformat binary_little_endian 1.0\nelement vertex 0\n"
+                            "property float x\nproperty float y\nproperty float z\n"
+                            "element face 0\nproperty list uchar int vertex_indices\n"
+                            "end_header\n",
+                            &info);
     assert_int_equal(info.point_count, 0);
     free(points);
 }

@@ -25,7 +25,7 @@ static size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
     fixture_require(
         fixture_write(&tree, path, seed & 1024u ? STP_CODEC_RAW : STP_CODEC_DRACO, NULL) == STP_OK);
     uint8_t *bytes = fixture_read_file(path, &size);
-    fixture_remove_folder();
+    fixture_remove_folder(NULL);
     fixture_destroy(&tree);
     size = size < capacity ? size : capacity;
     memcpy(data, bytes, size);
