@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #define STP_OUTPUT_BUFFER_BYTES (1u << 20)
+#define TEMPORARY_SUFFIX_LIMIT 32
 
 struct stp_output {
     int descriptor;
@@ -112,6 +113,11 @@ static int open_temporary(const char *path)
     return -1;
 }
 
+static void name_temporary(char *out, size_t size, const char *path)
+{
+    snprintf(out, size, "%s.%ld.part", path, (long)getpid());
+}
+
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -125,11 +131,11 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_alloc(&output, 1, sizeof *output, "output file", err));
     output->descriptor = -1;
     output->force = force;
-    size_t length = strlen(path) + 32;
+    size_t length = strlen(path) + TEMPORARY_SUFFIX_LIMIT;
     STP_TRY(stp_alloc(&output->path, length, 1, "path", err));
     STP_TRY(stp_alloc(&output->temporary, length, 1, "path", err));
     snprintf(output->path, length, "%s", path);
-    snprintf(output->temporary, length, "%s.%ld.part", path, (long)getpid());
+    name_temporary(output->temporary, length, path);
     sweep_litter(path);
     output->descriptor = open_temporary(output->temporary);
     if (output->descriptor < 0) {
@@ -151,6 +157,25 @@ stp_status stp_output_check_input(const char *path, const char *input, stp_error
         return STP_OK;
     return stp_error_set(err, STP_INVALID_ARGUMENT, "%s is also an input: give another output",
                          path);
+}
+
+/* Two names of one output have one temporary file. */
+stp_status stp_output_check_other(const stp_output *output, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t length = strlen(path) + TEMPORARY_SUFFIX_LIMIT;
+    struct stat own, other;
+    char *temporary = NULL;
+    STP_TRY(stp_alloc(&temporary, length, 1, "path", err));
+    name_temporary(temporary, length, path);
+    if (stat(temporary, &other) == 0 && fstat(output->descriptor, &own) == 0 &&
+        own.st_dev == other.st_dev && own.st_ino == other.st_ino)
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%s is to be written twice: give another name to one of the outputs",
+                               path);
+done:
+    free(temporary);
+    return status;
 }
 
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err)

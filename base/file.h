@@ -18,6 +18,8 @@ typedef struct stp_output stp_output;
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
 /* Refuses an output that is an input, by whatever name. Errors: INVALID_ARGUMENT. */
 stp_status stp_output_check_input(const char *path, const char *input, stp_error *err);
+/* Refuses a path that is this output's own, by whatever name. Errors: INVALID_ARGUMENT. */
+stp_status stp_output_check_other(const stp_output *output, const char *path, stp_error *err);
 /* Appends size bytes. Errors: IO (a full disk is said so). */
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err);
 /* Writes at an offset that was written before; the append position stays. Errors: IO. */

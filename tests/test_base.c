@@ -351,6 +351,22 @@ static void test_output_is_input(void **state)
     assert_int_equal(stp_output_check_input(link_path, path, &err), STP_INVALID_ARGUMENT);
 }
 
+static void test_output_is_other_output(void **state)
+{
+    char path[256], same[256], other[256];
+    stp_error err = {0};
+    stp_output *output = NULL;
+    snprintf(path, sizeof path, "%s/a", (char *)*state);
+    snprintf(same, sizeof same, "%s/./a", (char *)*state);
+    snprintf(other, sizeof other, "%s/b", (char *)*state);
+    assert_int_equal(stp_output_create(&output, path, false, &err), STP_OK);
+    assert_int_equal(stp_output_check_other(output, other, &err), STP_OK);
+    assert_int_equal(stp_output_check_other(output, path, &err), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_output_check_other(output, same, &err), STP_INVALID_ARGUMENT);
+    assert_non_null(strstr(err.message, "written twice"));
+    stp_output_destroy(&output);
+}
+
 static void test_output_bad_place(void **state)
 {
     char path[256];
@@ -495,6 +511,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_output_appeared_meanwhile, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_litter, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_is_input, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_output_is_other_output, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_bad_place, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_disk_full, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_file_read, make_folder, remove_folder),

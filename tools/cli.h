@@ -65,9 +65,17 @@ int cli_fail(const cli_command *command, const stp_error *err);
 int cli_usage(const cli_command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+#define CLI_OUTPUT_LIMIT 3
+
+/* Before any work, refuses outputs that exist without force, cannot be made, are inputs or are
+ * named twice; NULL in either list is nothing. Errors: EXISTS, IO, INVALID_ARGUMENT, OUT_OF_MEMORY.
+ */
+stp_status cli_check_outputs(const char *const outputs[CLI_OUTPUT_LIMIT], const char *const *inputs,
+                             size_t input_count, bool force, stp_error *err);
+
 /* Writes a JSON value, freed in any case (NULL: memory is exhausted), to a file that appears whole
- * or not at all; an existing one is replaced. Errors: IO, OUT_OF_MEMORY. */
-stp_status cli_write_json(const char *path, struct cJSON *json, stp_error *err);
+ * or not at all; an existing one is replaced with force. Errors: EXISTS, IO, OUT_OF_MEMORY. */
+stp_status cli_write_json(const char *path, struct cJSON *json, bool force, stp_error *err);
 
 /* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at
  * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers

@@ -186,6 +186,8 @@ static stp_status generate(const options *o, gen_shape shape, const cli_common *
     stp_pool *pool = NULL;
     gen_surface surface;
     const stp_progress *progress = cli_progress(common);
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->mesh, o->truth};
+    STP_TRY(cli_check_outputs(outputs, &o->camera.path, 1, o->force, err));
     gen_surface_init(&surface, shape, o->point_count, o->seed);
     STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
     if (o->output != NULL)

@@ -2,7 +2,6 @@
 #include "tools/commands.h"
 
 #include "base/clock.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/scan.h"
 #include "preprocess/prep.h"
@@ -138,15 +137,6 @@ static void print_stats(const stp_prep_stats *s)
             (double)stp_peak_rss_bytes() / (1024.0 * 1024.0 * 1024.0));
 }
 
-/* An existing output is refused before the scan is read. */
-static stp_status check_output(const prep_options *o, stp_error *err)
-{
-    stp_output *probe = NULL;
-    stp_status status = stp_output_create(&probe, o->output, o->force, err);
-    stp_output_destroy(&probe);
-    return status;
-}
-
 static stp_status run_prep(const prep_options *o, const char *const *paths, size_t count,
                            stp_error *err)
 {
@@ -166,12 +156,8 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
                               .force = o->force};
     stp_prep_stats stats = {0};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
-    for (size_t i = 0; i < count; i++) {
-        STP_TRY(stp_output_check_input(o->output, paths[i], err));
-        if (o->stats)
-            STP_TRY(stp_output_check_input(o->stats, paths[i], err));
-    }
-    STP_TRY(check_output(o, err));
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
+    STP_TRY(cli_check_outputs(outputs, paths, count, o->force, err));
     STP_TRY(parse_orient(o->orient, &params, err));
     STP_TRY(survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
@@ -180,7 +166,7 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
     if (status != STP_OK)
         goto done;
     if (o->stats)
-        STP_TRY(cli_write_json(o->stats, stats_json(&stats), err));
+        STP_TRY(cli_write_json(o->stats, stats_json(&stats), o->force, err));
     if (!o->common.quiet)
         print_stats(&stats);
 done:
@@ -217,7 +203,7 @@ static int prep_main(int argc, char **argv)
          "greatest position error (half the input's own scale)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
-        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing output", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,

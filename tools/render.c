@@ -158,6 +158,9 @@ static stp_status render(const options *o, const cli_common *common, const char 
     stp_view view;
     measured m = {0};
     int size[2];
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
+    const char *const inputs[] = {path, o->draw.camera.path};
+    STP_TRY(cli_check_outputs(outputs, inputs, 2, o->force, err));
     STP_TRY(stp_model_open(&model, path, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
     STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
@@ -167,7 +170,8 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, renderer, &view, &m, err));
     STP_TRY(save(o, renderer, &view, err));
     if (o->stats != NULL)
-        STP_TRY(cli_write_json(o->stats, stats_json(&m, stp_renderer_bytes_read(renderer)), err));
+        STP_TRY(cli_write_json(o->stats, stats_json(&m, stp_renderer_bytes_read(renderer)),
+                               o->force, err));
     if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
         fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
                 stp_renderer_damage(renderer));
@@ -194,7 +198,7 @@ static int run(int argc, char **argv)
                                "the picture to write", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
         {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N times more, for the times", NULL},
-        {"--force", 0, CLI_FLAG, &o.force, NULL, "replace an existing picture", NULL},
+        {"--force", 0, CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
     int code = cli_parse(&cli_render, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1,
