@@ -146,7 +146,11 @@ static int run(int argc, char **argv)
          .target = &output,
          .argument = "F.ply",
          .help = "the PLY file to write"},
-        {.name = "--force", .kind = CLI_FLAG, .target = &force, .help = "replace an existing file"},
+        {.name = "--force",
+         .letter = 'f',
+         .kind = CLI_FLAG,
+         .target = &force,
+         .help = "replace an existing file"},
     };
     int code = cli_parse(&cli_export, options, sizeof options / sizeof *options, argc, argv, &path,
                          1, 1, &count, &common);

@@ -192,7 +192,8 @@ static int prep_main(int argc, char **argv)
     prep_options o = {.orient = "auto", .neighbours = 16};
     const cli_option options[] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
-        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K", "neighbours of a point (16)", NULL},
+        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K", "neighbours of a point, 3 to 64 (16)",
+         NULL},
         {"--orient", 0, CLI_STRING, &o.orient, "HOW",
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
         {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL,
@@ -201,7 +202,7 @@ static int prep_main(int argc, char **argv)
         {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
         {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
          "greatest position error (half the input's own scale)", NULL},
-        {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads", NULL},
+        {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads (draco)", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };

@@ -197,8 +197,8 @@ static int run(int argc, char **argv)
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "I.png",
                                "the picture to write", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
-        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N times more, for the times", NULL},
-        {"--force", 0, CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
+        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N times more, for the times (0)", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
     int code = cli_parse(&cli_render, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1,
