@@ -5,6 +5,9 @@
 
 #include "preprocess/neighbours.h"
 
+/* Spacings without a point between two sheets. */
+#define STP_LAYER_GAP 0.35f
+
 /* Heights over the point's plane, world units, that its own sheet has nearby. */
 typedef struct stp_layer {
     float low, high;

@@ -93,14 +93,25 @@ static unsigned known_count(const uint32_t *list, unsigned k)
     return count;
 }
 
-/* Direction of least extent; zero on a line. */
-static vec3s normal_of(const covariance *c)
+/* Direction of least extent, zero on a line; *thickness: sum of the squares along it. */
+static vec3s normal_of(const covariance *c, double *thickness)
 {
     double values[3];
     eigenvalues(c, values);
+    *thickness = values[2];
     if (!(values[1] > LINE_RATIO * values[0]))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     return stp_dvec3_to_float(eigenvector(c, values[2]));
+}
+
+/* Least sum of squared heights about their mean of `count` points and the point itself, of which
+ * enough for a second sheet lie beyond a gap: all of them on one side, few or all but a few. */
+static double two_sheet_thickness(unsigned count, float spacing)
+{
+    double gap = (double)(STP_LAYER_GAP * spacing);
+    double n = count + 1.0;
+    double beyond = LAYER_POINTS;
+    return 0.999 * gap * gap * beyond * (n - beyond) / n;
 }
 
 /* A plane through all neighbours; where they lie on two sheets, one direction for both, each about
@@ -112,7 +123,10 @@ static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint3
     if (count < 3)
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     covariance c = covariance_of(cloud, self, list, count, true);
-    vec3s normal = normal_of(&c);
+    double thickness = 0.0;
+    vec3s normal = normal_of(&c, &thickness);
+    if (thickness < two_sheet_thickness(count, cloud->points[self].spacing))
+        return normal; /* too thin: what follows would find one sheet */
     stp_layer layer = stp_layer_find(cloud, self, normal, list, count);
     uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
     unsigned same_count = 0, other_count = 0;
@@ -127,7 +141,7 @@ static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint3
     covariance a = covariance_of(cloud, self, same, same_count, true);
     covariance b = covariance_of(cloud, self, others, other_count, false);
     c = (covariance){a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
-    return normal_of(&c);
+    return normal_of(&c, &thickness);
 }
 
 static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)

@@ -1,0 +1,66 @@
+/* Union-find with signs. */
+#include "preprocess/forest.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_forest f = {0};
+    STP_TRY(stp_alloc(&f.parent, count, sizeof *f.parent, "pieces", err));
+    STP_TRY(stp_alloc(&f.parity, count, sizeof *f.parity, "pieces", err));
+    STP_TRY(stp_alloc(&f.size, count, sizeof *f.size, "pieces", err));
+    for (uint32_t i = 0; i < count; i++) {
+        f.parent[i] = i;
+        f.size[i] = 1;
+    }
+    *out = f;
+    f = (stp_forest){0};
+done:
+    stp_forest_clear(&f);
+    return status;
+}
+
+void stp_forest_clear(stp_forest *forest)
+{
+    free(forest->parent);
+    free(forest->parity);
+    free(forest->size);
+    *forest = (stp_forest){0};
+}
+
+uint32_t stp_forest_find(stp_forest *f, uint32_t i, uint8_t *parity)
+{
+    uint32_t root = i;
+    uint8_t sum = 0;
+    while (f->parent[root] != root) {
+        sum ^= f->parity[root];
+        root = f->parent[root];
+    }
+    *parity = sum;
+    while (f->parent[i] != root) {
+        uint32_t next = f->parent[i];
+        uint8_t own = f->parity[i];
+        f->parent[i] = root;
+        f->parity[i] = sum;
+        sum ^= own;
+        i = next;
+    }
+    return root;
+}
+
+void stp_forest_join(stp_forest *f, uint32_t a, uint32_t b, uint8_t turned)
+{
+    uint8_t pa = 0, pb = 0;
+    uint32_t ra = stp_forest_find(f, a, &pa);
+    uint32_t rb = stp_forest_find(f, b, &pb);
+    if (ra == rb)
+        return;
+    uint32_t low = ra < rb ? ra : rb;
+    uint32_t high = ra < rb ? rb : ra;
+    f->parent[high] = low;
+    f->size[low] += f->size[high];
+    f->parity[high] = pa ^ pb ^ turned;
+}

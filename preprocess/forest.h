@@ -1,0 +1,26 @@
+/* Union-find over points that also keeps signs: each point's against its root's.
+ *
+ * A root is the first point of its piece. Threads: pieces that share no point, side by side. */
+#ifndef STP_PREPROCESS_FOREST_H
+#define STP_PREPROCESS_FOREST_H
+
+#include "base/error.h"
+
+#include <stdint.h>
+
+typedef struct stp_forest {
+    uint32_t *parent;
+    uint8_t *parity; /* 1: the sign against the parent's is turned */
+    uint32_t *size;  /* of a root's piece */
+} stp_forest;
+
+/* Every point alone. Errors: OUT_OF_MEMORY. */
+stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_error *err);
+void stp_forest_clear(stp_forest *forest);
+/* The point's root; *parity: its sign against the root's. The root becomes its parent. */
+uint32_t stp_forest_find(stp_forest *forest, uint32_t point, uint8_t *parity);
+/* Makes one piece of two, in which the signs of a and b differ by `turned`; nothing if they are one
+ * already. */
+void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, uint8_t turned);
+
+#endif

@@ -1,0 +1,142 @@
+/* Turns pieces by volume, by a scanner's position and by what is seen of them. */
+#include "preprocess/turning.h"
+
+#include "base/memory.h"
+#include "formats/chunk/sample.h"
+#include "preprocess/visibility.h"
+
+#include <stdlib.h>
+
+/* A piece whose summed area vectors are below this part of its area is closed. */
+#define CLOSED_RATIO 0.25
+#define CLOSED_POINTS 64u
+/* Views flatter than this do not tell the sides of a noisy normal apart. */
+#define GRAZING_COSINE 0.2
+
+typedef struct piece {
+    stp_dvec3 area; /* sum of area vectors */
+    stp_dvec3 first;
+    double total, volume;
+    uint32_t count;
+} piece;
+
+/* Points' pieces, numbered from 0 in the order of their roots; returns how many. */
+static uint32_t number_pieces(stp_forest *f, uint32_t count, uint32_t *numbers)
+{
+    uint32_t piece_count = 0;
+    for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
+        uint8_t parity = 0;
+        uint32_t root = stp_forest_find(f, i, &parity);
+        numbers[i] = root == i ? piece_count++ : numbers[root];
+    }
+    return piece_count;
+}
+
+/* Makes signs agree with the piece's first point and sums the pieces up. */
+static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *numbers,
+                       piece *pieces)
+{
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        piece *c = &pieces[numbers[i]];
+        if (f->parity[i])
+            p->normal = glms_vec3_negate(p->normal);
+        if (c->count++ == 0)
+            c->first = p->position;
+        double area = (double)p->spacing * (double)p->spacing;
+        stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(p->normal), area);
+        c->area = stp_dvec3_add(c->area, vector);
+        c->total += area;
+        c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
+    }
+}
+
+/* Marks closed pieces oriented and turns them outward; *oriented: how many points. */
+stp_status stp_turn_outward(stp_cloud *cloud, stp_forest *f, uint32_t *oriented, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *numbers = NULL;
+    piece *pieces = NULL;
+    STP_TRY(stp_alloc(&numbers, cloud->count, sizeof *numbers, "pieces", err));
+    uint32_t piece_count = number_pieces(f, cloud->count, numbers);
+    STP_TRY(stp_alloc(&pieces, piece_count, sizeof *pieces, "pieces", err));
+    sum_pieces(cloud, f, numbers, pieces);
+    *oriented = 0;
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        const piece *c = &pieces[numbers[i]];
+        if (c->count < CLOSED_POINTS || stp_dvec3_length(c->area) > CLOSED_RATIO * c->total ||
+            !(p->flags & STP_SAMPLE_HAS_NORMAL)) {
+            /* Either sign will do; octahedral codes are contiguous around +z, not around -z. */
+            if (c->area.z < 0.0)
+                p->normal = glms_vec3_negate(p->normal);
+            continue;
+        }
+        if (c->volume < 0.0)
+            p->normal = glms_vec3_negate(p->normal);
+        p->flags |= STP_SAMPLE_ORIENTED;
+        (*oriented)++;
+    }
+done:
+    free(pieces);
+    free(numbers);
+    return status;
+}
+
+/* Which side of its piece a point's position says is seen; grazing views say nothing. */
+static double facing(const stp_cloud_point *p, stp_dvec3 position)
+{
+    stp_dvec3 d = stp_dvec3_normalize(stp_dvec3_sub(position, p->position));
+    return stp_dvec3_dot(d, stp_dvec3_from_float(p->normal));
+}
+
+/* Turns every point to the scanner's position, and those seen at a grazing angle with the piece
+ * they are on. */
+stp_status stp_turn_to(stp_cloud *cloud, stp_forest *f, stp_dvec3 position, stp_error *err)
+{
+    double *votes = NULL;
+    stp_status status = stp_alloc(&votes, cloud->count, sizeof *votes, "pieces", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        uint32_t root = stp_forest_find(f, i, &parity);
+        stp_cloud_point *p = &cloud->points[i];
+        if (parity)
+            p->normal = glms_vec3_negate(p->normal);
+        votes[root] += facing(p, position);
+    }
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        uint8_t parity = 0;
+        stp_cloud_point *p = &cloud->points[i];
+        double own = facing(p, position);
+        if ((fabs(own) >= GRAZING_COSINE ? own : votes[stp_forest_find(f, i, &parity)]) < 0.0)
+            p->normal = glms_vec3_negate(p->normal);
+    }
+    free(votes);
+    return STP_OK;
+}
+
+/* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
+ * wrong, but what a closed surface shows to the outside is its outside. */
+stp_status stp_turn_seen(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    _Atomic int *votes = NULL;
+    int64_t *sums = NULL;
+    STP_TRY(stp_alloc(&votes, cloud->count, sizeof *votes, "votes", err));
+    STP_TRY(stp_alloc(&sums, cloud->count, sizeof *sums, "votes", err));
+    STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
+    for (uint32_t i = 0; i < cloud->count; i++)
+        if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
+            sums[cloud->points[i].sheet] += votes[i];
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_cloud_point *p = &cloud->points[i];
+        if (p->flags & STP_SAMPLE_ORIENTED && sums[p->sheet] < 0)
+            p->normal = glms_vec3_negate(p->normal);
+    }
+done:
+    free(sums);
+    free((void *)votes);
+    return status;
+}
