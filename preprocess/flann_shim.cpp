@@ -17,6 +17,37 @@ namespace
 {
 typedef flann::L2_3D<float> metric;
 typedef flann::KDTreeSingleIndex<metric> index_type;
+
+/* Everything nearer than a distance, into the caller's memory. */
+class collector : public flann::ResultSet<float>
+{
+  public:
+    collector(float squared, uint32_t *indices) : squared_(squared), begin_(indices), end_(indices)
+    {
+    }
+    bool full() const override
+    {
+        return true;
+    }
+    void addPoint(float squared, size_t index) override
+    {
+        if (squared < squared_)
+            *end_++ = static_cast<uint32_t>(index);
+    }
+    float worstDist() const override
+    {
+        return squared_;
+    }
+    size_t size() const
+    {
+        return static_cast<size_t>(end_ - begin_);
+    }
+
+  private:
+    float squared_;
+    uint32_t *begin_;
+    uint32_t *end_;
+};
 } // namespace
 
 struct stp_kd_tree {
@@ -43,22 +74,18 @@ extern "C" void stp_kd_tree_destroy(stp_kd_tree *tree)
     delete tree;
 }
 
-extern "C" bool stp_kd_tree_nearest(const stp_kd_tree *tree, const float *queries,
-                                    size_t query_count, size_t k, uint32_t *indices, float *squared)
+extern "C" bool stp_kd_tree_nearest(const stp_kd_tree *tree, const float query[3], size_t k,
+                                    uint32_t *indices, float *squared)
 {
     try {
         flann::KNNSimpleResultSet<float> found(k);
         std::vector<size_t> places(k);
-        const flann::SearchParams exact(flann::FLANN_CHECKS_UNLIMITED);
-        for (size_t q = 0; q < query_count; q++, indices += k, squared += k) {
-            found.clear();
-            tree->index.findNeighbors(found, queries + 3 * q, exact);
-            found.copy(places.data(), squared, k);
-            for (size_t i = 0; i < k; i++) {
-                bool here = i < found.size();
-                indices[i] = here ? static_cast<uint32_t>(places[i]) : STP_KD_TREE_NONE;
-                squared[i] = here ? squared[i] : std::numeric_limits<float>::infinity();
-            }
+        tree->index.findNeighbors(found, query, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+        found.copy(places.data(), squared, k);
+        for (size_t i = 0; i < k; i++) {
+            bool here = i < found.size();
+            indices[i] = here ? static_cast<uint32_t>(places[i]) : STP_KD_TREE_NONE;
+            squared[i] = here ? squared[i] : std::numeric_limits<float>::infinity();
         }
         return true;
     } catch (...) {
@@ -70,14 +97,9 @@ extern "C" bool stp_kd_tree_within(const stp_kd_tree *tree, const float query[3]
                                    uint32_t *indices, size_t *count)
 {
     try {
-        flann::RadiusResultSet<float> found(squared);
+        collector found(squared, indices);
         tree->index.findNeighbors(found, query, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
-        std::vector<size_t> places(found.size());
-        std::vector<float> distances(found.size());
-        found.copy(places.data(), distances.data(), places.size(), false);
-        for (size_t i = 0; i < places.size(); i++)
-            indices[i] = static_cast<uint32_t>(places[i]);
-        *count = places.size();
+        *count = found.size();
         return true;
     } catch (...) {
         return false;

@@ -9,13 +9,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Points searched in one call. */
-#define BATCH 256u
+/* Points, following each other along the Morton curve, that share a search by radius. */
+#define GROUP 16u
+/* How far they lie from the first at most, in distances of the k-th neighbour of the one before. */
+#define GROUP_SIZE 1.5
+/* Reach of that search beyond the group, in distances of the k-th neighbour of the one before. */
+#define GROUP_REACH 1.25
+/* Groups among more points than this are searched point by point. */
+#define GROUP_CANDIDATES 512u
 /* Asked of the tree beyond k: the point itself, and one farther by which the list is known to be
  * complete. */
 #define EXTRA 2u
 /* No float distance of the tree is off by more than this part, but for the rounding of points. */
 #define FLOAT_ERROR 1e-5
+
+/* Candidates among which a point's nearest are found by counting, and how many at once. */
+#define CHOICES 64u
+#define RANKS 8u
+/* Where a point's k-th neighbour is looked for first, in distances of that of the point before. */
+#define LIKELY_REACH 1.2
 
 typedef struct search {
     stp_cloud *cloud;
@@ -39,10 +51,18 @@ typedef struct locale {
     float *points;               /* 3 each, about the middle of all */
     double slack;                /* twice what a distance is off by for rounding points to floats */
     stp_kd_tree *tree;
-    uint32_t *within;  /* room for a search by radius */
-    uint32_t *indices; /* room for a batch */
-    float *squared;
+    uint32_t *within; /* room for a search by radius */
+    double last;      /* distance of the k-th neighbour of the point before, 0 where not known */
 } locale;
+
+/* What lies near a group, in double: all there is within `radius` of the centre. */
+typedef struct surroundings {
+    vec3s centre; /* of the group, as the tree's points */
+    double radius;
+    size_t count;
+    uint32_t index[GROUP_CANDIDATES];
+    double x[GROUP_CANDIDATES], y[GROUP_CANDIDATES], z[GROUP_CANDIDATES];
+} surroundings;
 
 static void list_insert(nearest_list *list, const stp_cloud *cloud, double squared, uint32_t index)
 {
@@ -115,7 +135,7 @@ static stp_status locale_gather(locale *l, const stp_cloud *cloud, const stp_cel
     return STP_OK;
 }
 
-static stp_status locale_plant(locale *l, const stp_cloud *cloud, size_t k, stp_error *err)
+static stp_status locale_plant(locale *l, const stp_cloud *cloud, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_dbox bounds = stp_dbox_empty();
@@ -125,8 +145,6 @@ static stp_status locale_plant(locale *l, const stp_cloud *cloud, size_t k, stp_
     l->slack = ldexp(stp_dvec3_length(stp_dvec3_sub(bounds.max, bounds.min)), -23);
     STP_TRY(stp_alloc(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
     STP_TRY(stp_alloc(&l->within, l->count, sizeof *l->within, "neighbours", err));
-    STP_TRY(stp_alloc(&l->indices, BATCH * (k + EXTRA), sizeof *l->indices, "neighbours", err));
-    STP_TRY(stp_alloc(&l->squared, BATCH * (k + EXTRA), sizeof *l->squared, "neighbours", err));
     for (size_t i = 0; i < l->count; i++) {
         stp_dvec3 d = stp_dvec3_sub(cloud->points[l->index[i]].position, origin);
         l->points[3 * i] = (float)d.x;
@@ -146,8 +164,6 @@ static void locale_clear(locale *l)
     free(l->index);
     free(l->points);
     free(l->within);
-    free(l->indices);
-    free(l->squared);
 }
 
 /* Every cell the ball of the k-th distance meets, point by point: rare, and exact. */
@@ -213,12 +229,16 @@ static void list_fill(nearest_list *list, const stp_cloud *cloud, const locale *
     }
 }
 
-/* The list of the locale's point `at` out of what the tree found for it. Where a point that was
- * left out may be as near as the last one, all points that near are looked at. */
+/* The list of the locale's point `at`, searched for it alone. Where a point that was left out may
+ * be as near as the last one, all points that near are looked at. */
 static stp_status list_find(nearest_list *list, const search *s, const locale *l, size_t at,
-                            const uint32_t *found, const float *squared, stp_error *err)
+                            stp_error *err)
 {
+    uint32_t found[STP_NEIGHBOURS_LIMIT + EXTRA];
+    float squared[STP_NEIGHBOURS_LIMIT + EXTRA];
     size_t asked = s->out->k + EXTRA;
+    if (!stp_kd_tree_nearest(l->tree, l->points + 3 * at, asked, found, squared))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
     list_fill(list, s->cloud, l, l->index[at], found, asked);
     if (found[asked - 1] == STP_KD_TREE_NONE || list->count < list->capacity)
         return STP_OK;
@@ -233,18 +253,150 @@ static stp_status list_find(nearest_list *list, const search *s, const locale *l
     return STP_OK;
 }
 
-static stp_status find_batch(search *s, const stp_cell *cell, const locale *l, double halo,
-                             size_t begin, size_t end, stp_error *err)
+static vec3s tree_point(const locale *l, size_t at)
+{
+    return (vec3s){{l->points[3 * at], l->points[3 * at + 1], l->points[3 * at + 2]}};
+}
+
+/* Looks around the locale's points [begin, end); none where there are too many. */
+static stp_status surroundings_find(surroundings *around, const stp_cloud *cloud, const locale *l,
+                                    size_t begin, size_t end, stp_error *err)
+{
+    vec3s low = tree_point(l, begin), high = low;
+    double size = 0.0;
+    size_t count = 0;
+    for (size_t at = begin + 1; at < end; at++) {
+        low = glms_vec3_minv(low, tree_point(l, at));
+        high = glms_vec3_maxv(high, tree_point(l, at));
+    }
+    around->centre = glms_vec3_scale(glms_vec3_add(low, high), 0.5f);
+    around->count = 0;
+    for (size_t at = begin; at < end; at++)
+        size = stp_max(size, (double)glms_vec3_distance(around->centre, tree_point(l, at)));
+    around->radius = size + GROUP_REACH * l->last;
+    if (!stp_kd_tree_within(l->tree, around->centre.raw, (float)(around->radius * around->radius),
+                            l->within, &count))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+    if (count > GROUP_CANDIDATES)
+        return STP_OK;
+    for (size_t i = 0; i < count; i++) {
+        around->index[i] = l->index[l->within[i]];
+        stp_dvec3 p = cloud->points[around->index[i]].position;
+        around->x[i] = p.x;
+        around->y[i] = p.y;
+        around->z[i] = p.z;
+    }
+    around->count = count;
+    return STP_OK;
+}
+
+/* What of a group's surroundings may be among the nearest of a point. */
+typedef struct choice {
+    unsigned count;
+    int32_t keys[CHOICES]; /* squared distances as floats, whose bits keep their order */
+    uint16_t places[CHOICES];
+} choice;
+
+/* Squared distances of all surroundings, and which are within the limit; false: too many. */
+static bool choice_filter(choice *c, const surroundings *around, stp_dvec3 p, double limit,
+                          double *squared)
+{
+    int32_t keys[GROUP_CANDIDATES];
+    uint16_t places[GROUP_CANDIDATES];
+    unsigned count = 0;
+    for (size_t i = 0; i < around->count; i++) {
+        double dx = around->x[i] - p.x, dy = around->y[i] - p.y, dz = around->z[i] - p.z;
+        squared[i] = dx * dx + dy * dy + dz * dz;
+    }
+    for (size_t i = 0; i < around->count; i++) {
+        float rounded = (float)squared[i];
+        memcpy(&keys[count], &rounded, sizeof rounded);
+        places[count] = (uint16_t)i;
+        count += (squared[i] <= limit) & (squared[i] > 0.0);
+    }
+    if (count > CHOICES)
+        return false;
+    c->count = count;
+    memcpy(c->keys, keys, count * sizeof *keys);
+    memcpy(c->places, places, count * sizeof *places);
+    return true;
+}
+
+/* Sorts by counting how many are nearer, which takes no branches; false where floats tie. */
+static bool choice_rank(const choice *c, nearest_list *list, const surroundings *around,
+                        const double *squared)
+{
+    int32_t keys[CHOICES];
+    uint64_t filled = 0;
+    unsigned placed = 0;
+    memcpy(keys, c->keys, c->count * sizeof *keys);
+    for (unsigned i = c->count; i % RANKS; i++)
+        keys[i] = INT32_MAX;
+    for (unsigned first = 0; first < c->count; first += RANKS) {
+        int32_t ranks[RANKS] = {0};
+        for (unsigned i = 0; i < c->count; i++)
+            for (unsigned r = 0; r < RANKS; r++)
+                ranks[r] += c->keys[i] < keys[first + r];
+        for (unsigned r = 0; r < RANKS && first + r < c->count; r++) {
+            unsigned rank = (unsigned)ranks[r];
+            if (rank >= list->capacity)
+                continue;
+            list->squared[rank] = squared[c->places[first + r]];
+            list->index[rank] = around->index[c->places[first + r]];
+            filled |= (uint64_t)1 << rank;
+            placed++;
+        }
+    }
+    list->count = list->capacity;
+    return placed == list->capacity && filled == ~(uint64_t)0 >> (64 - list->capacity);
+}
+
+/* The list of the locale's point `at` out of its group's surroundings. False: nearer ones may lie
+ * outside. */
+static bool list_choose(nearest_list *list, const stp_cloud *cloud, const locale *l,
+                        const surroundings *around, size_t at)
+{
+    double squared[GROUP_CANDIDATES];
+    choice c;
+    stp_dvec3 p = cloud->points[l->index[at]].position;
+    double likely = LIKELY_REACH * l->last;
+    if (!choice_filter(&c, around, p, likely * likely, squared) || c.count < list->capacity ||
+        !choice_rank(&c, list, around, squared)) {
+        list->count = 0;
+        for (size_t i = 0; i < around->count; i++)
+            if (squared[i] > 0.0)
+                list_insert(list, cloud, squared[i], around->index[i]);
+    }
+    if (list->count < list->capacity)
+        return false;
+    double off = (double)glms_vec3_distance(around->centre, tree_point(l, at));
+    double room = (1.0 - FLOAT_ERROR) * around->radius - (1.0 + FLOAT_ERROR) * off;
+    return sqrt(list->squared[list->count - 1]) < room - l->slack;
+}
+
+/* End of the group that begins here: points no farther from its first than the k-th neighbour. */
+static size_t group_end(const locale *l, size_t begin)
+{
+    size_t end = begin + 1;
+    while (end < l->home_end && end - begin < GROUP &&
+           (double)glms_vec3_distance(tree_point(l, begin), tree_point(l, end)) <=
+               GROUP_SIZE * l->last)
+        end++;
+    return end;
+}
+
+static stp_status find_group(search *s, const stp_cell *cell, locale *l, double halo, size_t begin,
+                             size_t end, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t asked = s->out->k + EXTRA;
-    nearest_list list = {.capacity = s->out->k};
-    if (!stp_kd_tree_nearest(l->tree, l->points + 3 * begin, end - begin, asked, l->indices,
-                             l->squared))
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+    surroundings around;
+    nearest_list list;
+    list.capacity = s->out->k;
+    STP_TRY(surroundings_find(&around, s->cloud, l, begin, end, err));
     for (size_t at = begin; at < end; at++) {
-        size_t row = (at - begin) * asked;
-        STP_TRY(list_find(&list, s, l, at, l->indices + row, l->squared + row, err));
+        if (!list_choose(&list, s->cloud, l, &around, at))
+            STP_TRY(list_find(&list, s, l, at, err));
+        l->last = list.count == list.capacity ? sqrt(list.squared[list.count - 1]) : 0.0;
         finish_point(s, cell, halo, l->index[at], &list);
     }
 done:
@@ -279,10 +431,10 @@ static stp_status find_cell(void *context, size_t index, unsigned worker, stp_er
     locale l = {0};
     (void)worker;
     STP_TRY(locale_gather(&l, s->cloud, cell, halo, err));
-    STP_TRY(locale_plant(&l, s->cloud, s->out->k, err));
-    for (size_t at = l.home_begin; at < l.home_end; at += BATCH) {
-        size_t end = l.home_end - at < BATCH ? l.home_end : at + BATCH;
-        STP_TRY(find_batch(s, cell, &l, halo, at, end, err));
+    STP_TRY(locale_plant(&l, s->cloud, err));
+    for (size_t at = l.home_begin, end = at; at < l.home_end; at = end) {
+        end = group_end(&l, at);
+        STP_TRY(find_group(s, cell, &l, halo, at, end, err));
     }
     copy_repeats(s, cell);
     uint64_t done = atomic_fetch_add(&s->done_count, cell->end - cell->begin);

@@ -1,10 +1,11 @@
 /* The k nearest distinct positions of every point, cell by cell with a halo.
  *
- * FLANN's kd-tree gives candidates by float distances; the lists are made of them in double, ties
- * by source index, and where more points might tie with the last one, all as near are compared. A
- * point whose k-th distance passes its cell's halo is searched again in every cell its ball meets.
- * Duplicates share one list.
- * Threads: cells run on the pool; the result does not depend on their number. */
+ * FLANN's kd-tree gives candidates by float distances, once for a few points that follow each
+ * other; the lists are made of them in double, ties by source index, and a point for which nearer
+ * ones may lie beyond its candidates is searched alone: where more points might tie with the last
+ * one, all as near are compared, and where the k-th distance passes the cell's halo, every cell its
+ * ball meets. Duplicates share one list. Threads: cells run on the pool; the result does not depend
+ * on their number. */
 #ifndef STP_PREPROCESS_NEIGHBOURS_H
 #define STP_PREPROCESS_NEIGHBOURS_H
 
