@@ -2,6 +2,7 @@
 #include "formats/chunk/overhang.h"
 
 #include "base/memory.h"
+#include "formats/chunk/disc_lanes.h"
 #include "formats/chunk/nearest_disc.h"
 #include "formats/chunk/patch_bounds.h"
 
@@ -237,8 +238,7 @@ static bool find_nearest(search *s)
 typedef struct measure {
     const disc_grid *grid;
     stp_dvec3 normal;
-    double error; /* the perpendicular error that is stored */
-    uint32_t first, last;
+    double error;    /* the perpendicular error that is stored */
     uint32_t latest; /* the disc nearest to an earlier point */
     double greatest;
 } measure;
@@ -260,23 +260,20 @@ static double carried_overhang(const disc_grid *g, uint32_t index)
 }
 
 /* Both overhang and height are at most the distance, so their sum is at most 1.42 times that: no
- * more than the greatest where the distance is small enough. */
-static void measure_point(measure *m, stp_dvec3 x)
+ * more than the greatest where the distance is small enough. own: the nearest disc under the
+ * point's merged disc. */
+static void measure_point(measure *m, stp_dvec3 x, uint32_t own)
 {
     const disc_grid *g = m->grid;
     double enough = g->carry ? 0.0 : m->greatest * m->greatest / 2.02;
     search s = {g, x, enough, TRIES_MAX, stp_nearest_disc_none()};
+    try_disc(g, x, own, &s.best);
+    double over_own = s.best.overhang + carried_overhang(g, own);
+    if (over_own <= m->greatest || has_ended(&s))
+        return;
     try_disc(g, x, m->latest, &s.best);
     if (has_ended(&s))
         return;
-    stp_nearest_disc own = stp_nearest_disc_none();
-    for (uint32_t i = m->first; i < m->last; i++)
-        try_disc(g, x, i, &own);
-    double over_own = own.overhang + carried_overhang(g, own.index);
-    if (over_own <= m->greatest)
-        return;
-    if (own.squared < s.best.squared)
-        s.best = own;
     double over_all = INFINITY;
     if (find_nearest(&s))
         over_all = s.best.overhang + carried_overhang(g, s.best.index) + uncovered(m, &s.best);
@@ -284,15 +281,20 @@ static void measure_point(measure *m, stp_dvec3 x)
     m->greatest = stp_max(m->greatest, stp_min(over_own, over_all));
 }
 
-static void measure_disc(measure *m, const stp_disc *disc)
+static void measure_disc(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
-    stp_dvec3 rim[STP_RIM_POINTS];
-    unsigned count = stp_disc_rim(disc, rim);
+    stp_dvec3 points[STP_DISC_POINTS];
+    stp_disc_lanes lanes;
+    unsigned count = stp_disc_points(disc, points);
+    stp_disc_lanes_begin(&lanes, points, count, disc->centre, disc->radius, first);
+    for (uint32_t i = first; i < last; i++) {
+        const flat_disc *own = &m->grid->discs[i];
+        stp_disc_lanes_try(&lanes, own->centre, own->normal, own->radius, i);
+    }
     m->normal = disc->normal;
-    m->latest = m->first;
-    measure_point(m, disc->centre);
+    m->latest = first;
     for (unsigned i = 0; i < count; i++)
-        measure_point(m, rim[i]);
+        measure_point(m, points[i], lanes.nearest[i]);
 }
 
 static void measure_patch(double out[STP_LEVEL_COUNT], const disc_grid *g, const stp_chunk *chunk,
@@ -317,9 +319,7 @@ static void measure_patch(double out[STP_LEVEL_COUNT], const disc_grid *g, const
         for (unsigned i = 0; i < count; i++) {
             const stp_sample *sample = &chunk->samples[level][chunk->level_begin[level][p] + i];
             stp_disc disc = stp_disc_from_sample(sample, patch);
-            m.first = first[i];
-            m.last = first[i + 1];
-            measure_disc(&m, &disc);
+            measure_disc(&m, &disc, first[i], first[i + 1]);
         }
         out[level] = m.greatest;
     }

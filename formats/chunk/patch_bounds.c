@@ -1,7 +1,7 @@
 /* Errors of merged samples over the discs they replace. */
 #include "formats/chunk/patch_bounds.h"
 
-#include "formats/chunk/nearest_disc.h"
+#include "formats/chunk/disc_lanes.h"
 
 void stp_disc_axes(stp_dvec3 n, stp_dvec3 *u, stp_dvec3 *v)
 {
@@ -28,24 +28,6 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch)
 static bool has_normal(const stp_disc *disc)
 {
     return disc->normal.x != 0.0 || disc->normal.y != 0.0 || disc->normal.z != 0.0;
-}
-
-static void try_disc(stp_dvec3 x, const stp_disc *discs, unsigned i, stp_nearest_disc *best)
-{
-    stp_nearest_disc_try(best, x, discs[i].centre, discs[i].normal, discs[i].radius, i);
-}
-
-/* Takes the height over the point's nearest disc into the error. The search begins at disc `start`,
- * which the point before had; returns the one found. */
-static unsigned measure_point(stp_dvec3 x, const stp_disc *discs, unsigned count, unsigned start,
-                              stp_merge_error *out)
-{
-    stp_nearest_disc best = stp_nearest_disc_none();
-    try_disc(x, discs, start, &best);
-    for (unsigned i = 0; i < count && best.squared > 0.0; i++)
-        try_disc(x, discs, i, &best);
-    out->error = stp_max(out->error, best.height + discs[best.index].error);
-    return best.index;
 }
 
 /* Takes a normal's cosine into the cone. The arc cosine is spared where the angle is surely inside
@@ -92,30 +74,45 @@ static const double rim_points[STP_RIM_POINTS][2] = {
     {-1.0, 0.0}, {-COS_1, -SIN_1}, {-COS_2, -COS_2}, {-SIN_1, -COS_1},
     {0.0, -1.0}, {SIN_1, -COS_1},  {COS_2, -COS_2},  {COS_1, -SIN_1}};
 
-unsigned stp_disc_rim(const stp_disc *disc, stp_dvec3 out[STP_RIM_POINTS])
+unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
 {
     stp_dvec3 u, v;
+    out[0] = disc->centre;
     if (!has_normal(disc) || !(disc->radius > 0.0))
-        return 0;
+        return 1;
     stp_disc_axes(disc->normal, &u, &v);
     for (int i = 0; i < STP_RIM_POINTS; i++) {
         stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, disc->radius * rim_points[i][0]),
                                       stp_dvec3_scale(v, disc->radius * rim_points[i][1]));
-        out[i] = stp_dvec3_add(disc->centre, rim);
+        out[i + 1] = stp_dvec3_add(disc->centre, rim);
     }
-    return STP_RIM_POINTS;
+    return STP_DISC_POINTS;
+}
+
+/* The greatest height of the merged disc's points over their nearest discs. */
+static double measure_heights(const stp_disc *merged, const stp_disc *discs, unsigned count)
+{
+    stp_dvec3 points[STP_DISC_POINTS];
+    stp_disc_lanes lanes;
+    unsigned point_count = stp_disc_points(merged, points);
+    double greatest = 0.0;
+    stp_disc_lanes_begin(&lanes, points, point_count, merged->centre, merged->radius, 0);
+    for (unsigned i = 0; i < count; i++)
+        stp_disc_lanes_try(&lanes, discs[i].centre, discs[i].normal, discs[i].radius, i);
+    for (unsigned i = 0; i < point_count; i++) {
+        const stp_disc *disc = &discs[lanes.nearest[i]];
+        double height = fabs(stp_dvec3_dot(stp_dvec3_sub(points[i], disc->centre), disc->normal));
+        greatest = stp_max(greatest, height + disc->error);
+    }
+    return greatest;
 }
 
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
     stp_merge_error out = {.low = INFINITY, .high = -INFINITY};
-    stp_dvec3 rim[STP_RIM_POINTS];
     for (unsigned i = 0; i < count; i++)
         measure_disc(merged, &discs[i], &out);
     out.error = stp_max(out.error, out.high - out.low);
-    unsigned nearest = measure_point(merged->centre, discs, count, 0, &out);
-    unsigned rim_count = stp_disc_rim(merged, rim);
-    for (unsigned i = 0; i < rim_count; i++)
-        nearest = measure_point(rim[i], discs, count, nearest, &out);
+    out.error = stp_max(out.error, measure_heights(merged, discs, count));
     return out;
 }

@@ -9,6 +9,7 @@
 
 /* Rim points at which a merged disc is compared with the discs under it; the centre is one more. */
 #define STP_RIM_POINTS 16
+#define STP_DISC_POINTS (STP_RIM_POINTS + 1)
 
 /* A sample as a disc, with what it stands for: all zero but reach and bound (its radius) where it
  * is an original. Heights are along the disc's normal from its centre. */
@@ -45,7 +46,8 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
 /* Two unit vectors that span the plane of a unit normal (Duff et al. 2017). */
 void stp_disc_axes(stp_dvec3 normal, stp_dvec3 *u, stp_dvec3 *v);
 
-/* The points of a disc's rim that are compared; none, and 0, of a ball or a point. */
-unsigned stp_disc_rim(const stp_disc *disc, stp_dvec3 out[STP_RIM_POINTS]);
+/* The points of a disc that are compared: its centre and, but of a ball or a point, its rim.
+ * Returns how many. */
+unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS]);
 
 #endif
