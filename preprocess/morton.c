@@ -45,7 +45,7 @@ static uint64_t grid_coordinate(double value, double origin, double scale)
 {
     double cell = (value - origin) * scale;
     double last = (double)((1 << STP_MORTON_BITS) - 1);
-    return (uint64_t)(cell < 0.0 ? 0.0 : cell > last ? last : cell);
+    return (uint64_t)(cell > 0.0 ? stp_min(cell, last) : 0.0); /* not NaN, of an endless box */
 }
 
 static uint32_t block_end(const sorter *s, uint32_t begin)
