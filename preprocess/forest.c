@@ -51,7 +51,7 @@ uint32_t stp_forest_find(stp_forest *f, uint32_t i, uint8_t *parity)
     return root;
 }
 
-void stp_forest_join(stp_forest *f, uint32_t a, uint32_t b, uint8_t turned)
+void stp_forest_join(stp_forest *f, uint32_t a, uint32_t b, bool turned)
 {
     uint8_t pa = 0, pb = 0;
     uint32_t ra = stp_forest_find(f, a, &pa);
@@ -62,5 +62,5 @@ void stp_forest_join(stp_forest *f, uint32_t a, uint32_t b, uint8_t turned)
     uint32_t high = ra < rb ? rb : ra;
     f->parent[high] = low;
     f->size[low] += f->size[high];
-    f->parity[high] = pa ^ pb ^ turned;
+    f->parity[high] = (uint8_t)(pa ^ pb ^ turned);
 }

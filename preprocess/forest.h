@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct stp_forest {
@@ -21,6 +22,6 @@ void stp_forest_clear(stp_forest *forest);
 uint32_t stp_forest_find(stp_forest *forest, uint32_t point, uint8_t *parity);
 /* Makes one piece of two, in which the signs of a and b differ by `turned`; nothing if they are one
  * already. */
-void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, uint8_t turned);
+void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, bool turned);
 
 #endif

@@ -25,8 +25,10 @@ static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours,
         STP_TRY(stp_turn_to(cloud, &sheets.forest, params->position, err));
     else if (params->mode != STP_ORIENT_NONE)
         STP_TRY(stp_turn_outward(cloud, &sheets.forest, oriented, err));
-    if (*oriented > 0)
-        STP_TRY(stp_turn_seen(cloud, pool, err));
+    if (*oriented > 0) {
+        STP_TRY(stp_turn_seen(cloud, sheets.parts, pool, err));
+        STP_TRY(stp_crumbs_settle(&sheets.crumbs, cloud, neighbours, pool, err));
+    }
 done:
     stp_sheets_clear(&sheets);
     return status;

@@ -6,8 +6,9 @@
 #ifndef STP_PREPROCESS_SHEETS_H
 #define STP_PREPROCESS_SHEETS_H
 
-#include "preprocess/forest.h"
+#include "preprocess/crumbs.h"
 #include "preprocess/layer.h"
+#include "preprocess/relation.h"
 
 typedef struct stp_open_edges stp_open_edges;
 
@@ -17,7 +18,9 @@ typedef struct stp_sheets {
     stp_forest forest;    /* pieces joined so far; signs against the normals as they are */
     stp_layer *layers;    /* by point */
     stp_open_edges *open; /* by cell */
-    unsigned edge_count;  /* of each point */
+    stp_crumbs crumbs;
+    uint32_t *parts;     /* by point: one sheet and its crumbs; NULL before stp_sheets_cross */
+    unsigned edge_count; /* of each point */
 } stp_sheets;
 
 /* Joins the points by sure edges and sets every point's sheet: the root of its piece, or of the one

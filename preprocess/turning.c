@@ -119,7 +119,7 @@ stp_status stp_turn_to(stp_cloud *cloud, stp_forest *f, stp_dvec3 position, stp_
 
 /* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
  * wrong, but what a closed surface shows to the outside is its outside. */
-stp_status stp_turn_seen(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     _Atomic int *votes = NULL;
@@ -129,10 +129,10 @@ stp_status stp_turn_seen(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
     for (uint32_t i = 0; i < cloud->count; i++)
         if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
-            sums[cloud->points[i].sheet] += votes[i];
+            sums[parts[i]] += votes[i];
     for (uint32_t i = 0; i < cloud->count; i++) {
         stp_cloud_point *p = &cloud->points[i];
-        if (p->flags & STP_SAMPLE_ORIENTED && sums[p->sheet] < 0)
+        if (p->flags & STP_SAMPLE_ORIENTED && sums[parts[i]] < 0)
             p->normal = glms_vec3_negate(p->normal);
     }
 done:

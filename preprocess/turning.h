@@ -15,6 +15,6 @@ stp_status stp_turn_outward(stp_cloud *cloud, stp_forest *forest, uint32_t *orie
 stp_status stp_turn_to(stp_cloud *cloud, stp_forest *forest, stp_dvec3 position, stp_error *err);
 /* Turns those sheets of oriented points that are seen from their inside (visibility.h). Errors:
  * OUT_OF_MEMORY. */
-stp_status stp_turn_seen(stp_cloud *cloud, stp_pool *pool, stp_error *err);
+stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool, stp_error *err);
 
 #endif

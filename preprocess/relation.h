@@ -1,0 +1,22 @@
+/* What two neighbours' normals say of each other: whether their signs agree, and how surely.
+ *
+ * Threads: any (pure functions). */
+#ifndef STP_PREPROCESS_RELATION_H
+#define STP_PREPROCESS_RELATION_H
+
+#include "preprocess/cloud.h"
+
+/* Ranks: smaller is surer. */
+#define STP_RANK_SURE 100u   /* below: up to a quarter of a spacing off and 31 degrees */
+#define STP_RANK_SMOOTH 200u /* below: inside a sheet; from here on: across creases */
+#define STP_RANK_NONE 256u   /* nothing can be said */
+
+typedef struct stp_relation {
+    uint16_t rank;
+    bool turned; /* the signs of the normals as they are disagree */
+    bool narrow; /* may lead from a sheet to one parallel to it */
+} stp_relation;
+
+stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b);
+
+#endif
