@@ -4,6 +4,7 @@
 
 #include "preprocess/normals.h"
 #include "preprocess/orientation.h"
+#include "preprocess/spacing.h"
 #include "tools/gen/sampler.h"
 
 #include <setjmp.h>
@@ -23,13 +24,15 @@ typedef struct surface_cloud {
     stp_pool *pool;
 } surface_cloud;
 
-/* Sorts the points, finds neighbours and normals; cloud.points is given with positions alone. */
+/* Sorts the points, finds neighbours, spacings and normals as prep does; cloud.points is given with
+ * positions alone. */
 static inline void surface_prepare(surface_cloud *s, unsigned k)
 {
     stp_error err = {0};
     assert_int_equal(stp_pool_create(&s->pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(&s->cloud, s->pool, &err), STP_OK);
     assert_int_equal(stp_neighbours_find(&s->neighbours, &s->cloud, k, s->pool, NULL, &err), 0);
+    assert_int_equal(stp_spacing_smooth(&s->cloud, &s->neighbours, s->pool, &err), 0);
     assert_int_equal(stp_normals_estimate(&s->cloud, &s->neighbours, s->pool, NULL, &err), 0);
 }
 
