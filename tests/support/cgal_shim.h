@@ -1,0 +1,19 @@
+/* CGAL's normals, to compare ours with: by principal components of the nearest points. */
+#ifndef STP_TESTS_CGAL_SHIM_H
+#define STP_TESTS_CGAL_SHIM_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* normals[i]: unit, of either sign, from the k points nearest to positions[i]; x, y, z. 0, or -1
+ * where CGAL failed. One thread. */
+int cgal_pca_normals(const double (*positions)[3], size_t count, unsigned k, double (*normals)[3]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
