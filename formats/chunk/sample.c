@@ -51,7 +51,7 @@ static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
     double code = ceil(octaves * (double)per_octave - 1e-9) + 1.0;
     if (code < 1.0)
         return 1;
-    return code > 255.0 ? 255 : (uint8_t)code;
+    return (uint8_t)(code > 255.0 ? 255.0 : code);
 }
 
 static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
@@ -86,7 +86,7 @@ double stp_error_decode(uint8_t code, int exponent)
 uint8_t stp_cone_angle_encode(double angle)
 {
     double code = ceil(angle * 255.0 / M_PI - 1e-9);
-    return code <= 0.0 ? 0 : code > 255.0 ? 255 : (uint8_t)code;
+    return (uint8_t)(code <= 0.0 ? 0.0 : code > 255.0 ? 255.0 : code);
 }
 
 double stp_cone_angle_decode(uint8_t code)
