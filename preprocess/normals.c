@@ -179,7 +179,9 @@ static vec3s smooth(const estimation *e, uint32_t self)
         float closeness = fabsf(cosine) - 0.9f;
         if (closeness <= 0.0f || fabsf(offset) > 1.0f)
             continue;
-        float weight = closeness * 10.0f * expf(-0.25f * distance);
+        float x = 0.25f * distance; /* e^-x to a thousandth where neighbours lie */
+        float decay = 1.0f / (1.0f + x * (1.0f + x * (0.5f + x * (1.0f / 6.0f + x / 24.0f))));
+        float weight = closeness * 10.0f * decay;
         sum = glms_vec3_muladds(m, cosine < 0.0f ? -weight : weight, sum);
     }
     return glms_vec3_normalize(sum);

@@ -7,6 +7,11 @@
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
 #define CRUMB_OFFSET 1.0f /* so far off, a point may be noise on a sheet, or on another sheet */
 
+static float greater(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 /* Signs agree plainly on a smooth piece; across a crease, after reflection in the plane between the
  * two points, which says the less the nearer the reflected normal is to a right angle with the
  * other. */
@@ -19,19 +24,19 @@ stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b)
     vec3s d = stp_dvec3_to_float(stp_dvec3_sub(q->position, p->position));
     float cosine = glms_vec3_dot(p->normal, q->normal);
     float along_p = glms_vec3_dot(p->normal, d), along_q = glms_vec3_dot(q->normal, d);
-    float scale = fmaxf(p->spacing, q->spacing);
-    float offset = fmaxf(fabsf(along_p), fabsf(along_q)) / scale;
+    float scale = greater(p->spacing, q->spacing);
+    float offset = greater(fabsf(along_p), fabsf(along_q)) / scale;
     bool parallel = fabsf(cosine) > SHEET_COSINE;
     if (parallel && offset <= SHEET_OFFSET) {
         float badness =
-            fmaxf((1.0f - fabsf(cosine)) / (1.0f - SHEET_COSINE), offset / SHEET_OFFSET);
+            greater((1.0f - fabsf(cosine)) / (1.0f - SHEET_COSINE), offset / SHEET_OFFSET);
         return (stp_relation){(uint16_t)(badness * (float)(STP_RANK_SMOOTH - 1)), cosine < 0.0f,
                               false};
     }
     if (parallel && offset > CRUMB_OFFSET) /* neither side knows of the other */
         return (stp_relation){.rank = STP_RANK_NONE};
     float reflected = cosine - 2.0f * along_p * along_q / glms_vec3_norm2(d);
-    float badness = fmaxf(0.0f, 1.0f - fabsf(reflected));
+    float badness = greater(0.0f, 1.0f - fabsf(reflected));
     return (stp_relation){
         (uint16_t)(STP_RANK_SMOOTH +
                    (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),

@@ -19,23 +19,20 @@ struct stp_open_edges {
     size_t count, capacity;
 };
 
-static stp_status find_layers(void *context, size_t index, unsigned worker, stp_error *err)
+static const uint32_t *edges_of(const stp_sheets *c, uint32_t a)
 {
-    stp_sheets *c = context;
-    (void)worker;
-    (void)err;
-    const stp_cell *cell = &c->cloud->cells[index];
-    for (uint32_t i = cell->begin; i < cell->end; i++)
-        c->layers[i] =
-            stp_layer_find(c->cloud, i, c->cloud->points[i].normal,
-                           c->neighbours->indices + (size_t)i * c->neighbours->k, c->neighbours->k);
-    return STP_OK;
+    return c->neighbours->indices + (size_t)a * c->neighbours->k;
 }
 
+/* Whether b lies on a's own sheet. Within one gap of a's height it does, whatever else is near. */
 static bool in_layer(const stp_sheets *c, uint32_t a, uint32_t b)
 {
-    float height = stp_layer_height(c->cloud, a, c->cloud->points[a].normal, b);
-    return stp_layer_holds(c->layers[a], height);
+    vec3s normal = c->cloud->points[a].normal;
+    float height = stp_layer_height(c->cloud, a, normal, b);
+    if (fabsf(height) <= STP_LAYER_GAP * c->cloud->points[a].spacing)
+        return true;
+    stp_layer layer = stp_layer_find(c->cloud, a, normal, edges_of(c, a), c->neighbours->k);
+    return stp_layer_holds(layer, height);
 }
 
 /* Sure edges lie within the layers of both ends. */
@@ -45,11 +42,6 @@ static stp_relation relate_layers(const stp_sheets *c, uint32_t a, uint32_t b)
     if (r.rank < STP_RANK_SURE && !(in_layer(c, a, b) && in_layer(c, b, a)))
         r.rank = STP_RANK_SURE;
     return r;
-}
-
-static const uint32_t *edges_of(const stp_sheets *c, uint32_t a)
-{
-    return c->neighbours->indices + (size_t)a * c->neighbours->k;
 }
 
 /* Whether the edge from a to b is b's edge to a, too, and is left to b: the earlier one. */
@@ -194,9 +186,7 @@ stp_status stp_sheets_create(stp_sheets *out, stp_cloud *cloud, const stp_neighb
     unsigned k = neighbours->k < EDGE_NEIGHBOURS ? neighbours->k : EDGE_NEIGHBOURS;
     stp_sheets s = {.cloud = cloud, .neighbours = neighbours, .edge_count = k};
     STP_TRY(stp_forest_create(&s.forest, cloud->count, err));
-    STP_TRY(stp_alloc(&s.layers, cloud->count, sizeof *s.layers, "layers", err));
     STP_TRY(stp_alloc(&s.open, cloud->cell_count, sizeof *s.open, "edges", err));
-    STP_TRY(stp_pool_run(pool, cloud->cell_count, find_layers, &s, err));
     STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &s, err));
     STP_TRY(join_open(&s, STP_RANK_SURE, false, err));
     STP_TRY(stp_crumbs_find(&s.crumbs, cloud, neighbours, &s.forest, err));
@@ -225,7 +215,6 @@ void stp_sheets_clear(stp_sheets *sheets)
     for (uint32_t i = 0; sheets->open && i < sheets->cloud->cell_count; i++)
         free(sheets->open[i].edges);
     free(sheets->open);
-    free(sheets->layers);
     free(sheets->parts);
     stp_crumbs_clear(&sheets->crumbs);
     stp_forest_clear(&sheets->forest);

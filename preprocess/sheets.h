@@ -16,7 +16,6 @@ typedef struct stp_sheets {
     stp_cloud *cloud;
     const stp_neighbours *neighbours;
     stp_forest forest;    /* pieces joined so far; signs against the normals as they are */
-    stp_layer *layers;    /* by point */
     stp_open_edges *open; /* by cell */
     stp_crumbs crumbs;
     uint32_t *parts;     /* by point: one sheet and its crumbs; NULL before stp_sheets_cross */

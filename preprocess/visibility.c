@@ -6,86 +6,117 @@
 
 #include <stdlib.h>
 
-#define DIRECTIONS 26u
+/* Each seen from both its ends. */
+#define AXES 13u
 #define PIXELS_LIMIT 2048
 #define PIXEL_SPACINGS 2.5
-#define NOBODY UINT32_MAX
+#define BLOCK 65536u
 /* Views flatter than this do not tell the sides of a noisy normal apart. */
-#define GRAZING_COSINE 0.25
+#define GRAZING_COSINE 0.25f
+
+/* The nearest points to both viewers of an axis; index 0: none, else the point's and 1. */
+typedef struct pixel {
+    float front_depth, back_depth;
+    uint32_t front, back;
+} pixel;
 
 typedef struct vote_job {
     _Atomic int *votes;
     const stp_cloud *cloud;
     stp_dvec3 centre;
-    double radius; /* of a ball around the cloud */
-    double pixel;  /* world units */
-    int size;      /* pixels */
+    double radius;    /* of a ball around the cloud */
+    vec3s *positions; /* by point: in pixels, from the centre */
+    pixel **pixels;   /* by worker: all zero between axes */
+    int size;         /* pixels */
 } vote_job;
 
-typedef struct axes {
-    stp_dvec3 right, up, back;
-} axes;
+typedef struct view {
+    vec3s right, up, back;
+} view;
 
-/* Faces, edges and corners of a cube: the places but the middle one of 3 x 3 x 3. */
-static axes direction(size_t index)
+/* Faces, edges and corners of a cube, of each opposed two one: the first of 3 x 3 x 3 places. */
+static view view_along(size_t axis)
 {
-    size_t place = index < 13 ? index : index + 1;
     stp_dvec3 back = stp_dvec3_normalize((stp_dvec3){
-        (double)(place % 3) - 1.0, (double)(place / 3 % 3) - 1.0, (double)(place / 9) - 1.0});
+        (double)(axis % 3) - 1.0, (double)(axis / 3 % 3) - 1.0, (double)(axis / 9) - 1.0});
     stp_dvec3 side = fabs(back.x) < 0.8 ? (stp_dvec3){1.0, 0.0, 0.0} : (stp_dvec3){0.0, 1.0, 0.0};
     stp_dvec3 right = stp_dvec3_normalize(stp_dvec3_cross(side, back));
-    return (axes){right, stp_dvec3_cross(back, right), back};
+    return (view){stp_dvec3_to_float(right), stp_dvec3_to_float(stp_dvec3_cross(back, right)),
+                  stp_dvec3_to_float(back)};
 }
 
-static void draw(const vote_job *job, const axes *view, float *depth, uint32_t *nearest)
+static stp_status place_block(void *context, size_t block, unsigned worker, stp_error *err)
 {
+    vote_job *job = context;
+    uint32_t begin = (uint32_t)block * BLOCK;
+    uint32_t left = job->cloud->count - begin;
+    double scale = 0.5 * (double)job->size / job->radius;
+    (void)worker;
+    (void)err;
+    for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++)
+        job->positions[i] = stp_dvec3_to_float(
+            stp_dvec3_scale(stp_dvec3_sub(job->cloud->points[i].position, job->centre), scale));
+    return STP_OK;
+}
+
+static void draw(const vote_job *job, view v, pixel *pixels)
+{
+    float middle = 0.5f * (float)job->size;
     for (uint32_t i = 0; i < job->cloud->count; i++) {
-        stp_dvec3 p = stp_dvec3_sub(job->cloud->points[i].position, job->centre);
-        int x = (int)((stp_dvec3_dot(p, view->right) + job->radius) / job->pixel);
-        int y = (int)((stp_dvec3_dot(p, view->up) + job->radius) / job->pixel);
-        float z = (float)stp_dvec3_dot(p, view->back);
+        vec3s p = job->positions[i];
+        int x = (int)(glms_vec3_dot(p, v.right) + middle);
+        int y = (int)(glms_vec3_dot(p, v.up) + middle);
+        float z = glms_vec3_dot(p, v.back);
         if (x < 0 || y < 0 || x >= job->size || y >= job->size)
             continue;
-        size_t at = (size_t)y * (size_t)job->size + (size_t)x;
-        if (nearest[at] == NOBODY || z > depth[at]) {
-            depth[at] = z;
-            nearest[at] = i;
+        pixel *at = &pixels[(size_t)y * (size_t)job->size + (size_t)x];
+        if (at->front == 0 || z > at->front_depth) {
+            at->front_depth = z;
+            at->front = i + 1;
+        }
+        if (at->back == 0 || z < at->back_depth) {
+            at->back_depth = z;
+            at->back = i + 1;
         }
     }
 }
 
+static void vote(const vote_job *job, uint32_t point, vec3s towards)
+{
+    const stp_cloud_point *p = &job->cloud->points[point];
+    float cosine = glms_vec3_dot(p->normal, towards);
+    if (p->flags & STP_SAMPLE_HAS_NORMAL && fabsf(cosine) >= GRAZING_COSINE)
+        atomic_fetch_add_explicit(&job->votes[point], cosine > 0.0f ? 1 : -1, memory_order_relaxed);
+}
+
 static stp_status vote_task(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    stp_status status = STP_OK;
     vote_job *job = context;
-    axes view = direction(index);
-    size_t pixels = (size_t)job->size * (size_t)job->size;
-    float *depth = NULL;
-    uint32_t *nearest = NULL;
-    (void)worker;
-    STP_TRY(stp_alloc(&depth, pixels, sizeof *depth, "a depth buffer", err));
-    STP_TRY(stp_alloc(&nearest, pixels, sizeof *nearest, "a depth buffer", err));
-    for (size_t i = 0; i < pixels; i++)
-        nearest[i] = NOBODY;
-    draw(job, &view, depth, nearest);
-    for (size_t i = 0; i < pixels; i++) {
-        if (nearest[i] == NOBODY)
-            continue;
-        const stp_cloud_point *p = &job->cloud->points[nearest[i]];
-        double cosine = stp_dvec3_dot(stp_dvec3_from_float(p->normal), view.back);
-        if (p->flags & STP_SAMPLE_HAS_NORMAL && fabs(cosine) >= GRAZING_COSINE)
-            atomic_fetch_add_explicit(&job->votes[nearest[i]], cosine > 0.0 ? 1 : -1,
-                                      memory_order_relaxed);
+    view v = view_along(index);
+    size_t count = (size_t)job->size * (size_t)job->size;
+    if (!job->pixels[worker]) {
+        stp_status status = stp_alloc(&job->pixels[worker], count, sizeof *job->pixels[worker],
+                                      "a depth buffer", err);
+        if (status != STP_OK)
+            return status;
     }
-done:
-    free(nearest);
-    free(depth);
-    return status;
+    draw(job, v, job->pixels[worker]);
+    for (size_t i = 0; i < count; i++) {
+        pixel *at = &job->pixels[worker][i];
+        if (at->front == 0)
+            continue;
+        vote(job, at->front - 1, v.back);
+        vote(job, at->back - 1, glms_vec3_negate(v.back));
+        *at = (pixel){0};
+    }
+    return STP_OK;
 }
 
 stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err)
 {
+    stp_status status = STP_OK;
+    unsigned workers = stp_pool_thread_count(pool);
     double spacing = 0.0;
     for (uint32_t i = 0; i < cloud->count; i++)
         spacing += (double)cloud->points[i].spacing;
@@ -94,12 +125,21 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
         .votes = votes,
         .cloud = cloud,
         .centre = stp_dvec3_scale(stp_dvec3_add(cloud->box.min, cloud->box.max), 0.5),
-        .radius = 0.5 * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
+        .radius =
+            0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
     };
     if (!(job.radius > 0.0) || !(spacing > 0.0))
         return STP_OK; /* no extent: nothing is seen */
     double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing);
     job.size = wanted < PIXELS_LIMIT ? (int)wanted + 1 : PIXELS_LIMIT;
-    job.pixel = 2.0 * job.radius * (1.0 + 1e-9) / job.size;
-    return stp_pool_run(pool, DIRECTIONS, vote_task, &job, err);
+    STP_TRY(stp_alloc(&job.positions, cloud->count, sizeof *job.positions, "views", err));
+    STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
+    STP_TRY(stp_pool_run(pool, ((size_t)cloud->count + BLOCK - 1) / BLOCK, place_block, &job, err));
+    STP_TRY(stp_pool_run(pool, AXES, vote_task, &job, err));
+done:
+    for (unsigned i = 0; job.pixels && i < workers; i++)
+        free(job.pixels[i]);
+    free(job.pixels);
+    free(job.positions);
+    return status;
 }

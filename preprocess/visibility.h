@@ -1,9 +1,10 @@
 /* Which side of the surface is seen from outside.
  *
- * The cloud is looked at from 26 directions, far away; in each pixel the nearest point is taken to
- * be seen, and a seen point faces the viewer. A closed surface is seen from one side only, whatever
- * its shape; an open one from both, which says that nothing is known. Pixels are wider than the
- * sampling, so that nearly none looks through the surface. Threads: one call at a time. */
+ * The cloud is looked at from 26 directions, both ends of 13 axes, far away; in each pixel the
+ * nearest point is taken to be seen, and a seen point faces the viewer. A closed surface is seen
+ * from one side only, whatever its shape; an open one from both, which says that nothing is known.
+ * Pixels are wider than the sampling, so that nearly none looks through the surface. Threads: one
+ * call at a time. */
 #ifndef STP_PREPROCESS_VISIBILITY_H
 #define STP_PREPROCESS_VISIBILITY_H
 
