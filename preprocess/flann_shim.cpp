@@ -18,6 +18,9 @@ namespace
 typedef flann::L2_3D<float> metric;
 typedef flann::KDTreeSingleIndex<metric> index_type;
 
+/* Fewer take longer to build than they save in searches for a group. */
+const int leaf_points = 32;
+
 /* Everything nearer than a distance, into the caller's memory. */
 class collector : public flann::ResultSet<float>
 {
@@ -54,7 +57,7 @@ struct stp_kd_tree {
     index_type index;
 
     stp_kd_tree(float *points, size_t count)
-        : index(flann::Matrix<float>(points, count, 3), flann::KDTreeSingleIndexParams(10))
+        : index(flann::Matrix<float>(points, count, 3), flann::KDTreeSingleIndexParams(leaf_points))
     {
         index.buildIndex();
     }

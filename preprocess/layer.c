@@ -1,12 +1,6 @@
 /* Which neighbours of a point are on its own sheet. */
 #include "preprocess/layer.h"
 
-float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s normal, uint32_t b)
-{
-    return glms_vec3_dot(normal, stp_dvec3_to_float(stp_dvec3_sub(cloud->points[b].position,
-                                                                  cloud->points[a].position)));
-}
-
 /* Goes from the point's own height up and down to the first gap. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
                          unsigned k)

@@ -14,7 +14,12 @@ typedef struct stp_layer {
 } stp_layer;
 
 /* Height of b over the plane through a with this normal. */
-float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s normal, uint32_t b);
+static inline float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s normal, uint32_t b)
+{
+    stp_dvec3 d = stp_dvec3_sub(cloud->points[b].position, cloud->points[a].position);
+    return glms_vec3_dot(normal, stp_dvec3_to_float(d));
+}
+
 /* list: k neighbours of self, or fewer and STP_NEIGHBOUR_NONE. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
                          unsigned k);

@@ -27,7 +27,7 @@
 #define CHOICES 64u
 #define RANKS 8u
 /* Where a point's k-th neighbour is looked for first, in distances of that of the point before. */
-#define LIKELY_REACH 1.2
+#define LIKELY_REACH 1.15
 
 typedef struct search {
     stp_cloud *cloud;
@@ -90,12 +90,12 @@ static bool same_position(const stp_cloud_point *a, const stp_cloud_point *b)
            a->position.z == b->position.z;
 }
 
-static double box_distance(const stp_dbox *box, stp_dvec3 p)
+static double box_distance_squared(const stp_dbox *box, stp_dvec3 p)
 {
     double dx = stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x));
     double dy = stp_max(0.0, stp_max(box->min.y - p.y, p.y - box->max.y));
     double dz = stp_max(0.0, stp_max(box->min.z - p.z, p.z - box->max.z));
-    return sqrt(dx * dx + dy * dy + dz * dz);
+    return dx * dx + dy * dy + dz * dz;
 }
 
 static bool boxes_near(const stp_dbox *a, const stp_dbox *b, double distance)
@@ -127,7 +127,8 @@ static stp_status locale_gather(locale *l, const stp_cloud *cloud, const stp_cel
             l->home_begin = l->count;
         for (uint32_t i = cell->begin; i < cell->end; i++)
             if (!repeats(cloud, cell, i) &&
-                (cell == home || box_distance(&home->box, cloud->points[i].position) <= halo))
+                (cell == home ||
+                 box_distance_squared(&home->box, cloud->points[i].position) <= halo * halo))
                 l->index[l->count++] = i;
         if (cell == home)
             l->home_end = l->count;
@@ -174,8 +175,7 @@ static void search_everywhere(const stp_cloud *cloud, uint32_t self, nearest_lis
     list->count = 0;
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         const stp_cell *cell = &cloud->cells[c];
-        double gap = box_distance(&cell->box, p);
-        if (gap * gap > reach)
+        if (box_distance_squared(&cell->box, p) > reach)
             continue;
         for (uint32_t i = cell->begin; i < cell->end; i++) {
             stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, p);

@@ -158,33 +158,47 @@ static stp_status fit_block(void *context, size_t block, unsigned worker, stp_er
     return stp_progress_update(e->progress, "normals", end, cloud->count, err);
 }
 
-/* Averages a fitted normal with those of neighbours that lie on the same piece of surface: weight
- * falls with the distance, with the offset from the tangent plane and with the angle. Takes the
- * noise out of a fit over k points without rounding edges. */
+/* Weight of a neighbour's normal: falls with the distance (squared, in spacings), with the offset
+ * from the tangent plane and with the angle; negative where the signs disagree. */
+static float weight_of(float cosine, float offset, float distance)
+{
+    float closeness = fabsf(cosine) - 0.9f;
+    float beside = fabsf(offset) <= 1.0f ? 10.0f : 0.0f;
+    float x = 0.25f * distance; /* e^-x to a thousandth where neighbours lie */
+    float decay = 1.0f + x * (1.0f + x * (0.5f + x * (1.0f / 6.0f + x / 24.0f)));
+    closeness = closeness > 0.0f ? closeness : 0.0f;
+    return copysignf(closeness, cosine) * beside / decay;
+}
+
+/* Averages a fitted normal with those of neighbours that lie on the same piece of surface. Takes
+ * the noise out of a fit over k points without rounding edges. */
 static vec3s smooth(const estimation *e, uint32_t self)
 {
     const stp_cloud *cloud = e->cloud;
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
-    vec3s n = e->normals[self];
     const stp_cloud_point *point = &cloud->points[self];
-    float scale = point->spacing;
-    vec3s sum = n;
-    for (unsigned i = 0; i < e->neighbours->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+    float scale = 1.0f / point->spacing;
+    float dx[STP_NEIGHBOURS_LIMIT], dy[STP_NEIGHBOURS_LIMIT], dz[STP_NEIGHBOURS_LIMIT];
+    float mx[STP_NEIGHBOURS_LIMIT], my[STP_NEIGHBOURS_LIMIT], mz[STP_NEIGHBOURS_LIMIT];
+    unsigned count = known_count(list, e->neighbours->k);
+    for (unsigned i = 0; i < count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[list[i]].position, point->position);
         vec3s m = e->normals[list[i]];
-        vec3s d =
-            stp_dvec3_to_float(stp_dvec3_sub(cloud->points[list[i]].position, point->position));
-        float cosine = glms_vec3_dot(n, m);
-        float offset = glms_vec3_dot(n, d) / scale;
-        float distance = glms_vec3_norm2(d) / (scale * scale);
-        float closeness = fabsf(cosine) - 0.9f;
-        if (closeness <= 0.0f || fabsf(offset) > 1.0f)
-            continue;
-        float x = 0.25f * distance; /* e^-x to a thousandth where neighbours lie */
-        float decay = 1.0f / (1.0f + x * (1.0f + x * (0.5f + x * (1.0f / 6.0f + x / 24.0f))));
-        float weight = closeness * 10.0f * decay;
-        sum = glms_vec3_muladds(m, cosine < 0.0f ? -weight : weight, sum);
+        dx[i] = (float)d.x * scale, dy[i] = (float)d.y * scale, dz[i] = (float)d.z * scale;
+        mx[i] = m.x, my[i] = m.y, mz[i] = m.z;
     }
-    return glms_vec3_normalize(sum);
+    vec3s n = e->normals[self];
+    for (unsigned i = 0; i < count; i++) { /* by columns, for vector instructions */
+        float weight = weight_of(n.x * mx[i] + n.y * my[i] + n.z * mz[i],
+                                 n.x * dx[i] + n.y * dy[i] + n.z * dz[i],
+                                 dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i]);
+        mx[i] *= weight;
+        my[i] *= weight;
+        mz[i] *= weight;
+    }
+    for (unsigned i = 0; i < count; i++)
+        n = (vec3s){{n.x + mx[i], n.y + my[i], n.z + mz[i]}};
+    return glms_vec3_normalize(n);
 }
 
 static stp_status smooth_block(void *context, size_t block, unsigned worker, stp_error *err)

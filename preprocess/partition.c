@@ -162,6 +162,14 @@ static int compare_sheets(const void *a, const void *b)
     return p < q ? -1 : p > q;
 }
 
+static bool one_sheet(const stp_place *places, uint32_t count)
+{
+    uint32_t differ = 0;
+    for (uint32_t i = 1; i < count; i++)
+        differ |= places[i].sheet ^ places[0].sheet;
+    return differ == 0;
+}
+
 /* Many crumbs of surface: nothing that patches of a sample or two would keep apart. */
 static bool is_thicket(const stp_place *places, uint32_t count)
 {
@@ -189,7 +197,7 @@ static void split(stp_place *places, uint32_t offset, uint32_t count, runs *out)
         int axis = longest(low, high, 3, 6);
         if (high[axis] - low[axis] > NORMAL_EXTENT)
             at = gather(places, count, axis, 0.5f * (low[axis] + high[axis]));
-        if ((at == 0 || at == count) && !is_thicket(places, count))
+        if ((at == 0 || at == count) && !one_sheet(places, count) && !is_thicket(places, count))
             at = gather_sheet(places, count);
         if (at == count)
             at = 0;

@@ -48,9 +48,9 @@ static stp_relation relate_layers(const stp_sheets *c, uint32_t a, uint32_t b)
 static bool is_repeated(const stp_sheets *c, uint32_t a, uint32_t b)
 {
     bool found = false;
-    for (unsigned i = 0; i < c->edge_count; i++)
+    for (unsigned i = 0; b < a && i < c->edge_count; i++)
         found |= edges_of(c, b)[i] == a;
-    return found && b < a;
+    return found;
 }
 
 /* One of a cell's edges, between points that belong to it. */

@@ -61,16 +61,18 @@ static float limit(smoother *s, uint32_t self)
     float values[STP_NEIGHBOURS_LIMIT];
     double mutual[STP_NEIGHBOURS_LIMIT]; /* squared distances, nearest first */
     unsigned mutual_count = 0, count = 0;
+    uint64_t knowing = 0;
     for (; count < s->neighbours->k && list[count] != STP_NEIGHBOUR_NONE; count++) {
         const stp_cloud_point *other = &points[list[count]];
         stp_dvec3 d = stp_dvec3_sub(other->position, points[self].position);
         double squared = stp_dvec3_dot(d, d);
         values[count] = other->spacing;
-        if (squared > reach * (double)other->spacing * (double)other->spacing)
-            continue;
-        s->mutual[self] |= (uint64_t)1 << count;
-        mutual[mutual_count++] = squared;
+        bool knows = squared <= reach * (double)other->spacing * (double)other->spacing;
+        knowing |= (uint64_t)knows << count;
+        mutual[mutual_count] = squared;
+        mutual_count += knows; /* no branch: it goes either way */
     }
+    s->mutual[self] = knowing;
     if (mutual_count < SURFACE_POINTS)
         return count > 0 ? STP_SPACING_MEDIANS * median(values, count) : 0.0f;
     unsigned third = (mutual_count + 2) / 3;

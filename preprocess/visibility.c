@@ -10,11 +10,13 @@
 #define AXES 13u
 #define PIXELS_LIMIT 2048
 #define PIXEL_SPACINGS 2.5
+/* Of larger clouds every other, third, ... point is drawn, in wider pixels. */
+#define DRAWN_POINTS 1000000u
 #define BLOCK 65536u
 /* Views flatter than this do not tell the sides of a noisy normal apart. */
 #define GRAZING_COSINE 0.25f
 
-/* The nearest points to both viewers of an axis; index 0: none, else the point's and 1. */
+/* The nearest drawn points to both viewers of an axis; 0: none, else the point's number from 1. */
 typedef struct pixel {
     float front_depth, back_depth;
     uint32_t front, back;
@@ -24,8 +26,10 @@ typedef struct vote_job {
     _Atomic int *votes;
     const stp_cloud *cloud;
     stp_dvec3 centre;
-    double radius;    /* of a ball around the cloud */
-    vec3s *positions; /* by point: in pixels, from the centre */
+    double radius;   /* of a ball around the cloud */
+    uint32_t stride; /* points from one drawn to the next */
+    uint32_t drawn_count;
+    vec3s *positions; /* by drawn point: in pixels, from the centre */
     pixel **pixels;   /* by worker: all zero between axes */
     int size;         /* pixels */
 } vote_job;
@@ -49,20 +53,20 @@ static stp_status place_block(void *context, size_t block, unsigned worker, stp_
 {
     vote_job *job = context;
     uint32_t begin = (uint32_t)block * BLOCK;
-    uint32_t left = job->cloud->count - begin;
+    uint32_t left = job->drawn_count - begin;
     double scale = 0.5 * (double)job->size / job->radius;
     (void)worker;
     (void)err;
     for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++)
-        job->positions[i] = stp_dvec3_to_float(
-            stp_dvec3_scale(stp_dvec3_sub(job->cloud->points[i].position, job->centre), scale));
+        job->positions[i] = stp_dvec3_to_float(stp_dvec3_scale(
+            stp_dvec3_sub(job->cloud->points[i * job->stride].position, job->centre), scale));
     return STP_OK;
 }
 
 static void draw(const vote_job *job, view v, pixel *pixels)
 {
     float middle = 0.5f * (float)job->size;
-    for (uint32_t i = 0; i < job->cloud->count; i++) {
+    for (uint32_t i = 0; i < job->drawn_count; i++) {
         vec3s p = job->positions[i];
         int x = (int)(glms_vec3_dot(p, v.right) + middle);
         int y = (int)(glms_vec3_dot(p, v.up) + middle);
@@ -81,8 +85,9 @@ static void draw(const vote_job *job, view v, pixel *pixels)
     }
 }
 
-static void vote(const vote_job *job, uint32_t point, vec3s towards)
+static void vote(const vote_job *job, uint32_t drawn, vec3s towards)
 {
+    uint32_t point = (drawn - 1) * job->stride;
     const stp_cloud_point *p = &job->cloud->points[point];
     float cosine = glms_vec3_dot(p->normal, towards);
     if (p->flags & STP_SAMPLE_HAS_NORMAL && fabsf(cosine) >= GRAZING_COSINE)
@@ -105,8 +110,8 @@ static stp_status vote_task(void *context, size_t index, unsigned worker, stp_er
         pixel *at = &job->pixels[worker][i];
         if (at->front == 0)
             continue;
-        vote(job, at->front - 1, v.back);
-        vote(job, at->back - 1, glms_vec3_negate(v.back));
+        vote(job, at->front, v.back);
+        vote(job, at->back, glms_vec3_negate(v.back));
         *at = (pixel){0};
     }
     return STP_OK;
@@ -125,16 +130,19 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
         .votes = votes,
         .cloud = cloud,
         .centre = stp_dvec3_scale(stp_dvec3_add(cloud->box.min, cloud->box.max), 0.5),
+        .stride = (cloud->count - 1) / DRAWN_POINTS + 1,
         .radius =
             0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
     };
     if (!(job.radius > 0.0) || !(spacing > 0.0))
         return STP_OK; /* no extent: nothing is seen */
-    double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing);
+    double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt(job.stride));
     job.size = wanted < PIXELS_LIMIT ? (int)wanted + 1 : PIXELS_LIMIT;
-    STP_TRY(stp_alloc(&job.positions, cloud->count, sizeof *job.positions, "views", err));
+    job.drawn_count = (cloud->count - 1) / job.stride + 1;
+    STP_TRY(stp_alloc(&job.positions, job.drawn_count, sizeof *job.positions, "views", err));
     STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
-    STP_TRY(stp_pool_run(pool, ((size_t)cloud->count + BLOCK - 1) / BLOCK, place_block, &job, err));
+    STP_TRY(
+        stp_pool_run(pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block, &job, err));
     STP_TRY(stp_pool_run(pool, AXES, vote_task, &job, err));
 done:
     for (unsigned i = 0; job.pixels && i < workers; i++)
