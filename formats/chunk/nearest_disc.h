@@ -32,7 +32,7 @@ static inline void stp_nearest_disc_try(stp_nearest_disc *best, stp_dvec3 x, stp
     double squared = height * height;
     double across = stp_dvec3_dot(v, v) - squared;
     double reach = radius + best->distance;
-    if (squared >= best->squared || across >= reach * reach)
+    if ((squared >= best->squared) | (across >= reach * reach))
         return;
     double overhang = 0.0;
     if (across > radius * radius) {

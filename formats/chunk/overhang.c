@@ -165,21 +165,30 @@ typedef struct search {
     const disc_grid *grid;
     stp_dvec3 x;
     double enough;
-    int tries; /* left */
+    uint32_t tries; /* left */
     stp_nearest_disc best;
 } search;
 
 static bool has_ended(const search *s)
 {
-    return s->tries <= 0 || s->best.squared <= s->enough;
+    return s->tries == 0 || s->best.squared <= s->enough;
 }
 
 static void try_cell(search *s, cell c)
 {
     const disc_grid *g = s->grid;
     uint32_t b = bucket_of(g, c.at[0], c.at[1], c.at[2]);
-    for (uint32_t e = g->begin[b]; e < g->begin[b + 1] && !has_ended(s); e++, s->tries--)
-        try_disc(g, s->x, g->entries[e], &s->best);
+    uint32_t e = g->begin[b], end = g->begin[b + 1];
+    stp_nearest_disc best = s->best;
+    stp_dvec3 x = s->x;
+    double enough = s->enough;
+    end = end - e < s->tries ? end : e + s->tries;
+    s->tries -= end - e;
+    for (; e < end && best.squared > enough; e++) {
+        const flat_disc *d = &g->discs[g->entries[e]];
+        stp_nearest_disc_try(&best, x, d->centre, d->normal, d->radius, g->entries[e]);
+    }
+    s->best = best;
 }
 
 /* From a place in its cell to the cell `steps` beside it, along one axis. */
