@@ -38,13 +38,12 @@ static uint32_t adopt(const stp_cloud *cloud, const stp_neighbours *neighbours,
             candidates[at].offset = candidates[at].count = 0.0f;
             count++;
         }
-        float height = glms_vec3_dot(q->normal, d);
-        candidates[at].offset += glms_vec3_dot(q->normal, p->normal) < 0.0f ? -height : height;
+        candidates[at].offset += fabsf(glms_vec3_dot(q->normal, d));
         candidates[at].count += 1.0f;
     }
     for (unsigned i = 1; i < count; i++)
-        if (fabsf(candidates[i].offset) * candidates[best].count <
-            fabsf(candidates[best].offset) * candidates[i].count)
+        if (candidates[i].offset * candidates[best].count <
+            candidates[best].offset * candidates[i].count)
             best = i;
     return count ? candidates[best].root : forest->parent[self];
 }

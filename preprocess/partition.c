@@ -11,7 +11,7 @@
 #define NORMAL_SPLIT_COUNT 512u
 /* Normals that differ by more than this on an axis do not share a patch. */
 #define NORMAL_EXTENT 1.1f
-/* Fewer points a sheet, on average, are a thicket. */
+/* Fewer points a sheet, on average, are a thicket; of two sheets never. */
 #define THICKET_POINTS 4u
 /* How far apart, in box diagonals, a normal's unit counts when groups inside a patch are made. */
 #define NORMAL_WEIGHT 0.5f
@@ -180,7 +180,7 @@ static bool is_thicket(const stp_place *places, uint32_t count)
     qsort(sheets, count, sizeof *sheets, compare_sheets);
     for (uint32_t i = 1; i < count; i++)
         distinct += sheets[i] != sheets[i - 1];
-    return distinct * THICKET_POINTS > count;
+    return distinct > 2 && distinct * THICKET_POINTS > count;
 }
 
 typedef struct runs {
