@@ -12,9 +12,9 @@
 /* Points, following each other along the Morton curve, that share a search by radius. */
 #define GROUP 16u
 /* How far they lie from the first at most, in distances of the k-th neighbour of the one before. */
-#define GROUP_SIZE 1.5
+#define GROUP_SIZE 1.8
 /* Reach of that search beyond the group, in distances of the k-th neighbour of the one before. */
-#define GROUP_REACH 1.25
+#define GROUP_REACH 1.18
 /* Groups among more points than this are searched point by point. */
 #define GROUP_CANDIDATES 512u
 /* Asked of the tree beyond k: the point itself, and one farther by which the list is known to be
@@ -23,9 +23,9 @@
 /* No float distance of the tree is off by more than this part, but for the rounding of points. */
 #define FLOAT_ERROR 1e-5
 
-/* Candidates among which a point's nearest are found by counting, and how many at once. */
-#define CHOICES 64u
-#define RANKS 8u
+/* Candidates among which a point's nearest are found by counting, and for how many at once. */
+#define CHOICES 96u
+#define RANKS 12u
 /* Where a point's k-th neighbour is looked for first, in distances of that of the point before. */
 #define LIKELY_REACH 1.15
 
