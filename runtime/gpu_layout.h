@@ -12,14 +12,14 @@ enum {
     STP_UNIT_OBJECT_TEXTURE = 0,
     STP_UNIT_PATCHES = 1,
     STP_UNIT_CHUNKS = 2,
-    STP_UNIT_FINE = 3,   /* shape, paint */
-    STP_UNIT_COARSE = 5, /* shape, paint */
-    STP_UNIT_NEAREST = 7,
-    STP_UNIT_COUNT = 8
+    STP_UNIT_PATCH_OF_SAMPLE = 3,
+    STP_UNIT_FINE = 4,   /* shape, paint */
+    STP_UNIT_COARSE = 6, /* shape, paint */
+    STP_UNIT_NEAREST = 8,
+    STP_UNIT_COUNT = 9
 };
 enum {
     STP_UNIFORM_CHUNK_SLOT = 0,
-    STP_UNIFORM_FIRST_PATCH = 1,
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_WRITTEN_AREA = 3,
     STP_UNIFORM_CHUNK_OFFSET = 4

@@ -20,9 +20,9 @@ static void create_sample_array(stp_object_texture *t)
     glCreateVertexArrays(1, &t->empty_array);
     glCreateVertexArrays(1, &t->sample_array);
     glVertexArrayVertexBuffer(t->sample_array, 0, t->samples, 0, sizeof(stp_sample));
-    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_chunk, 0, sizeof(uint16_t));
+    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_sample, 0, sizeof(uint32_t));
     glVertexArrayAttribIFormat(t->sample_array, 0, 4, GL_UNSIGNED_INT, 0);
-    glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_SHORT, 0);
+    glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_INT, 0);
     for (GLuint i = 0; i < 2; i++) {
         glVertexArrayAttribBinding(t->sample_array, i, i);
         glEnableVertexArrayAttrib(t->sample_array, i);
@@ -44,13 +44,13 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     t.sample_ranges.capacity = sample_capacity;
     t.patch_ranges.capacity = patch_capacity;
     t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample));
-    t.patch_of_chunk = create_buffer((uint64_t)sample_capacity * sizeof(uint16_t));
+    t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t));
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch));
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
-    const GLuint buffers[3] = {t.samples, t.patches, t.chunks};
-    glCreateTextures(GL_TEXTURE_BUFFER, 3, t.textures);
-    for (int i = 0; i < 3; i++)
-        glTextureBuffer(t.textures[i], GL_RGBA32UI, buffers[i]);
+    const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples, t.patches, t.chunks, t.patch_of_sample};
+    glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES, t.textures);
+    for (int i = 0; i < STP_OBJECT_TEXTURES; i++)
+        glTextureBuffer(t.textures[i], i < 3 ? GL_RGBA32UI : GL_R32UI, buffers[i]);
     create_sample_array(&t);
     stp_status status = stp_gl_check("making the Object Texture", err);
     if (status == STP_OK)
@@ -62,11 +62,11 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
 
 void stp_object_texture_destroy(stp_object_texture *t)
 {
-    const GLuint buffers[4] = {t->samples, t->patch_of_chunk, t->patches, t->chunks};
+    const GLuint buffers[4] = {t->samples, t->patch_of_sample, t->patches, t->chunks};
     const GLuint arrays[2] = {t->sample_array, t->empty_array};
     if (t->samples != 0) {
         glDeleteVertexArrays(2, arrays);
-        glDeleteTextures(3, t->textures);
+        glDeleteTextures(STP_OBJECT_TEXTURES, t->textures);
         glDeleteBuffers(4, buffers);
     }
     stp_range_pool_destroy(&t->sample_ranges);
@@ -156,7 +156,7 @@ stp_status stp_object_texture_upload(stp_object_texture *t, const stp_chunk *chu
                                      stp_error *err)
 {
     stp_status status = STP_OK;
-    uint16_t *numbers = NULL;
+    uint32_t *numbers = NULL;
     STP_TRY(stp_alloc(&numbers, placement->samples.count, sizeof *numbers, "patch numbers", err));
     upload(t->patches, placement->patches.begin, placement->patches.count, sizeof *patches,
            patches);
@@ -164,11 +164,12 @@ stp_status stp_object_texture_upload(stp_object_texture *t, const stp_chunk *chu
         const uint32_t *begin = chunk->level_begin[l];
         for (uint32_t p = 0; p < chunk->patch_count; p++)
             for (uint32_t i = begin[p]; i < begin[p + 1]; i++)
-                numbers[placement->level_begin[l] - placement->samples.begin + i] = (uint16_t)p;
+                numbers[placement->level_begin[l] - placement->samples.begin + i] =
+                    placement->patches.begin + p;
         upload(t->samples, placement->level_begin[l], begin[chunk->patch_count], sizeof(stp_sample),
                chunk->samples[l]);
     }
-    upload(t->patch_of_chunk, placement->samples.begin, placement->samples.count, sizeof *numbers,
+    upload(t->patch_of_sample, placement->samples.begin, placement->samples.count, sizeof *numbers,
            numbers);
 done:
     free(numbers);

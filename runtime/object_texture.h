@@ -1,7 +1,7 @@
 /* The Object Texture: the GPU's memory of samples and patches, and the ranges of it in use.
  *
  * One buffer of 16-byte samples that shaders fetch texels of and that is also a vertex buffer; for
- * each sample the number of its patch within its chunk; 128 bytes a patch; 32 bytes a resident
+ * each sample the index of its patch; 128 bytes a patch; 32 bytes a resident
  * chunk, rewritten each frame. Source: TUT08, "Object Texture". Threads: the render thread. */
 #ifndef STP_RUNTIME_OBJECT_TEXTURE_H
 #define STP_RUNTIME_OBJECT_TEXTURE_H
@@ -12,14 +12,16 @@
 
 #include <epoxy/gl.h>
 
-/* A sample with its patch number; a patch. */
-#define STP_OBJECT_TEXTURE_SAMPLE_BYTES (16 + 2)
+/* A sample with its patch; a patch. */
+#define STP_OBJECT_TEXTURE_SAMPLE_BYTES (16 + 4)
 #define STP_OBJECT_TEXTURE_PATCH_BYTES 128
 
+enum { STP_OBJECT_TEXTURES = 4 };
+
 typedef struct stp_object_texture {
-    GLuint samples, patch_of_chunk, patches, chunks; /* buffers */
-    GLuint textures[3];                              /* of samples, patches, chunks */
-    GLuint sample_array, empty_array;                /* vertex arrays: of samples; of nothing */
+    GLuint samples, patch_of_sample, patches, chunks; /* buffers */
+    GLuint textures[STP_OBJECT_TEXTURES]; /* of samples, patches, chunks, patches of samples */
+    GLuint sample_array, empty_array;     /* vertex arrays: of samples; of nothing */
     stp_range_pool sample_ranges, patch_ranges;
     uint32_t slot_capacity; /* chunks */
 } stp_object_texture;

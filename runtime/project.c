@@ -1,4 +1,4 @@
-/* The three roads of projection. */
+/* The roads of projection. */
 #include "runtime/project.h"
 
 #include "base/memory.h"
@@ -9,10 +9,20 @@
 static stp_status create_programs(stp_project *p, const char *folder, const char *defines,
                                   stp_error *err)
 {
-    stp_program_params patch = {"patch.vert", "patch.geom", "id.frag", defines, folder, NULL};
-    stp_program_params sample = {"sample.vert", NULL, "id.frag", defines, folder, NULL};
-    stp_status status = stp_program_create(&p->patch_program, &patch, err);
-    return status == STP_OK ? stp_program_create(&p->sample_program, &sample, err) : status;
+    stp_status status = STP_OK;
+    stp_program_params patch = {.vertex = "patch.vert",
+                                .geometry = "patch.geom",
+                                .fragment = "id.frag",
+                                .defines = defines,
+                                .folder = folder};
+    stp_program_params sample = patch;
+    sample.vertex = "sample.vert";
+    sample.geometry = NULL;
+    STP_TRY(stp_program_create(&p->patch_program, &patch, err));
+    STP_TRY(stp_program_create(&p->sample_program, &sample, err));
+    STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
+done:
+    return status;
 }
 
 stp_status stp_project_create(stp_project *out, const char *folder, const char *defines,
@@ -33,6 +43,7 @@ void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
     glDeleteProgram(p->sample_program);
+    stp_scatter_destroy(&p->scatter);
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
     free(p->indices);
@@ -93,7 +104,6 @@ static const stp_resident *set_draw(const stp_model *model, const stp_project_pa
     if (patches) {
         glUniform1ui(STP_UNIFORM_CHUNK_SLOT, slot);
     } else {
-        glUniform1ui(STP_UNIFORM_FIRST_PATCH, resident->placement.patches.begin);
         glUniform3fv(STP_UNIFORM_CHUNK_OFFSET, 1, chunk.offset);
     }
     return resident;
@@ -199,6 +209,9 @@ stp_status stp_project_draw(stp_project *p, const stp_model *model,
         return draw_listed(p, model, params, draws, count, points, err);
     if (params->lod == STP_LOD_FULL)
         return draw_full(p, model, params, draws, count, points, err);
+    if (params->lod == STP_LOD_COMPUTE)
+        return stp_scatter_draw(&p->scatter, model, params->cache, params->pyramid, draws, count,
+                                params->first, points, err);
     draw_patches(p, model, params, draws, count);
     return STP_OK;
 }

@@ -1,16 +1,18 @@
-/* Projection: the samples of a cut to the nearest sample of each pixel, by three roads.
+/* Projection: the samples of a cut to the nearest sample of each pixel, by four roads.
  * Threads: the render thread. */
 #ifndef STP_RUNTIME_PROJECT_H
 #define STP_RUNTIME_PROJECT_H
 
 #include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
+#include "runtime/scatter.h"
 #include "runtime/stipple.h"
 
 #include <stddef.h>
 
 typedef struct stp_project {
     GLuint patch_program, sample_program;
+    stp_scatter scatter;
     GLuint index_buffer;
     uint32_t *indices; /* of samples, for STP_LOD_CPU */
     size_t index_count, index_capacity;
@@ -29,6 +31,8 @@ typedef struct stp_project_params {
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
     stp_lod lod;
+    const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
+    bool first;                 /* pass over the picture */
 } stp_project_params;
 
 /* The chunk record that shaders and the CPU read for one draw. */
@@ -36,7 +40,8 @@ stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *dr
 
 /* Draws resident chunks into the bound framebuffer, in order. Adds to *points what was sent (where
  * the geometry shader chooses: the samples of the patches it looked at are not known here, and a
- * query counts what it emitted). Errors: OUT_OF_MEMORY. */
+ * query counts what it emitted). Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL,
+ * LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_model *model,
                             const stp_project_params *params, const stp_draw *draws, size_t count,
                             uint64_t *points, stp_error *err);

@@ -48,7 +48,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
         p.levels[l].height = (height + (1 << l) - 1) >> l;
         create_level(&p.levels[l]);
     }
-    p.nearest = create_texture(GL_RG32UI, width, height);
+    p.nearest = create_texture(GL_R32UI, width, height);
+    p.scatter_depth = create_texture(GL_R32UI, width, height);
     p.nearest_depth = create_texture(GL_DEPTH_COMPONENT32F, width, height);
     p.nearest_frame = create_frame(&p.nearest, 1);
     glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
@@ -67,7 +68,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 void stp_pyramid_destroy(stp_pyramid *p)
 {
     const GLuint frames[2] = {p->nearest_frame, p->picture_frame};
-    const GLuint textures[4] = {p->nearest, p->nearest_depth, p->picture, p->picture_depth};
+    const GLuint textures[5] = {p->nearest, p->nearest_depth, p->scatter_depth, p->picture,
+                                p->picture_depth};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -77,6 +79,6 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
     glDeleteFramebuffers(2, frames);
-    glDeleteTextures(4, textures);
+    glDeleteTextures(5, textures);
     *p = (stp_pyramid){0};
 }

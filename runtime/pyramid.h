@@ -25,7 +25,8 @@ typedef struct stp_pyramid {
     int width, height;
     int level_count; /* above level 0: all there can be, ceil(log2(max(width, height))) */
     stp_pyramid_level levels[STP_PYRAMID_LEVELS_LIMIT];
-    GLuint nearest, nearest_depth, nearest_frame; /* RG32UI, 32-bit float depth */
+    GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
+    GLuint scatter_depth; /* R32UI: the bits of nearest_depth where compute shaders project */
     GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */
 } stp_pyramid;
 

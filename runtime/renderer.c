@@ -210,7 +210,7 @@ static void set_state(const stp_renderer *r)
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glNamedBufferSubData(r->frame_buffer, 0, sizeof r->frame, &r->frame);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
-    glBindTextures(STP_UNIT_OBJECT_TEXTURE, 3, texture->textures);
+    glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
 }
 
 /* The records that shaders read of the chunks drawn. */
@@ -260,7 +260,7 @@ static int levels_for(const stp_renderer *r, const drawing *d, double radius_px)
 
 static void begin_pass(stp_renderer *r, bool first)
 {
-    static const GLuint none[4] = {UINT32_MAX, UINT32_MAX, 0, 0};
+    static const GLuint none[4] = {UINT32_MAX, 0, 0, 0};
     static const float far_depth = 0.0f;
     const stp_pyramid *p = &r->pyramid;
     glBindFramebuffer(GL_FRAMEBUFFER, p->nearest_frame);
@@ -282,13 +282,20 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     upload_records(r, draws, count);
     begin_pass(r, first);
     glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    stp_status status = stp_project_draw(
-        &r->project, r->model, &(stp_project_params){r->cache, &r->frame, r->eye, d->params->lod},
-        draws, count, &d->stats.points_drawn, err);
+    stp_status status = stp_project_draw(&r->project, r->model,
+                                         &(stp_project_params){.cache = r->cache,
+                                                               .frame = &r->frame,
+                                                               .eye = r->eye,
+                                                               .lod = d->params->lod,
+                                                               .pyramid = &r->pyramid,
+                                                               .first = first},
+                                         draws, count, &d->stats.points_drawn, err);
     glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
     glBindVertexArray(stp_chunk_cache_texture(r->cache)->empty_array);
+    if (d->params->lod == STP_LOD_COMPUTE) /* which leaves no depth */
+        glDisable(GL_DEPTH_TEST);
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, d->area, first);
     if (d->params->lod == STP_LOD_GEOMETRY) {
         glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);

@@ -179,12 +179,16 @@ done:
 
 stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err)
 {
-    const char *const names[3] = {params->vertex, params->geometry, params->fragment};
-    const GLenum stages[3] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER};
+    const char *const names[4] = {params->vertex, params->geometry, params->fragment,
+                                  params->compute};
+    const GLenum stages[4] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER,
+                              GL_COMPUTE_SHADER};
+    const char *first = params->compute != NULL ? params->compute : params->vertex;
+    const char *last = params->fragment != NULL ? params->fragment : params->geometry;
     stp_status status = STP_OK;
     GLint linked = 0;
     GLuint program = glCreateProgram();
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         GLuint shader = 0;
         if (names[i] == NULL)
             continue;
@@ -200,8 +204,8 @@ stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp
         char log[512] = "";
         glGetProgramInfoLog(program, sizeof log, NULL, log);
         log[strcspn(log, "\n")] = '\0';
-        status = stp_error_set(err, STP_GL, "shaders %s and %s do not link: %s", params->vertex,
-                               params->fragment ? params->fragment : params->geometry, log);
+        status = stp_error_set(err, STP_GL, "shaders %s and %s do not link: %s", first,
+                               last != NULL ? last : first, log);
         goto done;
     }
     *out = program;

@@ -31,8 +31,8 @@ void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINE
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b);
 
 typedef struct stp_program_params {
-    const char *vertex, *geometry, *fragment; /* file names; NULL: no such stage */
-    const char *defines;                      /* lines put before the text; may be NULL */
+    const char *vertex, *geometry, *fragment, *compute; /* file names; NULL: no such stage */
+    const char *defines;                                /* lines put before the text; may be NULL */
     const char *folder;   /* its files win over the embedded ones; may be NULL */
     const char *captured; /* a varying for transform feedback; may be NULL */
 } stp_program_params;

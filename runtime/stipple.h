@@ -22,7 +22,8 @@
 typedef enum stp_lod {
     STP_LOD_GEOMETRY = 0, /* the geometry shader, patch by patch */
     STP_LOD_CPU = 1,      /* the same rule on the CPU */
-    STP_LOD_FULL = 2      /* nobody: every level-0 sample, in passes if the budget asks for it */
+    STP_LOD_FULL = 2,     /* nobody: every level-0 sample, in passes if the budget asks for it */
+    STP_LOD_COMPUTE = 3   /* a compute shader, patch by patch; nothing is rasterised */
 } stp_lod;
 
 typedef enum stp_reconstruct {

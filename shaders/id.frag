@@ -1,7 +1,7 @@
 // Projection keeps the name of the nearest sample only; resolve.frag reads the rest once a pixel.
-flat in uvec2 id;
+flat in uint id;
 
-layout(location = 0) out uvec2 nearest;
+layout(location = 0) out uint nearest;
 
 void main()
 {

@@ -31,14 +31,16 @@ layout(binding = 1) uniform usamplerBuffer patch_texture;
 // Two texels a resident chunk, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
+// The patch of each sample.
+layout(binding = 3) uniform usamplerBuffer patch_of_sample;
+
 #define STP_PATCH_TEXELS 8
 #define STP_CHUNK_TEXELS 2
 #define STP_LEVELS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// The draw call's chunk: slot in chunk_texture, its first patch, its origin minus the eye.
+// The draw call's chunk: slot in chunk_texture, its origin minus the eye.
 layout(location = 0) uniform uint chunk_slot;
-layout(location = 1) uniform uint first_patch;
 layout(location = 4) uniform vec3 chunk_offset;
 // The pass's level of the pyramid.
 layout(location = 2) uniform int pyramid_level;

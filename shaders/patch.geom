@@ -9,7 +9,7 @@ layout(points, invocations = STP_INVOCATIONS) in;
 layout(points, max_vertices = STP_SHARE) out;
 
 flat in uint patch_index[];
-flat out uvec2 id; // sample, patch
+flat out uint id; // of the sample
 
 void main()
 {
@@ -26,7 +26,7 @@ void main()
         if (position.z > 1.0)
             continue;
         gl_Position = position;
-        id = uvec2(index, patch_index[0]);
+        id = index;
         EmitVertex();
     }
 }

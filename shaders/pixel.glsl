@@ -13,10 +13,10 @@ struct stp_pixel {
 // Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
 //   shape: normal (octahedral, 2 x 16 bits), radius, z_min, z_max (32-bit floats)
 //   paint: d (two 32-bit floats), red | green << 16, blue | tag << 16 (16-bit fractions of 1)
-layout(binding = 3) uniform usampler2D fine_shape;
-layout(binding = 4) uniform usampler2D fine_paint;
-layout(binding = 5) uniform usampler2D coarse_shape;
-layout(binding = 6) uniform usampler2D coarse_paint;
+layout(binding = 4) uniform usampler2D fine_shape;
+layout(binding = 5) uniform usampler2D fine_paint;
+layout(binding = 6) uniform usampler2D coarse_shape;
+layout(binding = 7) uniform usampler2D coarse_paint;
 
 // The part of the level read (pull: fine, push: coarse) that was written: x0, y0, x1, y1. The rest
 // is empty.

@@ -20,11 +20,10 @@ float stp_pixels_per_unit(float depth)
     return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
 }
 
-// Clip position of the centre of the pixel that holds a sample's centre, so that no rasteriser's
-// rounding moves it; outside the clip volume if the sample is not drawn: behind the near plane,
-// outside the picture, or its known back turned to the eye. Depth runs from 1 at the near plane to 0
-// far away. Runs for every sample, so it normalises nothing.
-vec4 stp_project(uvec4 texel, vec3 origin, float step)
+// The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
+// away. False if the sample is not drawn: behind the near plane, outside the picture, or its known
+// back turned to the eye. Runs for every sample, so it normalises nothing.
+bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
     vec3 position = stp_to_eye(from_eye);
@@ -38,6 +37,17 @@ vec4 stp_project(uvec4 texel, vec3 origin, float step)
     bool away = dot(stp_normal_direction(texel.z), ray) >= 0.0;
     drawn = drawn && !(away && stp_sample_oriented(texel));
 #endif
-    float z = STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
-    return drawn ? vec4((2.0 * pixel + 1.0) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+    at = ivec2(pixel);
+    z = STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
+    return drawn;
+}
+
+// Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
+// volume if the sample is not drawn.
+vec4 stp_project(uvec4 texel, vec3 origin, float step)
+{
+    ivec2 at;
+    float z;
+    bool drawn = stp_place(texel, origin, step, at, z);
+    return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }

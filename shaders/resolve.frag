@@ -10,7 +10,7 @@
 
 #define STP_SLOPE_LIMIT 5.0
 
-layout(binding = 7) uniform usampler2D nearest_sample;
+layout(binding = 8) uniform usampler2D nearest_sample;
 
 int stp_level_of(uint sample_index, stp_patch p)
 {
@@ -66,9 +66,10 @@ float stp_depth_extent(float radius, float cosine, float ppu)
 
 void main()
 {
-    uvec2 id = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).xy;
-    if (id.x == STP_NO_SAMPLE) // drawn in an earlier pass over this frame
+    uint index = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).x;
+    if (index == STP_NO_SAMPLE) // drawn in an earlier pass over this frame
         discard;
+    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
     uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 7).y;
     stp_chunk chunk = stp_chunk_fetch(slot);
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));

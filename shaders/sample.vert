@@ -4,14 +4,13 @@
 #include "project.glsl"
 
 layout(location = 0) in uvec4 texel;
-layout(location = 1) in uint patch_of_chunk;
+layout(location = 1) in uint patch_index;
 
-flat out uvec2 id; // sample, patch
+flat out uint id; // of the sample
 
 void main()
 {
-    uint patch_index = first_patch + patch_of_chunk;
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS));
-    id = uvec2(gl_VertexID, patch_index);
+    id = uint(gl_VertexID);
     gl_Position = stp_project(texel, lattice.xyz + chunk_offset, lattice.w);
 }

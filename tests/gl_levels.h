@@ -30,12 +30,14 @@ typedef struct gl_levels {
 static inline void gl_levels_shaders(void)
 {
     static const char note[] =
-        "flat in uvec2 id;\n"
-        "layout(location = 0) out uvec2 nearest;\n"
+        "flat in uint id;\n"
+        "layout(location = 0) out uint nearest;\n"
+        "layout(binding = 3) uniform usamplerBuffer patch_of_sample;\n"
         "layout(std430, binding = 0) buffer noted_buffer { uvec2 noted[]; };\n"
         "void main()\n{\n"
-        "    atomicAdd(noted[id.y].x, 1u);\n"
-        "    atomicMin(noted[id.y].y, id.x);\n"
+        "    uint p = texelFetch(patch_of_sample, int(id)).x;\n"
+        "    atomicAdd(noted[p].x, 1u);\n"
+        "    atomicMin(noted[p].y, id);\n"
         "    nearest = id;\n}\n";
     static const char name[] = "vec4 stp_project(";
     static char text[1 << 16];

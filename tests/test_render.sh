@@ -83,7 +83,7 @@ test_pictures() {
 }
 
 test_roads() {
-    for lod in geometry cpu full; do
+    for lod in geometry cpu full compute; do
         render "$model" --size 256x256 --lod $lod --threshold 0
         expect_picture 256 256
         [ $lod = geometry ] && keep every
@@ -94,8 +94,10 @@ test_roads() {
     for threshold in 0.5 2 16; do
         render "$model" --size 256x256 --threshold $threshold
         keep chosen
-        render "$model" --size 256x256 --threshold $threshold --lod cpu
-        same_picture chosen
+        for lod in cpu compute; do
+            render "$model" --size 256x256 --threshold $threshold --lod $lod
+            same_picture chosen
+        done
     done
 }
 
@@ -106,7 +108,7 @@ test_budget() {
     keep full
     [ "$(stat_of passes)" = 1 ] || fail "$command: $(stat_of passes) passes with 1 GiB"
     for memory in 2500K 4M; do
-        for lod in full geometry cpu; do
+        for lod in full geometry cpu compute; do
             render "$model" --size 256x256 --lod $lod --threshold 0 --gpu-memory $memory \
                 --stats "$FOLDER/stats.json"
             expect_picture 256 256
@@ -228,7 +230,7 @@ test_damage() {
     expect_failure "chunk 0"
     [ ! -e "$picture" ] || fail "$command: left a picture"
     damage "$child"
-    for lod in full geometry cpu; do
+    for lod in full geometry cpu compute; do
         render "$FOLDER/damaged.stipple" --size 256x256 --threshold 0 --lod $lod
         expect_picture 256 256
         expect_lines err 1

@@ -18,7 +18,7 @@ typedef struct draw_options {
 #define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 10)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
-#define DRAW_LODS "geometry|cpu|full"
+#define DRAW_LODS "geometry|cpu|full|compute"
 #define DRAW_RECONSTRUCTIONS "gauss|box|points"
 #define DRAW_SHADES "phong|lambert|normal|depth|level|chunk|error|confidence"
 

@@ -86,7 +86,7 @@ static void handle_key(view_control *c, uint32_t character)
         set_threshold(p, 2.0 * p->threshold_px);
         break;
     case 'l':
-        p->lod = (stp_lod)cycle((int)p->lod, STP_LOD_FULL + 1, back);
+        p->lod = (stp_lod)cycle((int)p->lod, STP_LOD_COMPUTE + 1, back);
         break;
     case 'r':
         p->reconstruct =

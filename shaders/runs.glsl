@@ -1,0 +1,27 @@
+// The runs of samples that runs.comp lists and scatter.comp draws; runtime/scatter.c makes the
+// buffers.
+
+#define STP_GROUP_PATCHES 64
+#define STP_RUN_SAMPLES 8u
+#define STP_GROUP_RUNS 8u
+#define STP_RUN_HEAD 3u // of the size of runs
+
+layout(std430, binding = 2) buffer stp_runs_block {
+    uint groups_x; // of scatter.comp's dispatch: x is given
+    uint groups_y;
+    uint groups_z;
+    uint run_count;
+    uint points_drawn;
+    uint unused;
+    uvec2 runs[]; // first sample | (samples - 1) << 29, patch
+};
+
+// Of the patches listed: origin relative to the eye, step.
+layout(std430, binding = 3) buffer stp_lattices_block {
+    vec4 lattices[];
+};
+
+uvec2 stp_run_pack(uint first, uint count, uint patch_index)
+{
+    return uvec2(first | count - 1u << 29, patch_index);
+}

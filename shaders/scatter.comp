@@ -1,0 +1,36 @@
+// Projection without the rasteriser, second step: an invocation is a sample. In one pass over all of
+// them the pixels take their nearest depth, in another the names of the samples that have it.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "runs.glsl"
+
+layout(local_size_x = STP_GROUP_RUNS * STP_RUN_SAMPLES) in;
+
+layout(binding = 9) uniform usamplerBuffer run_texture;     // of the runs' buffer
+layout(binding = 10) uniform samplerBuffer lattice_texture; // and the lattices'
+layout(r32ui, binding = 0) uniform uimage2D nearest_depth;  // bits of a float that is never negative
+layout(r32ui, binding = 1) uniform uimage2D nearest_sample;
+
+layout(location = 1) uniform bool naming;
+
+void main()
+{
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint at = group * STP_GROUP_RUNS + gl_LocalInvocationID.x / STP_RUN_SAMPLES;
+    uint lane = gl_LocalInvocationID.x & STP_RUN_SAMPLES - 1u;
+    uvec2 run = texelFetch(run_texture, int(at + STP_RUN_HEAD)).xy;
+    if (at >= run_count || lane > run.x >> 29)
+        return;
+    vec4 lattice = texelFetch(lattice_texture, int(run.y));
+    uint index = (run.x & 0x1fffffffu) + lane;
+    ivec2 pixel;
+    float z;
+    if (stp_place(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w, pixel, z)) {
+        // The nearest of all; the first of equals.
+        if (!naming)
+            imageAtomicMax(nearest_depth, pixel, floatBitsToUint(z));
+        else if (imageLoad(nearest_depth, pixel).x == floatBitsToUint(z))
+            imageAtomicMin(nearest_sample, pixel, index);
+    }
+}
