@@ -25,11 +25,19 @@ static GLuint create_frame(const GLuint *textures, int count)
     return frame;
 }
 
+/* Of empty pixels: what lies outside a frame's tiles is never written. */
+static GLuint create_target(const stp_pyramid_level *level)
+{
+    GLuint texture = create_texture(GL_RGBA32UI, level->width, level->height);
+    glClearTexImage(texture, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT, NULL);
+    return texture;
+}
+
 static void create_level(stp_pyramid_level *level)
 {
     for (int i = 0; i < STP_TARGET_COUNT; i++) {
-        level->pulled[i] = create_texture(GL_RGBA32UI, level->width, level->height);
-        level->finished[i] = create_texture(GL_RGBA32UI, level->width, level->height);
+        level->pulled[i] = create_target(level);
+        level->finished[i] = create_target(level);
     }
     level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
     level->finished_frame = create_frame(level->finished, STP_TARGET_COUNT);
@@ -53,7 +61,6 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.nearest_depth = create_texture(GL_DEPTH_COMPONENT32F, width, height);
     p.nearest_frame = create_frame(&p.nearest, 1);
     glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
-    glNamedFramebufferTexture(p.levels[0].pulled_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
     p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);

@@ -4,18 +4,13 @@
 #define STP_RUNTIME_RECONSTRUCT_H
 
 #include "runtime/pyramid.h"
+#include "runtime/tiles.h"
 
 #include <stdbool.h>
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
 } stp_reconstruct_programs;
-
-/* Window pixels to work on, y up: all that any disc may reach. The passes treat what lies outside
- * as empty and do not write there. */
-typedef struct stp_rectangle {
-    int x, y, width, height;
-} stp_rectangle;
 
 /* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
  * GL. */
@@ -24,17 +19,17 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* Nearest samples to level 0 as pulled. The first pass of a frame empties what it does not cover;
- * later ones leave it. Ends with the depth test off. */
+ * later ones leave it. Ends with the depth test off. All passes draw the tiles alone. */
 void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                             stp_rectangle area, bool first);
+                             const stp_tiles *tiles, bool first);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, stp_rectangle area);
+                               int levels, const stp_tiles *tiles);
 /* The last push, if levels > 0, and shading, to the pyramid's picture. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, stp_rectangle area);
+                            int levels, const stp_tiles *tiles);
 /* Level 0 as finished, for who wants its pixels: a picture does without. levels > 0. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
-                                  const stp_pyramid *pyramid, int levels, stp_rectangle area);
+                                  const stp_pyramid *pyramid, int levels, const stp_tiles *tiles);
 
 #endif

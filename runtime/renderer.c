@@ -3,12 +3,13 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "runtime/area.h"
 #include "runtime/chunk_cache.h"
 #include "runtime/gl_context.h"
 #include "runtime/inspect.h"
 #include "runtime/project.h"
+#include "runtime/reconstruct.h"
 #include "runtime/shader.h"
+#include "runtime/tiles.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -24,6 +25,7 @@ struct stp_renderer {
     stp_project project;
     stp_reconstruct_programs reconstruct;
     stp_pyramid pyramid;
+    stp_tiles tiles;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
     stp_cut cut;
@@ -43,7 +45,6 @@ typedef struct drawing {
     const stp_draw_params *params;
     stp_draw_stats stats;
     int levels;
-    stp_rectangle area;
 } drawing;
 
 static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_error *err)
@@ -139,6 +140,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
         stp_reconstruct_destroy(&r->reconstruct);
     }
     stp_pyramid_destroy(&r->pyramid);
+    stp_tiles_destroy(&r->tiles);
     stp_chunk_cache_destroy(&r->cache);
     stp_pool_destroy(&r->pool);
     stp_cut_destroy(&r->cut);
@@ -167,15 +169,19 @@ static int available_now(const void *context, uint32_t chunk)
     return stp_chunk_cache_finest(r->cache, chunk);
 }
 
-static stp_status select_cut(stp_renderer *r, bool wait, stp_error *err)
+static stp_status select_cut(stp_renderer *r, const drawing *d, bool wait, stp_error *err)
 {
-    return stp_cut_select(&r->cut,
-                          &(stp_cut_params){.model = r->model,
-                                            .frame = &r->frame,
-                                            .eye = r->eye,
-                                            .available = wait ? available_soon : available_now,
-                                            .context = r},
-                          err);
+    stp_status status =
+        stp_cut_select(&r->cut,
+                       &(stp_cut_params){.model = r->model,
+                                         .frame = &r->frame,
+                                         .eye = r->eye,
+                                         .available = wait ? available_soon : available_now,
+                                         .context = r},
+                       err);
+    if (status == STP_OK)
+        status = stp_tiles_set_cut(&r->tiles, r->model, d->view, &r->cut, err);
+    return status;
 }
 
 static void set_frame(stp_renderer *r, const drawing *d)
@@ -293,10 +299,7 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
-    glBindVertexArray(stp_chunk_cache_texture(r->cache)->empty_array);
-    if (d->params->lod == STP_LOD_COMPUTE) /* which leaves no depth */
-        glDisable(GL_DEPTH_TEST);
-    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, d->area, first);
+    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
     if (d->params->lod == STP_LOD_GEOMETRY) {
         glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
         d->stats.points_drawn += emitted;
@@ -332,13 +335,13 @@ static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
     size_t begin = 0;
     double radius_px = 0.0;
     bool damaged = false;
-    STP_TRY(select_cut(r, true, err));
+    STP_TRY(select_cut(r, d, true, err));
     do {
         size_t loaded = 0;
         STP_TRY(load_draws(r, d, r->cut.draws + begin, r->cut.draw_count - begin, &loaded, &damaged,
                            err));
         if (damaged) { /* now known: choose again without it */
-            STP_TRY(select_cut(r, true, err));
+            STP_TRY(select_cut(r, d, true, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
             continue;
@@ -363,7 +366,7 @@ static stp_status draw_at_once(stp_renderer *r, drawing *d, stp_error *err)
     stp_status status = STP_OK;
     size_t loaded = 0;
     bool damaged = false;
-    STP_TRY(select_cut(r, false, err));
+    STP_TRY(select_cut(r, d, false, err));
     STP_TRY(load_draws(r, d, r->cut.draws, r->cut.draw_count, &loaded, &damaged, err));
     for (size_t i = 0; i < r->cut.passed_count; i++)
         stp_chunk_cache_touch(r->cache, r->cut.passed[i], r->stamp);
@@ -394,13 +397,14 @@ static stp_status load_misses(stp_renderer *r, drawing *d, stp_error *err)
 static void finish_picture(stp_renderer *r, drawing *d)
 {
     double begun = stp_clock_seconds();
-    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    stp_tiles_set_levels(&r->tiles, d->levels);
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->timed)
         glFinish();
     double pulled = stp_clock_seconds();
-    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, d->area);
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->keep_pixels && d->levels > 0)
-        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, d->area);
+        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     glFinish();
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
@@ -413,9 +417,10 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
                              stp_draw_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
-    drawing d = {.view = view, .params = params, .area = stp_model_area(r->model, view)};
+    drawing d = {.view = view, .params = params};
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
+    STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height, err));
     double begun = stp_clock_seconds();
     set_frame(r, &d);
     set_state(r);

@@ -18,13 +18,12 @@ layout(binding = 5) uniform usampler2D fine_paint;
 layout(binding = 6) uniform usampler2D coarse_shape;
 layout(binding = 7) uniform usampler2D coarse_paint;
 
-// The part of the level read (pull: fine, push: coarse) that was written: x0, y0, x1, y1. The rest
-// is empty.
-layout(location = 3) uniform ivec4 written_area;
+// Of the level read (pull: fine, push: coarse).
+layout(location = 3) uniform ivec2 read_size;
 
-bool stp_was_written(ivec2 p)
+bool stp_inside(ivec2 p)
 {
-    return all(greaterThanEqual(p, written_area.xy)) && all(lessThan(p, written_area.zw));
+    return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, read_size));
 }
 
 uint stp_direction_pack(vec3 n)

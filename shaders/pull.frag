@@ -15,7 +15,7 @@ stp_pixel stp_pull_candidate(ivec2 p, vec2 centre, vec3 ray)
     vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
     c.d = middle - centre;
     bool reaches = STP_BOX != 0 || stp_ellipse(c, ray, -c.d) <= 1.0;
-    c.tag = reaches && stp_was_written(p) ? c.tag : 0;
+    c.tag = reaches && stp_inside(p) ? c.tag : 0;
     return c;
 }
 

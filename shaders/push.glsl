@@ -18,7 +18,7 @@ stp_pixel stp_push_candidate(ivec2 p, vec2 centre, vec3 ray, out float q)
     stp_pixel c = stp_pixel_coarse(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level + 1) + c.d;
     c.d = middle - centre;
-    c.tag = stp_was_written(p) ? c.tag : 0;
+    c.tag = stp_inside(p) ? c.tag : 0;
     q = c.tag != 0 ? stp_ellipse(c, ray, -c.d) : STP_ELLIPSE_OUTSIDE;
     return c;
 }

@@ -12,6 +12,8 @@
 
 layout(binding = 8) uniform usampler2D nearest_sample;
 
+layout(location = 6) uniform bool first_pass; // over this frame
+
 int stp_level_of(uint sample_index, stp_patch p)
 {
     for (int level = 0; level < STP_LEVELS; level++)
@@ -67,7 +69,7 @@ float stp_depth_extent(float radius, float cosine, float ppu)
 void main()
 {
     uint index = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).x;
-    if (index == STP_NO_SAMPLE) // drawn in an earlier pass over this frame
+    if (index == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn it
         discard;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
     uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 7).y;
@@ -84,8 +86,11 @@ void main()
     float depth = -disc.position.z;
     float ppu = stp_pixels_per_unit(depth);
     vec2 window = 0.5 * viewport.xy + disc.position.xy * ppu;
-    int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
-    stp_pixel_write(stp_pixel(disc.normal, disc.radius, depth,
-                              depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
-                              window - gl_FragCoord.xy, disc.colour, tag));
+    int tag = index != STP_NO_SAMPLE ? 1 + int(disc.kind) + (disc.oriented ? 0 : 8) : 0;
+    stp_pixel p = stp_pixel(disc.normal, disc.radius, depth,
+                            depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
+                            window - gl_FragCoord.xy, disc.colour, tag);
+    if (tag == 0)
+        p = stp_pixel_invalid();
+    stp_pixel_write(p);
 }

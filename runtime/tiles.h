@@ -1,0 +1,44 @@
+/* The tiles of the picture that a cut may cover, so that screen-space passes leave the rest alone.
+ *
+ * Tiles are STP_TILE_PX pixels square. A pass draws the tiles of this frame and of the last one:
+ * those write emptiness where something was, so that outside the frame's tiles all textures of the
+ * pyramid stay empty and need no clearing. Threads: the render thread. */
+#ifndef STP_RUNTIME_TILES_H
+#define STP_RUNTIME_TILES_H
+
+#include "runtime/cut.h"
+
+#include <epoxy/gl.h>
+
+#define STP_TILE_PX 16
+#define STP_TILE_LEVELS                                                                            \
+    3 /* of the pyramid, drawn by tiles; higher ones, which are small, as a whole */
+
+/* Zero is no picture. */
+typedef struct stp_tiles {
+    int width, height; /* of the picture */
+    int columns, rows;
+    uint8_t *now, *last; /* 1: may be covered, row by row; last: in this frame or the one before */
+    int known_levels;    /* pyramid levels that hold nothing outside `last`; -1: not even level 0 */
+    bool drawn;          /* the frame came so far that its levels were told */
+    bool whole;          /* draw everything above level 0 */
+    GLuint buffer, array;
+    float *corners; /* of triangles, x y, window pixels; the first six cover everything */
+    size_t corner_count, corner_capacity;
+} stp_tiles;
+
+/* Begins a frame of this size; a new size forgets the last frame. Errors: OUT_OF_MEMORY. */
+stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, stp_error *err);
+/* Takes what the cut may cover in a view; the last call of a frame holds. Errors: OUT_OF_MEMORY. */
+stp_status stp_tiles_set_cut(stp_tiles *tiles, const stp_model *model, const stp_view *view,
+                             const stp_cut *cut, stp_error *err);
+/* Says how many levels above the viewport the frame's pyramid has, before the first is drawn. */
+void stp_tiles_set_levels(stp_tiles *tiles, int levels);
+void stp_tiles_destroy(stp_tiles *tiles);
+
+/* Draws the tiles in level l of the pyramid, or all of it, with the program in use. Each level's
+ * tiles are larger by what finishing those of the level below reads beside them. */
+void stp_tiles_draw(const stp_tiles *tiles, int l);
+void stp_tiles_draw_whole(const stp_tiles *tiles, int l);
+
+#endif

@@ -1,0 +1,112 @@
+/* Screen-space passes draw only the tiles that the cut may cover, and rely on the rest being empty.
+ * A renderer's first frame draws everything, so it is the judge: whatever a renderer drew before,
+ * in whichever size and with however many levels, its picture must be the same. */
+#include "tests/gl_fixture.h"
+#include "tests/model_fixture.h"
+#include "tests/scan_fixture.h"
+#include "tests/support/views.h"
+
+typedef struct step {
+    int direction; /* of views_get */
+    int width, height;
+    stp_reconstruct reconstruct;
+    double threshold_px;
+    double away; /* the eye's distance, times that which shows all; 0: 1 */
+    stp_lod lod;
+} step;
+
+/* Each leaves something to a next one that covers less, or has more levels. */
+static const step steps[] = {
+    {0, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 0.0, STP_LOD_GEOMETRY},
+    {4, 300, 200, STP_RECONSTRUCT_GAUSS, 8.0, 3.0, STP_LOD_GEOMETRY},
+    {4, 300, 200, STP_RECONSTRUCT_POINTS, 1.0, 0.0, STP_LOD_CPU},
+    {20, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 9.0, STP_LOD_COMPUTE},
+    {28, 300, 200, STP_RECONSTRUCT_BOX, 4.0, 0.0, STP_LOD_GEOMETRY}, /* close */
+    {9, 300, 200, STP_RECONSTRUCT_BOX, 0.5, 2.0, STP_LOD_FULL},
+    {12, 97, 401, STP_RECONSTRUCT_GAUSS, 2.0, 0.0, STP_LOD_COMPUTE},
+    {12, 97, 401, STP_RECONSTRUCT_GAUSS, 2.0, 5.0, STP_LOD_COMPUTE},
+    {30, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 0.0, STP_LOD_GEOMETRY}, /* close */
+    {0, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 0.0, STP_LOD_GEOMETRY},
+    {0, 300, 200, STP_RECONSTRUCT_POINTS, 1.0, 2.0, STP_LOD_GEOMETRY},
+    {0, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 2.0, STP_LOD_GEOMETRY},
+    {15, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 1.5, STP_LOD_GEOMETRY},
+};
+
+static stp_view view_of(const step *s, const stp_ball *ball, const promise_disc *discs,
+                        size_t count)
+{
+    stp_view view = views_get(s->direction, ball, discs, count, s->width, s->height);
+    if (s->away > 0.0) {
+        stp_dvec3 from = stp_dvec3_sub(view.eye, ball->centre);
+        view.eye = stp_dvec3_add(ball->centre, stp_dvec3_scale(from, s->away));
+    }
+    return view;
+}
+
+/* The picture, for free(). */
+static uint8_t *draw(gl_fixture *f, const stp_view *view, const step *s)
+{
+    stp_draw_params params = {
+        .lod = s->lod, .reconstruct = s->reconstruct, .threshold_px = s->threshold_px};
+    uint8_t *picture = calloc((size_t)s->width * (size_t)s->height, 4);
+    assert_non_null(picture);
+    check_ok(stp_renderer_draw(f->renderer, view, &params, NULL, err));
+    check_ok(stp_renderer_read(f->renderer, picture, err));
+    return picture;
+}
+
+static void judge(const model_recipe *recipe)
+{
+    gl_fixture used = {0};
+    promise_disc *leaves = NULL;
+    size_t leaf_count = 0, seen = 0;
+    model_fixture_build("tiles.stipple", recipe);
+    gl_fixture_open(&used, "tiles.stipple", NULL);
+    check_ok(promise_load_leaves(used.model->file, &leaves, &leaf_count, err));
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        const step *s = &steps[i];
+        gl_fixture fresh = {0};
+        gl_fixture_open(&fresh, "tiles.stipple", NULL);
+        stp_view view = view_of(s, &used.model->ball, leaves, leaf_count);
+        uint8_t *expected = draw(&fresh, &view, s), *found = draw(&used, &view, s);
+        size_t pixels = (size_t)s->width * (size_t)s->height, covered = 0, wrong = 0;
+        for (size_t k = 0; k < pixels; k++) {
+            covered += expected[4 * k + 3] != 0;
+            wrong += memcmp(expected + 4 * k, found + 4 * k, 4) != 0;
+        }
+        if (wrong > 0)
+            fail_msg("step %zu: %zu of %zu covered pixels are not as in a first frame", i, wrong,
+                     covered);
+        seen += covered > 50;
+        free(expected);
+        free(found);
+        gl_fixture_close(&fresh);
+    }
+    assert_true(2 * seen > sizeof steps / sizeof *steps); /* a terrain has a back */
+    free(leaves);
+    gl_fixture_close(&used);
+}
+
+static void statue(void **state)
+{
+    (void)state;
+    judge(&(model_recipe){.shape = GEN_STATUE, .point_count = 30000, .true_normals = true});
+}
+
+static void terrain(void **state)
+{
+    (void)state;
+    judge(&(model_recipe){.shape = GEN_TERRAIN, .point_count = 5000});
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(statue),
+        cmocka_unit_test(terrain),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
