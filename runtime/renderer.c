@@ -169,19 +169,15 @@ static int available_now(const void *context, uint32_t chunk)
     return stp_chunk_cache_finest(r->cache, chunk);
 }
 
-static stp_status select_cut(stp_renderer *r, const drawing *d, bool wait, stp_error *err)
+static stp_status select_cut(stp_renderer *r, bool wait, stp_error *err)
 {
-    stp_status status =
-        stp_cut_select(&r->cut,
-                       &(stp_cut_params){.model = r->model,
-                                         .frame = &r->frame,
-                                         .eye = r->eye,
-                                         .available = wait ? available_soon : available_now,
-                                         .context = r},
-                       err);
-    if (status == STP_OK)
-        status = stp_tiles_set_cut(&r->tiles, r->model, d->view, &r->cut, err);
-    return status;
+    return stp_cut_select(&r->cut,
+                          &(stp_cut_params){.model = r->model,
+                                            .frame = &r->frame,
+                                            .eye = r->eye,
+                                            .available = wait ? available_soon : available_now,
+                                            .context = r},
+                          err);
 }
 
 static void set_frame(stp_renderer *r, const drawing *d)
@@ -285,17 +281,21 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     bool first = d->stats.passes == 0;
     double begun = stp_clock_seconds();
     GLuint emitted = 0;
+    const stp_tiles_source source = {r->model, r->cache, d->view};
+    stp_status status = stp_tiles_add(&r->tiles, &source, draws, count, first, err);
+    if (status != STP_OK)
+        return status;
     upload_records(r, draws, count);
     begin_pass(r, first);
     glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    stp_status status = stp_project_draw(&r->project, r->model,
-                                         &(stp_project_params){.cache = r->cache,
-                                                               .frame = &r->frame,
-                                                               .eye = r->eye,
-                                                               .lod = d->params->lod,
-                                                               .pyramid = &r->pyramid,
-                                                               .first = first},
-                                         draws, count, &d->stats.points_drawn, err);
+    status = stp_project_draw(&r->project, r->model,
+                              &(stp_project_params){.cache = r->cache,
+                                                    .frame = &r->frame,
+                                                    .eye = r->eye,
+                                                    .lod = d->params->lod,
+                                                    .pyramid = &r->pyramid,
+                                                    .first = first},
+                              draws, count, &d->stats.points_drawn, err);
     glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
@@ -335,13 +335,13 @@ static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
     size_t begin = 0;
     double radius_px = 0.0;
     bool damaged = false;
-    STP_TRY(select_cut(r, d, true, err));
+    STP_TRY(select_cut(r, true, err));
     do {
         size_t loaded = 0;
         STP_TRY(load_draws(r, d, r->cut.draws + begin, r->cut.draw_count - begin, &loaded, &damaged,
                            err));
         if (damaged) { /* now known: choose again without it */
-            STP_TRY(select_cut(r, d, true, err));
+            STP_TRY(select_cut(r, true, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
             continue;
@@ -366,7 +366,7 @@ static stp_status draw_at_once(stp_renderer *r, drawing *d, stp_error *err)
     stp_status status = STP_OK;
     size_t loaded = 0;
     bool damaged = false;
-    STP_TRY(select_cut(r, d, false, err));
+    STP_TRY(select_cut(r, false, err));
     STP_TRY(load_draws(r, d, r->cut.draws, r->cut.draw_count, &loaded, &damaged, err));
     for (size_t i = 0; i < r->cut.passed_count; i++)
         stp_chunk_cache_touch(r->cache, r->cut.passed[i], r->stamp);

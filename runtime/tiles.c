@@ -7,10 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How far the surface may reach beyond the boxes: a little for the floor under an ellipse, and the
- * rest in radii of the discs. */
-#define MARGIN_PX 4.0
-#define MARGIN_RADII 1.0
+/* How far the surface may reach beyond the discs that bounds hold: coarse ellipses overlap. */
+#define MARGIN_PX 6.0
+
+/* A chunk that may cover so many tiles is looked at patch by patch. */
+#define LARGE_TILES 24
 
 stp_status stp_tiles_begin(stp_tiles *t, int width, int height, stp_error *err)
 {
@@ -59,51 +60,113 @@ void stp_tiles_destroy(stp_tiles *t)
     *t = (stp_tiles){0};
 }
 
-/* Sets the tiles that meet a range of window pixels. */
-static void add_rectangle(stp_tiles *t, double x0, double y0, double x1, double y1)
+/* Window pixels. */
+typedef struct rectangle {
+    double x0, y0, x1, y1;
+} rectangle;
+
+/* The tiles that meet a rectangle: columns c0 to c1, rows r0 to r1, without the last. */
+typedef struct tile_range {
+    int c0, r0, c1, r1;
+} tile_range;
+
+static tile_range tiles_of(const stp_tiles *t, const rectangle *a)
 {
-    int c0 = (int)fmax(floor(x0 / STP_TILE_PX), 0.0);
-    int r0 = (int)fmax(floor(y0 / STP_TILE_PX), 0.0);
-    int c1 = (int)fmin(ceil(x1 / STP_TILE_PX), t->columns);
-    int r1 = (int)fmin(ceil(y1 / STP_TILE_PX), t->rows);
-    for (int r = r0; c0 < c1 && r < r1; r++)
-        memset(t->now + (size_t)r * (size_t)t->columns + c0, 1, (size_t)(c1 - c0));
+    return (tile_range){(int)fmin(fmax(floor((a->x0 - MARGIN_PX) / STP_TILE_PX), 0.0), t->columns),
+                        (int)fmin(fmax(floor((a->y0 - MARGIN_PX) / STP_TILE_PX), 0.0), t->rows),
+                        (int)fmax(fmin(ceil((a->x1 + MARGIN_PX) / STP_TILE_PX), t->columns), 0.0),
+                        (int)fmax(fmin(ceil((a->y1 + MARGIN_PX) / STP_TILE_PX), t->rows), 0.0)};
+}
+
+static void add_range(stp_tiles *t, const tile_range *a)
+{
+    for (int r = a->r0; a->c0 < a->c1 && r < a->r1; r++)
+        memset(t->now + (size_t)r * (size_t)t->columns + a->c0, 1, (size_t)(a->c1 - a->c0));
 }
 
 /* The rectangle around a chunk's box; everything where the box comes near the eye. */
-static void add_chunk(stp_tiles *t, const stp_chunk_entry *e, const stp_view *view, double margin)
+static rectangle around_box(const stp_chunk_entry *e, const stp_view *view)
 {
-    double x0 = INFINITY, y0 = INFINITY, x1 = -INFINITY, y1 = -INFINITY;
+    rectangle a = {INFINITY, INFINITY, -INFINITY, -INFINITY};
     for (int i = 0; i < 8; i++) {
         stp_dvec3 corner = {(double)(i & 1 ? e->box_max.x : e->box_min.x),
                             (double)(i & 2 ? e->box_max.y : e->box_min.y),
                             (double)(i & 4 ? e->box_max.z : e->box_min.z)};
         stp_dvec3 w = stp_view_project(view, stp_dvec3_add(e->origin, corner));
-        if (!view->orthographic && w.z <= view->near_depth) {
-            add_rectangle(t, 0.0, 0.0, t->width, t->height);
-            return;
-        }
-        x0 = fmin(x0, w.x);
-        y0 = fmin(y0, w.y);
-        x1 = fmax(x1, w.x);
-        y1 = fmax(y1, w.y);
+        if (!view->orthographic && w.z <= view->near_depth)
+            return (rectangle){0.0, 0.0, view->width, view->height};
+        a.x0 = fmin(a.x0, w.x);
+        a.y0 = fmin(a.y0, w.y);
+        a.x1 = fmax(a.x1, w.x);
+        a.y1 = fmax(a.y1, w.y);
     }
-    add_rectangle(t, x0 - margin, y0 - margin, x1 + margin, y1 + margin);
+    return a;
 }
 
-static void add_cut(stp_tiles *t, const stp_model *model, const stp_view *view, const stp_cut *cut)
+/* The rectangle around a ball, or false where it comes near the eye. */
+static bool around_ball(const stp_view *view, stp_dvec3 centre, double radius, rectangle *out)
 {
-    for (size_t i = 0; i < cut->draw_count; i++) {
-        const stp_draw *draw = &cut->draws[i];
-        const stp_chunk_entry *e = &model->entries[draw->chunk];
-        double radius = (double)e->radius_max * fmax((double)draw->scale, 0.0);
-        double margin = MARGIN_PX + MARGIN_RADII * fmin(radius, STP_TILE_PX);
-        if (e->child_count == 0)
-            add_chunk(t, e, view, margin);
-        for (uint32_t k = 0; k < e->child_count; k++) /* its patches stand for children */
-            if (!(draw->drawn_children >> k & 1))
-                add_chunk(t, &model->entries[e->first_child + k], view, margin);
+    stp_dvec3 w = stp_view_project(view, centre);
+    double reach = radius * view->f;
+    if (!view->orthographic) {
+        double x = (w.x - 0.5 * view->width) / view->f, y = (w.y - 0.5 * view->height) / view->f;
+        if (w.z - radius <= view->near_depth)
+            return false;
+        reach *= sqrt(1.0 + x * x + y * y) / (w.z - radius);
     }
+    *out = (rectangle){w.x - reach, w.y - reach, w.x + reach, w.y + reach};
+    return true;
+}
+
+static int imin(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int imax(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+/* The patches of a large chunk, which lies in the box, one by one; false if that cannot be told. */
+static bool add_patches(stp_tiles *t, const stp_tiles_source *s, const stp_draw *draw,
+                        const tile_range *box)
+{
+    const stp_chunk_entry *e = &s->model->entries[draw->chunk];
+    const stp_resident *resident =
+        stp_chunk_cache_get(s->cache, stp_chunk_cache_slot(s->cache, draw->chunk));
+    for (uint32_t i = 0; i < e->patch_count; i++) {
+        const stp_gpu_patch *p = &resident->patches[i];
+        stp_dvec3 centre = {(double)p->bound_centre[0], (double)p->bound_centre[1],
+                            (double)p->bound_centre[2]};
+        rectangle a;
+        if (p->child < 64 && (draw->drawn_children >> p->child & 1))
+            continue;
+        if (!around_ball(s->view, stp_dvec3_add(e->origin, centre), (double)p->bound_radius, &a))
+            return false;
+        tile_range range = tiles_of(t, &a);
+        add_range(t, &(tile_range){imax(range.c0, box->c0), imax(range.r0, box->r0),
+                                   imin(range.c1, box->c1), imin(range.r1, box->r1)});
+    }
+    return true;
+}
+
+static void add_draw(stp_tiles *t, const stp_tiles_source *s, const stp_draw *draw)
+{
+    const stp_chunk_entry *entries = s->model->entries, *e = &entries[draw->chunk];
+    rectangle a = around_box(e, s->view);
+    tile_range range = tiles_of(t, &a);
+    if ((range.c1 - range.c0) * (range.r1 - range.r0) >= LARGE_TILES &&
+        add_patches(t, s, draw, &range))
+        return;
+    if (e->child_count == 0)
+        add_range(t, &range);
+    for (uint32_t k = 0; k < e->child_count; k++) /* its patches stand for children */
+        if (!(draw->drawn_children >> k & 1)) {
+            a = around_box(&entries[e->first_child + k], s->view);
+            range = tiles_of(t, &a);
+            add_range(t, &range);
+        }
 }
 
 /* Two triangles. */
@@ -152,16 +215,18 @@ static stp_status add_quads(stp_tiles *t, stp_error *err)
     return STP_OK;
 }
 
-stp_status stp_tiles_set_cut(stp_tiles *t, const stp_model *model, const stp_view *view,
-                             const stp_cut *cut, stp_error *err)
+stp_status stp_tiles_add(stp_tiles *t, const stp_tiles_source *source, const stp_draw *draws,
+                         size_t count, bool first, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t count = (size_t)t->columns * (size_t)t->rows;
-    memset(t->now, 0, count);
-    add_cut(t, model, view, cut);
-    if (t->known_levels < 0)
-        memset(t->last, 1, count);
+    size_t tile_count = (size_t)t->columns * (size_t)t->rows;
+    if (first)
+        memset(t->now, 0, tile_count);
     for (size_t i = 0; i < count; i++)
+        add_draw(t, source, &draws[i]);
+    if (t->known_levels < 0)
+        memset(t->last, 1, tile_count);
+    for (size_t i = 0; i < tile_count; i++)
         t->last[i] |= t->now[i];
     t->corner_count = 0;
     STP_TRY(add_quad(t, 0, 0, t->columns, t->rows, err));

@@ -6,6 +6,7 @@
 #ifndef STP_RUNTIME_TILES_H
 #define STP_RUNTIME_TILES_H
 
+#include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
 
 #include <epoxy/gl.h>
@@ -29,9 +30,16 @@ typedef struct stp_tiles {
 
 /* Begins a frame of this size; a new size forgets the last frame. Errors: OUT_OF_MEMORY. */
 stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, stp_error *err);
-/* Takes what the cut may cover in a view; the last call of a frame holds. Errors: OUT_OF_MEMORY. */
-stp_status stp_tiles_set_cut(stp_tiles *tiles, const stp_model *model, const stp_view *view,
-                             const stp_cut *cut, stp_error *err);
+typedef struct stp_tiles_source {
+    const stp_model *model;
+    const stp_chunk_cache *cache;
+    const stp_view *view;
+} stp_tiles_source;
+
+/* Adds what resident chunks may cover. first: they are the first of the frame, which may begin
+ * anew. Errors: OUT_OF_MEMORY. */
+stp_status stp_tiles_add(stp_tiles *tiles, const stp_tiles_source *source, const stp_draw *draws,
+                         size_t count, bool first, stp_error *err);
 /* Says how many levels above the viewport the frame's pyramid has, before the first is drawn. */
 void stp_tiles_set_levels(stp_tiles *tiles, int levels);
 void stp_tiles_destroy(stp_tiles *tiles);
