@@ -23,7 +23,7 @@ layout(location = 3) uniform ivec2 read_size;
 
 bool stp_inside(ivec2 p)
 {
-    return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, read_size));
+    return all(lessThan(uvec2(p), uvec2(read_size))); // negative ones become large
 }
 
 uint stp_direction_pack(vec3 n)
@@ -35,7 +35,8 @@ uint stp_direction_pack(vec3 n)
 
 vec3 stp_direction_unpack(uint code)
 {
-    vec2 e = unpackSnorm2x16(code);
+    // unpackSnorm2x16() without its clamp: -32768 is never packed.
+    vec2 e = vec2(ivec2(int(code << 16), int(code)) >> 16) / 32767.0;
     float z = 1.0 - abs(e.x) - abs(e.y);
     float fold = max(-z, 0.0);
     vec3 n = vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
