@@ -25,6 +25,7 @@ const char *stp_status_text(stp_status status)
     return (size_t)status < sizeof texts / sizeof *texts ? texts[status] : "unknown status";
 }
 
+#undef stp_error_set
 stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...)
 {
     if (err) {

@@ -50,6 +50,9 @@ const char *stp_status_text(stp_status status);
 /* Fills err (if not NULL) and returns status, so that `return stp_error_set(...)` fails with it. */
 stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+#ifdef __clang_analyzer__ /* it does not look into error.c: what is returned is no success */
+#define stp_error_set(err, status, ...) ((void)stp_error_set(err, status, __VA_ARGS__), (status))
+#endif
 
 /* Forwards a failure to the label `done`; needs `stp_status status` in scope. */
 #define STP_TRY(call)                                                                              \

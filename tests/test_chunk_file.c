@@ -14,15 +14,14 @@ static void assert_same_chunk(const stp_chunk *a, const stp_chunk *b, int finest
 {
     assert_int_equal(a->patch_count, b->patch_count);
     assert_memory_equal(a->patches, b->patches, a->patch_count * sizeof *a->patches);
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
         assert_memory_equal(a->level_begin[l], b->level_begin[l],
                             (a->patch_count + 1) * sizeof(uint32_t));
-        if (l < finest_level)
-            assert_null(b->samples[l]);
-        else
-            assert_memory_equal(a->samples[l], b->samples[l],
-                                a->level_begin[l][a->patch_count] * sizeof(stp_sample));
-    }
+    for (int l = 0; l < finest_level; l++)
+        assert_null(b->samples[l]);
+    for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
+        assert_memory_equal(a->samples[l], b->samples[l],
+                            a->level_begin[l][a->patch_count] * sizeof(stp_sample));
 }
 
 static void assert_verifies(const char *path)

@@ -135,7 +135,7 @@ static void test_points_and_normals_are_true(void **state)
             const gen_hit *hit = &c.truth[i];
             stp_dvec3 away = stp_dvec3_sub(hit->position, c.surface.centre);
             assert_true(stp_dvec3_length(away) <= size * (1.0 + 1e-6));
-            assert_true(fabs(glms_vec3_norm(hit->normal) - 1.0f) < 1e-5f);
+            assert_true(fabsf(glms_vec3_norm(hit->normal) - 1.0f) < 1e-5f);
             assert_memory_equal(&c.points[i].position, &hit->position, sizeof hit->position);
             faults[i] = residual(&c.surface, hit->position);
         }
@@ -214,8 +214,8 @@ static void test_seed_and_pieces(void **state)
     make_cloud(&other, GEN_BUMPY, COUNT, params);
     size_t same = 0;
     for (size_t i = 0; i < COUNT; i++)
-        same += memcmp(&a.points[i].position, &other.points[i].position,
-                       sizeof a.points[i].position) == 0;
+        same +=
+            stp_dvec3_length(stp_dvec3_sub(a.points[i].position, other.points[i].position)) == 0.0;
     assert_int_equal(same, 0);
     end_cloud(&a);
     end_cloud(&b);

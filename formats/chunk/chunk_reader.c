@@ -161,8 +161,9 @@ stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error
     STP_TRY(stp_alloc(&file, 1, sizeof *file, "chunk file", err));
     file->descriptor = -1;
     pthread_mutex_init(&file->mutex, NULL);
-    STP_TRY(stp_alloc(&file->path, strlen(path) + 1, 1, "path", err));
-    strcpy(file->path, path);
+    size_t path_bytes = strlen(path) + 1;
+    STP_TRY(stp_alloc(&file->path, path_bytes, 1, "path", err));
+    memcpy(file->path, path, path_bytes);
     STP_TRY(stp_file_open(path, &file->descriptor, &file_bytes, err));
     STP_TRY(read_header(file, file_bytes, err));
     file->page_count = stp_page_count(&file->header);

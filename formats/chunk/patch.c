@@ -73,7 +73,7 @@ static uint8_t code_byte(row_coder *c, uint8_t predicted, uint8_t value)
     int16_t *cell = next_cell(c);
     if (c->decode)
         return (uint8_t)(predicted + *cell);
-    *cell = (int8_t)(uint8_t)(value - predicted);
+    *cell = (int16_t)((uint8_t)(value - predicted + 128) - 128); /* -128..127 */
     return value;
 }
 

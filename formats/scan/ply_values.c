@@ -148,7 +148,7 @@ stp_status stp_ply_next_length(stp_ply_cursor *c, const stp_ply_property *list, 
                                stp_error *err)
 {
     stp_status status = STP_OK;
-    double value;
+    double value = 0.0;
     STP_TRY(stp_ply_next_value(c, list->count_type, &value, err));
     const bool ascii = c->encoding == STP_PLY_ASCII;
     const uint64_t left = ascii ? (uint64_t)(c->end - c->at) : c->source->size - c->source->offset;

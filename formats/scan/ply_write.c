@@ -187,7 +187,7 @@ static stp_status check_triangles(const stp_ply_writer *w, const uint32_t (*tria
             if (triangles[i][k] >= w->params.vertex_count)
                 return stp_error_set(err, STP_INVALID_ARGUMENT,
                                      "%s: triangle %llu names vertex %u of %llu: mend the mesh",
-                                     w->path, (unsigned long long)(w->triangles_written + i),
+                                     w->path, (unsigned long long)w->triangles_written + i,
                                      triangles[i][k], (unsigned long long)w->params.vertex_count);
     return STP_OK;
 }

@@ -61,8 +61,8 @@ typedef enum reference_shade {
 int reference_level_count(double radius_px, int width, int height);
 
 /* A position or a direction of the world in eye space. */
-stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 world_position);
-stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 world_direction);
+stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p);
+stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d);
 
 /* Makes an empty pyramid. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (level_count). */
 stp_status reference_create(reference_pyramid *out, const stp_view *view, bool box, int level_count,
