@@ -16,7 +16,7 @@
     "shift and left, shifts it; the wheel comes nearer to the point under the cursor.\n"           \
     "Keys (with shift the cycle runs back):\n"                                                     \
     "  + -      finer, coarser: halve, double the threshold\n"                                     \
-    "  L        who chooses levels: geometry shader, cpu, full (every sample)\n"                   \
+    "  L        who chooses levels: geometry shader, cpu, full (every sample), compute shader\n"   \
     "  R        how gaps are closed: gauss, box, points (not at all)\n"                            \
     "  S        what is shown: phong, lambert, normal, depth, level, chunk, error, confidence\n"   \
     "  H        home: the view it began with\n"                                                    \
