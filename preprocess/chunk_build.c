@@ -38,7 +38,7 @@ static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_coun
     }
     stp_dvec3 size = stp_dvec3_sub(box.max, box.min);
     double side = fmax(size.x, fmax(size.y, size.z));
-    int exponent = side > 0.0 ? (int)ceil(log2(side)) : lattice;
+    int exponent = side > 0.0 && isfinite(side) ? (int)ceil(log2(side)) : lattice;
     exponent = exponent > lattice ? exponent : lattice;
     double unit =
         ldexp(1.0, exponent + 1); /* a vertex may be coarser than its items by an octave */

@@ -17,6 +17,7 @@
 /* A point looks no farther than so many cells, and at no more discs than this. */
 #define RING_MAX 3
 #define TRIES_MAX 512
+#define CELLS_MAX 4e15
 
 typedef struct flat_disc {
     stp_dvec3 centre, normal;
@@ -48,10 +49,15 @@ static uint32_t bucket_of(const disc_grid *g, int64_t i, int64_t j, int64_t k)
     return block << 6 | (uint32_t)((i & 3) << 4 | (j & 3) << 2 | (k & 3));
 }
 
+/* Farther out than doubles count whole cells, all is one cell. */
+static int64_t step_of(double cells)
+{
+    return (int64_t)stp_max(-CELLS_MAX, stp_min(CELLS_MAX, floor(cells)));
+}
+
 static cell cell_of(const disc_grid *g, stp_dvec3 p)
 {
-    return (cell){{(int64_t)floor(p.x / g->width), (int64_t)floor(p.y / g->width),
-                   (int64_t)floor(p.z / g->width)}};
+    return (cell){{step_of(p.x / g->width), step_of(p.y / g->width), step_of(p.z / g->width)}};
 }
 
 /* The geometric mean keeps a few large discs from making the cells of many small ones wide. */
