@@ -25,6 +25,16 @@ for shape in bumpy terrain sphere plane torus sheet; do
     done
 done
 
+# A lone station sees one side of the sheet; by its place, which the file tells, normals are turned.
+run "$STIPPLE" gen sheet -n 5000 --stations 1 -o "$FOLDER/s.ply" --force --quiet
+expect_code 0
+place=$(sed -n '/^end_header/q; s/^comment station 0 \([^,]*\).*/\1/p' "$FOLDER/s.ply" | tr ' ' ,)
+[[ $place == *,*,* ]] || fail "the station's place is not told: '$place'"
+run "$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/s.stipple" --orient "$place" --force --quiet
+expect_code 0
+run "$STIPPLE" info "$FOLDER/s.stipple" --json
+tr -d '\t ' <"$FOLDER/out" | grep -qx '"orientation":"position",' || fail "not turned to the station"
+
 options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 # shellcheck disable=SC2086
 {

@@ -42,13 +42,16 @@ static box leaf_box(const gen_visibility *v, size_t leaf)
     return result;
 }
 
-/* Evenly around, the golden angle apart: on a sphere, or for the terrain on a cap above it. */
+/* Evenly around, the golden angle apart: on a sphere, for the terrain on a cap above it, for the
+ * sheet above and below by turns, since from within its plane nothing is seen. */
 static void place_stations(gen_visibility *v, const gen_surface *surface)
 {
     for (size_t i = 0; i < v->station_count; i++) {
         double height = 1.0 - (2.0 * (double)i + 1.0) / (double)v->station_count;
-        if (surface->closed || surface->shape == GEN_SHEET)
+        if (surface->closed)
             height *= 0.75; /* scanners stand around a thing rather than over its top */
+        else if (surface->shape == GEN_SHEET)
+            height = (i % 2 == 0 ? 1.0 : -1.0) * (0.55 + 0.2 * height);
         else
             height = 0.35 + 0.3 * height;
         double across = sqrt(1.0 - height * height), angle = 2.399963229728653 * (double)i;
