@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 /* A merged disc's radius is at least so many of its own spacings. */
-#define STP_MERGED_LAMBDA 1.3
+#define STP_MERGED_LAMBDA 1.4
 /* A sample's position is kept to the local spacing over this, or better. */
 #define STP_SPACING_PARTS 32.0
 
