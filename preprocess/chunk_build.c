@@ -131,7 +131,7 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
     uint32_t run_count = stp_partition(places, group->count, ends);
     for (uint32_t run = 0; run < run_count; run++) {
         uint32_t begin = run ? ends[run - 1] : 0;
-        uint32_t order[STP_PATCH_SAMPLES];
+        uint32_t order[STP_PATCH_SAMPLES] = {0};
         for (uint32_t i = begin; i < ends[run]; i++)
             order[i - begin] = places[i].index;
         STP_TRY(build_run(a, group->items, order, ends[run] - begin, child, err));
@@ -147,7 +147,8 @@ static stp_status pack(const assembly *a, stp_chunk **out, stp_error *err)
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     STP_TRY(stp_chunk_create(&chunk, a->patch_count, a->sample_count, 0, err));
-    memcpy(chunk->patches, a->patches, a->patch_count * sizeof *a->patches);
+    if (a->patch_count > 0)
+        memcpy(chunk->patches, a->patches, a->patch_count * sizeof *a->patches);
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         uint32_t at = 0;
         for (uint32_t p = 0; p < a->patch_count; p++) {
@@ -155,7 +156,8 @@ static stp_status pack(const assembly *a, stp_chunk **out, stp_error *err)
             at += a->patches[p].counts[level];
         }
         chunk->level_begin[level][a->patch_count] = at;
-        memcpy(chunk->samples[level], a->samples[level], (size_t)at * sizeof(stp_sample));
+        if (at > 0)
+            memcpy(chunk->samples[level], a->samples[level], (size_t)at * sizeof(stp_sample));
     }
     *out = chunk;
 done:

@@ -170,6 +170,8 @@ stp_status stp_crumbs_settle(const stp_crumbs *crumbs, stp_cloud *cloud,
     stp_status status = STP_OK;
     settling s = {.crumbs = crumbs, .cloud = cloud, .neighbours = neighbours};
     float *sums = NULL;
+    if (crumbs->point_count == 0)
+        return STP_OK;
     STP_TRY(stp_alloc(&s.odds, crumbs->point_count, sizeof *s.odds, "pieces", err));
     STP_TRY(stp_alloc(&s.spot, cloud->count, sizeof *s.spot, "pieces", err));
     STP_TRY(stp_alloc(&sums, crumbs->piece_count, sizeof *sums, "pieces", err));

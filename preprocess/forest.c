@@ -31,36 +31,36 @@ void stp_forest_clear(stp_forest *forest)
     *forest = (stp_forest){0};
 }
 
-uint32_t stp_forest_find(stp_forest *f, uint32_t i, uint8_t *parity)
+uint32_t stp_forest_find(stp_forest *forest, uint32_t point, uint8_t *parity)
 {
-    uint32_t root = i;
+    uint32_t root = point;
     uint8_t sum = 0;
-    while (f->parent[root] != root) {
-        sum ^= f->parity[root];
-        root = f->parent[root];
+    while (forest->parent[root] != root) {
+        sum ^= forest->parity[root];
+        root = forest->parent[root];
     }
     *parity = sum;
-    while (f->parent[i] != root) {
-        uint32_t next = f->parent[i];
-        uint8_t own = f->parity[i];
-        f->parent[i] = root;
-        f->parity[i] = sum;
+    while (forest->parent[point] != root) {
+        uint32_t next = forest->parent[point];
+        uint8_t own = forest->parity[point];
+        forest->parent[point] = root;
+        forest->parity[point] = sum;
         sum ^= own;
-        i = next;
+        point = next;
     }
     return root;
 }
 
-void stp_forest_join(stp_forest *f, uint32_t a, uint32_t b, bool turned)
+void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, bool turned)
 {
     uint8_t pa = 0, pb = 0;
-    uint32_t ra = stp_forest_find(f, a, &pa);
-    uint32_t rb = stp_forest_find(f, b, &pb);
+    uint32_t ra = stp_forest_find(forest, a, &pa);
+    uint32_t rb = stp_forest_find(forest, b, &pb);
     if (ra == rb)
         return;
     uint32_t low = ra < rb ? ra : rb;
     uint32_t high = ra < rb ? rb : ra;
-    f->parent[high] = low;
-    f->size[low] += f->size[high];
-    f->parity[high] = (uint8_t)(pa ^ pb ^ turned);
+    forest->parent[high] = low;
+    forest->size[low] += forest->size[high];
+    forest->parity[high] = (uint8_t)(pa ^ pb ^ turned);
 }

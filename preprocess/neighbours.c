@@ -171,7 +171,8 @@ static void locale_clear(locale *l)
 static void search_everywhere(const stp_cloud *cloud, uint32_t self, nearest_list *list)
 {
     stp_dvec3 p = cloud->points[self].position;
-    double reach = list->count == list->capacity ? list->squared[list->count - 1] : INFINITY;
+    bool full = list->count > 0 && list->count == list->capacity;
+    double reach = full ? list->squared[list->count - 1] : INFINITY;
     list->count = 0;
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         const stp_cell *cell = &cloud->cells[c];
@@ -204,7 +205,7 @@ static void finish_point(search *s, const stp_cell *cell, double halo, uint32_t 
     stp_cloud *cloud = s->cloud;
     size_t k = s->out->k;
     stp_cloud_point *point = &cloud->points[self];
-    if (list->count < k ||
+    if (list->count == 0 || list->count < k ||
         !inside_halo(cell, point->position, halo, sqrt(list->squared[list->count - 1])))
         search_everywhere(cloud, self, list);
     uint32_t *out = s->out->indices + (size_t)self * k;
@@ -240,7 +241,7 @@ static stp_status list_find(nearest_list *list, const search *s, const locale *l
     if (!stp_kd_tree_nearest(l->tree, l->points + 3 * at, asked, found, squared))
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
     list_fill(list, s->cloud, l, l->index[at], found, asked);
-    if (found[asked - 1] == STP_KD_TREE_NONE || list->count < list->capacity)
+    if (found[asked - 1] == STP_KD_TREE_NONE || list->count == 0 || list->count < list->capacity)
         return STP_OK;
     double last = sqrt(list->squared[list->count - 1]);
     if (last < (1.0 - FLOAT_ERROR) * sqrt((double)squared[asked - 1]) - l->slack)
@@ -348,7 +349,7 @@ static bool choice_rank(const choice *c, nearest_list *list, const surroundings 
         }
     }
     list->count = list->capacity;
-    return placed == list->capacity && filled == ~(uint64_t)0 >> (64 - list->capacity);
+    return placed == list->capacity && __builtin_popcountll(filled) == (int)list->capacity;
 }
 
 /* The list of the locale's point `at` out of its group's surroundings. False: nearer ones may lie
@@ -367,7 +368,7 @@ static bool list_choose(nearest_list *list, const stp_cloud *cloud, const locale
             if (squared[i] > 0.0)
                 list_insert(list, cloud, squared[i], around->index[i]);
     }
-    if (list->count < list->capacity)
+    if (list->count == 0 || list->count < list->capacity)
         return false;
     double off = (double)glms_vec3_distance(around->centre, tree_point(l, at));
     double room = (1.0 - FLOAT_ERROR) * around->radius - (1.0 + FLOAT_ERROR) * off;
@@ -396,7 +397,8 @@ static stp_status find_group(search *s, const stp_cell *cell, locale *l, double 
     for (size_t at = begin; at < end; at++) {
         if (!list_choose(&list, s->cloud, l, &around, at))
             STP_TRY(list_find(&list, s, l, at, err));
-        l->last = list.count == list.capacity ? sqrt(list.squared[list.count - 1]) : 0.0;
+        bool full = list.count > 0 && list.count == list.capacity;
+        l->last = full ? sqrt(list.squared[list.count - 1]) : 0.0;
         finish_point(s, cell, halo, l->index[at], &list);
     }
 done:
@@ -432,7 +434,7 @@ static stp_status find_cell(void *context, size_t index, unsigned worker, stp_er
     (void)worker;
     STP_TRY(locale_gather(&l, s->cloud, cell, halo, err));
     STP_TRY(locale_plant(&l, s->cloud, err));
-    for (size_t at = l.home_begin, end = at; at < l.home_end; at = end) {
+    for (size_t at = l.home_begin, end; at < l.home_end; at = end) {
         end = group_end(&l, at);
         STP_TRY(find_group(s, cell, &l, halo, at, end, err));
     }

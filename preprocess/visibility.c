@@ -41,8 +41,9 @@ typedef struct view {
 /* Faces, edges and corners of a cube, of each opposed two one: the first of 3 x 3 x 3 places. */
 static view view_along(size_t axis)
 {
-    stp_dvec3 back = stp_dvec3_normalize((stp_dvec3){
-        (double)(axis % 3) - 1.0, (double)(axis / 3 % 3) - 1.0, (double)(axis / 9) - 1.0});
+    size_t row = axis / 3, layer = axis / 9;
+    stp_dvec3 back = stp_dvec3_normalize(
+        (stp_dvec3){(double)(axis % 3) - 1.0, (double)(row % 3) - 1.0, (double)layer - 1.0});
     stp_dvec3 side = fabs(back.x) < 0.8 ? (stp_dvec3){1.0, 0.0, 0.0} : (stp_dvec3){0.0, 1.0, 0.0};
     stp_dvec3 right = stp_dvec3_normalize(stp_dvec3_cross(side, back));
     return (view){stp_dvec3_to_float(right), stp_dvec3_to_float(stp_dvec3_cross(back, right)),

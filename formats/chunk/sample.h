@@ -82,7 +82,7 @@ static inline unsigned stp_level_count_above(unsigned finer)
  * j covers [begin(j), begin(j + 1)), at most 4 where count = ceil(finer_count / 4). */
 static inline unsigned stp_level_children_begin(unsigned j, unsigned count, unsigned finer_count)
 {
-    return j * finer_count / count;
+    return count ? j * finer_count / count : 0;
 }
 
 /* Octahedral map (Meyer et al. 2010) to 2 x 12 bits; the zero vector becomes +z. decode(encode(n))

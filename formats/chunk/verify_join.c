@@ -56,7 +56,8 @@ static int compare_order(const void *a, const void *b)
 
 static const char *difference(const joint *x, const joint *y)
 {
-    if (memcmp(x->position, y->position, sizeof x->position) != 0)
+    if (x->position[0] != y->position[0] || x->position[1] != y->position[1] ||
+        x->position[2] != y->position[2])
         return "the position of a level-0 sample is no patch vertex of the child it stands for";
     if (x->radius != y->radius)
         return "the radius of a level-0 sample is not that of the child's patch vertex";
