@@ -12,8 +12,8 @@
 /* Crumbs lie beside crumbs: what settles one may unsettle another. */
 #define SWEEPS 3
 
-/* The big sheet among a point's neighbours whose planes' mean it is nearest to; its own if there is
- * none. */
+/* The big sheet among a point's neighbours whose planes are least far from it on the mean; its own
+ * if there is none. */
 static uint32_t adopt(const stp_cloud *cloud, const stp_neighbours *neighbours,
                       const stp_forest *forest, uint32_t self)
 {

@@ -2,6 +2,7 @@
 #include "preprocess/morton.h"
 
 #include "base/memory.h"
+#include "base/prefix_sum.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -121,15 +122,10 @@ static int compare_keys(const void *a, const void *b)
 static void radix_sort(stp_morton_key *keys, stp_morton_key *scratch, uint32_t count)
 {
     for (unsigned shift = 0; shift < BUCKET_SHIFT; shift += DIGIT_BITS) {
-        uint32_t place[DIGIT_COUNT] = {0};
+        size_t place[DIGIT_COUNT] = {0};
         for (uint32_t i = 0; i < count; i++)
             place[keys[i].code >> shift & (DIGIT_COUNT - 1)]++;
-        uint32_t sum = 0;
-        for (uint32_t digit = 0; digit < DIGIT_COUNT; digit++) {
-            uint32_t here = place[digit];
-            place[digit] = sum;
-            sum += here;
-        }
+        (void)stp_prefix_sum(place, DIGIT_COUNT);
         for (uint32_t i = 0; i < count; i++)
             scratch[place[keys[i].code >> shift & (DIGIT_COUNT - 1)]++] = keys[i];
         memcpy(keys, scratch, (size_t)count * sizeof *keys);

@@ -2,6 +2,7 @@
 #include "preprocess/sheets.h"
 
 #include "base/memory.h"
+#include "base/prefix_sum.h"
 #include "formats/chunk/sample.h"
 
 #include <stdlib.h>
@@ -63,7 +64,7 @@ typedef struct cell_edge {
 /* Looks at all edges of a cell's points: the sure ones inside it to `sure`, how many have each rank
  * to counts, and what else may join pieces to `out`. */
 static stp_status relate_cell(const stp_sheets *c, const stp_cell *cell, cell_edge *sure,
-                              uint32_t counts[STP_RANK_SURE], stp_open_edges *out, stp_error *err)
+                              size_t counts[STP_RANK_SURE], stp_open_edges *out, stp_error *err)
 {
     uint32_t sure_count = 0;
     for (uint32_t a = cell->begin; a < cell->end; a++) {
@@ -91,17 +92,12 @@ static stp_status relate_cell(const stp_sheets *c, const stp_cell *cell, cell_ed
 
 /* Joins the cell's own sure edges, surest first. */
 static void join_cell(stp_sheets *c, const cell_edge *sure, cell_edge *order,
-                      uint32_t counts[STP_RANK_SURE])
+                      size_t counts[STP_RANK_SURE])
 {
-    uint32_t sum = 0;
-    for (uint32_t r = 0; r < STP_RANK_SURE; r++) {
-        uint32_t here = counts[r];
-        counts[r] = sum;
-        sum += here;
-    }
-    for (uint32_t e = 0; e < sum; e++)
+    size_t sum = stp_prefix_sum(counts, STP_RANK_SURE);
+    for (size_t e = 0; e < sum; e++)
         order[counts[sure[e].rank]++] = sure[e];
-    for (uint32_t e = 0; e < sum; e++)
+    for (size_t e = 0; e < sum; e++)
         stp_forest_join(&c->forest, order[e].a, order[e].b, order[e].turned);
 }
 
@@ -127,7 +123,7 @@ static stp_status connect_cell(void *context, size_t index, unsigned worker, stp
     stp_sheets *c = context;
     const stp_cell *cell = &c->cloud->cells[index];
     size_t edges = (size_t)(cell->end - cell->begin) * c->edge_count;
-    uint32_t counts[STP_RANK_SURE] = {0};
+    size_t counts[STP_RANK_SURE] = {0};
     cell_edge *sure = NULL;
     cell_edge *order = NULL;
     (void)worker;
@@ -153,16 +149,11 @@ static bool is_crumb(stp_sheets *c, uint32_t point)
 static stp_status join_open(stp_sheets *c, uint32_t end, bool crumbs_only, stp_error *err)
 {
     size_t counts[STP_RANK_NONE] = {0};
-    size_t sum = 0;
     ranked_edge *order = NULL;
     for (uint32_t cell = 0; cell < c->cloud->cell_count; cell++)
         for (size_t e = 0; e < c->open[cell].count; e++)
             counts[c->open[cell].edges[e].relation.rank]++;
-    for (uint32_t r = 0; r < end; r++) {
-        size_t here = counts[r];
-        counts[r] = sum;
-        sum += here;
-    }
+    size_t sum = stp_prefix_sum(counts, end);
     stp_status status = stp_alloc(&order, sum, sizeof *order, "edges", err);
     if (status != STP_OK)
         return status;

@@ -12,8 +12,8 @@
 #include <epoxy/gl.h>
 
 #define STP_TILE_PX 16
-#define STP_TILE_LEVELS                                                                            \
-    3 /* of the pyramid, drawn by tiles; higher ones, which are small, as a whole */
+/* Levels of the pyramid drawn by tiles; higher ones, which are small, are drawn as a whole. */
+#define STP_TILE_LEVELS 3
 
 /* Zero is no picture. */
 typedef struct stp_tiles {
@@ -28,14 +28,15 @@ typedef struct stp_tiles {
     size_t corner_count, corner_capacity;
 } stp_tiles;
 
-/* Begins a frame of this size; a new size forgets the last frame. Errors: OUT_OF_MEMORY. */
-stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, stp_error *err);
+/* What the tiles of a draw depend on, beside the draw. */
 typedef struct stp_tiles_source {
     const stp_model *model;
     const stp_chunk_cache *cache;
     const stp_view *view;
 } stp_tiles_source;
 
+/* Begins a frame of this size; a new size forgets the last frame. Errors: OUT_OF_MEMORY. */
+stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, stp_error *err);
 /* Adds what resident chunks may cover. first: they are the first of the frame, which may begin
  * anew. Errors: OUT_OF_MEMORY. */
 stp_status stp_tiles_add(stp_tiles *tiles, const stp_tiles_source *source, const stp_draw *draws,

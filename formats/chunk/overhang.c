@@ -96,13 +96,24 @@ static bool cells_of_disc(const disc_grid *g, const flat_disc *d, cell *low, cel
     return half.x <= reach && half.y <= reach && half.z <= reach;
 }
 
-/* Counts each disc's entries in begin, or, once entries are there, writes them before begin. */
+static void note_large(disc_grid *g, uint32_t disc)
+{
+    if (g->large_count < LARGE_MAX)
+        g->large[g->large_count] = disc;
+    g->large_count++;
+}
+
+/* Counts each disc's entries in begin and notes the large ones, or, once entries are there, writes
+ * them before begin. */
 static void enter_discs(disc_grid *g)
 {
     for (uint32_t d = g->count; d-- > 0;) {
         cell low, high;
-        if (!cells_of_disc(g, &g->discs[d], &low, &high))
+        if (!cells_of_disc(g, &g->discs[d], &low, &high)) {
+            if (!g->entries)
+                note_large(g, d);
             continue;
+        }
         for (int64_t i = low.at[0]; i <= high.at[0]; i++)
             for (int64_t j = low.at[1]; j <= high.at[1]; j++)
                 for (int64_t k = low.at[2]; k <= high.at[2]; k++) {
@@ -112,18 +123,6 @@ static void enter_discs(disc_grid *g)
                     else
                         ++*begin;
                 }
-    }
-}
-
-static void list_large(disc_grid *g)
-{
-    cell low, high;
-    for (uint32_t d = 0; d < g->count; d++) {
-        if (cells_of_disc(g, &g->discs[d], &low, &high))
-            continue;
-        if (g->large_count < LARGE_MAX)
-            g->large[g->large_count] = d;
-        g->large_count++;
     }
 }
 
@@ -141,7 +140,6 @@ static stp_status grid_create(disc_grid *g, const stp_chunk *chunk, const stp_ov
     STP_TRY(stp_alloc(&g->discs, g->count, sizeof *g->discs, "discs", err));
     STP_TRY(stp_alloc(&g->begin, (size_t)size + 1, sizeof *g->begin, "discs", err));
     fill_discs(g, chunk);
-    list_large(g);
     enter_discs(g);
     for (uint32_t b = 0; b <= size; b++)
         g->begin[b] = sum += g->begin[b];
@@ -190,10 +188,8 @@ static void try_cell(search *s, cell c)
     double enough = s->enough;
     end = end - e < s->tries ? end : e + s->tries;
     s->tries -= end - e;
-    for (; e < end && best.squared > enough; e++) {
-        const flat_disc *d = &g->discs[g->entries[e]];
-        stp_nearest_disc_try(&best, x, d->centre, d->normal, d->radius, g->entries[e]);
-    }
+    for (; e < end && best.squared > enough; e++)
+        try_disc(g, x, g->entries[e], &best);
     s->best = best;
 }
 
