@@ -114,8 +114,10 @@ static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place
         const stp_item *item = &group->items[i];
         vec3s p = stp_dvec3_to_float(stp_dvec3_sub(item->disc.centre, origin));
         vec3s n = stp_dvec3_to_float(item->disc.normal);
-        places[i] =
-            (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z}, .index = i, .sheet = item->sheet};
+        places[i] = (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z},
+                                .spacing = (float)sqrt(item->area),
+                                .index = i,
+                                .sheet = item->sheet};
     }
 }
 

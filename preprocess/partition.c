@@ -1,7 +1,7 @@
 /* Orders points so that patches, and the groups inside them, are runs of neighbours. */
 #include "preprocess/partition.h"
 
-#include "formats/chunk/sample.h"
+#include "preprocess/pieces.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -184,6 +184,25 @@ static bool is_thicket(const stp_place *places, uint32_t count)
     return distinct > 2 && distinct * THICKET_POINTS > count;
 }
 
+/* Places of the first piece to the front; 0 if there is one only, or nothing but crumbs. */
+static uint32_t gather_piece(stp_place *places, uint32_t count)
+{
+    uint8_t piece[STP_PATCH_SAMPLES];
+    unsigned pieces = stp_pieces_number(places, count, piece);
+    if (pieces == 1 || (pieces > 2 && pieces * THICKET_POINTS > count))
+        return 0;
+    uint32_t front = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (piece[i] == 0) {
+            uint8_t other = piece[front];
+            piece[front] = 0;
+            piece[i] = other;
+            swap(&places[i], &places[front++]);
+        }
+    }
+    return front;
+}
+
 typedef struct runs {
     uint32_t *ends;
     uint32_t count;
@@ -210,6 +229,8 @@ static void split(stp_place *places, uint32_t offset, uint32_t count, runs *out)
         at = patches > 8 ? half * STP_PATCH_SAMPLES : (uint32_t)((uint64_t)count * half / patches);
         select_first(places, count, at, longest(low, high, 0, 3));
     }
+    if (at == 0 && count > 1)
+        at = gather_piece(places, count);
     if (at == 0) {
         order_patch(places, count);
         out->ends[out->count++] = offset + count;

@@ -12,6 +12,7 @@
 
 typedef struct stp_place {
     float key[6];   /* position relative to anything near, then normal */
+    float spacing;  /* distance to its neighbours on the surface, as the positions */
     uint32_t index; /* of the item; breaks ties */
     uint32_t sheet;
 } stp_place;
