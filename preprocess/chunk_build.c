@@ -170,13 +170,17 @@ done:
 static stp_status measure_overhang(const assembly *a, stp_chunk *chunk, stp_error *err)
 {
     stp_status status = STP_OK;
-    double(*overhang)[STP_LEVEL_COUNT] = NULL;
+    stp_overhang *overhang = NULL;
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
     STP_TRY(stp_overhang_measure(overhang, chunk, a->carry, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            patch->tangential_error[l] = stp_error_encode(overhang[p][l], patch->exponent);
+            patch->tangential_error[l] = stp_error_encode(overhang[p].level[l], patch->exponent);
+        for (int l = 0; l < 2; l++)
+            for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+                patch->quarter_tangential_error[l][q] =
+                    stp_error_encode(overhang[p].quarter[l][q], patch->exponent);
         a->vertices[p].disc.tangential_error =
             stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
     }

@@ -185,14 +185,13 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     return radius;
 }
 
-/* One level out of the finer one; returns its worst errors. */
-static stp_merge_error merge_level(builder *b, int level, int lattice)
+/* The samples [from, to) of a level out of the finer one; returns their worst errors. */
+static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
 {
     unsigned finer_count = b->patch->counts[level - 1];
-    unsigned count = stp_level_count_above(finer_count);
+    unsigned count = b->patch->counts[level];
     stp_merge_error worst = {0};
-    b->patch->counts[level] = (uint8_t)count;
-    for (unsigned j = 0; j < count; j++) {
+    for (unsigned j = from; j < to; j++) {
         unsigned begin = stp_level_children_begin(j, count, finer_count);
         unsigned end = stp_level_children_begin(j + 1, count, finer_count);
         stp_sample like = {0};
@@ -289,15 +288,54 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
                          .normal = {sample->normal[0], sample->normal[1], sample->normal[2]}};
 }
 
-/* Level 0: what the items bring (inner chunks) or their quantisation error (originals). */
-static stp_merge_error item_errors(const builder *b)
+static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
+{
+    a.error = stp_max(a.error, b.error);
+    a.colour_error = stp_max(a.colour_error, b.colour_error);
+    return a;
+}
+
+/* Level-0 samples [begin, end): what the items bring (inner chunks) or their quantisation error
+ * (originals). */
+static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
 {
     stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
-    for (unsigned i = 0; i < b->count; i++) {
+    for (unsigned i = begin; i < end; i++) {
         worst.error = stp_max(worst.error, b->discs[0][i].error);
         worst.colour_error = stp_max(worst.colour_error, b->discs[0][i].colour_error);
     }
     return worst;
+}
+
+static void store_errors(stp_patch *patch, int level, stp_merge_error worst)
+{
+    patch->error[level] = stp_error_encode(worst.error, patch->exponent);
+    patch->colour_error[level] = byte(ceil(worst.colour_error));
+}
+
+/* Levels 1 and 2, quarter by quarter, then level 3; no error is less than a finer level's. */
+static void merge_levels(builder *b, int vertex_lattice)
+{
+    stp_patch *patch = b->patch;
+    const uint8_t *counts = patch->counts;
+    stp_merge_error worst[3] = {{0}};
+    for (int level = 1; level < STP_LEVEL_COUNT; level++)
+        patch->counts[level] = (uint8_t)stp_level_count_above(patch->counts[level - 1]);
+    for (unsigned q = 0; q < counts[2]; q++) {
+        stp_merge_error e =
+            item_errors(b, stp_quarter_begin(counts, 0, q), stp_quarter_begin(counts, 0, q + 1));
+        worst[0] = worse(worst[0], e);
+        for (int level = 1; level <= 2; level++) {
+            unsigned from = stp_quarter_begin(counts, level, q);
+            unsigned to = stp_quarter_begin(counts, level, q + 1);
+            e = worse(e, merge_level(b, level, from, to, patch->exponent));
+            patch->quarter_error[level - 1][q] = stp_error_encode(e.error, patch->exponent);
+            worst[level] = worse(worst[level], e);
+        }
+    }
+    for (int level = 0; level <= 2; level++)
+        store_errors(patch, level, worst[level]);
+    store_errors(patch, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
 }
 
 bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
@@ -325,17 +363,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     if (!place(&b, vertex_lattice))
         return false;
     store_items(&b);
-    stp_merge_error worst = item_errors(&b);
-    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        if (level > 0) {
-            bool last = level == STP_LEVEL_COUNT - 1;
-            stp_merge_error e = merge_level(&b, level, last ? vertex_lattice : patch->exponent);
-            worst.error = stp_max(worst.error, e.error);
-            worst.colour_error = stp_max(worst.colour_error, e.colour_error);
-        }
-        patch->error[level] = stp_error_encode(worst.error, patch->exponent);
-        patch->colour_error[level] = byte(ceil(worst.colour_error));
-    }
+    merge_levels(&b, vertex_lattice);
     bound(&b);
     fill_vertex(&b, vertex_lattice, vertex);
     return true;

@@ -41,8 +41,8 @@ typedef struct stp_gpu_patch {
     float origin[3], step;
     float bound_centre[3], bound_radius;
     float cone_axis[3], cone_cos;
-    float error[STP_LEVEL_COUNT];
-    float tangential_error[STP_LEVEL_COUNT];
+    float vertex_error[2]; /* of level 3: perpendicular, tangential */
+    float finest_error[2]; /* likewise, of level 0 */
     float radius[STP_LEVEL_COUNT];
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
@@ -50,6 +50,8 @@ typedef struct stp_gpu_patch {
     uint8_t child, flags; /* flags: STP_PATCH_* */
     uint8_t unused[2];
     uint8_t colour_error[STP_LEVEL_COUNT];
+    /* Of level 2, then 1, by quarter: perpendicular, tangential. */
+    float quarter_error[2][2][STP_PATCH_QUARTERS];
 } stp_gpu_patch;
 
 typedef struct stp_gpu_chunk {
@@ -61,7 +63,7 @@ typedef struct stp_gpu_chunk {
 } stp_gpu_chunk;
 
 _Static_assert(sizeof(stp_gpu_frame) == 112, "std140 block of layout.glsl");
-_Static_assert(sizeof(stp_gpu_patch) == 128, "STP_PATCH_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 
 #endif

@@ -1,4 +1,4 @@
-/* The level of a patch on the CPU; see shaders/choose.glsl, which this follows line by line. */
+/* The levels of a patch on the CPU, by the rules of shaders/choose.glsl. */
 #include "runtime/level_choice.h"
 
 #include "runtime/level_rule.h"
@@ -90,33 +90,75 @@ static stp_rule_bound patch_bound(const stp_gpu_chunk *chunk, const stp_gpu_patc
     return bound;
 }
 
-int stp_level_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                     const stp_gpu_patch *patch)
+/* Perpendicular and tangential. */
+static void errors_of(const stp_gpu_patch *patch, int level, int quarter, float out[2])
 {
+    for (int kind = 0; kind < 2; kind++)
+        out[kind] = level == 0   ? patch->finest_error[kind]
+                    : level == 3 ? patch->vertex_error[kind]
+                                 : patch->quarter_error[2 - level][kind][quarter];
+}
+
+static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                 const stp_gpu_patch *patch, int level, int quarter)
+{
+    float error[2];
+    errors_of(patch, level, quarter, error);
+    return stp_rule_error(sight->scale, sight->sin_alpha, error[0], error[1]) <=
+               frame->quality[0] &&
+           patch->radius[level] * sight->scale <= frame->quality[1];
+}
+
+bool stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                       const stp_gpu_patch *patch, stp_levels *out)
+{
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        out->of[q] = STP_LEVEL_SKIP;
     if (patch->child < 64 && (chunk->drawn_children[patch->child / 32] >> patch->child % 32 & 1u))
-        return STP_LEVEL_SKIP;
+        return false;
     stp_rule_bound bound = patch_bound(chunk, patch);
     stp_rule_sight sight = stp_rule_look(frame, &bound);
     if (!sight.visible)
-        return STP_LEVEL_SKIP;
-    int finest = (int)chunk->finest;
-    if (frame->quality[0] <= 0.0f || sight.scale < 0.0f)
-        return finest;
-    for (int level = STP_LEVEL_COUNT - 1; level > finest; level--)
-        if (stp_rule_error(sight.scale, sight.sin_alpha, patch->error[level],
-                           patch->tangential_error[level]) <= frame->quality[0] &&
-            patch->radius[level] * sight.scale <= frame->quality[1])
-            return level;
-    return finest;
+        return false;
+    bool refine = frame->quality[0] <= 0.0f || sight.scale < 0.0f;
+    if (!refine && fits(frame, &sight, patch, 3, 0)) {
+        out->of[0] = 3;
+        return true;
+    }
+    for (int q = 0; q < patch->count[2]; q++) {
+        int level = refine ? (int)chunk->finest : 2;
+        while (level > (int)chunk->finest && !fits(frame, &sight, patch, level, q))
+            level--;
+        out->of[q] = (int8_t)level;
+    }
+    return true;
+}
+
+unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
+                           stp_range out[STP_PATCH_QUARTERS])
+{
+    unsigned count = 0;
+    for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels->of[q] != STP_LEVEL_SKIP; q++) {
+        int level = levels->of[q];
+        uint32_t begin = level == 3 ? 0 : stp_quarter_begin(patch->count, level, q);
+        uint32_t end = level == 3 ? 1 : stp_quarter_begin(patch->count, level, q + 1);
+        stp_range range = {patch->first[level] + begin, end - begin};
+        if (count > 0 && out[count - 1].begin + out[count - 1].count == range.begin)
+            out[count - 1].count += range.count;
+        else
+            out[count++] = range;
+    }
+    return count;
 }
 
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                         const stp_gpu_patch *patch, int level)
+                         const stp_gpu_patch *patch, int level, int quarter)
 {
+    float error[2];
     stp_rule_bound bound = patch_bound(chunk, patch);
     stp_rule_sight sight = stp_rule_look(frame, &bound);
     if (!sight.visible || sight.scale < 0.0f)
         return 0.0f;
-    return stp_rule_error(sight.scale, sight.sin_alpha, patch->error[level],
-                          patch->tangential_error[level]);
+    errors_of(patch, level, quarter, error);
+    return stp_rule_error(sight.scale, sight.sin_alpha, error[0], error[1]);
 }

@@ -1,4 +1,4 @@
-/* The level of a patch, chosen on the CPU: shaders/choose.glsl in C, on the same floats.
+/* The levels of a patch, chosen on the CPU: shaders/choose.glsl in C, on the same floats.
  *
  * Also the rule for whole chunks, from which the cut is made. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_LEVEL_CHOICE_H
@@ -6,20 +6,33 @@
 
 #include "runtime/camera.h"
 #include "runtime/gpu_layout.h"
+#include "runtime/range_pool.h"
 
 #define STP_LEVEL_SKIP (-1)
 
 /* What the shaders read of a frame, from the view. modes and quality[0..1] are the caller's. */
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
 
-/* Level to draw, or STP_LEVEL_SKIP if the patch is out of sight or its child is drawn instead. */
-int stp_level_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                     const stp_gpu_patch *patch);
+/* By quarter (formats/chunk/sample.h); STP_LEVEL_SKIP for what is not drawn or not there. Level 3
+ * stands for the whole patch, in quarter 0. */
+typedef struct stp_levels {
+    int8_t of[STP_PATCH_QUARTERS];
+} stp_levels;
 
-/* Projected error of a patch at a level, pixels; 0 where nothing bounds the projection (then the
- * finest level is drawn). */
+/* Levels to draw. False, and nothing, if the patch is out of sight or its child is drawn instead.
+ */
+bool stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                       const stp_gpu_patch *patch, stp_levels *out);
+
+/* The samples of the levels chosen as stretches of the Object Texture, joined where one goes on
+ * where another ends. Returns how many. */
+unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
+                           stp_range out[STP_PATCH_QUARTERS]);
+
+/* Projected error of a quarter at a level, pixels; at levels 0 and 3 of the patch. 0 where nothing
+ * bounds the projection (then the finest level is drawn). */
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                         const stp_gpu_patch *patch, int level);
+                         const stp_gpu_patch *patch, int level, int quarter);
 
 /* A bound as the rule sees it: ball relative to the eye (world axes), cone of normals. */
 typedef struct stp_rule_bound {

@@ -36,7 +36,7 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     stp_object_texture t = {.slot_capacity = slot_capacity};
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    if (sample_capacity > (uint32_t)limit || patch_capacity > (uint32_t)limit / 8)
+    if (sample_capacity > (uint32_t)limit || patch_capacity > (uint32_t)limit / 11)
         return stp_error_set(err, STP_GL,
                              "%u samples do not fit in a texture of this OpenGL (%d): give a "
                              "smaller --gpu-memory",
@@ -102,6 +102,23 @@ void stp_object_texture_release(stp_object_texture *t, const stp_placement *plac
     stp_range_pool_give(&t->patch_ranges, placement->patches);
 }
 
+static void fill_errors(stp_gpu_patch *out, const stp_patch *patch)
+{
+    const uint8_t *of[2] = {patch->error, patch->tangential_error};
+    for (int kind = 0; kind < 2; kind++) {
+        out->vertex_error[kind] = (float)stp_error_decode(of[kind][3], patch->exponent);
+        out->finest_error[kind] = (float)stp_error_decode(of[kind][0], patch->exponent);
+    }
+    for (int level = 1; level <= 2; level++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++) {
+            float *errors = out->quarter_error[2 - level][0];
+            errors[q] =
+                (float)stp_error_decode(patch->quarter_error[level - 1][q], patch->exponent);
+            errors[STP_PATCH_QUARTERS + q] = (float)stp_error_decode(
+                patch->quarter_tangential_error[level - 1][q], patch->exponent);
+        }
+}
+
 static stp_gpu_patch gpu_patch(const stp_patch *patch)
 {
     double step = ldexp(1.0, patch->exponent);
@@ -120,13 +137,11 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
         out.bound_centre[i] = (float)((patch->origin[i] + (double)patch->bound_centre[i]) * step);
     }
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-        out.error[l] = (float)stp_error_decode(patch->error[l], patch->exponent);
-        out.tangential_error[l] =
-            (float)stp_error_decode(patch->tangential_error[l], patch->exponent);
         out.radius[l] = (float)stp_radius_decode(patch->radius[l], patch->exponent);
         out.count[l] = patch->counts[l];
         out.colour_error[l] = patch->colour_error[l];
     }
+    fill_errors(&out, patch);
     return out;
 }
 

@@ -84,12 +84,15 @@ static stp_status list_samples(stp_project *p, const stp_model *model,
     uint32_t patch_count = model->entries[draw->chunk].patch_count;
     for (uint32_t i = 0; i < patch_count; i++) {
         const stp_gpu_patch *patch = &r->patches[i];
-        int level = stp_level_choose(params->frame, &chunk, patch);
-        if (level == STP_LEVEL_SKIP)
-            continue;
-        stp_status status = append_run(p, patch->first[level], patch->count[level], err);
-        if (status != STP_OK)
-            return status;
+        stp_levels levels;
+        stp_range parts[STP_PATCH_QUARTERS];
+        (void)stp_levels_choose(params->frame, &chunk, patch, &levels);
+        unsigned part_count = stp_levels_select(patch, &levels, parts);
+        for (unsigned k = 0; k < part_count; k++) {
+            stp_status status = append_run(p, parts[k].begin, parts[k].count, err);
+            if (status != STP_OK)
+                return status;
+        }
     }
     return STP_OK;
 }
@@ -166,7 +169,8 @@ static stp_status list_runs(stp_project *p, const stp_model *model,
     p->run_count = 0;
     for (uint32_t i = 0; i < patch_count; i++) {
         const stp_gpu_patch *patch = &r->patches[i];
-        if (stp_level_choose(params->frame, &chunk, patch) == STP_LEVEL_SKIP)
+        stp_levels levels;
+        if (!stp_levels_choose(params->frame, &chunk, patch, &levels))
             continue;
         if ((GLint)patch->first[0] != end) {
             stp_status status = stp_grow(&p->runs, &p->run_capacity, p->run_count + 1,

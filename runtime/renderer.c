@@ -475,13 +475,17 @@ static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_m
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(r->model, draw, r->eye);
     for (uint32_t i = 0; i < r->model->entries[draw->chunk].patch_count; i++) {
         const stp_gpu_patch *patch = &resident->patches[i];
-        int level = stp_level_choose(&r->frame, &chunk, patch);
-        if (level == STP_LEVEL_SKIP)
+        stp_levels levels;
+        stp_range parts[STP_PATCH_QUARTERS];
+        if (!stp_levels_choose(&r->frame, &chunk, patch, &levels))
             continue;
         out->patches++;
-        out->points += patch->count[level];
-        out->max_error_px =
-            fmax(out->max_error_px, (double)stp_level_error_px(&r->frame, &chunk, patch, level));
+        for (unsigned k = stp_levels_select(patch, &levels, parts); k > 0; k--)
+            out->points += parts[k - 1].count;
+        for (int q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++)
+            out->max_error_px =
+                fmax(out->max_error_px,
+                     (double)stp_level_error_px(&r->frame, &chunk, patch, levels.of[q], q));
     }
 }
 

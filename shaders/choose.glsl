@@ -20,15 +20,32 @@ bool stp_outside_frustum(vec3 centre, float radius)
     return any(greaterThan(side, vec2(radius)));
 }
 
-// Level to draw, or STP_LEVEL_SKIP if the patch is out of sight or its child is drawn instead.
-int stp_choose_level(stp_patch p, stp_chunk chunk)
+// Where the error of a level is small enough, the cap on its radius aside.
+bool stp_fits(float scale, float sin_alpha, float error, float tangential_error)
 {
+    return stp_rule_error(scale, sin_alpha, error, tangential_error) <= quality.x;
+}
+
+bvec4 stp_fit(float scale, float sin_alpha, vec4 error, vec4 tangential_error)
+{
+    return bvec4(stp_fits(scale, sin_alpha, error.x, tangential_error.x),
+                 stp_fits(scale, sin_alpha, error.y, tangential_error.y),
+                 stp_fits(scale, sin_alpha, error.z, tangential_error.z),
+                 stp_fits(scale, sin_alpha, error.w, tangential_error.w));
+}
+
+// The level of each quarter, not below the finest resident one, or STP_LEVEL_SKIP: all of them if
+// the patch is out of sight or its child is drawn instead, and those that are not there. Level 3
+// stands for the whole patch, in quarter 0.
+ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
+{
+    const ivec4 skip = ivec4(STP_LEVEL_SKIP);
     if (p.child < 64u &&
         ((p.child < 32u ? chunk.drawn_children.x : chunk.drawn_children.y) >> (p.child & 31u) & 1u) != 0u)
-        return STP_LEVEL_SKIP;
+        return skip;
     vec3 centre = stp_to_eye(p.bound_centre);
     if (stp_outside_frustum(centre, p.bound_radius))
-        return STP_LEVEL_SKIP;
+        return skip;
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
     float range = length(centre);
     float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
@@ -36,16 +53,45 @@ int stp_choose_level(stp_patch p, stp_chunk chunk)
     float cos_phi = clamp(dot(direction, p.cone_axis), -1.0, 1.0);
     if (!p.two_sided && STP_KEEP_BACK_FACES == 0 && range > p.bound_radius &&
         stp_rule_backfacing(cos_phi, p.cone_cos, sin_beta))
-        return STP_LEVEL_SKIP;
-    int finest = int(chunk.finest);
+        return skip;
+    bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(p.count[2]));
+    ivec4 finest = mix(ivec4(chunk.finest), skip, absent);
     float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
                                  orthographic);
     if (quality.x <= 0.0 || scale < 0.0)
         return finest;
     float sin_alpha = stp_rule_sin_alpha(cos_phi, p.cone_cos, sin_beta);
-    for (int level = STP_LEVELS - 1; level > finest; level--)
-        if (stp_rule_error(scale, sin_alpha, p.error[level], p.tangential_error[level]) <= quality.x &&
-            p.radius[level] * scale <= quality.y)
-            return level;
-    return finest;
+    bvec4 small = lessThanEqual(p.radius * scale, vec4(quality.y));
+    if (small[3] && stp_fits(scale, sin_alpha, p.vertex_error.x, p.vertex_error.y))
+        return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
+    stp_quarter_errors e = stp_quarter_errors_fetch(index);
+    bvec4 fit_2 = stp_fit(scale, sin_alpha, e.error_2, e.tangential_2);
+    bvec4 fit_1 = stp_fit(scale, sin_alpha, e.error_1, e.tangential_1);
+    ivec4 levels = mix(ivec4(0), ivec4(1), small[1] ? fit_1 : bvec4(false));
+    levels = mix(levels, ivec4(2), small[2] ? fit_2 : bvec4(false));
+    return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
+}
+
+// The samples of a patch at the levels chosen: quarter q has those from first[q] on in the Object
+// Texture, and with the quarters before it end[q] in all.
+struct stp_selection {
+    uvec4 first, end;
+};
+
+stp_selection stp_select(stp_patch p, ivec4 levels)
+{
+    if (levels.x == 3)
+        return stp_selection(uvec4(p.first[3]), uvec4(1u)); // the others have none
+    uvec4 end_2 = uvec4(1u, 2u, 3u, 4u);
+    uvec4 end_1 = stp_children_end(end_2, p.count[2], p.count[1]);
+    uvec4 end_0 = stp_children_end(end_1, p.count[1], p.count[0]);
+    bvec4 at_1 = equal(levels, ivec4(1)), at_2 = equal(levels, ivec4(2));
+    uvec4 end = mix(mix(end_0, end_1, at_1), end_2, at_2);
+    uvec4 begin = mix(mix(uvec4(0u, end_0.xyz), uvec4(0u, end_1.xyz), at_1), uvec4(0u, end_2.xyz), at_2);
+    uvec4 count = mix(end - begin, uvec4(0u), lessThan(levels, ivec4(0)));
+    uvec4 first = begin + mix(mix(uvec4(p.first[0]), uvec4(p.first[1]), at_1), uvec4(p.first[2]), at_2);
+    count.y += count.x;
+    count.zw += count.y;
+    count.w += count.z - count.y;
+    return stp_selection(first, count);
 }

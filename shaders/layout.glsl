@@ -26,7 +26,7 @@ layout(std140, binding = 0) uniform stp_frame {
 
 // The Object Texture: one texel is one sample (formats/chunk/sample.h).
 layout(binding = 0) uniform usamplerBuffer object_texture;
-// Eight texels a patch, STP_PATCH_TEXELS: see patch.glsl.
+// Eleven texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
 // Two texels a resident chunk, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
@@ -34,9 +34,10 @@ layout(binding = 2) uniform usamplerBuffer chunk_texture;
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 
-#define STP_PATCH_TEXELS 8
+#define STP_PATCH_TEXELS 11
 #define STP_CHUNK_TEXELS 2
 #define STP_LEVELS 4
+#define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
 // The draw call's chunk: slot in chunk_texture, its origin minus the eye.

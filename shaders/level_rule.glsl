@@ -4,8 +4,11 @@
  * the common subset of C and GLSL: scalar floats only. Source: Dachsbacher et al. 2003 (sequential
  * point trees); ALGORITHMS "Choosing the level":
  *
- *     error(l) = f (e_l sin(alpha) + e_t,l) / (z cos(theta))          pixels
+ *     error(l) = f min(e_l sin(alpha) + e_t,l, |(e_l, e_t,l)|) / (z cos(theta))          pixels
  *
+ * The second bound is ours: the way from a drawn point to its nearest disc has the two errors as
+ * legs at a right angle (formats/chunk/overhang.h), so that is its length at most, and on the screen
+ * it is no longer, however it lies. At outlines, where sin(alpha) is 1, it is the lesser.
  * e_l, e_t,l are the perpendicular and tangential error of level l; f pixels times units (pixels a
  * unit when orthographic); z the nearest depth of the patch's bound and theta its greatest angle off
  * the camera's axis; alpha the angle between eye ray and normal that is worst over bound and cone. */
@@ -77,5 +80,6 @@ STP_RULE bool stp_rule_backfacing(float cos_phi, float cos_gamma, float sin_beta
 /* Projected error of one level, pixels. */
 STP_RULE float stp_rule_error(float scale, float sin_alpha, float error, float tangential_error)
 {
-    return scale * (error * sin_alpha + tangential_error);
+    return scale * STP_MIN(error * sin_alpha + tangential_error,
+                           STP_SQRT(error * error + tangential_error * tangential_error));
 }

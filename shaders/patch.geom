@@ -1,4 +1,4 @@
-// Chooses the patch's level and emits its samples out of the Object Texture (Marroquim et al.,
+// Chooses the levels of the patch's quarters and emits their samples out of the Object Texture (Marroquim et al.,
 // TUT08, "Object Texture"). Instanced: each invocation emits its share.
 #include "layout.glsl"
 #include "patch.glsl"
@@ -15,13 +15,12 @@ void main()
 {
     stp_chunk chunk = stp_chunk_fetch(chunk_slot);
     stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
-    int level = stp_choose_level(p, chunk);
-    if (level == STP_LEVEL_SKIP)
-        return;
+    stp_selection s = stp_select(p, stp_choose_levels(patch_index[0], p, chunk));
+    uvec4 first = s.first - uvec4(0u, s.end.xyz);
     uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
-    uint end = min(p.count[level], begin + uint(STP_SHARE));
+    uint end = min(s.end.w, begin + uint(STP_SHARE));
     for (uint i = begin; i < end; i++) {
-        uint index = p.first[level] + i;
+        uint index = i + (i < s.end.x ? first.x : i < s.end.y ? first.y : i < s.end.z ? first.z : first.w);
         vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step);
         if (position.z > 1.0)
             continue;

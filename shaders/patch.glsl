@@ -7,14 +7,19 @@ struct stp_patch {
     float bound_radius;
     vec3 cone_axis;
     float cone_cos;       // of the half-angle; -1: any direction
-    vec4 error;           // perpendicular, per level, world units
-    vec4 tangential_error;
+    vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
+    vec2 finest_error;    // likewise, of level 0
     vec4 radius;          // greatest of the level
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint child;           // which child of its chunk refines it, 255: none
     bool two_sided;
     uint slot;            // of its chunk
+};
+
+// Of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
+struct stp_quarter_errors {
+    vec4 error_2, tangential_2, error_1, tangential_1;
 };
 
 struct stp_chunk {
@@ -48,7 +53,8 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     uvec4 a = texelFetch(patch_texture, base);
     uvec4 b = texelFetch(patch_texture, base + 1);
     uvec4 c = texelFetch(patch_texture, base + 2);
-    uvec4 h = texelFetch(patch_texture, base + 7);
+    uvec4 e = texelFetch(patch_texture, base + 3);
+    uvec4 h = texelFetch(patch_texture, base + 6);
     stp_patch p;
     p.origin = uintBitsToFloat(a.xyz) + chunk_offset;
     p.step = uintBitsToFloat(a.w);
@@ -56,15 +62,30 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.bound_radius = uintBitsToFloat(b.w);
     p.cone_axis = uintBitsToFloat(c.xyz);
     p.cone_cos = uintBitsToFloat(c.w);
-    p.error = uintBitsToFloat(texelFetch(patch_texture, base + 3));
-    p.tangential_error = uintBitsToFloat(texelFetch(patch_texture, base + 4));
-    p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 5));
-    p.first = texelFetch(patch_texture, base + 6);
+    p.vertex_error = uintBitsToFloat(e.xy);
+    p.finest_error = uintBitsToFloat(e.zw);
+    p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 4));
+    p.first = texelFetch(patch_texture, base + 5);
     p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
     p.slot = h.y;
     p.child = h.z & 255u;
     p.two_sided = (h.z & 256u) != 0u;
     return p;
+}
+
+stp_quarter_errors stp_quarter_errors_fetch(uint index)
+{
+    int base = int(index) * STP_PATCH_TEXELS + 7;
+    return stp_quarter_errors(uintBitsToFloat(texelFetch(patch_texture, base)),
+                              uintBitsToFloat(texelFetch(patch_texture, base + 1)),
+                              uintBitsToFloat(texelFetch(patch_texture, base + 2)),
+                              uintBitsToFloat(texelFetch(patch_texture, base + 3)));
+}
+
+// The ends of the quarters among the finer level's samples, from those among the coarser's.
+uvec4 stp_children_end(uvec4 coarser, uint count, uint finer_count)
+{
+    return uvec4((vec4(coarser * finer_count) + 0.5) / float(max(count, 1u)));
 }
 
 vec3 stp_to_eye(vec3 v)

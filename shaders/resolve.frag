@@ -22,8 +22,24 @@ int stp_level_of(uint sample_index, stp_patch p)
     return STP_LEVELS;
 }
 
-// Projected error of a patch at a level, pixels.
-float stp_patch_error(stp_patch p, int level)
+// Perpendicular and tangential error of the quarter that a sample is in, at the sample's level.
+vec2 stp_error_of(uvec2 id, stp_patch p)
+{
+    int level = stp_level_of(id.x, p);
+    if (level == 0 || level == 3)
+        return level == 0 ? p.finest_error : p.vertex_error;
+    uvec4 end = uvec4(1u, 2u, 3u, 4u);
+    if (level == 1)
+        end = stp_children_end(end, p.count[2], p.count[1]);
+    uint i = id.x - p.first[level];
+    int q = int(i >= end.x) + int(i >= end.y) + int(i >= end.z);
+    stp_quarter_errors e = stp_quarter_errors_fetch(id.y);
+    return level == 1 ? vec2(e.error_1[q], e.tangential_1[q])
+                      : vec2(e.error_2[q], e.tangential_2[q]);
+}
+
+// Projected error of a patch that has this perpendicular and tangential one, pixels.
+float stp_patch_error(stp_patch p, vec2 error)
 {
     vec3 centre = stp_to_eye(p.bound_centre);
     float range = length(centre);
@@ -35,7 +51,7 @@ float stp_patch_error(stp_patch p, int level)
     vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
     float sin_alpha = stp_rule_sin_alpha(clamp(dot(direction, p.cone_axis), -1.0, 1.0), p.cone_cos,
                                          orthographic ? 0.0 : min(1.0, p.bound_radius / range));
-    return stp_rule_error(scale, sin_alpha, p.error[level], p.tangential_error[level]);
+    return stp_rule_error(scale, sin_alpha, error.x, error.y);
 }
 
 // The colour that pull and push carry.
@@ -48,7 +64,7 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
     return stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
 #elif STP_SHADE == STP_SHADE_ERROR
     stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    return stp_palette_heat(stp_patch_error(p, stp_level_of(id.x, p)) / max(quality.x, 1e-6));
+    return stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
 #elif STP_NO_COLOUR
     return vec3(0.8);
 #else
@@ -72,7 +88,7 @@ void main()
     if (index == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn it
         discard;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
-    uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 7).y;
+    uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 6).y;
     stp_chunk chunk = stp_chunk_fetch(slot);
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));
     stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),

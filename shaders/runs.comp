@@ -1,4 +1,4 @@
-// Projection without the rasteriser, first step: chooses the level of every patch and lists its
+// Projection without the rasteriser, first step: chooses the levels of every patch and lists its
 // samples in runs of up to STP_RUN_SAMPLES. In any order: scatter.comp's result does not depend on it.
 #include "layout.glsl"
 #include "patch.glsl"
@@ -17,20 +17,27 @@ void stp_list(uint patch_index, uint slot)
 {
     stp_chunk chunk = stp_chunk_fetch(slot);
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
-    int level = stp_choose_level(p, chunk);
-    uint count = level == STP_LEVEL_SKIP ? 0u : p.count[max(level, 0)];
-    if (count == 0u)
+    stp_selection s = stp_select(p, stp_choose_levels(patch_index, p, chunk));
+    if (s.end.w == 0u)
         return;
-    uint first = p.first[level];
-    uint needed = (count + STP_RUN_SAMPLES - 1u) / STP_RUN_SAMPLES;
-    uint at = atomicAdd(run_count, needed);
-    atomicAdd(points_drawn, count);
-    atomicMax(groups_y, (at + needed - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
+    // Quarters of one level follow each other: a stretch ends where the next does not go on.
+    uvec4 count = s.end - uvec4(0u, s.end.xyz);
+    for (int q = 2; q >= 0; q--)
+        if (s.first[q] + count[q] == s.first[q + 1]) {
+            count[q] += count[q + 1];
+            count[q + 1] = 0u;
+        }
+    uvec4 needed = (count + STP_RUN_SAMPLES - 1u) / STP_RUN_SAMPLES;
+    uint total = needed.x + needed.y + needed.z + needed.w;
+    uint at = atomicAdd(run_count, total);
+    atomicAdd(points_drawn, s.end.w);
+    atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
     lattices[patch_index] = vec4(p.origin, p.step);
-    for (uint i = 0u; i < count; i += STP_RUN_SAMPLES) {
-        runs[at] = stp_run_pack(first + i, min(count - i, STP_RUN_SAMPLES), patch_index);
-        at++;
-    }
+    for (int q = 0; q < STP_QUARTERS; q++)
+        for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
+            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), patch_index);
+            at++;
+        }
 }
 
 void main()

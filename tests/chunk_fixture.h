@@ -103,6 +103,10 @@ static inline void fixture_finish_patch(stp_chunk *chunk, uint32_t index, int er
         patch->error[l] = (uint8_t)(l ? bound + 2 * l : error);
         patch->tangential_error[l] = (uint8_t)(l ? 215 + 2 * l : 0);
         patch->colour_error[l] = (uint8_t)(l ? 255 : 0);
+        for (unsigned q = 0; (l == 1 || l == 2) && q < patch->counts[2]; q++) {
+            patch->quarter_error[l - 1][q] = patch->error[l];
+            patch->quarter_tangential_error[l - 1][q] = patch->tangential_error[l];
+        }
     }
     double reach = 0.0;
     for (int i = 0; i < 3; i++) {

@@ -87,13 +87,17 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
     const stp_chunk_entry *entry = &f->model->entries[record.id];
     check_ok(stp_chunk_file_read(f->model->file, record.id, 0, &chunk, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        int level = stp_level_choose(look.frame, &record, &resident->patches[p]);
-        if (level == STP_LEVEL_SKIP)
+        stp_levels levels;
+        if (!stp_levels_choose(look.frame, &record, &resident->patches[p], &levels))
             continue;
-        uint32_t end = chunk->level_begin[level][p + 1];
-        for (uint32_t i = chunk->level_begin[level][p]; i < end; i++)
-            discs[(*count)++] =
-                gl_fixture_disc(entry, &chunk->patches[p], &chunk->samples[level][i], view);
+        for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++) {
+            int level = levels.of[q];
+            const uint8_t *counts = chunk->patches[p].counts;
+            const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
+            unsigned end = level == 3 ? 1 : stp_quarter_begin(counts, level, q + 1);
+            for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, q); i < end; i++)
+                discs[(*count)++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
+        }
     }
     stp_chunk_destroy(&chunk);
 }

@@ -1,8 +1,8 @@
-/* Which level of each patch the geometry shader really draws.
+/* Which level of each quarter of a patch the geometry shader really draws.
  *
  * The renderer runs with its own patch.geom and choose.glsl; only what comes after is replaced:
- * every sample it emits falls on one pixel, and the fragment notes which patch it came from in a
- * buffer instead of being drawn. Failures end the test. */
+ * every sample it emits falls on one pixel, and the fragment counts it in a buffer instead of being
+ * drawn. Failures end the test. */
 #ifndef STP_TESTS_GL_LEVELS_H
 #define STP_TESTS_GL_LEVELS_H
 
@@ -12,15 +12,10 @@
 
 #include <sys/stat.h>
 
-/* Samples emitted of a patch, and the least index of them in the Object Texture. */
-typedef struct gl_noted {
-    uint32_t count, first;
-} gl_noted;
-
 typedef struct gl_levels {
     gl_fixture fixture;
     GLuint buffer;
-    gl_noted *noted; /* by patch index on the GPU */
+    uint32_t *noted; /* how often each sample of the Object Texture was emitted */
     size_t capacity;
 } gl_levels;
 
@@ -32,12 +27,9 @@ static inline void gl_levels_shaders(void)
     static const char note[] =
         "flat in uint id;\n"
         "layout(location = 0) out uint nearest;\n"
-        "layout(binding = 3) uniform usamplerBuffer patch_of_sample;\n"
-        "layout(std430, binding = 0) buffer noted_buffer { uvec2 noted[]; };\n"
+        "layout(std430, binding = 0) buffer noted_buffer { uint noted[]; };\n"
         "void main()\n{\n"
-        "    uint p = texelFetch(patch_of_sample, int(id)).x;\n"
-        "    atomicAdd(noted[p].x, 1u);\n"
-        "    atomicMin(noted[p].y, id);\n"
+        "    atomicAdd(noted[id], 1u);\n"
         "    nearest = id;\n}\n";
     static const char name[] = "vec4 stp_project(";
     static char text[1 << 16];
@@ -64,7 +56,7 @@ static inline void gl_levels_open(gl_levels *levels, const char *path)
     gl_levels_shaders();
     gl_fixture_open(&levels->fixture, path, GL_LEVELS_FOLDER);
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
-    levels->capacity = stp_chunk_cache_texture(look.cache)->patch_ranges.capacity;
+    levels->capacity = stp_chunk_cache_texture(look.cache)->sample_ranges.capacity;
     levels->noted = calloc(levels->capacity, sizeof *levels->noted);
     assert_non_null(levels->noted);
     glCreateBuffers(1, &levels->buffer);
@@ -83,8 +75,7 @@ static inline void gl_levels_close(gl_levels *levels)
 static inline void gl_levels_draw(gl_levels *levels, const stp_view *view,
                                   const stp_draw_params *params)
 {
-    for (size_t i = 0; i < levels->capacity; i++)
-        levels->noted[i] = (gl_noted){0, UINT32_MAX};
+    memset(levels->noted, 0, levels->capacity * sizeof *levels->noted);
     GLsizeiptr bytes = (GLsizeiptr)(levels->capacity * sizeof *levels->noted);
     glNamedBufferSubData(levels->buffer, 0, bytes, levels->noted);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, levels->buffer);
@@ -96,20 +87,43 @@ static inline void gl_levels_draw(gl_levels *levels, const stp_view *view,
     check_ok(stp_gl_check("noting levels", err));
 }
 
-/* The level drawn of patch p of a resident chunk, or STP_LEVEL_SKIP; the samples must be exactly
- * those of one level. */
-static inline int gl_levels_drawn(const gl_levels *levels, const stp_resident *resident, uint32_t p)
+/* The samples of [begin, end) are all emitted once, or none is. */
+static inline bool gl_levels_emitted(const gl_levels *levels, uint32_t begin, uint32_t end)
 {
-    const gl_noted *noted = &levels->noted[resident->placement.patches.begin + p];
+    for (uint32_t i = begin; i < end; i++)
+        if (levels->noted[i] != levels->noted[begin] || levels->noted[i] > 1)
+            fail_msg("sample %u is emitted %u times, its like %u", i, levels->noted[i],
+                     levels->noted[begin]);
+    return begin < end && levels->noted[begin] == 1;
+}
+
+/* The levels drawn of patch p of a resident chunk; what is emitted must be exactly one level of
+ * each quarter, or level 3, or nothing. */
+static inline stp_levels gl_levels_drawn(const gl_levels *levels, const stp_resident *resident,
+                                         uint32_t p)
+{
     const stp_gpu_patch *patch = &resident->patches[p];
-    if (noted->count == 0)
-        return STP_LEVEL_SKIP;
-    for (int level = 0; level < STP_LEVEL_COUNT; level++)
-        if (noted->first == patch->first[level] && noted->count == patch->count[level])
-            return level;
-    fail_msg("patch %u of chunk %u: %u samples from %u on are no level", p, resident->chunk,
-             noted->count, noted->first);
-    return STP_LEVEL_COUNT;
+    stp_levels drawn;
+    unsigned parts = 0;
+    memset(&drawn, STP_LEVEL_SKIP, sizeof drawn);
+    bool whole = gl_levels_emitted(levels, patch->first[3], patch->first[3] + 1);
+    if (whole)
+        drawn.of[0] = 3;
+    for (unsigned q = 0; q < patch->count[2]; q++)
+        for (int level = 2; level >= 0 && patch->count[level] > 0; level--) {
+            uint32_t begin = patch->first[level] + stp_quarter_begin(patch->count, level, q);
+            uint32_t end = patch->first[level] + stp_quarter_begin(patch->count, level, q + 1);
+            if (!gl_levels_emitted(levels, begin, end))
+                continue;
+            if (whole || drawn.of[q] != STP_LEVEL_SKIP)
+                fail_msg("patch %u of chunk %u, quarter %u is drawn twice", p, resident->chunk, q);
+            drawn.of[q] = (int8_t)level;
+            parts++;
+        }
+    if (parts != 0 && parts != patch->count[2])
+        fail_msg("patch %u of chunk %u: %u of %u quarters are drawn", p, resident->chunk, parts,
+                 patch->count[2]);
+    return drawn;
 }
 
 #endif

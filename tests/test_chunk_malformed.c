@@ -386,7 +386,22 @@ static void spoil_box(fixture_tree *tree)
 
 static void spoil_error(fixture_tree *tree)
 {
-    tree->chunks[0]->patches[1].error[1] = 1;
+    stp_patch *patch = &tree->chunks[0]->patches[1];
+    patch->error[1] = 1;
+    memset(patch->quarter_error[0], 0, sizeof patch->quarter_error[0]);
+    patch->quarter_error[0][1] = 1;
+}
+
+static void spoil_quarter_error(fixture_tree *tree)
+{
+    tree->chunks[0]->patches[1].quarter_error[1][1] = 1;
+}
+
+static void spoil_quarter_overhang(fixture_tree *tree)
+{
+    stp_patch *patch = &tree->chunks[0]->patches[1];
+    patch->quarter_tangential_error[0][1] = 0;
+    patch->quarter_tangential_error[1][1] = 0;
 }
 
 static void spoil_joint_error(fixture_tree *tree)
@@ -421,6 +436,8 @@ static void test_verify(void **state)
         {spoil_points, "points_under"},
         {spoil_box, "file's box"},
         {spoil_error, "patch 1: its error shrinks"},
+        {spoil_quarter_error, "patch 1: the perpendicular error of a merged sample exceeds"},
+        {spoil_quarter_overhang, "patch 1: the tangential error of a merged sample exceeds"},
         {spoil_joint_error, "patch 1: its error at level 0"},
         {spoil_orientation, "orientation"},
         {spoil_bound, "radius exceeds"},
@@ -429,7 +446,7 @@ static void test_verify(void **state)
         const char *path = fixture_path("spoilt.stipple");
         fixture_tree tree;
         stp_error err = {0};
-        fixture_tree_of_seven(&tree, 9, 10);
+        fixture_tree_of_seven(&tree, 9, 40);
         cases[i].spoil(&tree);
         assert_int_equal(fixture_write(&tree, path, STP_CODEC_DRACO, &err), STP_OK);
         stp_status status = verify(path, &err);

@@ -48,9 +48,11 @@ static const char decode[] =
     "    put(float(c.drawn_children.y)); put(float(c.id)); put(float(c.depth));\n"
     "    stp_patch p = stp_patch_fetch(1u, vec3(0.0));\n"
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
-    "    put3(p.cone_axis); put(p.cone_cos); put4(p.error); put4(p.tangential_error);\n"
+    "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); put(float(p.slot));\n"
     "    put(float(p.child)); put(p.two_sided ? 1.0 : 0.0);\n"
+    "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
+    "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        stp_disc d = stp_disc_decode(texelFetch(object_texture, i), vec3(0.0), 0.5);\n"
     "        put3(d.position); put3(d.normal); put(d.radius); put3(d.colour);\n"
@@ -96,8 +98,10 @@ static stp_gpu_patch make_patch(void)
                            .bound_radius = 28,
                            .cone_axis = {29, 30, 31},
                            .cone_cos = 32,
-                           .error = {33, 34, 35, 36},
-                           .tangential_error = {37, 38, 39, 40},
+                           .vertex_error = {33, 34},
+                           .finest_error = {35, 36},
+                           .quarter_error = {{{51, 52, 53, 54}, {55, 56, 57, 58}},
+                                             {{59, 60, 61, 62}, {63, 64, 65, 66}}},
                            .radius = {41, 42, 43, 44},
                            .first = {45, 46, 47, 48},
                            .count = {64, 16, 4, 1},
@@ -148,8 +152,8 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, (double)patch->bound_radius);
     want_floats(&e, patch->cone_axis, 3);
     want(&e, (double)patch->cone_cos);
-    want_floats(&e, patch->error, 4);
-    want_floats(&e, patch->tangential_error, 4);
+    want_floats(&e, patch->vertex_error, 2);
+    want_floats(&e, patch->finest_error, 2);
     want_floats(&e, patch->radius, 4);
     for (int i = 0; i < 4; i++)
         want(&e, patch->first[i]);
@@ -158,6 +162,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, patch->slot);
     want(&e, patch->child);
     want(&e, (patch->flags & STP_PATCH_TWO_SIDED) != 0);
+    want_floats(&e, patch->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);
     want(&e, e.count);

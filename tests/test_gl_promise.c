@@ -16,8 +16,8 @@ typedef struct judged_model {
     size_t leaf_count;
     promise_index *index;
     stp_view views[VIEWS_COUNT];
-    size_t *first_patch;    /* of each chunk, chunk_count + 1 */
-    int8_t (*drawn)[SHOTS]; /* of each patch: the level, or STP_LEVEL_SKIP */
+    size_t *first_patch;        /* of each chunk, chunk_count + 1 */
+    stp_levels (*drawn)[SHOTS]; /* of each patch */
     promise_tally tallies[THRESHOLDS];
     size_t coarse; /* drawn discs that are no level 0 of a leaf */
 } judged_model;
@@ -34,27 +34,28 @@ static void note_shot(judged_model *m, int view, int threshold)
         uint32_t count = m->levels.fixture.model->entries[chunk.id].patch_count;
         for (uint32_t p = 0; p < count; p++)
             m->drawn[m->first_patch[chunk.id] + p][view * THRESHOLDS + threshold] =
-                (int8_t)gl_levels_drawn(&m->levels, resident, p);
+                gl_levels_drawn(&m->levels, resident, p);
     }
 }
 
 static void judge_level(judged_model *m, const stp_chunk_entry *entry, const stp_chunk *chunk,
-                        uint32_t patch, int level)
+                        uint32_t patch, int level, unsigned quarter)
 {
-    const int8_t *drawn = m->drawn[m->first_patch[chunk->id] + patch];
+    const stp_levels *drawn = m->drawn[m->first_patch[chunk->id] + patch];
+    const uint8_t *counts = chunk->patches[patch].counts;
+    const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][patch];
     bool any = false;
     for (int s = 0; s < SHOTS; s++)
-        any |= drawn[s] == level;
-    uint32_t end = any ? chunk->level_begin[level][patch + 1] : 0;
-    for (uint32_t i = chunk->level_begin[level][patch]; i < end; i++) {
-        promise_disc disc =
-            promise_disc_from_sample(entry, &chunk->patches[patch], &chunk->samples[level][i]);
+        any |= drawn[s].of[quarter] == level;
+    unsigned end = !any ? 0 : level == 3 ? 1 : stp_quarter_begin(counts, level, quarter + 1);
+    for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, quarter); i < end; i++) {
+        promise_disc disc = promise_disc_from_sample(entry, &chunk->patches[patch], &samples[i]);
         promise_pairs pairs;
         promise_trace(m->index, &disc, entry->origin, &pairs);
         for (int s = 0; s < SHOTS; s++) {
             promise_tally *tally = &m->tallies[s % THRESHOLDS];
             size_t before = tally->broken;
-            if (drawn[s] != level)
+            if (drawn[s].of[quarter] != level)
                 continue;
             m->coarse += level > 0 || entry->child_count > 0;
             promise_add(tally, &pairs, &m->views[s / THRESHOLDS], thresholds[s % THRESHOLDS]);
@@ -73,7 +74,8 @@ static void judge_discs(judged_model *m)
         check_ok(stp_chunk_file_read(model->file, id, 0, &chunk, err));
         for (uint32_t p = 0; p < chunk->patch_count; p++)
             for (int level = 0; level < STP_LEVEL_COUNT; level++)
-                judge_level(m, &model->entries[id], chunk, p, level);
+                for (unsigned q = 0; q < (level == 3 ? 1 : chunk->patches[p].counts[2]); q++)
+                    judge_level(m, &model->entries[id], chunk, p, level, q);
         stp_chunk_destroy(&chunk);
     }
 }

@@ -58,11 +58,15 @@ static double plain_point(const stp_chunk *chunk, uint32_t patch, uint32_t first
     return fmin(own, all);
 }
 
-static double plain_level(const stp_chunk *chunk, uint32_t p, int level)
+/* Of quarter q; of level 3, which is no quarter's, of the whole patch. */
+static double plain_level(const stp_chunk *chunk, uint32_t p, int level, unsigned q)
 {
     const stp_patch *patch = &chunk->patches[p];
-    double error = stp_error_decode(patch->error[level], patch->exponent), greatest = 0.0;
-    for (uint32_t j = 0; j < patch->counts[level]; j++) {
+    uint8_t stored = level == 3 ? patch->error[3] : patch->quarter_error[level - 1][q];
+    double error = stp_error_decode(stored, patch->exponent), greatest = 0.0;
+    uint32_t begin = level == 3 ? 0 : stp_quarter_begin(patch->counts, level, q);
+    uint32_t end = level == 3 ? 1 : stp_quarter_begin(patch->counts, level, q + 1);
+    for (uint32_t j = begin; j < end; j++) {
         stp_disc merged = disc_at(chunk, p, level, j);
         stp_dvec3 points[STP_DISC_POINTS];
         unsigned count = stp_disc_points(&merged, points);
@@ -78,25 +82,41 @@ static double plain_level(const stp_chunk *chunk, uint32_t p, int level)
     return greatest;
 }
 
+/* Never less; false where it is greater. */
+static bool is_about(double measured, double plain)
+{
+    assert_true(measured >= plain * (1.0 - 1e-5));
+    return measured <= plain * (1.0 + 1e-5);
+}
+
 static void agrees_with_a_plain_search(void **state)
 {
     (void)state;
     prep_cloud cloud = prep_cloud_wavy(4000, (stp_dvec3){3.0, -2.0, 1.0}, 1.0);
     stp_chunk *chunk = build_chunk(&cloud);
-    double(*measured)[STP_LEVEL_COUNT] = calloc(chunk->patch_count, sizeof *measured);
+    stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
     assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
     size_t compared = 0, equal = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p += 3) {
         const stp_patch *patch = &chunk->patches[p];
         double fine = stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS;
-        double plain = fine;
-        for (int level = 1; level < STP_LEVEL_COUNT; level++, compared++) {
-            plain = fmax(plain, plain_level(chunk, p, level));
-            assert_true(measured[p][level] > plain * (1.0 - 1e-5));
-            equal += measured[p][level] < plain * (1.0 + 1e-5);
+        double whole = 0.0;
+        if (patch->counts[0] == 1) /* nothing is merged */
+            fine = 0.0;
+        for (unsigned q = 0; q < patch->counts[2]; q++) {
+            double plain = fine;
+            for (int level = 1; level <= 2; level++) {
+                plain = fmax(plain, plain_level(chunk, p, level, q));
+                equal += is_about(measured[p].quarter[level - 1][q], plain);
+                assert_true(measured[p].quarter[level - 1][q] <= measured[p].level[level]);
+                compared++;
+            }
+            whole = fmax(whole, plain);
         }
-        assert_true(measured[p][0] == 0.0);
+        equal += is_about(measured[p].level[3], fmax(whole, plain_level(chunk, p, 3, 0)));
+        compared++;
+        assert_true(measured[p].level[0] == 0.0);
     }
     print_message("%zu of %zu equal the plain search\n", equal, compared);
     assert_true(compared > 60);
@@ -115,7 +135,7 @@ static void only_a_border_hangs_over(void **state)
     for (uint32_t i = 0; i < SIDE * SIDE; i++)
         cloud.points[i].position = (stp_dvec3){i % SIDE, i / SIDE, 0.0};
     stp_chunk *chunk = build_chunk(&cloud);
-    double(*measured)[STP_LEVEL_COUNT] = calloc(chunk->patch_count, sizeof *measured);
+    stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
     assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
     double largest = 0.0;
@@ -133,7 +153,7 @@ static void only_a_border_hangs_over(void **state)
         double room = fmin(fmin(d.centre.x - low.x, d.centre.y - low.y),
                            fmin(high.x - d.centre.x, high.y - d.centre.y));
         double radius = stp_radius_decode(chunk->patches[p].radius[0], chunk->patches[p].exponent);
-        double overhang = measured[p][STP_LEVEL_COUNT - 1];
+        double overhang = measured[p].level[STP_LEVEL_COUNT - 1];
         if (room > d.radius) {
             assert_true(overhang <= radius / STP_OVERHANG_PARTS * 1.0001);
             inside++;

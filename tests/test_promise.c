@@ -21,9 +21,19 @@ typedef struct judged_model {
     promise_tally careless; /* every patch vertex in view 0, whatever the rule says, for 1 pixel */
 } judged_model;
 
-/* Coarsest level that the rule lets pass, or STP_LEVEL_COUNT. */
-static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, const stp_view *view,
-                    double threshold)
+/* The perpendicular and tangential error codes of a quarter. */
+static void codes_of(const stp_patch *patch, int level, unsigned quarter, uint8_t out[2])
+{
+    bool quartered = level == 1 || level == 2;
+    out[0] = quartered ? patch->quarter_error[level - 1][quarter] : patch->error[level];
+    out[1] = quartered ? patch->quarter_tangential_error[level - 1][quarter]
+                       : patch->tangential_error[level];
+}
+
+/* Coarsest level of a quarter that the rule lets pass, or STP_LEVEL_COUNT; where that is the patch
+ * vertex, of quarter 0 only. */
+static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsigned quarter,
+                    const stp_view *view, double threshold)
 {
     stp_dvec3 local = {ldexp((double)patch->origin[0] + patch->bound_centre[0], patch->exponent),
                        ldexp((double)patch->origin[1] + patch->bound_centre[1], patch->exponent),
@@ -42,12 +52,13 @@ static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, const 
         stp_rule_sin_alpha((float)(stp_dvec3_dot(centre, axis) / range),
                            (float)cos(fmin(cone, M_PI)), (float)fmin(1.0, radius / range));
     int finest = entry->child_count > 0 ? 0 : 1; /* a leaf's level 0 stands for itself */
-    for (int level = STP_LEVEL_COUNT - 1; level >= finest; level--)
-        if (stp_rule_error(scale, sin_alpha,
-                           (float)stp_error_decode(patch->error[level], patch->exponent),
-                           (float)stp_error_decode(patch->tangential_error[level],
-                                                   patch->exponent)) <= (float)threshold)
-            return level;
+    for (int level = STP_LEVEL_COUNT - 1; level >= finest; level--) {
+        uint8_t codes[2];
+        codes_of(patch, level, quarter, codes);
+        if (stp_rule_error(scale, sin_alpha, (float)stp_error_decode(codes[0], patch->exponent),
+                           (float)stp_error_decode(codes[1], patch->exponent)) <= (float)threshold)
+            return level < 3 || quarter == 0 ? level : STP_LEVEL_COUNT;
+    }
     return STP_LEVEL_COUNT;
 }
 
@@ -67,12 +78,14 @@ static void explain(const judged_model *m, const promise_pairs *pairs, int view,
 }
 
 static void judge_level(judged_model *m, const stp_chunk_entry *entry, const stp_chunk *chunk,
-                        uint32_t patch, int level, uint8_t chosen[VIEWS_COUNT][THRESHOLDS])
+                        uint32_t patch, int level, unsigned quarter,
+                        uint8_t chosen[VIEWS_COUNT][THRESHOLDS])
 {
-    uint32_t end = chunk->level_begin[level][patch + 1];
-    for (uint32_t i = chunk->level_begin[level][patch]; i < end; i++) {
-        promise_disc disc =
-            promise_disc_from_sample(entry, &chunk->patches[patch], &chunk->samples[level][i]);
+    const uint8_t *counts = chunk->patches[patch].counts;
+    const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][patch];
+    unsigned end = level == 3 ? 1 : stp_quarter_begin(counts, level, quarter + 1);
+    for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, quarter); i < end; i++) {
+        promise_disc disc = promise_disc_from_sample(entry, &chunk->patches[patch], &samples[i]);
         promise_pairs pairs;
         promise_trace(m->index, &disc, m->ball.centre, &pairs);
         if (level == STP_LEVEL_COUNT - 1)
@@ -89,25 +102,31 @@ static void judge_level(judged_model *m, const stp_chunk_entry *entry, const stp
     }
 }
 
+static void judge_quarter(judged_model *m, const stp_chunk_entry *entry, const stp_chunk *chunk,
+                          uint32_t patch, unsigned quarter)
+{
+    uint8_t chosen[VIEWS_COUNT][THRESHOLDS];
+    unsigned any = quarter == 0 ? 1u << 3 : 0;
+    for (int v = 0; v < VIEWS_COUNT; v++)
+        for (int t = 0; t < THRESHOLDS; t++) {
+            chosen[v][t] = (uint8_t)coarsest(entry, &chunk->patches[patch], quarter, &m->views[v],
+                                             thresholds[t]);
+            any |= 1u << chosen[v][t];
+        }
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        if (any & 1u << level)
+            judge_level(m, entry, chunk, patch, level, quarter, chosen);
+}
+
 static void judge_chunk(judged_model *m, uint32_t id)
 {
     stp_chunk_entry entry;
     stp_chunk *chunk = NULL;
     check_ok(stp_chunk_file_entry(m->file, id, &entry, err));
     check_ok(stp_chunk_file_read(m->file, id, 0, &chunk, err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        uint8_t chosen[VIEWS_COUNT][THRESHOLDS];
-        unsigned any = 1u << (STP_LEVEL_COUNT - 1);
-        for (int v = 0; v < VIEWS_COUNT; v++)
-            for (int t = 0; t < THRESHOLDS; t++) {
-                chosen[v][t] =
-                    (uint8_t)coarsest(&entry, &chunk->patches[p], &m->views[v], thresholds[t]);
-                any |= 1u << chosen[v][t];
-            }
-        for (int level = 0; level < STP_LEVEL_COUNT; level++)
-            if (any & 1u << level)
-                judge_level(m, &entry, chunk, p, level, chosen);
-    }
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (unsigned q = 0; q < chunk->patches[p].counts[2]; q++)
+            judge_quarter(m, &entry, chunk, p, q);
     stp_chunk_destroy(&chunk);
 }
 

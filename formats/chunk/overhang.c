@@ -308,41 +308,76 @@ static void measure_disc(measure *m, const stp_disc *disc, uint32_t first, uint3
         measure_point(m, points[i], lanes.nearest[i]);
 }
 
-static void measure_patch(double out[STP_LEVEL_COUNT], const disc_grid *g, const stp_chunk *chunk,
-                          uint32_t p)
+/* A patch while it is measured. */
+typedef struct patch_place {
+    const stp_chunk *chunk;
+    const stp_patch *patch;
+    uint32_t begin[STP_LEVEL_COUNT];                       /* its samples in the chunk */
+    uint8_t first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1]; /* level-0 sample under each */
+} patch_place;
+
+static patch_place place_of(const stp_chunk *chunk, uint32_t p)
 {
-    const stp_patch *patch = &chunk->patches[p];
-    uint32_t begin = chunk->level_begin[0][p], first[STP_PATCH_SAMPLES + 1];
-    measure m = {.grid = g};
-    for (uint32_t i = 0; i <= patch->counts[0]; i++)
-        first[i] = begin + i;
-    for (uint32_t i = 0; i < patch->counts[0]; i++)
-        m.greatest = stp_max(m.greatest, carried_overhang(g, begin + i));
-    out[0] = m.greatest;
-    if (patch->counts[0] > 1)
-        m.greatest = stp_max(m.greatest, stp_radius_decode(patch->radius[0], patch->exponent) /
-                                             STP_OVERHANG_PARTS);
-    for (int level = 1; level < STP_LEVEL_COUNT; level++) {
-        unsigned count = patch->counts[level], finer = patch->counts[level - 1];
-        m.error = stp_error_decode(patch->error[level], patch->exponent) * (1.0 + 1e-6);
-        for (unsigned i = 0; i <= count; i++)
-            first[i] = first[stp_level_children_begin(i, count, finer)];
-        for (unsigned i = 0; i < count; i++) {
-            const stp_sample *sample = &chunk->samples[level][chunk->level_begin[level][p] + i];
-            stp_disc disc = stp_disc_from_sample(sample, patch);
-            measure_disc(&m, &disc, first[i], first[i + 1]);
-        }
-        out[level] = m.greatest;
+    patch_place at = {.chunk = chunk, .patch = &chunk->patches[p]};
+    const uint8_t *counts = at.patch->counts;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        at.begin[level] = chunk->level_begin[level][p];
+        for (unsigned i = 0; i <= counts[level]; i++)
+            at.first[level][i] = (uint8_t)(level ? at.first[level - 1][stp_level_children_begin(
+                                                       i, counts[level], counts[level - 1])]
+                                                 : i);
+    }
+    return at;
+}
+
+/* The samples [begin, end) of a level; error: their stored perpendicular one. */
+static void measure_level(measure *m, const patch_place *at, int level, uint8_t error,
+                          unsigned begin, unsigned end)
+{
+    m->error = stp_error_decode(error, at->patch->exponent) * (1.0 + 1e-6);
+    for (unsigned i = begin; i < end; i++) {
+        const stp_sample *sample = &at->chunk->samples[level][at->begin[level] + i];
+        stp_disc disc = stp_disc_from_sample(sample, at->patch);
+        measure_disc(m, &disc, at->begin[0] + at->first[level][i],
+                     at->begin[0] + at->first[level][i + 1]);
     }
 }
 
-stp_status stp_overhang_measure(double (*out)[STP_LEVEL_COUNT], const stp_chunk *chunk,
+static void measure_patch(stp_overhang *out, const disc_grid *g, const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    patch_place at = place_of(chunk, p);
+    measure m = {.grid = g};
+    double floor = patch->counts[0] > 1
+                       ? stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS
+                       : 0.0;
+    *out = (stp_overhang){0};
+    for (unsigned q = 0; q < patch->counts[2]; q++) {
+        double carried = 0.0;
+        for (uint32_t i = at.first[2][q]; i < at.first[2][q + 1]; i++)
+            carried = stp_max(carried, carried_overhang(g, at.begin[0] + i));
+        out->level[0] = stp_max(out->level[0], carried);
+        m.greatest = stp_max(carried, floor);
+        for (int level = 1; level <= 2; level++) {
+            measure_level(&m, &at, level, patch->quarter_error[level - 1][q],
+                          stp_quarter_begin(patch->counts, level, q),
+                          stp_quarter_begin(patch->counts, level, q + 1));
+            out->quarter[level - 1][q] = m.greatest;
+            out->level[level] = stp_max(out->level[level], m.greatest);
+        }
+    }
+    m.greatest = out->level[2];
+    measure_level(&m, &at, 3, patch->error[3], 0, 1);
+    out->level[3] = m.greatest;
+}
+
+stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
                                 const stp_overhang_carry *carry, stp_error *err)
 {
     disc_grid g = {0};
     stp_status status = grid_create(&g, chunk, carry, err);
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
-        measure_patch(out[p], &g, chunk, p);
+        measure_patch(&out[p], &g, chunk, p);
     grid_clear(&g);
     return status;
 }

@@ -19,15 +19,22 @@ typedef struct stp_overhang_carry {
     double error, tangential_error;
 } stp_overhang_carry;
 
-/* out[p][l]: the tangential error of patch p at level l, never less than at l - 1; out[p][0] is
- * what its level-0 samples bring. World units. Of a point it is the lesser of
+/* Tangential errors of a patch, world units: by level, and of levels 1 and 2, index level - 1, by
+ * quarter. Never less than those of the finer level under it; at level 0 what its samples bring. */
+typedef struct stp_overhang {
+    double level[STP_LEVEL_COUNT];
+    double quarter[2][STP_PATCH_QUARTERS];
+} stp_overhang;
+
+/* Measures all patches, out[patch_count]. The overhang of a point is the lesser of
  *   - the overhang over the nearest disc under its own merged disc, and
- *   - that over the nearest disc of all, and of the height there what the patch's perpendicular
- *     error, which counts along the merged disc's normal, does not cover.
- * carry: by level-0 sample, or NULL for none. The chunk has all levels and its patches' error[].
- * The time is bounded: where some hundreds
- * of discs about a point do not tell the nearest, the first counts. Errors: OUT_OF_MEMORY. */
-stp_status stp_overhang_measure(double (*out)[STP_LEVEL_COUNT], const stp_chunk *chunk,
+ *   - that over the nearest disc of all, and of the height there what the perpendicular error of
+ *     the quarter, at level 3 of the patch, which counts along the merged disc's normal, does not
+ *     cover.
+ * carry: by level-0 sample, or NULL for none. The chunk has all levels and its patches'
+ * perpendicular errors. The time is bounded: where some hundreds of discs about a point do not tell
+ * the nearest, the first counts. Errors: OUT_OF_MEMORY. */
+stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
                                 const stp_overhang_carry *carry, stp_error *err);
 
 #endif

@@ -6,6 +6,30 @@
 #include <inttypes.h>
 #include <string.h>
 
+static uint8_t greatest_of(const uint8_t values[STP_PATCH_QUARTERS])
+{
+    uint8_t greatest = 0;
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        greatest = values[q] > greatest ? values[q] : greatest;
+    return greatest;
+}
+
+/* A level's error is the greatest of its quarters, and quarters that are not there have none. */
+static const char *quarter_fault(const stp_patch *patch)
+{
+    for (int level = 1; level <= 2; level++) {
+        const uint8_t *errors = patch->quarter_error[level - 1];
+        const uint8_t *tangential = patch->quarter_tangential_error[level - 1];
+        if (greatest_of(errors) != patch->error[level] ||
+            greatest_of(tangential) != patch->tangential_error[level])
+            return "an error of a level is not the greatest of its quarters";
+        for (unsigned q = patch->counts[2]; q < STP_PATCH_QUARTERS; q++)
+            if (errors[q] || tangential[q])
+                return "a quarter that does not exist has an error";
+    }
+    return NULL;
+}
+
 /* NULL, or what is wrong with a patch. */
 static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
 {
@@ -20,7 +44,7 @@ static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
         return "the child it names does not exist";
     if (patch->flags & ~(unsigned)STP_PATCH_TWO_SIDED)
         return "a reserved flag is set";
-    return NULL;
+    return quarter_fault(patch);
 }
 
 stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
@@ -135,6 +159,23 @@ static void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
     }
 }
 
+/* Levels 3 and 0 of the patch, levels 2 and 1 by quarter: level 2 from level 3, level 1 from its
+ * own level 2. What a level has at most follows from its quarters. */
+static void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
+                        uint8_t values[STP_LEVEL_COUNT], uint8_t quarters[2][STP_PATCH_QUARTERS])
+{
+    values[3] = code_byte(c, previous, values[3]);
+    for (int level = 2; level > 0; level--) {
+        for (unsigned q = 0; q < STP_PATCH_QUARTERS; q++) {
+            uint8_t coarser = level == 2 ? values[3] : quarters[1][q];
+            quarters[level - 1][q] =
+                code_byte(c, q < quarter_count ? coarser : 0, quarters[level - 1][q]);
+        }
+        values[level] = greatest_of(quarters[level - 1]);
+    }
+    values[0] = code_byte(c, values[1], values[0]);
+}
+
 static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
 {
     p->exponent = (int16_t)code_short(c, (uint16_t)previous->exponent, (uint16_t)p->exponent);
@@ -146,8 +187,9 @@ static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
     for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
         p->counts[l + 1] = (uint8_t)stp_level_count_above(p->counts[l]);
     code_levels(c, previous->radius, p->radius);
-    code_levels(c, previous->error, p->error);
-    code_levels(c, previous->tangential_error, p->tangential_error);
+    code_errors(c, previous->error[3], p->counts[2], p->error, p->quarter_error);
+    code_errors(c, previous->tangential_error[3], p->counts[2], p->tangential_error,
+                p->quarter_tangential_error);
     code_levels(c, previous->colour_error, p->colour_error);
     for (int i = 0; i < 3; i++)
         p->bound_centre[i] = code_short(c, previous->bound_centre[i], p->bound_centre[i]);

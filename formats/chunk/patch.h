@@ -8,7 +8,7 @@
 #include "formats/chunk/table.h"
 
 /* Columns of the table of patch headers; formats/SPEC.md, "Patch columns", lists them. */
-#define STP_PATCH_COLUMN_COUNT 33u
+#define STP_PATCH_COLUMN_COUNT 45u
 
 /* Checks patches by themselves: counts, exponents, children below child_count, reserved bits, and
  * that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */

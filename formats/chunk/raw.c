@@ -21,6 +21,8 @@ void stp_patch_write(const stp_patch *patch, uint8_t *bytes)
     memcpy(bytes + 43, patch->cone_axis, 3);
     bytes[46] = patch->flags;
     bytes[47] = 0;
+    memcpy(bytes + 48, patch->quarter_error, sizeof patch->quarter_error);
+    memcpy(bytes + 56, patch->quarter_tangential_error, sizeof patch->quarter_tangential_error);
 }
 
 void stp_patch_read(const uint8_t *bytes, stp_patch *out)
@@ -40,6 +42,8 @@ void stp_patch_read(const uint8_t *bytes, stp_patch *out)
     out->bound_radius = bytes[42];
     memcpy(out->cone_axis, bytes + 43, 3);
     out->flags = bytes[46];
+    memcpy(out->quarter_error, bytes + 48, sizeof out->quarter_error);
+    memcpy(out->quarter_tangential_error, bytes + 56, sizeof out->quarter_tangential_error);
 }
 
 void stp_sample_write(const stp_sample *sample, uint8_t *bytes)

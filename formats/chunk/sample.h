@@ -21,6 +21,9 @@
 #define STP_LEVEL_COUNT 4
 /* Most samples a patch has at level 0; each coarser level has ceil(finer / 4). */
 #define STP_PATCH_SAMPLES 64
+/* The part of a patch under one of its level-2 samples, with that sample, is a quarter: the least
+ * part that takes its level by itself. A patch has counts[2] of them. */
+#define STP_PATCH_QUARTERS 4
 /* Octaves are divided into so many radius codes: radius = step * 2^((code - 1) / 16), code 0 is 0.
  */
 #define STP_RADIUS_CODES_PER_OCTAVE 16
@@ -58,6 +61,9 @@ typedef struct stp_patch {
     uint8_t counts[STP_LEVEL_COUNT];
     uint8_t error[STP_LEVEL_COUNT];            /* perpendicular, greatest of the level */
     uint8_t tangential_error[STP_LEVEL_COUNT]; /* overhang of merged discs, greatest of the level */
+    /* Of levels 1 and 2, index level - 1, by quarter; 0 for quarters that are not there. */
+    uint8_t quarter_error[2][STP_PATCH_QUARTERS];
+    uint8_t quarter_tangential_error[2][STP_PATCH_QUARTERS];
     uint8_t colour_error[STP_LEVEL_COUNT]; /* greatest colour difference under a sample, 0..255 */
     uint8_t radius[STP_LEVEL_COUNT];       /* greatest radius code of the level */
     uint16_t bound_centre[3];              /* steps from the origin */
@@ -83,6 +89,15 @@ static inline unsigned stp_level_count_above(unsigned finer)
 static inline unsigned stp_level_children_begin(unsigned j, unsigned count, unsigned finer_count)
 {
     return count ? j * finer_count / count : 0;
+}
+
+/* First sample at a level (0, 1 or 2) of quarter q; of q = counts[2] the level's end. */
+static inline unsigned stp_quarter_begin(const uint8_t counts[STP_LEVEL_COUNT], int level,
+                                         unsigned q)
+{
+    for (int l = 2; l > level; l--)
+        q = stp_level_children_begin(q, counts[l], counts[l - 1]);
+    return q;
 }
 
 /* Octahedral map (Meyer et al. 2010) to 2 x 12 bits; the zero vector becomes +z. decode(encode(n))

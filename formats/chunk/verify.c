@@ -44,7 +44,7 @@ static stp_status verify_errors(const place *at, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk *chunk = at->chunk;
-    double(*overhang)[STP_LEVEL_COUNT] = NULL;
+    stp_overhang *overhang = NULL;
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const char *what = stp_verify_patch_errors(chunk, i);
         if (what)
@@ -53,14 +53,10 @@ static stp_status verify_errors(const place *at, stp_error *err)
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
     STP_TRY(stp_overhang_measure(overhang, chunk, NULL, err));
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        const stp_patch *patch = &chunk->patches[i];
-        for (int l = 1; l < STP_LEVEL_COUNT; l++) {
-            double stored = stp_error_decode(patch->tangential_error[l], patch->exponent);
-            if (overhang[i][l] > stored * 1.000001 + ldexp(1e-9, patch->exponent)) {
-                status = fault(
-                    at, i, "the tangential error of a merged sample exceeds the stored one", err);
-                goto done;
-            }
+        if (!stp_verify_overhang(&chunk->patches[i], &overhang[i])) {
+            status =
+                fault(at, i, "the tangential error of a merged sample exceeds the stored one", err);
+            goto done;
         }
     }
 done:

@@ -26,20 +26,54 @@ static void decode(const stp_chunk *chunk, uint32_t index, levels *out)
     }
 }
 
+static bool exceeds(double found, uint8_t stored, const stp_patch *patch)
+{
+    return found > stp_error_decode(stored, patch->exponent) * SLACK + ldexp(1e-9, patch->exponent);
+}
+
+/* The quarter that sample i of a level below 3 is in. */
+static unsigned quarter_of(const stp_patch *patch, int level, unsigned i)
+{
+    unsigned q = 0;
+    while (i >= stp_quarter_begin(patch->counts, level, q + 1))
+        q++;
+    return q;
+}
+
 static const char *check_level(const levels *l, const stp_patch *patch, int level)
 {
-    double error = stp_error_decode(patch->error[level], patch->exponent) * SLACK;
     for (unsigned i = 0; i < patch->counts[level]; i++) {
         unsigned first = l->first[level][i];
+        uint8_t stored = level == 3 ? patch->error[3]
+                                    : patch->quarter_error[level - 1][quarter_of(patch, level, i)];
         stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first],
                                               l->first[level][i + 1] - first);
-        double rounding = ldexp(1e-9, patch->exponent);
-        if (e.error > error + rounding)
+        if (exceeds(e.error, stored, patch))
             return "the perpendicular error of a merged sample exceeds the stored one";
         if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
             return "the colour error of a merged sample exceeds the stored one";
     }
     return NULL;
+}
+
+/* Level 1's of a quarter to level 2's; whole levels follow, but for level 0's. */
+static bool quarters_grow(const stp_patch *patch)
+{
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        if (patch->quarter_error[1][q] < patch->quarter_error[0][q] ||
+            patch->quarter_tangential_error[1][q] < patch->quarter_tangential_error[0][q])
+            return false;
+    return true;
+}
+
+bool stp_verify_overhang(const stp_patch *patch, const stp_overhang *found)
+{
+    for (int level = 1; level <= 2; level++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            if (exceeds(found->quarter[level - 1][q], patch->quarter_tangential_error[level - 1][q],
+                        patch))
+                return false;
+    return !exceeds(found->level[3], patch->tangential_error[3], patch);
 }
 
 static const char *check_bounds(const levels *l, const stp_patch *patch)
@@ -77,5 +111,7 @@ const char *stp_verify_patch_errors(const stp_chunk *chunk, uint32_t index)
             patch->tangential_error[level] < patch->tangential_error[level - 1])
             return "an error shrinks towards the root";
     }
+    if (!quarters_grow(patch))
+        return "an error of a quarter shrinks towards the root";
     return check_bounds(&l, patch);
 }
