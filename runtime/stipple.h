@@ -2,7 +2,7 @@
  * `stipple view` are made of.
  *
  * Give it a current OpenGL 4.5 core context (yours, or runtime/gl_context.h's) and a chunk file;
- * each call of stp_renderer_draw makes one picture. It chooses the cut and each patch's level by
+ * each call of stp_renderer_draw makes one picture. It chooses the cut and each patch's levels by
  * projected error, projects one pixel a sample, closes the surface by pull-push and shades it.
  * It does not open windows and does not write images.
  * Axes: the scan's own world axes and units; pictures have their bottom row first, as GL has.

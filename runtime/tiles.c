@@ -103,29 +103,74 @@ static rectangle around_box(const stp_chunk_entry *e, const stp_view *view)
     return a;
 }
 
-/* The rectangle around a ball, or false where it comes near the eye. */
-static bool around_ball(const stp_view *view, stp_dvec3 centre, double radius, rectangle *out)
+/* A view as the loop over patches needs it, for one chunk: floats, since the margin is pixels. */
+typedef struct patch_view {
+    float origin[3]; /* of the chunk, in eye space */
+    float right[3], up[3], back[3];
+    float f, near_depth, middle[2]; /* of the picture, pixels */
+    bool orthographic;
+} patch_view;
+
+static void set_axis(float out[3], stp_dvec3 axis)
 {
-    stp_dvec3 w = stp_view_project(view, centre);
-    double reach = radius * view->f;
-    if (!view->orthographic) {
-        double x = (w.x - 0.5 * view->width) / view->f, y = (w.y - 0.5 * view->height) / view->f;
-        if (w.z - radius <= view->near_depth)
+    out[0] = (float)axis.x;
+    out[1] = (float)axis.y;
+    out[2] = (float)axis.z;
+}
+
+static patch_view patch_view_of(const stp_view *view, const stp_chunk_entry *e)
+{
+    stp_dvec3 origin = stp_dvec3_sub(e->origin, view->eye);
+    patch_view v = {.origin = {(float)stp_dvec3_dot(view->right, origin),
+                               (float)stp_dvec3_dot(view->up, origin),
+                               (float)stp_dvec3_dot(view->back, origin)},
+                    .f = (float)view->f,
+                    .near_depth = (float)view->near_depth,
+                    .middle = {0.5f * (float)view->width, 0.5f * (float)view->height},
+                    .orthographic = view->orthographic};
+    set_axis(v.right, view->right);
+    set_axis(v.up, view->up);
+    set_axis(v.back, view->back);
+    return v;
+}
+
+static float along(float origin, const float axis[3], const float p[3])
+{
+    return origin + axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2];
+}
+
+/* The tile that a window coordinate lies in, between two. */
+static int tile_at(float px, int least, int most)
+{
+    float tile = px * (1.0f / STP_TILE_PX);
+    return tile <= (float)least ? least : tile >= (float)most ? most : (int)tile;
+}
+
+/* Adds a patch's tiles inside the box; false where it comes near the eye. */
+static bool add_patch(stp_tiles *t, const patch_view *v, const stp_gpu_patch *p,
+                      const tile_range *box)
+{
+    float x = along(v->origin[0], v->right, p->bound_centre);
+    float y = along(v->origin[1], v->up, p->bound_centre);
+    float depth = -along(v->origin[2], v->back, p->bound_centre);
+    float scale = v->f, reach = p->bound_radius * v->f;
+    if (!v->orthographic) {
+        if (depth - p->bound_radius <= v->near_depth)
             return false;
-        reach *= sqrt(1.0 + x * x + y * y) / (w.z - radius);
+        float inverse = 1.0f / depth;
+        scale *= inverse;
+        reach *= sqrtf(1.0f + (x * x + y * y) * inverse * inverse) / (depth - p->bound_radius);
     }
-    *out = (rectangle){w.x - reach, w.y - reach, w.x + reach, w.y + reach};
+    x = v->middle[0] + x * scale;
+    y = v->middle[1] + y * scale;
+    reach += (float)MARGIN_PX;
+    int c0 = tile_at(x - reach, box->c0, box->c1), r0 = tile_at(y - reach, box->r0, box->r1);
+    int c1 = tile_at(x + reach + STP_TILE_PX, box->c0, box->c1);
+    int r1 = tile_at(y + reach + STP_TILE_PX, box->r0, box->r1);
+    for (int r = r0; r < r1; r++)
+        for (int c = c0; c < c1; c++)
+            t->now[r * t->columns + c] = 1;
     return true;
-}
-
-static int imin(int a, int b)
-{
-    return a < b ? a : b;
-}
-
-static int imax(int a, int b)
-{
-    return a > b ? a : b;
 }
 
 /* The patches of a large chunk, which lies in the box, one by one; false if that cannot be told. */
@@ -135,18 +180,13 @@ static bool add_patches(stp_tiles *t, const stp_tiles_source *s, const stp_draw 
     const stp_chunk_entry *e = &s->model->entries[draw->chunk];
     const stp_resident *resident =
         stp_chunk_cache_get(s->cache, stp_chunk_cache_slot(s->cache, draw->chunk));
+    patch_view view = patch_view_of(s->view, e);
     for (uint32_t i = 0; i < e->patch_count; i++) {
         const stp_gpu_patch *p = &resident->patches[i];
-        stp_dvec3 centre = {(double)p->bound_centre[0], (double)p->bound_centre[1],
-                            (double)p->bound_centre[2]};
-        rectangle a;
         if (p->child < 64 && (draw->drawn_children >> p->child & 1))
             continue;
-        if (!around_ball(s->view, stp_dvec3_add(e->origin, centre), (double)p->bound_radius, &a))
+        if (!add_patch(t, &view, p, box))
             return false;
-        tile_range range = tiles_of(t, &a);
-        add_range(t, &(tile_range){imax(range.c0, box->c0), imax(range.r0, box->r0),
-                                   imin(range.c1, box->c1), imin(range.r1, box->r1)});
     }
     return true;
 }
