@@ -1,12 +1,13 @@
 /* The nearest disc of several points at once: the centre and rim of a merged disc over the discs
- * under it.
+ * under it; and the nearest of several discs to one point.
  *
- * Points lie in lanes of floats, relative to an origin and a unit, so that the compiler takes four
- * or more a step: ten times faster than one by one. The choice is as exact as floats are; whoever
- * wants the distance computes it of the disc chosen (nearest_disc.h). Threads: any. */
+ * Points, or discs, lie in lanes of floats, relative to an origin and a unit, so that the compiler
+ * takes four or more a step: ten times faster than one by one. The choice is as exact as floats
+ * are; whoever wants the distance computes it of the disc chosen. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_DISC_LANES_H
 #define STP_FORMATS_CHUNK_DISC_LANES_H
 
+#include "base/error.h"
 #include "base/vec.h"
 
 #include <stdint.h>
@@ -30,5 +31,20 @@ void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned
 /* Takes the disc where it is nearer. A zero normal makes it a ball. */
 void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
                         uint32_t index);
+
+/* Discs as columns: centre x y z, normal x y z, radius. A zero normal makes a ball. */
+#define STP_DISC_COLUMNS 7
+typedef struct stp_disc_columns {
+    float *of[STP_DISC_COLUMNS];
+} stp_disc_columns;
+
+/* Room for count discs, and what a last step reads behind them. Errors: OUT_OF_MEMORY. */
+stp_status stp_disc_columns_create(stp_disc_columns *out, uint32_t count, stp_error *err);
+void stp_disc_columns_clear(stp_disc_columns *columns);
+
+/* The nearest of the discs [begin, begin + count) to a point, if its squared distance is less than
+ * *squared, which it then becomes; else UINT32_MAX. */
+uint32_t stp_disc_columns_nearest(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                  const float point[3], float *squared);
 
 #endif

@@ -1,0 +1,53 @@
+/* The nearest of all level-0 discs of a chunk to a point.
+ *
+ * Each disc is entered in every cell of a hashed grid that its box touches, as columns of floats,
+ * so that a cell is tried four discs at a time. Threads: any may search at once in a grid that is
+ * made. */
+#ifndef STP_FORMATS_CHUNK_DISC_GRID_H
+#define STP_FORMATS_CHUNK_DISC_GRID_H
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/disc_lanes.h"
+
+/* Discs too large for the cells are tried by every search; with more than these few there is none.
+ */
+#define STP_DISC_LARGE_MAX 32
+
+/* Chunk coordinates; a zero normal makes it a ball. */
+typedef struct stp_flat_disc {
+    stp_dvec3 centre, normal;
+    double radius;
+} stp_flat_disc;
+
+/* The entries of bucket b are begin[b] to begin[b + 1]. */
+typedef struct stp_disc_grid {
+    stp_flat_disc *discs; /* by level-0 sample of the chunk */
+    uint32_t count;
+    double width; /* of a cell */
+    uint32_t *begin, mask;
+    stp_disc_columns columns; /* by entry */
+    uint32_t *disc_of_entry;
+    uint32_t large[STP_DISC_LARGE_MAX], large_count;
+} stp_disc_grid;
+
+/* Where a point lies over a disc. */
+typedef struct stp_disc_position {
+    uint32_t disc;
+    double squared;  /* distance */
+    double height;   /* over its plane, unsigned */
+    double overhang; /* in its plane, outside */
+} stp_disc_position;
+
+/* Errors: OUT_OF_MEMORY. */
+stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, stp_error *err);
+void stp_disc_grid_clear(stp_disc_grid *grid);
+
+stp_disc_position stp_disc_grid_position(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x);
+
+/* Finds what is nearer to x than *best, which some disc is; stops where its square is no more than
+ * `enough`. False if some hundreds of discs do not tell, and then best is any. The choice is as
+ * exact as floats of the chunk's coordinates, best's numbers as doubles. */
+bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough,
+                           stp_disc_position *best);
+
+#endif
