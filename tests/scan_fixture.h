@@ -66,6 +66,7 @@ static inline stp_point *scan_fixture_read(const char *path, const stp_scan_para
         assert_true(total + count <= info->point_count);
     }
     assert_int_equal(total, info->point_count);
+    info->stations = NULL; /* they end with the scan */
     stp_scan_close(&scan);
     assert_null(scan);
     return points;

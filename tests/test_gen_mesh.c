@@ -4,6 +4,7 @@
 #include "tools/gen/sampler.h"
 #include "tools/gen/statue.h"
 #include "tools/gen/truth.h"
+#include "tools/gen/visibility.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -210,19 +211,47 @@ static bool is_hidden(gen_shape shape, stp_dvec3 from, stp_dvec3 to, double dept
     return false;
 }
 
-/* Whether some station sees a point, with leeway in depth. */
+/* Whether a station sees a point, with leeway in depth. */
+static bool sees(gen_shape shape, stp_dvec3 station, const gen_hit *hit, double grazing,
+                 double depth)
+{
+    stp_dvec3 way = stp_dvec3_sub(station, hit->position);
+    double facing = stp_dvec3_dot(stp_dvec3_from_float(hit->normal), way);
+    return facing > grazing * stp_dvec3_length(way) &&
+           !is_hidden(shape, hit->position, station, depth);
+}
+
+/* Whether some station does. */
 static bool is_seen(gen_shape shape, const gen_sampler *sampler, size_t stations,
                     const gen_hit *hit, double grazing, double depth)
 {
-    for (size_t i = 0; i < stations; i++) {
-        stp_dvec3 station = gen_sampler_stations(sampler)[i];
-        stp_dvec3 way = stp_dvec3_sub(station, hit->position);
-        double facing = stp_dvec3_dot(stp_dvec3_from_float(hit->normal), way);
-        if (facing > grazing * stp_dvec3_length(way) &&
-            !is_hidden(shape, hit->position, station, depth))
+    for (size_t i = 0; i < stations; i++)
+        if (sees(shape, gen_sampler_stations(sampler)[i], hit, grazing, depth))
             return true;
-    }
     return false;
+}
+
+/* Every point is seen by the station it names, and where two see it, either may be named. */
+static void check_named_stations(gen_shape shape, const stp_dvec3 *stations, size_t station_count,
+                                 const stp_point *points, const gen_hit *hits, size_t count)
+{
+    size_t named[GEN_STATION_LIMIT + 1] = {0}, shared = 0, first = 0;
+    for (size_t j = 0; j < count; j++) {
+        size_t own = points[j].station;
+        assert_in_range(own, 1, station_count);
+        assert_true(sees(shape, stations[own - 1], &hits[j], 0.079, 0.003));
+        named[own]++;
+        for (size_t other = 1; other <= station_count; other++) {
+            if (other == own || !sees(shape, stations[other - 1], &hits[j], 0.081, -0.003))
+                continue;
+            shared++;
+            first += own < other;
+        }
+    }
+    for (size_t j = 1; j <= station_count; j++)
+        assert_true(named[j] > count / 10);
+    assert_true(shared >= 50);
+    assert_true(first > shared / 10 && first < shared - shared / 10);
 }
 
 static void test_stations_see_what_nothing_hides(void **state)
@@ -248,6 +277,7 @@ static void test_stations_see_what_nothing_hides(void **state)
         for (size_t j = 0; j < COUNT; j++)
             hidden += !is_seen(shapes[i], some, STATIONS, &seen[j], 0.079, 0.003);
         assert_true(hidden == 0);
+        check_named_stations(shapes[i], gen_sampler_stations(some), STATIONS, points, seen, COUNT);
         /* As much of the surface is in it as rays of our own say, between strict and lenient. */
         size_t least = 0, most = 0;
         for (size_t j = 0; j < COUNT; j++) {

@@ -35,8 +35,7 @@ static void round_trip(uint32_t attributes, bool doubles)
     const stp_ply_writer_params params = {.force = true,
                                           .double_coordinates = doubles,
                                           .vertex_count = COUNT,
-                                          .attributes = attributes,
-                                          .comment = "made by a test"};
+                                          .attributes = attributes};
     stp_ply_writer *writer = create("trip.ply", &params);
     for (size_t i = 0; i < COUNT; i++) {
         const stp_point point = sample(i);
@@ -119,9 +118,6 @@ static void faults(void **state)
     assert_null(writer);
     assert_int_equal(access("fault.ply", F_OK), -1);
 
-    params = (stp_ply_writer_params){.comment = "two\nlines"};
-    assert_int_equal(stp_ply_writer_create(&writer, "fault.ply", &params, &err),
-                     STP_INVALID_ARGUMENT);
     params = (stp_ply_writer_params){.triangle_count = 1};
     assert_int_equal(stp_ply_writer_create(&writer, "fault.ply", &params, &err),
                      STP_INVALID_ARGUMENT);

@@ -46,19 +46,6 @@ static stp_status fill_task(void *context, size_t index, unsigned worker, stp_er
     return STP_OK;
 }
 
-/* The stations' positions as the file's comment; empty without stations. */
-static void station_comment(const gen_sampler *sampler, uint64_t count, char *text, size_t size)
-{
-    size_t used = 0;
-    text[0] = '\0';
-    for (uint64_t i = 0; i < count && used < size; i++) {
-        stp_dvec3 p = gen_sampler_stations(sampler)[i];
-        int written = snprintf(text + used, size - used, "%sstation %" PRIu64 " %.6g %.6g %.6g",
-                               i ? ", " : "", i, p.x, p.y, p.z);
-        used += written > 0 ? (size_t)written : 0;
-    }
-}
-
 static stp_status write_points(const options *o, const gen_surface *surface, stp_pool *pool,
                                const stp_progress *progress, stp_error *err)
 {
@@ -66,7 +53,6 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
     gen_sampler *sampler = NULL;
     stp_ply_writer *writer = NULL;
     batch work = {0};
-    char comment[GEN_STATION_LIMIT * 64];
     gen_sampler_params params = {.surface = surface,
                                  .point_count = o->point_count,
                                  .seed = o->seed,
@@ -74,12 +60,15 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
                                  .noise_spacings = o->noise,
                                  .random_order = o->order == 1};
     STP_TRY(gen_sampler_create(&sampler, &params, pool, err));
-    station_comment(sampler, o->station_count, comment, sizeof comment);
-    stp_ply_writer_params writer_params = {
-        .force = o->force, .vertex_count = o->point_count, .comment = comment[0] ? comment : NULL};
+    stp_ply_writer_params writer_params = {.force = o->force,
+                                           .vertex_count = o->point_count,
+                                           .station_count = (uint32_t)o->station_count};
+    if (o->station_count > 0)
+        writer_params.stations = gen_sampler_stations(sampler);
     writer_params.attributes = (o->normals ? STP_POINT_HAS_NORMAL : 0u) |
                                (o->no_colour ? 0u : STP_POINT_HAS_COLOUR) |
-                               (surface->has_class ? STP_POINT_HAS_CLASS : 0u);
+                               (surface->has_class ? STP_POINT_HAS_CLASS : 0u) |
+                               (o->station_count > 1 ? STP_POINT_HAS_STATION : 0u);
     STP_TRY(stp_ply_writer_create(&writer, o->output, &writer_params, err));
     size_t batch_points = (size_t)TASK_POINTS * BATCH_TASKS;
     STP_TRY(stp_alloc(&work.points, batch_points, sizeof *work.points, "points", err));
@@ -267,6 +256,7 @@ const cli_command cli_gen = {
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
     .details = "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
                "apart).\nPoints are spread evenly over the true surface; memory does not grow with "
-               "their number.\nThe camera's options are for the picture of --truth.",
+               "their number.\nThe file says where the stations are and which one saw a "
+               "point.\nThe camera's options are for the picture of --truth.",
     .run = run,
 };

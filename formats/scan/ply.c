@@ -48,6 +48,9 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
         ply->attributes |= STP_POINT_HAS_INTENSITY;
     if (has_targets(ply, STP_PLY_CLASS, 1))
         ply->attributes |= STP_POINT_HAS_CLASS;
+    ply->lone_station = !has_targets(ply, STP_PLY_STATION, 1) && ply->header.stations.count == 1;
+    if (has_targets(ply, STP_PLY_STATION, 1) || ply->lone_station)
+        ply->attributes |= STP_POINT_HAS_STATION;
     return STP_OK;
 }
 
@@ -189,6 +192,14 @@ static uint16_t to_16_bits(double value, double scale)
     return (uint16_t)(clamp(value * scale, 65535.0) + 0.5);
 }
 
+static void set_stations(const stp_ply *ply, stp_point *points, size_t count)
+{
+    const double *numbers = ply->columns[STP_PLY_STATION];
+    for (size_t i = 0; i < count; i++)
+        points[i].station =
+            ply->lone_station ? 1 : stp_ply_stations_find(&ply->header.stations, numbers[i]);
+}
+
 static void columns_to_points(const stp_ply *ply, stp_point *points, size_t count)
 {
     const double(*c)[STP_PLY_BLOCK_POINTS] = ply->columns;
@@ -208,6 +219,8 @@ static void columns_to_points(const stp_ply *ply, stp_point *points, size_t coun
     if (ply->attributes & STP_POINT_HAS_CLASS)
         for (size_t i = 0; i < count; i++)
             points[i].class_id = (uint8_t)(clamp(c[STP_PLY_CLASS][i], 255.0) + 0.5);
+    if (ply->attributes & STP_POINT_HAS_STATION)
+        set_stations(ply, points, count);
 }
 
 stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,

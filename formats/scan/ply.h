@@ -27,6 +27,7 @@ typedef struct stp_ply {
     const stp_ply_element *faces;         /* NULL: none that can be read */
     uint64_t vertex_offset, vertex_line;  /* where the vertices start */
     uint32_t attributes;                  /* STP_POINT_HAS_* */
+    bool lone_station;                    /* one position, which saw all points */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];
 } stp_ply;

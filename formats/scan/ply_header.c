@@ -49,6 +49,7 @@ static const struct {
     {"intensity", STP_PLY_INTENSITY},
     {"class", STP_PLY_CLASS},
     {"classification", STP_PLY_CLASS},
+    {"station", STP_PLY_STATION},
 };
 
 size_t stp_ply_type_size(stp_ply_type type)
@@ -207,8 +208,10 @@ static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *er
         return parse_element(p, err);
     if (strcmp(k, "property") == 0)
         return parse_property(p, err);
+    if (strcmp(k, "comment") == 0)
+        return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
     *done_reading = strcmp(k, "end_header") == 0;
-    if (*done_reading || k[0] == '\0' || strcmp(k, "comment") == 0 || strcmp(k, "obj_info") == 0)
+    if (*done_reading || k[0] == '\0' || strcmp(k, "obj_info") == 0)
         return STP_OK;
     return header_corrupt(p, "unknown keyword", k, "export the file again", err);
 }
@@ -253,6 +256,7 @@ stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_erro
     }
     header.data_offset = source->offset;
     header.header_lines = source->line;
+    stp_ply_stations_settle(&header.stations);
     *out = header;
     header = (stp_ply_header){0};
 done:
@@ -264,6 +268,7 @@ void stp_ply_header_free(stp_ply_header *header)
 {
     free(header->elements);
     free(header->properties);
+    stp_ply_stations_free(&header->stations);
     *header = (stp_ply_header){0};
 }
 

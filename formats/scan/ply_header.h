@@ -2,11 +2,13 @@
  *
  * Turk's PLY 1.0: elements in file order, each with scalar and list properties of eight types under
  * two conventions of names (char or int8, ..., double or float64). Reads ASCII and both byte
- * orders; lines end in \n or \r\n; comment and obj_info lines are passed over. */
+ * orders; lines end in \n or \r\n; obj_info lines and comments other than those of ply_stations.h
+ * are passed over. */
 #ifndef STP_FORMATS_SCAN_PLY_HEADER_H
 #define STP_FORMATS_SCAN_PLY_HEADER_H
 
 #include "base/error.h"
+#include "formats/scan/ply_stations.h"
 #include "formats/scan/source.h"
 
 #include <stdbool.h>
@@ -43,6 +45,7 @@ typedef enum stp_ply_target {
     STP_PLY_BLUE,
     STP_PLY_INTENSITY,
     STP_PLY_CLASS,
+    STP_PLY_STATION,
     STP_PLY_TARGET_COUNT /* also: means nothing */
 } stp_ply_target;
 
@@ -71,7 +74,8 @@ typedef struct stp_ply_header {
     size_t element_count, element_capacity;
     stp_ply_property *properties;
     size_t property_count, property_capacity;
-    uint64_t data_offset; /* first byte after the header */
+    stp_ply_stations stations; /* settled */
+    uint64_t data_offset;      /* first byte after the header */
     uint64_t header_lines;
 } stp_ply_header;
 

@@ -8,8 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* x y z double, nx ny nz float, rgb, intensity, class */
-#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1)
+/* x y z double, nx ny nz float, rgb, intensity, class, station */
+#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2)
+/* Above, their numbers need two bytes; the greatest value of either type names none. */
+#define STP_PLY_BYTE_STATIONS 255u
 /* Bytes are gathered here so that stp_output is called per block, not per property. */
 #define STP_PLY_BLOCK_RECORDS 1024u
 
@@ -61,6 +63,12 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p,
     }
     if (params->attributes & STP_POINT_HAS_CLASS)
         *at++ = p->class_id;
+    if (params->attributes & STP_POINT_HAS_STATION) {
+        const unsigned number = p->station - 1u; /* all ones where unknown */
+        *at++ = (unsigned char)(number & 0xff);
+        if (params->station_count > STP_PLY_BYTE_STATIONS)
+            *at++ = (unsigned char)(number >> 8 & 0xff);
+    }
     return at;
 }
 
@@ -76,17 +84,23 @@ static stp_status put_count(stp_ply_writer *w, const char *element, uint64_t cou
     return put_text(w, line, err);
 }
 
-static stp_status write_header(stp_ply_writer *w, const char *comment, stp_error *err)
+static stp_status put_stations(stp_ply_writer *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < w->params.station_count; i++) {
+        char line[128];
+        const stp_dvec3 p = w->params.stations[i];
+        snprintf(line, sizeof line, "comment station %u %.17g %.17g %.17g\n", i, p.x, p.y, p.z);
+        STP_TRY(put_text(w, line, err));
+    }
+done:
+    return status;
+}
+
+static stp_status put_properties(stp_ply_writer *w, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_ply_writer_params *p = &w->params;
-    STP_TRY(put_text(w, "ply\nformat binary_little_endian 1.0\n", err));
-    if (comment) {
-        STP_TRY(put_text(w, "comment ", err));
-        STP_TRY(put_text(w, comment, err));
-        STP_TRY(put_text(w, "\n", err));
-    }
-    STP_TRY(put_count(w, "vertex", p->vertex_count, err));
     STP_TRY(put_text(w,
                      p->double_coordinates
                          ? "property double x\nproperty double y\nproperty double z\n"
@@ -101,6 +115,23 @@ static stp_status write_header(stp_ply_writer *w, const char *comment, stp_error
         STP_TRY(put_text(w, "property ushort intensity\n", err));
     if (p->attributes & STP_POINT_HAS_CLASS)
         STP_TRY(put_text(w, "property uchar classification\n", err));
+    if (p->attributes & STP_POINT_HAS_STATION)
+        STP_TRY(put_text(w,
+                         p->station_count > STP_PLY_BYTE_STATIONS ? "property ushort station\n"
+                                                                  : "property uchar station\n",
+                         err));
+done:
+    return status;
+}
+
+static stp_status write_header(stp_ply_writer *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ply_writer_params *p = &w->params;
+    STP_TRY(put_text(w, "ply\nformat binary_little_endian 1.0\n", err));
+    STP_TRY(put_stations(w, err));
+    STP_TRY(put_count(w, "vertex", p->vertex_count, err));
+    STP_TRY(put_properties(w, err));
     if (p->triangle_count > 0) {
         STP_TRY(put_count(w, "face", p->triangle_count, err));
         STP_TRY(put_text(w,
@@ -115,9 +146,15 @@ done:
 
 static stp_status check_params(const char *path, const stp_ply_writer_params *p, stp_error *err)
 {
-    if (p->comment && strpbrk(p->comment, "\r\n"))
+    if (p->attributes & STP_POINT_HAS_STATION && p->station_count == 0)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s: a PLY comment must be one line: remove the line breaks", path);
+                             "%s: points of stations need the stations' positions: give them",
+                             path);
+    if (p->station_count > STP_STATION_LIMIT)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: %u stations are more than the %u that a scan may have: write "
+                             "several scans",
+                             path, p->station_count, STP_STATION_LIMIT);
     if (p->triangle_count > 0 && (p->vertex_count == 0 || p->vertex_count > (uint64_t)1 << 32))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s: triangles over %llu vertices cannot be written to PLY: write the "
@@ -134,11 +171,11 @@ stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
     STP_TRY(check_params(path, params, err));
     STP_TRY(stp_alloc(&w, 1, sizeof *w, "PLY writer", err));
     w->params = *params;
-    w->params.comment = NULL; /* borrowed for the header only */
     STP_TRY(stp_alloc(&w->path, strlen(path) + 1, 1, "path", err));
     memcpy(w->path, path, strlen(path) + 1);
     STP_TRY(stp_output_create(&w->output, path, params->force, err));
-    STP_TRY(write_header(w, params->comment, err));
+    STP_TRY(write_header(w, err));
+    w->params.stations = NULL; /* borrowed for the header only */
     *out = w;
     w = NULL;
 done:

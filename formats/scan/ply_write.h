@@ -3,9 +3,10 @@
  * The counts are fixed when the writer is created, because PLY states them in the header: first all
  * points, then all triangles, then finish. The file appears whole or not at all (base/file.h).
  * Vertex properties, in this order: x y z; nx ny nz (float); red green blue (uchar: the upper byte
- * of the 16-bit colour, rounded); intensity (ushort); classification (uchar). Faces are
- * `list uchar int vertex_indices` (uint where a vertex index needs it). Does not write lines,
- * textures or ASCII.
+ * of the 16-bit colour, rounded); intensity (ushort); classification (uchar); station (its number,
+ * counted from 0, as uchar, or as ushort where there are more than 255; unknown: the type's
+ * greatest value). Stations' positions are comments, see ply_stations.h. Faces are `list uchar int
+ * vertex_indices` (uint where a vertex index needs it). Does not write lines, textures or ASCII.
  * Coordinates are written as given. Memory: bounded. Threads: one at a time per writer. */
 #ifndef STP_FORMATS_SCAN_PLY_WRITE_H
 #define STP_FORMATS_SCAN_PLY_WRITE_H
@@ -21,16 +22,17 @@ typedef struct stp_ply_writer_params {
     bool force;              /* replace an existing file */
     bool double_coordinates; /* else float */
     uint64_t vertex_count;
-    uint64_t triangle_count; /* 0: no face element */
-    uint32_t attributes;     /* STP_POINT_HAS_* */
-    const char *comment;     /* one line for the header, borrowed; NULL for none */
+    uint64_t triangle_count;   /* 0: no face element */
+    uint32_t attributes;       /* STP_POINT_HAS_* */
+    const stp_dvec3 *stations; /* positions for the header, borrowed */
+    uint32_t station_count;
 } stp_ply_writer_params;
 
 typedef struct stp_ply_writer stp_ply_writer;
 
 /* Writes the header. params is copied, path too. Errors: EXISTS, IO, OUT_OF_MEMORY,
- * INVALID_ARGUMENT (a comment of several lines, triangles without vertices or of more than 2^32
- * vertices). */
+ * INVALID_ARGUMENT (points of stations without positions, more than STP_STATION_LIMIT of them,
+ * triangles without vertices or of more than 2^32 vertices). */
 stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
                                  const stp_ply_writer_params *params, stp_error *err);
 /* Appends count points. Errors: IO; INVALID_ARGUMENT (more than vertex_count in all). */

@@ -20,6 +20,7 @@ struct stp_scan {
     size_t next_point;   /* of the mesh */
     bool sampling;
     stp_mesh_sampler sampler;
+    stp_dvec3 *stations;
 };
 
 static const char *ply_name(stp_ply_encoding encoding)
@@ -44,6 +45,18 @@ static const char *mesh_name(stp_scan_format format)
     return names[format];
 }
 
+static stp_status copy_stations(stp_scan *scan, const stp_ply_stations *stations, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&scan->stations, stations->count, sizeof *scan->stations, "stations", err));
+    for (size_t i = 0; i < stations->count; i++)
+        scan->stations[i] = stations->list[i].position;
+    scan->info.stations = scan->stations;
+    scan->info.station_count = (uint32_t)stations->count;
+done:
+    return status;
+}
+
 /* Streams the vertices; only faces that are needed make us hold the file whole. */
 static stp_status open_ply(stp_scan *scan, stp_error *err)
 {
@@ -55,6 +68,7 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     scan->info.point_count = ply->vertex->count;
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
+    STP_TRY(copy_stations(scan, &ply->header.stations, err));
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
     if (ply->faces && (wants_normals || scan->params.sample_count > 0)) {
@@ -102,6 +116,8 @@ static stp_status start_sampling(stp_scan *scan, stp_error *err)
                                   scan->params.seed, scan->path, err));
     scan->sampling = true;
     scan->info.point_count = scan->params.sample_count;
+    scan->info.attributes &= ~(uint32_t)STP_POINT_HAS_STATION; /* no scanner saw the samples */
+    scan->info.station_count = 0;
 done:
     return status;
 }
@@ -170,6 +186,7 @@ void stp_scan_close(stp_scan **scan)
         return;
     stp_ply_close(&s->ply);
     stp_point_mesh_free(&s->mesh);
+    free(s->stations);
     free(s->path);
     free(s);
     *scan = NULL;

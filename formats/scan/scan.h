@@ -4,7 +4,8 @@
  * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
  * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as
  * they are: NaN and infinite ones are the caller's to count and drop. Coordinates are the file's
- * own, in double. Memory: bounded for point files whatever their size; a mesh with faces is held
+ * own, in double. Where scanners stood and which one saw a point is told where the file says so
+ * (ply_stations.h). Memory: bounded for point files whatever their size; a mesh with faces is held
  * whole. Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
@@ -22,15 +23,20 @@ typedef struct stp_point {
     uint16_t rgb[3]; /* full range 0..65535, whatever the file's own depth */
     uint16_t intensity;
     uint8_t class_id;
-    uint8_t padding[3];
+    uint8_t padding;
+    uint16_t station; /* place among the scan's stations, counted from 1; 0: unknown */
 } stp_point;
 
 enum {
     STP_POINT_HAS_NORMAL = 1u << 0,
     STP_POINT_HAS_COLOUR = 1u << 1,
     STP_POINT_HAS_INTENSITY = 1u << 2,
-    STP_POINT_HAS_CLASS = 1u << 3
+    STP_POINT_HAS_CLASS = 1u << 3,
+    STP_POINT_HAS_STATION = 1u << 4 /* points name stations, of which positions may be missing */
 };
+
+/* Most stations of a scan. */
+#define STP_STATION_LIMIT 65535u
 
 typedef struct stp_scan_params {
     uint64_t sample_count; /* 0: the vertices; else so many points over the faces of a mesh */
@@ -45,6 +51,8 @@ typedef struct stp_scan_info {
     uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer coordinates, 0 where coordinates are floats */
     bool normals_from_faces;
+    const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
+    uint32_t station_count;
 } stp_scan_info;
 
 typedef struct stp_scan stp_scan;

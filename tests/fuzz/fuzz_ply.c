@@ -36,6 +36,16 @@ static const ply_seed seeds[] = {
          "\0\1\0\0\0\0\0\0\0\0"
          "\1\0\2\0\3\0\0\0\4\0\0\0\5"
          "\0\0\3\0\0\0\4\0\0\0\5"),
+    SEED("ply\nformat binary_little_endian 1.0\ncomment station 1 0.5 -1e3 2\n"
+         "comment station 0 7 8 9\ncomment station 1 0 0\ncomment station 0 7 8 9.5\n"
+         "element vertex 3\nproperty short x\nproperty char y\nproperty uchar z\n"
+         "property uchar station\nend_header\n"
+         "\0\0\1\2\0\1\0\3\4\1\0\2\5\6\xff"),
+    SEED("ply\nformat ascii 1.0\ncomment station 4294967295 1 2 3\ncomment station 3 nan 0 0\n"
+         "element vertex 4\n" XYZ "property double scalar_Station\nelement face 1\n" FACES
+         "end_header\n0 0 0 4294967295\n1 0 0 3\n0 1 0 -1\n0 1 1 0.5\n3 0 1 2\n"),
+    SEED("ply\nformat ascii 1.0\ncomment station 7 1 2 3\nelement vertex 1\n" XYZ
+         "end_header\n0 0 0\n"),
 };
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)

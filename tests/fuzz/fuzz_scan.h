@@ -34,6 +34,9 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
     size_t count = 1;
     stp_status status = stp_scan_open(&scan, path, params, &err);
     fuzz_require((status == STP_OK) == (scan != NULL), "a scan exactly where opening succeeds");
+    for (uint32_t i = 0; scan && i < stp_scan_get_info(scan)->station_count; i++)
+        fuzz_require(stp_dvec3_finite(stp_scan_get_info(scan)->stations[i]),
+                     "a station's position is finite");
     while (status == STP_OK && count > 0) {
         status = stp_scan_read(scan, points, 100, &count, &err);
         for (size_t i = 0; i < count && status == STP_OK; i++) {
@@ -41,6 +44,8 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
             const float length = sqrtf(n.x * n.x + n.y * n.y + n.z * n.z);
             fuzz_require(length == 0.0f || fabsf(length - 1.0f) < 1e-5f,
                          "a normal is unit or zero");
+            fuzz_require(points[i].station <= stp_scan_get_info(scan)->station_count,
+                         "a point's station has a position");
         }
         total += status == STP_OK ? count : 0;
     }

@@ -14,12 +14,20 @@ static const double jitter_width = 0.7;
 enum { SEEN_NONE, SEEN_PART, SEEN_ALL, TRIALS = 16, RETRIES = 64, TRIANGLES_PER_TASK = 1024 };
 
 /* Independent streams of random numbers. */
-enum { STREAM_JITTER = 1, STREAM_NOISE_A, STREAM_NOISE_B, STREAM_ORDER, STREAM_RETRY };
+enum {
+    STREAM_JITTER = 1,
+    STREAM_NOISE_A,
+    STREAM_NOISE_B,
+    STREAM_ORDER,
+    STREAM_RETRY,
+    STREAM_STATION,
+    STREAM_COUNT
+};
 
 struct gen_sampler {
     const gen_surface *surface;
     uint64_t point_count;
-    uint64_t keys[STREAM_RETRY + 1];
+    uint64_t keys[STREAM_COUNT];
     bool random_order;
     double sigma, area;
     gen_permutation order;
@@ -183,7 +191,7 @@ stp_status gen_sampler_create(gen_sampler **out, const gen_sampler_params *param
     s->surface = surface;
     s->point_count = params->point_count;
     s->random_order = params->random_order;
-    for (uint64_t stream = 0; stream <= STREAM_RETRY; stream++)
+    for (uint64_t stream = 0; stream < STREAM_COUNT; stream++)
         s->keys[stream] = stp_random_u64(params->seed, stream);
     gen_permutation_init(&s->order, params->point_count, s->keys[STREAM_ORDER]);
     STP_TRY(surface->mesh(surface, surface->proxy_triangles, pool, &mesh, err));
@@ -247,22 +255,31 @@ static size_t find_triangle(const gen_sampler *s, double place)
     return triangle;
 }
 
+static uint16_t draw_station(const gen_sampler *s, uint64_t piece, const gen_hit *hit)
+{
+    return gen_visibility_station(s->visibility, hit, s->keys[STREAM_STATION], piece);
+}
+
 /* The point moves to another place of its triangle until it is seen; shadows may be narrower than
- * the places tried before. */
-static void move_into_sight(const gen_sampler *s, size_t triangle, uint64_t piece, gen_hit *hit)
+ * the places tried before. Returns the station, counted from 1; 0 if none sees any of the places.
+ */
+static uint16_t move_into_sight(const gen_sampler *s, size_t triangle, uint64_t piece, gen_hit *hit)
 {
     for (uint64_t retry = 0; retry < RETRIES; retry++) {
-        if (gen_visibility_sees(s->visibility, hit))
-            return;
+        uint16_t station = draw_station(s, piece, hit);
+        if (station > 0)
+            return station;
         double t = stp_random_unit(s->keys[STREAM_RETRY], piece * RETRIES + retry);
         triangle_point(s, triangle, t, hit);
     }
     for (int k = 0; k < TRIALS; k++)
         if (trial_seen(s, triangle, k, hit))
-            return;
+            return draw_station(s, piece, hit);
+    return 0;
 }
 
-static void sample(const gen_sampler *s, uint64_t piece, gen_hit *hit)
+/* Returns the point's station, counted from 1; 0 without stations. */
+static uint16_t sample(const gen_sampler *s, uint64_t piece, gen_hit *hit)
 {
     double jitter = jitter_width * (stp_random_unit(s->keys[STREAM_JITTER], piece) - 0.5);
     double place = ((double)piece + 0.5 + jitter) / (double)s->point_count * s->area;
@@ -270,8 +287,7 @@ static void sample(const gen_sampler *s, uint64_t piece, gen_hit *hit)
     double before = s->cumulative[triangle], length = s->cumulative[triangle + 1] - before;
     double t = length > 0.0 ? (place - before) / length : 0.5;
     triangle_point(s, triangle, fmin(fmax(t, 0.0), 0.999999999), hit);
-    if (s->seen != NULL)
-        move_into_sight(s, triangle, piece, hit);
+    return s->seen != NULL ? move_into_sight(s, triangle, piece, hit) : 0;
 }
 
 /* A standard normal number. Source: Box and Muller 1958. */
@@ -290,11 +306,12 @@ void gen_sampler_fill(const gen_sampler *s, uint64_t first, size_t count, stp_po
         if (s->random_order)
             piece = gen_permutation_at(&s->order, piece);
         gen_hit hit;
-        sample(s, piece, &hit);
+        uint16_t station = sample(s, piece, &hit);
         if (truth != NULL)
             truth[i] = hit;
         stp_point *p = &points[i];
         *p = gen_hit_point(&hit);
+        p->station = station;
         if (s->sigma > 0.0) {
             stp_dvec3 n = stp_dvec3_from_float(hit.normal);
             double away = s->sigma * gaussian(s, piece);

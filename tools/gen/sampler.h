@@ -7,8 +7,8 @@
  * grid, like a scanner's. Scan order is the curve's; random order walks the pieces by a keyed
  * permutation (a Feistel network, cycle-walked). Noise is Gaussian along the true normal.
  *
- * With stations only what some station sees is sampled; see visibility.h.
- * Threads: filling is const, any number. */
+ * With stations only what some station sees is sampled, and each point says from which one it
+ * comes; see visibility.h. Threads: filling is const, any number. */
 #ifndef STP_TOOLS_GEN_SAMPLER_H
 #define STP_TOOLS_GEN_SAMPLER_H
 

@@ -2,10 +2,14 @@
 #include "tools/gen/visibility.h"
 
 #include "base/memory.h"
+#include "base/random.h"
 
 #include <stdlib.h>
 
 enum { LEAF_TRIANGLES = 4 };
+
+/* Scanners get nothing back at grazing angles (beyond about 85 degrees). */
+#define GRAZING_COSINE 0.08
 
 typedef struct box {
     vec3s min, max;
@@ -178,25 +182,57 @@ static bool blocked(const gen_visibility *v, const ray *r)
     return false;
 }
 
+/* The cosine under which a station is seen from the point. */
+static double facing(const gen_visibility *v, size_t station, const gen_hit *hit, double *distance)
+{
+    stp_dvec3 to = stp_dvec3_sub(v->stations[station], hit->position);
+    *distance = stp_dvec3_length(to);
+    return stp_dvec3_dot(to, stp_dvec3_from_float(hit->normal)) / *distance;
+}
+
+/* Whether nothing is between a station and a point that faces it. */
+static bool reaches(const gen_visibility *v, size_t station, const gen_hit *hit, double distance)
+{
+    stp_dvec3 to = stp_dvec3_sub(v->stations[station], hit->position);
+    stp_dvec3 lift = stp_dvec3_add(stp_dvec3_scale(stp_dvec3_from_float(hit->normal), v->tolerance),
+                                   stp_dvec3_scale(to, v->tolerance / distance));
+    stp_dvec3 origin = stp_dvec3_add(hit->position, lift);
+    ray r = {stp_dvec3_to_float(origin),
+             stp_dvec3_to_float(stp_dvec3_sub(v->stations[station], origin)),
+             {{0}}};
+    for (int axis = 0; axis < 3; axis++)
+        r.inverse.raw[axis] = 1.0f / r.direction.raw[axis];
+    return !blocked(v, &r);
+}
+
 bool gen_visibility_sees(const gen_visibility *v, const gen_hit *hit)
 {
-    stp_dvec3 normal = stp_dvec3_from_float(hit->normal);
-    for (size_t i = 0; i < v->station_count; i++) {
-        stp_dvec3 to = stp_dvec3_sub(v->stations[i], hit->position);
-        double distance = stp_dvec3_length(to);
-        /* Scanners get nothing back at grazing angles (beyond about 85 degrees). */
-        if (stp_dvec3_dot(to, normal) < 0.08 * distance)
-            continue;
-        stp_dvec3 lift = stp_dvec3_add(stp_dvec3_scale(normal, v->tolerance),
-                                       stp_dvec3_scale(to, v->tolerance / distance));
-        stp_dvec3 origin = stp_dvec3_add(hit->position, lift);
-        ray r = {stp_dvec3_to_float(origin),
-                 stp_dvec3_to_float(stp_dvec3_sub(v->stations[i], origin)),
-                 {{0}}};
-        for (int axis = 0; axis < 3; axis++)
-            r.inverse.raw[axis] = 1.0f / r.direction.raw[axis];
-        if (!blocked(v, &r))
+    double distance;
+    for (size_t i = 0; i < v->station_count; i++)
+        if (facing(v, i, hit, &distance) >= GRAZING_COSINE && reaches(v, i, hit, distance))
             return true;
-    }
     return false;
+}
+
+/* The first to ring of exponential clocks, as fast as the weights, is the weighted draw; those that
+ * see nothing step aside one by one, so that few rays are cast. */
+uint16_t gen_visibility_station(const gen_visibility *v, const gen_hit *hit, uint64_t key,
+                                uint64_t counter)
+{
+    double waits[GEN_STATION_LIMIT], distances[GEN_STATION_LIMIT];
+    for (size_t i = 0; i < v->station_count; i++) {
+        double cosine = facing(v, i, hit, &distances[i]);
+        double wait = -log(1.0 - stp_random_unit(key, counter * GEN_STATION_LIMIT + i));
+        waits[i] = cosine < GRAZING_COSINE ? INFINITY : wait * distances[i] * distances[i] / cosine;
+    }
+    for (;;) {
+        size_t first = 0;
+        for (size_t i = 1; i < v->station_count; i++)
+            first = waits[i] < waits[first] ? i : first;
+        if (waits[first] == INFINITY)
+            return 0;
+        if (reaches(v, first, hit, distances[first]))
+            return (uint16_t)(first + 1);
+        waits[first] = INFINITY;
+    }
 }

@@ -22,8 +22,13 @@ stp_status gen_visibility_create(gen_visibility **out, const gen_surface *surfac
                                  size_t station_count, stp_error *err);
 void gen_visibility_destroy(gen_visibility **visibility);
 const stp_dvec3 *gen_visibility_stations(const gen_visibility *visibility);
-/* True if a station faces the point and nothing is between them, but for what is within a proxy
- * triangle's reach of the point itself. */
+/* True if a station sees the point: it faces it and nothing is between them, but for what is within
+ * a proxy triangle's reach of the point itself. */
 bool gen_visibility_sees(const gen_visibility *visibility, const gen_hit *hit);
+/* The station that the point comes from, counted from 1: of those that see it, drawn by the solid
+ * angle that its surroundings have for them, as scanners' densities go; 0 if none sees it. The draw
+ * is a function of key and counter alone. */
+uint16_t gen_visibility_station(const gen_visibility *visibility, const gen_hit *hit, uint64_t key,
+                                uint64_t counter);
 
 #endif
