@@ -26,8 +26,9 @@ typedef struct stp_cloud_point {
     uint16_t rgb[3];
     uint16_t intensity;
     uint8_t class_id;
-    uint8_t flags; /* STP_SAMPLE_* */
-    uint8_t padding[6];
+    uint8_t flags;    /* STP_SAMPLE_* */
+    uint16_t station; /* whose point it is, counted from 1; 0: unknown */
+    uint8_t padding[4];
 } stp_cloud_point;
 
 typedef struct stp_cell {

@@ -111,17 +111,6 @@ typedef struct settling {
     uint32_t *spot; /* by point: its crumb, STP_SHEET_NONE on a sheet */
 } settling;
 
-/* Logarithm of the odds that a relation of this rank is right, as measured on the statue, 300 k
- * points with noise of 0.1 spacings. */
-static float log_odds(uint16_t rank)
-{
-    if (rank < STP_RANK_SURE)
-        return 6.0f;
-    if (rank < STP_RANK_SMOOTH)
-        return 5.0f;
-    return 4.2f - 3.8f * (float)(rank - STP_RANK_SMOOTH) / (float)(STP_RANK_NONE - STP_RANK_SMOOTH);
-}
-
 static float odds_of(const settling *s, uint32_t self)
 {
     const uint32_t *list = s->neighbours->indices + (size_t)self * s->neighbours->k;
@@ -132,7 +121,7 @@ static float odds_of(const settling *s, uint32_t self)
             continue;
         stp_relation r = stp_relate(s->cloud, self, list[i]);
         if (r.rank < STP_RANK_NONE)
-            sum += r.turned ? -log_odds(r.rank) : log_odds(r.rank);
+            sum += stp_relation_odds(r);
     }
     return sum;
 }

@@ -1,6 +1,7 @@
 /* Which way normals point. */
 #include "preprocess/orientation.h"
 
+#include "preprocess/facing.h"
 #include "preprocess/sheets.h"
 #include "preprocess/turning.h"
 
@@ -11,27 +12,47 @@ static void mark_all(stp_cloud *cloud)
             cloud->points[i].flags |= STP_SAMPLE_ORIENTED;
 }
 
+static uint32_t count_normals(const stp_cloud *cloud)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < cloud->count; i++)
+        count += (cloud->points[i].flags & STP_SAMPLE_HAS_NORMAL) != 0;
+    return count;
+}
+
 /* Parts the points into sheets, makes signs agree and turns the pieces. */
-static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours,
-                          const stp_orient_params *params, stp_pool *pool, uint32_t *oriented,
+static stp_status connect(stp_cloud *cloud, const stp_neighbours *neighbours, stp_orient_mode mode,
+                          const stp_dvec3 *stations, stp_pool *pool, uint32_t *oriented,
                           stp_error *err)
 {
     stp_status status = STP_OK;
     stp_sheets sheets = {0};
     STP_TRY(stp_sheets_create(&sheets, cloud, neighbours, pool, err));
-    if (params->mode != STP_ORIENT_NONE)
-        STP_TRY(stp_sheets_cross(&sheets, err));
-    if (params->mode == STP_ORIENT_POSITION)
-        STP_TRY(stp_turn_to(cloud, &sheets.forest, params->position, err));
-    else if (params->mode != STP_ORIENT_NONE)
-        STP_TRY(stp_turn_outward(cloud, &sheets.forest, oriented, err));
-    if (*oriented > 0) {
+    if (mode == STP_ORIENT_NONE)
+        goto done;
+    STP_TRY(stp_sheets_cross(&sheets, err));
+    STP_TRY(stp_turn_pieces(cloud, &sheets.forest, stations, oriented, err));
+    if (stations)
+        STP_TRY(stp_facing_settle(cloud, neighbours, stations, pool, err));
+    if (*oriented > 0 && !stations) {
         STP_TRY(stp_turn_seen(cloud, sheets.parts, pool, err));
         STP_TRY(stp_crumbs_settle(&sheets.crumbs, cloud, neighbours, pool, err));
     }
 done:
     stp_sheets_clear(&sheets);
     return status;
+}
+
+/* The stations to turn to, NULL if none: a given position is the station of all points. */
+static const stp_dvec3 *choose_stations(stp_cloud *cloud, const stp_orient_params *params)
+{
+    if (params->mode == STP_ORIENT_AUTO)
+        return params->stations;
+    if (params->mode != STP_ORIENT_POSITION)
+        return NULL;
+    for (uint32_t i = 0; i < cloud->count; i++)
+        cloud->points[i].station = 1;
+    return &params->position;
 }
 
 stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbours,
@@ -47,15 +68,14 @@ stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbou
         *found = STP_ORIENTATION_FILE;
         return STP_OK;
     }
-    stp_status status = connect(cloud, neighbours, params, pool, &oriented, err);
+    const stp_dvec3 *stations = choose_stations(cloud, params);
+    stp_status status = connect(cloud, neighbours, params->mode, stations, pool, &oriented, err);
     if (status != STP_OK)
         return status;
     *found = STP_ORIENTATION_UNKNOWN;
-    if (params->mode == STP_ORIENT_POSITION) {
-        mark_all(cloud);
-        *found = STP_ORIENTATION_POSITION;
-    } else if (oriented > 0) {
-        *found = oriented == cloud->count ? STP_ORIENTATION_PROPAGATED : STP_ORIENTATION_MIXED;
-    }
+    if (oriented > 0 && oriented == count_normals(cloud))
+        *found = stations ? STP_ORIENTATION_POSITION : STP_ORIENTATION_PROPAGATED;
+    else if (oriented > 0)
+        *found = STP_ORIENTATION_MIXED;
     return STP_OK;
 }

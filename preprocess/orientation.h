@@ -1,12 +1,14 @@
-/* Which way normals point: agreement between neighbours, outward for closed pieces.
+/* Which way normals point: to the stations that saw them, or by agreement between neighbours,
+ * outward for closed pieces.
  *
- * Normals that came with the file are taken as they are. Else signs are propagated along the
- * neighbour graph, best edges first (Hoppe et al. 1992; across creases by reflection, Xie et al.
- * 2003); a connected piece is turned outward by the sign of its volume if its area vectors cancel,
- * that is, if it is closed; an open piece has agreeing signs of which nothing is known, and its
- * points are not marked oriented. The sheets of a closed piece are then turned by what is seen of
- * them from outside (visibility.h). Signs agree inside each cell first, cells on the pool, and then
- * between cells: the same result for any number of threads. */
+ * Normals that came with the file are taken as they are. Else, where it is known of some points
+ * where the scanner stood that saw them, they face it (facing.h), and others go with them. Else
+ * signs are propagated along the neighbour graph, best edges first (Hoppe et al. 1992; across
+ * creases by reflection, Xie et al. 2003); a connected piece is turned outward by the sign of its
+ * volume if its area vectors cancel, that is, if it is closed; an open piece has agreeing signs of
+ * which nothing is known, and its points are not marked oriented. The sheets of a closed piece are
+ * then turned by what is seen of them from outside (visibility.h). Signs agree inside each cell
+ * first, cells on the pool, and then between cells: the same result for any number of threads. */
 #ifndef STP_PREPROCESS_ORIENTATION_H
 #define STP_PREPROCESS_ORIENTATION_H
 
@@ -14,7 +16,7 @@
 #include "preprocess/neighbours.h"
 
 typedef enum stp_orient_mode {
-    STP_ORIENT_AUTO = 0, /* the file's normals, else propagation */
+    STP_ORIENT_AUTO = 0, /* the file's normals, else the points' stations, else propagation */
     STP_ORIENT_FILE,
     STP_ORIENT_PROPAGATE,
     STP_ORIENT_NONE,
@@ -24,7 +26,8 @@ typedef enum stp_orient_mode {
 typedef struct stp_orient_params {
     stp_orient_mode mode;
     stp_dvec3 position;
-    bool from_file; /* the cloud's normals came with the file or its faces */
+    bool from_file;            /* the cloud's normals came with the file or its faces */
+    const stp_dvec3 *stations; /* of the points, borrowed; NULL if no point's is known */
 } stp_orient_params;
 
 /* Sets signs, STP_SAMPLE_ORIENTED and every point's sheet (points connected by edges between

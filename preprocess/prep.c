@@ -46,7 +46,9 @@ static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t s
                              .source = (uint32_t)source,
                              .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
                              .intensity = point->intensity,
-                             .class_id = point->class_id};
+                             .class_id = point->class_id,
+                             .station = point->station};
+    stats->points_unstationed += point->station == 0;
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
@@ -66,8 +68,11 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source,
         STP_TRY(source->read(source->context, points, READ_POINTS, &count, err));
         if (count == 0)
             break;
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < count; i++) {
+            if (points[i].station > source->station_count)
+                points[i].station = 0;
             STP_TRY(add_point(cloud, &points[i], stats->points_in++, stats, err));
+        }
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
     stats->points_out = cloud->count;
@@ -82,8 +87,8 @@ done:
 
 /* What the file says of its making; no dates and no folders, so that equal runs give equal bytes.
  */
-static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats, unsigned k,
-                      double lambda, double precision)
+static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats,
+                      const stp_dvec3 *stations, unsigned k, double lambda, double precision)
 {
     cJSON *root = cJSON_CreateObject();
     cJSON *sources = cJSON_AddArrayToObject(root, "sources");
@@ -97,6 +102,11 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
     cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));
+    cJSON *list = stats->station_count ? cJSON_AddArrayToObject(root, "stations") : NULL;
+    for (uint32_t i = 0; i < stats->station_count; i++) {
+        const double xyz[3] = {stations[i].x, stations[i].y, stations[i].z};
+        cJSON_AddItemToArray(list, cJSON_CreateDoubleArray(xyz, 3));
+    }
     char *text = cJSON_PrintUnformatted(root);
     cJSON_Delete(root);
     return text;
@@ -126,6 +136,21 @@ static void end_stage(stp_prep_stats *stats, int stage, double *since)
     *since = now;
 }
 
+/* By whose positions normals will be oriented, if anyone's. */
+static void choose_stations(stp_orient_params *orient, const stp_prep_source *source,
+                            stp_prep_stats *stats)
+{
+    bool named = source->attributes & STP_POINT_HAS_STATION || source->station_count > 0;
+    if (orient->mode == STP_ORIENT_POSITION)
+        stats->station_count = 1;
+    if (orient->mode != STP_ORIENT_AUTO || orient->from_file || !named) {
+        stats->points_unstationed = 0;
+    } else if (stats->points_unstationed < stats->points_out) {
+        orient->stations = source->stations;
+        stats->station_count = source->station_count;
+    }
+}
+
 static stp_status write_tree(const char *path, const stp_cloud *cloud,
                              const stp_prep_source *source, const stp_prep_params *params,
                              const stp_tree_params *tree, unsigned k, stp_pool *pool,
@@ -140,7 +165,9 @@ static stp_status write_tree(const char *path, const stp_cloud *cloud,
     stp_status status = stp_chunk_writer_create(&writer, path, &out, err);
     if (status != STP_OK)
         return status;
-    char *json = metadata(source, stats, k, tree->lambda, tree->precision);
+    const stp_dvec3 *stations =
+        params->orient == STP_ORIENT_POSITION ? &params->orient_position : source->stations;
+    char *json = metadata(source, stats, stations, k, tree->lambda, tree->precision);
     if (json)
         status = stp_tree_write(&writer, cloud, tree, json, pool, progress, &stats->tree, err);
     else
@@ -169,6 +196,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     double since = start;
     *stats = (stp_prep_stats){0};
     STP_TRY(read_all(&cloud, source, progress, stats, err));
+    choose_stations(&orient, source, stats);
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
     end_stage(stats, STAGE_READ, &since);
@@ -181,6 +209,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
     end_stage(stats, STAGE_NORMALS, &since);
     STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, pool, &stats->orientation, err));
+    if (stats->orientation == STP_ORIENTATION_UNKNOWN)
+        stats->station_count = 0; /* there was no normal to turn */
     end_stage(stats, STAGE_ORIENTATION, &since);
     stp_neighbours_clear(&neighbours);
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));

@@ -15,10 +15,12 @@ typedef struct stp_prep_source {
     void *context;
     stp_status (*read)(void *context, stp_point *points, size_t capacity, size_t *count,
                        stp_error *err);
-    uint64_t point_count;   /* expected, for progress */
-    uint32_t attributes;    /* STP_POINT_HAS_* */
-    double coordinate_step; /* scale of integer coordinates, 0 for floats */
-    const char *name;       /* for the metadata: without its folder */
+    uint64_t point_count;      /* expected, for progress */
+    uint32_t attributes;       /* STP_POINT_HAS_* */
+    double coordinate_step;    /* scale of integer coordinates, 0 for floats */
+    const stp_dvec3 *stations; /* that the points are from, borrowed */
+    uint32_t station_count;
+    const char *name; /* for the metadata: without its folder */
 } stp_prep_source;
 
 typedef struct stp_prep_params {
@@ -38,6 +40,8 @@ typedef struct stp_prep_stats {
     uint64_t rejected_not_finite;
     stp_tree_stats tree;
     stp_orientation orientation;
+    uint32_t station_count;      /* scanner positions that normals were turned to */
+    uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
 } stp_prep_stats;

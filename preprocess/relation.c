@@ -42,3 +42,15 @@ stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b)
                    (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
         reflected < 0.0f, parallel};
 }
+
+/* As measured on the statue, 300 k points with noise of 0.1 spacings. */
+float stp_relation_odds(stp_relation r)
+{
+    float odds = 6.0f;
+    if (r.rank >= STP_RANK_SMOOTH)
+        odds = 4.2f -
+               3.8f * (float)(r.rank - STP_RANK_SMOOTH) / (float)(STP_RANK_NONE - STP_RANK_SMOOTH);
+    else if (r.rank >= STP_RANK_SURE)
+        odds = 5.0f;
+    return r.turned ? -odds : odds;
+}

@@ -18,5 +18,7 @@ typedef struct stp_relation {
 } stp_relation;
 
 stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b);
+/* Logarithm of the odds that the signs of both agree as they are, of a rank below STP_RANK_NONE. */
+float stp_relation_odds(stp_relation relation);
 
 #endif

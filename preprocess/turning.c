@@ -1,8 +1,9 @@
-/* Turns pieces by volume, by a scanner's position and by what is seen of them. */
+/* Turns pieces by volume, by scanners' positions and by what is seen of them. */
 #include "preprocess/turning.h"
 
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
+#include "preprocess/facing.h"
 #include "preprocess/visibility.h"
 
 #include <stdlib.h>
@@ -10,13 +11,12 @@
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
-/* Views flatter than this do not tell the sides of a noisy normal apart. */
-#define GRAZING_COSINE 0.2
 
 typedef struct piece {
     stp_dvec3 area; /* sum of area vectors */
     stp_dvec3 first;
     double total, volume;
+    double facing; /* by how much more it faces its points' stations than it turns away */
     uint32_t count;
 } piece;
 
@@ -34,7 +34,7 @@ static uint32_t number_pieces(stp_forest *f, uint32_t count, uint32_t *numbers)
 
 /* Makes signs agree with the piece's first point and sums the pieces up. */
 static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *numbers,
-                       piece *pieces)
+                       const stp_dvec3 *stations, piece *pieces)
 {
     for (uint32_t i = 0; i < cloud->count; i++) {
         stp_cloud_point *p = &cloud->points[i];
@@ -48,11 +48,36 @@ static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *nu
         c->area = stp_dvec3_add(c->area, vector);
         c->total += area;
         c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
+        c->facing += stp_facing(p, stations);
     }
 }
 
-/* Marks closed pieces oriented and turns them outward; *oriented: how many points. */
-stp_status stp_turn_outward(stp_cloud *cloud, stp_forest *f, uint32_t *oriented, stp_error *err)
+/* Whether the piece's outside is known, and in *sign, above 0 where its normals point there: by its
+ * points' stations or, where none is known, by its volume, if it is closed. */
+static bool outside_of(const piece *c, double *sign)
+{
+    *sign = c->facing != 0.0 ? c->facing : c->volume;
+    if (c->facing != 0.0)
+        return true;
+    return c->count >= CLOSED_POINTS && stp_dvec3_length(c->area) <= CLOSED_RATIO * c->total;
+}
+
+/* Either sign will do of which nothing is known; octahedral codes are contiguous around +z, not
+ * around -z. */
+static void turn_point(stp_cloud_point *p, const piece *c, const stp_dvec3 *stations)
+{
+    double sign = stp_facing(p, stations);
+    bool known = p->flags & STP_SAMPLE_HAS_NORMAL && (sign != 0.0 || outside_of(c, &sign));
+    if (!known)
+        sign = c->area.z;
+    if (sign < 0.0)
+        p->normal = glms_vec3_negate(p->normal);
+    if (known)
+        p->flags |= STP_SAMPLE_ORIENTED;
+}
+
+stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *stations,
+                           uint32_t *oriented, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t *numbers = NULL;
@@ -60,61 +85,16 @@ stp_status stp_turn_outward(stp_cloud *cloud, stp_forest *f, uint32_t *oriented,
     STP_TRY(stp_alloc(&numbers, cloud->count, sizeof *numbers, "pieces", err));
     uint32_t piece_count = number_pieces(f, cloud->count, numbers);
     STP_TRY(stp_alloc(&pieces, piece_count, sizeof *pieces, "pieces", err));
-    sum_pieces(cloud, f, numbers, pieces);
+    sum_pieces(cloud, f, numbers, stations, pieces);
     *oriented = 0;
     for (uint32_t i = 0; i < cloud->count; i++) {
-        stp_cloud_point *p = &cloud->points[i];
-        const piece *c = &pieces[numbers[i]];
-        if (c->count < CLOSED_POINTS || stp_dvec3_length(c->area) > CLOSED_RATIO * c->total ||
-            !(p->flags & STP_SAMPLE_HAS_NORMAL)) {
-            /* Either sign will do; octahedral codes are contiguous around +z, not around -z. */
-            if (c->area.z < 0.0)
-                p->normal = glms_vec3_negate(p->normal);
-            continue;
-        }
-        if (c->volume < 0.0)
-            p->normal = glms_vec3_negate(p->normal);
-        p->flags |= STP_SAMPLE_ORIENTED;
-        (*oriented)++;
+        turn_point(&cloud->points[i], &pieces[numbers[i]], stations);
+        *oriented += (cloud->points[i].flags & STP_SAMPLE_ORIENTED) != 0;
     }
 done:
     free(pieces);
     free(numbers);
     return status;
-}
-
-/* Which side of its piece a point's position says is seen; grazing views say nothing. */
-static double facing(const stp_cloud_point *p, stp_dvec3 position)
-{
-    stp_dvec3 d = stp_dvec3_normalize(stp_dvec3_sub(position, p->position));
-    return stp_dvec3_dot(d, stp_dvec3_from_float(p->normal));
-}
-
-/* Turns every point to the scanner's position, and those seen at a grazing angle with the piece
- * they are on. */
-stp_status stp_turn_to(stp_cloud *cloud, stp_forest *f, stp_dvec3 position, stp_error *err)
-{
-    double *votes = NULL;
-    stp_status status = stp_alloc(&votes, cloud->count, sizeof *votes, "pieces", err);
-    if (status != STP_OK)
-        return status;
-    for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
-        uint32_t root = stp_forest_find(f, i, &parity);
-        stp_cloud_point *p = &cloud->points[i];
-        if (parity)
-            p->normal = glms_vec3_negate(p->normal);
-        votes[root] += facing(p, position);
-    }
-    for (uint32_t i = 0; i < cloud->count; i++) {
-        uint8_t parity = 0;
-        stp_cloud_point *p = &cloud->points[i];
-        double own = facing(p, position);
-        if ((fabs(own) >= GRAZING_COSINE ? own : votes[stp_forest_find(f, i, &parity)]) < 0.0)
-            p->normal = glms_vec3_negate(p->normal);
-    }
-    free(votes);
-    return STP_OK;
 }
 
 /* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be

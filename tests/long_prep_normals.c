@@ -34,7 +34,7 @@ static double cgal_mean_error(const surface_cloud *s)
 static void no_worse_than_cgal(void **state)
 {
     (void)state;
-    surface_cloud s = surface_sample(GEN_STATUE, 1000000u, 0.1, NULL);
+    surface_cloud s = surface_scan(GEN_STATUE, 1000000u, 0.1, 0);
     surface_prepare(&s, NEIGHBOURS);
     double ours = surface_mean_error(&s), cgal = cgal_mean_error(&s);
     print_message("mean error of the normals: stipple %.3f, CGAL %.3f degrees\n", ours, cgal);

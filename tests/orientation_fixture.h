@@ -25,7 +25,7 @@ static inline double right_share(const surface_cloud *s)
 /* Samples a closed shape, takes its normals away and wants 99.9 % of them back outward. */
 static inline void closed_surface(gen_shape shape, uint32_t samples)
 {
-    surface_cloud s = surface_sample(shape, samples, 0.1, NULL);
+    surface_cloud s = surface_scan(shape, samples, 0.1, 0);
     surface_prepare(&s, 16);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_AUTO});
     double share = right_share(&s);

@@ -6,6 +6,7 @@
 #include "preprocess/orientation.h"
 #include "preprocess/spacing.h"
 #include "tools/gen/sampler.h"
+#include "tools/gen/visibility.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -20,6 +21,7 @@ typedef struct surface_cloud {
     stp_cloud cloud;
     stp_neighbours neighbours;
     gen_hit *truth; /* by source */
+    stp_dvec3 stations[GEN_STATION_LIMIT];
     stp_orientation orientation;
     stp_pool *pool;
 } surface_cloud;
@@ -36,9 +38,9 @@ static inline void surface_prepare(surface_cloud *s, unsigned k)
     assert_int_equal(stp_normals_estimate(&s->cloud, &s->neighbours, s->pool, NULL, &err), 0);
 }
 
-/* scanner (may be NULL): only points that face it are kept. */
-static inline surface_cloud surface_sample(gen_shape shape, uint32_t count, double noise,
-                                           const stp_dvec3 *scanner)
+/* As scanned from so many stations around; 0: all of it, from none. */
+static inline surface_cloud surface_scan(gen_shape shape, uint32_t count, double noise,
+                                         unsigned station_count)
 {
     surface_cloud s = {0};
     gen_surface surface;
@@ -54,22 +56,35 @@ static inline surface_cloud surface_sample(gen_shape shape, uint32_t count, doub
     gen_sampler_params params = {.surface = &surface,
                                  .point_count = count,
                                  .seed = 1,
+                                 .station_count = station_count,
                                  .noise_spacings = noise,
                                  .random_order = true};
     assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
     assert_int_equal(gen_sampler_create(&sampler, &params, pool, &err), STP_OK);
     gen_sampler_fill(sampler, 0, count, points, s.truth);
-    for (uint32_t i = 0; i < count; i++) {
-        stp_dvec3 normal = stp_dvec3_from_float(s.truth[i].normal);
-        if (scanner && stp_dvec3_dot(normal, stp_dvec3_sub(*scanner, s.truth[i].position)) <= 0.0)
-            continue;
-        s.cloud.points[s.cloud.count].position = points[i].position;
-        s.cloud.points[s.cloud.count++].source = i;
-    }
+    for (unsigned i = 0; i < station_count; i++)
+        s.stations[i] = gen_sampler_stations(sampler)[i];
+    s.cloud.count = count;
+    for (uint32_t i = 0; i < count; i++)
+        s.cloud.points[i] = (stp_cloud_point){
+            .position = points[i].position, .source = i, .station = points[i].station};
     gen_sampler_destroy(&sampler);
     stp_pool_destroy(&pool);
     free(points);
     return s;
+}
+
+/* Keeps the points that face a scanner. */
+static inline void surface_keep_facing(surface_cloud *s, stp_dvec3 scanner)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < s->cloud.count; i++) {
+        const gen_hit *hit = &s->truth[s->cloud.points[i].source];
+        if (stp_dvec3_dot(stp_dvec3_from_float(hit->normal),
+                          stp_dvec3_sub(scanner, hit->position)) > 0.0)
+            s->cloud.points[kept++] = s->cloud.points[i];
+    }
+    s->cloud.count = kept;
 }
 
 static inline void surface_orient(surface_cloud *s, stp_orient_params params)

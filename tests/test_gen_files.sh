@@ -25,15 +25,100 @@ for shape in bumpy terrain sphere plane torus sheet; do
     done
 done
 
-# A lone station sees one side of the sheet; by its place, which the file tells, normals are turned.
-run "$STIPPLE" gen sheet -n 5000 --stations 1 -o "$FOLDER/s.ply" --force --quiet
+# Where the stations are and which one saw a point is told, and prep turns normals to them.
+header_line() { # file, line
+    LC_ALL=C sed '/^end_header/q' "$1" | grep -qx "$2"
+}
+orientation() { # what info says of s.stipple
+    run "$STIPPLE" info "$FOLDER/s.stipple" --json
+    tr -d '\t ' <"$FOLDER/out" | sed -n '/"metadata"/q; s/^"orientation":"\(.*\)",$/\1/p'
+}
+stations() { # how many positions info lists
+    run "$STIPPLE" info "$FOLDER/s.stipple" --json
+    tr -d '\t\n ' <"$FOLDER/out" | grep -oP '"stations":\[\K.*?(?=\]\])' | grep -o '\[' | wc -l
+}
+prep() { # input... and options
+    run "$STIPPLE" prep "$@" -o "$FOLDER/s.stipple" --force
+    expect_code 0
+}
+# Points of the sheet whose normal points to their own side: class 1 lies above, 2 below. Behind the
+# export's header a point is six floats, three bytes of colour and the class.
+right_sides() {
+    run "$STIPPLE" export "$FOLDER/s.stipple" -o "$FOLDER/s.out.ply" --force --quiet
+    expect_code 0
+    local begin
+    begin=$(header_bytes "$FOLDER/s.out.ply")
+    paste <(od -An -v -w28 -tf4 -j "$begin" "$FOLDER/s.out.ply") \
+        <(od -An -v -w28 -tu1 -j "$begin" "$FOLDER/s.out.ply") |
+        awk '($35 == 1 && $6 > 0) || ($35 == 2 && $6 < 0)' | wc -l
+}
+
+run "$STIPPLE" gen sheet -n 20000 --stations 3 -o "$FOLDER/s.ply" --force --quiet
 expect_code 0
-place=$(sed -n '/^end_header/q; s/^comment station 0 \([^,]*\).*/\1/p' "$FOLDER/s.ply" | tr ' ' ,)
+header_line "$FOLDER/s.ply" 'comment station 2 [-0-9.e]* [-0-9.e]* [-0-9.e]*' || fail "no third station"
+header_line "$FOLDER/s.ply" 'comment station 3 .*' && fail "a fourth station"
+header_line "$FOLDER/s.ply" 'property uchar station' || fail "points do not name their stations"
+prep "$FOLDER/s.ply"
+expect_text err "orientation from 3 scanner positions"
+[ "$(orientation)" = position ] || fail "not turned to the stations: $(orientation)"
+[ "$(stations)" = 3 ] || fail "info lists $(stations) of 3 stations"
+right=$(right_sides)
+[ "$right" -ge 19980 ] || fail "$right of 20000 normals point to their side"
+prep "$FOLDER/s.ply" --orient 0,0,9 --quiet
+[ "$(orientation)/$(stations)" = position/1 ] || fail "--orient x,y,z does not win over stations"
+right=$(right_sides)
+[ "$right" -lt 15000 ] || fail "a position above turns $right of 20000 normals to their side"
+prep "$FOLDER/s.ply" --orient propagate --quiet
+[[ $(orientation)/$(stations) != position/* && $(stations) = 0 ]] ||
+    fail "--orient propagate does not win over stations"
+
+
+# The same bytes for any number of threads.
+run "$STIPPLE" gen sheet -n 200000 --stations 3 --noise 0.1 -o "$FOLDER/a.ply" --threads 1 --force --quiet
+run "$STIPPLE" gen sheet -n 200000 --stations 3 --noise 0.1 -o "$FOLDER/b.ply" --threads 3 --force --quiet
+expect_code 0
+cmp -s "$FOLDER/a.ply" "$FOLDER/b.ply" || fail "other threads, other stations"
+prep "$FOLDER/a.ply" --threads 1 --quiet
+mv "$FOLDER/s.stipple" "$FOLDER/one.stipple"
+prep "$FOLDER/a.ply" --threads 3 --quiet
+cmp -s "$FOLDER/one.stipple" "$FOLDER/s.stipple" || fail "other threads, other normals"
+
+# Positions that are lost are said to be.
+LC_ALL=C sed '/^comment/d' "$FOLDER/s.ply" >"$FOLDER/lost.ply"
+prep "$FOLDER/lost.ply"
+expect_text err "; 20000 points name no scanner whose position is known"
+[[ $(orientation)/$(stations) != position/* && $(stations) = 0 ]] || fail "oriented by lost positions"
+
+# A lone station sees one side of the sheet, and needs no property to be known.
+run "$STIPPLE" gen sheet -n 20000 --stations 1 -o "$FOLDER/one.ply" --force --quiet
+expect_code 0
+header_line "$FOLDER/one.ply" 'property .* station' && fail "a property that says nothing"
+place=$(sed -n '/^end_header/q; s/^comment station 0 //p' "$FOLDER/one.ply" | tr ' ' ,)
 [[ $place == *,*,* ]] || fail "the station's place is not told: '$place'"
-run "$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/s.stipple" --orient "$place" --force --quiet
+for how in auto "$place"; do
+    prep "$FOLDER/one.ply" --orient "$how"
+    expect_text err "orientation from the scanner's position"
+    [ "$(orientation)/$(stations)" = position/1 ] || fail "--orient $how: not turned to the station"
+done
+
+# Several inputs keep their stations apart: the second one's second sees what the first one's does not.
+for count in 1 2; do
+    run "$STIPPLE" gen sphere -n 20000 --no-colour --stations $count --seed $count \
+        -o "$FOLDER/ball$count.ply" --force --quiet
+    expect_code 0
+done
+prep "$FOLDER/ball1.ply" "$FOLDER/ball2.ply"
+expect_text err "orientation from 3 scanner positions"
+run "$STIPPLE" export "$FOLDER/s.stipple" -o "$FOLDER/s.out.ply" --force --quiet
 expect_code 0
-run "$STIPPLE" info "$FOLDER/s.stipple" --json
-tr -d '\t ' <"$FOLDER/out" | grep -qx '"orientation":"position",' || fail "not turned to the station"
+right=$(od -An -v -w24 -tf4 -j "$(header_bytes "$FOLDER/s.out.ply")" "$FOLDER/s.out.ply" |
+    awk '$1 * $4 + $2 * $5 + $3 * $6 > 0' | wc -l)
+[ "$right" -ge 39960 ] || fail "$right of 40000 normals of two inputs point outward"
+
+run "$STIPPLE" gen sheet -n 20000 --stations 2 --normals -o "$FOLDER/n.ply" --force --quiet
+expect_code 0
+prep "$FOLDER/n.ply" --quiet
+[ "$(orientation)/$(stations)" = file/0 ] || fail "stations win over the file's normals"
 
 options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 # shellcheck disable=SC2086

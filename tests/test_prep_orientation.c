@@ -8,7 +8,7 @@
 static void seen_points_face_the_viewer(void **state)
 {
     (void)state;
-    surface_cloud s = surface_sample(GEN_STATUE, SAMPLES, 0.0, NULL);
+    surface_cloud s = surface_scan(GEN_STATUE, SAMPLES, 0.0, 0);
     surface_prepare(&s, 16);
     stp_pool *pool = NULL;
     _Atomic int *votes = calloc(s.cloud.count, sizeof *votes);
@@ -41,7 +41,7 @@ static void torus_points_outward(void **state)
 static void sheet_is_unknown(void **state)
 {
     (void)state;
-    surface_cloud s = surface_sample(GEN_SHEET, SAMPLES, 0.1, NULL);
+    surface_cloud s = surface_scan(GEN_SHEET, SAMPLES, 0.1, 0);
     surface_prepare(&s, 16);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_AUTO});
     assert_int_equal(s.orientation, STP_ORIENTATION_UNKNOWN);
@@ -55,7 +55,8 @@ static void station_orients_the_sheet(void **state)
 {
     (void)state;
     const stp_dvec3 station = {1.0, 2.0, -3.0};
-    surface_cloud s = surface_sample(GEN_SHEET, SAMPLES, 0.1, &station);
+    surface_cloud s = surface_scan(GEN_SHEET, SAMPLES, 0.1, 0);
+    surface_keep_facing(&s, station);
     surface_prepare(&s, 16);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_POSITION, .position = station});
     assert_int_equal(s.orientation, STP_ORIENTATION_POSITION);

@@ -9,8 +9,6 @@
 #include "tools/gen/truth.h"
 #include "tools/gen/visibility.h"
 
-#include <inttypes.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -29,6 +29,9 @@ typedef struct inputs {
     size_t count, current;
     stp_scan_params params;
     stp_scan *scan;
+    stp_dvec3 *stations; /* of all inputs, one after the other */
+    size_t station_count, station_capacity;
+    uint32_t stations_before; /* of the inputs before the current one */
 } inputs;
 
 static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
@@ -41,7 +44,11 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
         if (!in->scan)
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        for (size_t i = 0; i < *count; i++)
+            if (points[i].station > 0)
+                points[i].station = (uint16_t)(points[i].station + in->stations_before);
         if (*count == 0) {
+            in->stations_before += stp_scan_get_info(in->scan)->station_count;
             stp_scan_close(&in->scan);
             in->current++;
         }
@@ -50,18 +57,37 @@ done:
     return status;
 }
 
+static stp_status add_stations(inputs *in, const stp_scan_info *info, const char *path,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = in->station_count + info->station_count;
+    if (count > STP_STATION_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: with it the inputs have more than %u scanner stations: give it "
+                             "to another model",
+                             path, STP_STATION_LIMIT);
+    STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
+                     err));
+    if (info->station_count > 0)
+        memcpy(in->stations + in->station_count, info->stations,
+               info->station_count * sizeof *in->stations);
+    in->station_count = count;
+done:
+    return status;
+}
+
 /* What all inputs together are; every file is opened once, so that a wrong one fails at once. */
-static stp_status survey(const inputs *in, stp_prep_source *source, stp_error *err)
+static stp_status survey(inputs *in, stp_prep_source *source, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t all = UINT32_MAX;
     uint32_t any = 0;
     for (size_t i = 0; i < in->count; i++) {
         stp_scan *scan = NULL;
-        status = stp_scan_open(&scan, in->paths[i], &in->params, err);
-        if (status != STP_OK)
-            return status;
+        STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
         const stp_scan_info *info = stp_scan_get_info(scan);
+        status = add_stations(in, info, in->paths[i], err);
         source->point_count += info->point_count;
         all &= info->attributes;
         any |= info->attributes;
@@ -69,9 +95,14 @@ static stp_status survey(const inputs *in, stp_prep_source *source, stp_error *e
             (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
             source->coordinate_step = info->coordinate_step;
         stp_scan_close(&scan);
+        if (status != STP_OK)
+            goto done;
     }
+    source->stations = in->stations;
+    source->station_count = (uint32_t)in->station_count;
     /* Normals orient the model only if every scan has them. */
     source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
+done:
     return status;
 }
 
@@ -118,18 +149,30 @@ static cJSON *stats_json(const stp_prep_stats *s)
     return root;
 }
 
+static void print_orientation(const stp_prep_stats *s)
+{
+    static const char *const words[] = {"unknown: drawn two-sided", "from the file",
+                                        "from the scanner's position", "propagated",
+                                        "known in part"};
+    if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
+        fprintf(stderr, "orientation from %u scanner positions", s->station_count);
+    else
+        fprintf(stderr, "orientation %s", words[s->orientation]);
+    if (s->points_unstationed > 0)
+        fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
+                s->points_unstationed);
+    fprintf(stderr, "\n");
+}
+
 static void print_stats(const stp_prep_stats *s)
 {
-    static const char *const orientation[] = {"unknown: drawn two-sided", "from the file",
-                                              "from the scanner's position", "propagated",
-                                              "known in part"};
     fprintf(stderr,
             "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected (not finite)\n",
             s->points_in, s->points_out, s->rejected_not_finite);
-    fprintf(stderr,
-            "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point); orientation %s\n",
+    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
-            (double)s->tree.file_bytes / (double)s->points_out, orientation[s->orientation]);
+            (double)s->tree.file_bytes / (double)s->points_out);
+    print_orientation(s);
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
         fprintf(stderr, "  %-12s %8.2f s\n", stp_prep_stage_names[i], s->stage_seconds[i]);
     fprintf(stderr, "  %-12s %8.2f s  %.2f M points/s, peak memory %.2f GiB\n", "all", s->seconds,
@@ -172,6 +215,7 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
 done:
     cli_progress_end();
     stp_scan_close(&in.scan);
+    free(in.stations);
     stp_pool_destroy(&pool);
     return status;
 }
@@ -182,7 +226,10 @@ const cli_command cli_prep = {
     .name = "prep",
     .summary = "scans to a chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
-    .details = "Reads PLY, OBJ, OFF and STL; several inputs become one model.",
+    .details =
+        "Reads PLY, OBJ, OFF and STL; several inputs become one model.\n"
+        "Normals point as the input's do, else to the scanner that saw them, where a PLY says so "
+        "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
 };
 
