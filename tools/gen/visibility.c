@@ -191,11 +191,11 @@ static double facing(const gen_visibility *v, size_t station, const gen_hit *hit
 }
 
 /* Whether nothing is between a station and a point that faces it. */
-static bool reaches(const gen_visibility *v, size_t station, const gen_hit *hit, double distance)
+static bool reaches(const gen_visibility *v, size_t station, const gen_hit *hit)
 {
     stp_dvec3 to = stp_dvec3_sub(v->stations[station], hit->position);
     stp_dvec3 lift = stp_dvec3_add(stp_dvec3_scale(stp_dvec3_from_float(hit->normal), v->tolerance),
-                                   stp_dvec3_scale(to, v->tolerance / distance));
+                                   stp_dvec3_scale(to, v->tolerance / stp_dvec3_length(to)));
     stp_dvec3 origin = stp_dvec3_add(hit->position, lift);
     ray r = {stp_dvec3_to_float(origin),
              stp_dvec3_to_float(stp_dvec3_sub(v->stations[station], origin)),
@@ -209,7 +209,7 @@ bool gen_visibility_sees(const gen_visibility *v, const gen_hit *hit)
 {
     double distance;
     for (size_t i = 0; i < v->station_count; i++)
-        if (facing(v, i, hit, &distance) >= GRAZING_COSINE && reaches(v, i, hit, distance))
+        if (facing(v, i, hit, &distance) >= GRAZING_COSINE && reaches(v, i, hit))
             return true;
     return false;
 }
@@ -219,19 +219,22 @@ bool gen_visibility_sees(const gen_visibility *v, const gen_hit *hit)
 uint16_t gen_visibility_station(const gen_visibility *v, const gen_hit *hit, uint64_t key,
                                 uint64_t counter)
 {
-    double waits[GEN_STATION_LIMIT], distances[GEN_STATION_LIMIT];
+    double waits[GEN_STATION_LIMIT], distance;
     for (size_t i = 0; i < v->station_count; i++) {
-        double cosine = facing(v, i, hit, &distances[i]);
+        double cosine = facing(v, i, hit, &distance);
         double wait = -log(1.0 - stp_random_unit(key, counter * GEN_STATION_LIMIT + i));
-        waits[i] = cosine < GRAZING_COSINE ? INFINITY : wait * distances[i] * distances[i] / cosine;
+        waits[i] = cosine < GRAZING_COSINE ? INFINITY : wait * distance * distance / cosine;
     }
     for (;;) {
         size_t first = 0;
-        for (size_t i = 1; i < v->station_count; i++)
-            first = waits[i] < waits[first] ? i : first;
-        if (waits[first] == INFINITY)
+        double least = INFINITY;
+        for (size_t i = 0; i < v->station_count; i++) {
+            first = waits[i] < least ? i : first;
+            least = fmin(waits[i], least);
+        }
+        if (least == INFINITY)
             return 0;
-        if (reaches(v, first, hit, distances[first]))
+        if (reaches(v, first, hit))
             return (uint16_t)(first + 1);
         waits[first] = INFINITY;
     }
