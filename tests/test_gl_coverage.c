@@ -3,19 +3,27 @@
  * projected sample spacing. long_gl_coverage.c does the same at 1024 x 1024. */
 #include "tests/gl_coverage.h"
 #include "tests/scan_fixture.h"
+#include "tests/size.h"
+
+enum {
+    COUNT = TEST_SIZE(200000, 50000),
+    SIZE = TEST_SIZE(512, 256), /* as many samples a pixel with either */
+    TRIANGLES = TEST_SIZE(0, 300000)
+};
 
 static void bumpy(void **state)
 {
     (void)state;
     gl_coverage_judge(
-        "bumpy", &(model_recipe){.shape = GEN_BUMPY, .point_count = 200000, .noise_spacings = 0.1},
-        0, 512);
+        "bumpy", &(model_recipe){.shape = GEN_BUMPY, .point_count = COUNT, .noise_spacings = 0.1},
+        TRIANGLES, SIZE);
 }
 
 static void torus(void **state)
 {
     (void)state;
-    gl_coverage_judge("torus", &(model_recipe){.shape = GEN_TORUS, .point_count = 200000}, 0, 512);
+    gl_coverage_judge("torus", &(model_recipe){.shape = GEN_TORUS, .point_count = COUNT}, TRIANGLES,
+                      SIZE);
 }
 
 int main(void)

@@ -4,9 +4,15 @@
 #include "tests/gl_levels.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
+#include "tests/size.h"
 #include "tests/support/views.h"
 
 #define TIE_PX 1e-5
+
+enum {
+    COUNT = TEST_SIZE(200000, 50000),
+    SIZE = TEST_SIZE(512, 256) /* as many samples a pixel with either */
+};
 
 typedef struct choices {
     size_t patches, skipped, mixed, ties, levels[STP_LEVEL_COUNT]; /* levels: by quarter */
@@ -67,10 +73,10 @@ static void judge_model(const char *name, const model_recipe *recipe, bool ortho
     const stp_model *model = levels.fixture.model;
     check_ok(promise_load_leaves(model->file, &leaves, &leaf_count, err));
     for (int v = 0; v < VIEWS_COUNT; v++) {
-        stp_view view = views_get(v, &model->ball, leaves, leaf_count, 512, 512);
+        stp_view view = views_get(v, &model->ball, leaves, leaf_count, SIZE, SIZE);
         view.orthographic = orthographic;
         if (orthographic)
-            view.f = (v % 3 + 1) * 200.0 / model->ball.radius;
+            view.f = (v % 3 + 1) * 0.4 * SIZE / model->ball.radius;
         for (size_t t = 0; t < sizeof thresholds / sizeof *thresholds; t++) {
             stp_draw_params params = {.threshold_px = thresholds[t],
                                       .radius_cap_px = 1000.0, /* so that level 3 is met, too */
@@ -97,15 +103,15 @@ static void bumpy(void **state)
 {
     (void)state;
     judge_model("bumpy",
-                &(model_recipe){.shape = GEN_BUMPY, .point_count = 200000, .noise_spacings = 0.1},
+                &(model_recipe){.shape = GEN_BUMPY, .point_count = COUNT, .noise_spacings = 0.1},
                 false);
 }
 
 static void statue_orthographic(void **state)
 {
     (void)state;
-    judge_model("statue, orthographic", &(model_recipe){.shape = GEN_STATUE, .point_count = 100000},
-                true);
+    judge_model("statue, orthographic",
+                &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT / 2}, true);
 }
 
 int main(void)

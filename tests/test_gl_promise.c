@@ -4,10 +4,16 @@
 #include "tests/gl_levels.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
+#include "tests/size.h"
 #include "tests/support/promise.h"
 #include "tests/support/views.h"
 
-enum { THRESHOLDS = 3, SHOTS = VIEWS_COUNT * THRESHOLDS };
+enum {
+    COUNT = TEST_SIZE(200000, 50000),
+    SIZE = TEST_SIZE(512, 256), /* as many samples a pixel with either */
+    THRESHOLDS = 3,
+    SHOTS = VIEWS_COUNT * THRESHOLDS
+};
 static const double thresholds[THRESHOLDS] = {1.0, 2.0, 4.0};
 
 typedef struct judged_model {
@@ -95,7 +101,7 @@ static void prepare(judged_model *m, const char *path)
     assert_non_null(m->drawn);
     memset(m->drawn, STP_LEVEL_SKIP, patches * sizeof *m->drawn);
     for (int v = 0; v < VIEWS_COUNT; v++)
-        m->views[v] = views_get(v, &model->ball, m->leaves, m->leaf_count, 512, 512);
+        m->views[v] = views_get(v, &model->ball, m->leaves, m->leaf_count, SIZE, SIZE);
 }
 
 static void judge_model(const char *name, const model_recipe *recipe)
@@ -130,19 +136,19 @@ static void bumpy(void **state)
 {
     (void)state;
     judge_model("bumpy",
-                &(model_recipe){.shape = GEN_BUMPY, .point_count = 200000, .noise_spacings = 0.1});
+                &(model_recipe){.shape = GEN_BUMPY, .point_count = COUNT, .noise_spacings = 0.1});
 }
 
 static void statue(void **state)
 {
     (void)state;
-    judge_model("statue", &(model_recipe){.shape = GEN_STATUE, .point_count = 100000});
+    judge_model("statue", &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT / 2});
 }
 
 static void terrain(void **state)
 {
     (void)state;
-    judge_model("terrain", &(model_recipe){.shape = GEN_TERRAIN, .point_count = 100000});
+    judge_model("terrain", &(model_recipe){.shape = GEN_TERRAIN, .point_count = COUNT / 2});
 }
 
 int main(void)

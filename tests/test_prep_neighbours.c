@@ -2,6 +2,7 @@
 #include "base/random.h"
 #include "preprocess/neighbours.h"
 #include "tests/cloud_fixture.h"
+#include "tests/size.h"
 
 /* The first of the points at this one's position, by source. */
 static bool is_first(const stp_cloud *cloud, uint32_t i)
@@ -76,7 +77,7 @@ static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
 static void uneven_density(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(150000);
+    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(150000, 80000));
     for (uint32_t i = 0; i < cloud.count; i++) {
         double size = i % 500 == 0 ? 1000.0 : i % 3 == 0 ? 1.0 : 0.01;
         cloud.points[i].position =
@@ -104,17 +105,18 @@ static void lattice_ties(void **state)
 static void flat_lattice_far_away(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(400 * 400);
+    const uint32_t side = TEST_SIZE(400, 300);
+    stp_cloud cloud = cloud_fixture_make(side * side);
     for (uint32_t i = 0; i < cloud.count; i++)
         cloud.points[i].position =
-            (stp_dvec3){4e6 + 0.001 * (i % 400), -5e5 + 0.001 * (i / 400), 77.0};
+            (stp_dvec3){4e6 + 0.001 * (i % side), -5e5 + 0.001 * (i / side), 77.0};
     check(&cloud, 10, 397);
 }
 
 static void duplicates(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(120000);
+    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(120000, 80000));
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = (uint32_t)(stp_random_u64(9, i) % 7000);
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
@@ -148,7 +150,7 @@ static void thousands_at_one_distance(void **state)
             cloud.points[i].position = (stp_dvec3){cos(a), sin(a), 0.0};
         }
     }
-    check(&cloud, 16, 1);
+    check(&cloud, 16, TEST_SIZE(1, 5));
 }
 
 int main(void)

@@ -7,15 +7,14 @@ source "$(dirname "${BASH_SOURCE[0]}")/support/shell.sh"
 readme=$(tr '\n' ' ' <"$SOURCE/README.md" | tr -s ' ')
 commands=$("$STIPPLE" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p')
 
-# Help of every program and script, that of tools/check being its first lines.
+# Help of every program and script.
 for name in $commands; do
     "$STIPPLE" "$name" --help
 done >"$FOLDER/help"
 "${STIPPLE%/*}/stipple-bench" --help >>"$FOLDER/help" || fail "stipple-bench has no help"
-for script in install-deps fetch-datasets bench/first-light; do
+for script in install-deps demo check fetch-datasets bench/first-light; do
     bash "$SOURCE/tools/$script" --help
 done >>"$FOLDER/help"
-sed -n '/^# /p' "$SOURCE/tools/check" >>"$FOLDER/help"
 
 # The table has the program's commands in the program's order, used as their help says.
 listed=$(sed -n 's/^| `stipple \([a-z]*\) .*/\1/p' "$SOURCE/README.md")

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The tests labelled `threadless`, which the thread sanitizer does not run, have no thread of ours:
+# no program of theirs holds the pool, which alone starts threads.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell.sh"
+
+starts=$(grep -rlE 'pthread_create|thrd_create|std::(thread|async)' "$SOURCE"/{base,formats,preprocess} \
+    "$SOURCE"/{runtime,tools,tests} --include='*.c' --include='*.cpp')
+[ "$starts" = "$SOURCE/base/pool.c" ] || fail "threads are started in $starts"
+
+has_pool() { "${NM:-nm}" "$1" | grep -q ' T stp_pool_create$'; }
+
+has_pool ./test_base || fail "the pool is not seen in test_base, which has it"
+for name in $THREADLESS; do
+    if [ -e "$SOURCE/tests/$name.sh" ]; then
+        # Scripts that look at files alone.
+        ! grep -q '"\$STIPPLE"' "$SOURCE/tests/$name.sh" || fail "$name runs the program"
+    elif [ -e "./$name" ]; then
+        ! has_pool "./$name" || fail "$name has the pool: take it off the list in CMakeLists.txt"
+    elif [ ! -e "$SOURCE/tests/$name.c" ]; then
+        fail "$name is no test"
+    fi
+done
+end_test
