@@ -2,6 +2,7 @@
  * even density, bounded memory. */
 #include "base/memory.h"
 #include "base/random.h"
+#include "tests/size.h"
 #include "tools/gen/curve.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/statue.h"
@@ -29,7 +30,7 @@ typedef struct cloud {
 static stp_pool *pool;
 /* Made once, as it takes seconds; in random order, so that its first points are a fair choice. */
 static cloud statue;
-enum { STATUE_POINTS = 300000 };
+enum { STATUE_POINTS = TEST_SIZE(300000, 60000) };
 
 /* surface and point_count are filled in here. */
 static void make_cloud(cloud *c, gen_shape shape, size_t count, gen_sampler_params params)
@@ -176,7 +177,7 @@ static const statue_part *const statue_parts[] = {
 static void test_statue_parts_keep_to_their_boxes(void **state)
 {
     (void)state;
-    enum { STEPS = 160 };
+    enum { STEPS = TEST_SIZE(160, 40) };
     for (size_t i = 0; i < sizeof statue_parts / sizeof *statue_parts; i++) {
         const statue_part *part = statue_parts[i];
         assert_true(part->blend < statue_margin);
@@ -367,7 +368,8 @@ static void test_statue_is_sampled_evenly(void **state)
     static double areas[CELLS], kept_areas[CELLS];
     const gen_surface *surface = &statue.surface;
     gen_mesh mesh = {0};
-    assert_int_equal(surface->mesh(surface, 2000000, pool, &mesh, NULL), STP_OK);
+    assert_int_equal(surface->mesh(surface, TEST_SIZE(2000000, 1000000), pool, &mesh, NULL),
+                     STP_OK);
     double reach = surface->radius;
     for (size_t i = 0; i < COUNT + mesh.triangle_count; i++) {
         stp_dvec3 p;

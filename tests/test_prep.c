@@ -1,5 +1,6 @@
 /* prep as a whole: every point once, errors that grow, the same bytes, awkward inputs. */
 #include "tests/prep_fixture.h"
+#include "tests/size.h"
 
 #include <unistd.h>
 
@@ -192,7 +193,7 @@ static void threads_do_not_change_the_bytes(void **state)
 {
     (void)state;
     static const unsigned threads[] = {1, 2, 4};
-    prep_cloud cloud = prep_cloud_wavy(300000, (stp_dvec3){1.0, 2.0, 3.0}, 1.0);
+    prep_cloud cloud = prep_cloud_wavy(TEST_SIZE(300000, 150000), (stp_dvec3){1.0, 2.0, 3.0}, 1.0);
     uint8_t *first = NULL;
     size_t first_size = 0;
     for (int i = 0; i < 3; i++) {
@@ -271,7 +272,7 @@ static void no_valid_point_is_an_error(void **state)
 static void all_points_equal(void **state)
 {
     (void)state;
-    prep_cloud cloud = prep_cloud_make(1000000);
+    prep_cloud cloud = prep_cloud_make(TEST_SIZE(1000000, 150000));
     for (size_t i = 0; i < cloud.count; i++)
         cloud.points[i].position = (stp_dvec3){3.25, -1e5, 0.1};
     assert_works(&cloud);

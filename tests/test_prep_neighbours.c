@@ -77,9 +77,9 @@ static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
 static void uneven_density(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(150000, 80000));
+    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(150000, 70000));
     for (uint32_t i = 0; i < cloud.count; i++) {
-        double size = i % 500 == 0 ? 1000.0 : i % 3 == 0 ? 1.0 : 0.01;
+        double size = i % 500 == 0 ? 1000.0 : i % TEST_SIZE(3, 30) == 0 ? 1.0 : 0.01;
         cloud.points[i].position =
             (stp_dvec3){size * stp_random_unit(1, i), size * stp_random_unit(2, i),
                         size * stp_random_unit(3, i)};
@@ -91,7 +91,7 @@ static void uneven_density(void **state)
 static void lattice_ties(void **state)
 {
     (void)state;
-    const uint32_t side = 42;
+    const uint32_t side = TEST_SIZE(42, 16);
     stp_cloud cloud = cloud_fixture_make(side * side * side);
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = (uint32_t)((uint64_t)i * 48271u % cloud.count);
@@ -118,7 +118,7 @@ static void duplicates(void **state)
     (void)state;
     stp_cloud cloud = cloud_fixture_make(TEST_SIZE(120000, 80000));
     for (uint32_t i = 0; i < cloud.count; i++) {
-        uint32_t j = (uint32_t)(stp_random_u64(9, i) % 7000);
+        uint32_t j = (uint32_t)(stp_random_u64(9, i) % TEST_SIZE(7000, 1000));
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
     }
     check(&cloud, 64, 509);

@@ -1,8 +1,11 @@
 /* Two sides one sample spacing apart, with opposed normals: no merged sample may hold both. */
 #include "tests/model_fixture.h"
 #include "tests/prep_fixture.h"
+#include "tests/size.h"
 
 #define OUT "test_prep_sheet.stipple"
+
+enum { COUNT = TEST_SIZE(300000, 150000) };
 
 /* Merged samples of the patch whose level-0 samples are of both sides. */
 static size_t mixed_of_patch(const stp_chunk *chunk, uint32_t p, size_t *merged)
@@ -50,14 +53,14 @@ static void true_normals_part_the_sides(void **state)
 {
     (void)state;
     assert_int_equal(count_mixed(&(model_recipe){
-                         .shape = GEN_SHEET, .point_count = 300000, .true_normals = true}),
+                         .shape = GEN_SHEET, .point_count = COUNT, .true_normals = true}),
                      0);
 }
 
 static void positions_part_the_sides(void **state)
 {
     (void)state;
-    assert_int_equal(count_mixed(&(model_recipe){.shape = GEN_SHEET, .point_count = 300000}), 0);
+    assert_int_equal(count_mixed(&(model_recipe){.shape = GEN_SHEET, .point_count = COUNT}), 0);
 }
 
 /* Noise of a fifth of the sides' half distance leaves a point in 40 000 nearer to the other side.
@@ -65,7 +68,7 @@ static void positions_part_the_sides(void **state)
 static void noisy_positions_part_nearly_all(void **state)
 {
     (void)state;
-    const model_recipe recipe = {.shape = GEN_SHEET, .point_count = 300000, .noise_spacings = 0.1};
+    const model_recipe recipe = {.shape = GEN_SHEET, .point_count = COUNT, .noise_spacings = 0.1};
     assert_true(count_mixed(&recipe) < 20);
 }
 
