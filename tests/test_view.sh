@@ -197,7 +197,8 @@ test_shaders() {
     open_viewer --shaders "$FOLDER/shaders" || return
     before=$(screen_sum)
     # the passes that write the picture make it green
-    for name in $(grep -lE '^ *picture = ' "$SOURCE"/shaders/*.frag); do
+    mapfile -t passes < <(grep -lE '^ *picture = ' "$SOURCE"/shaders/*.frag)
+    for name in "${passes[@]}"; do
         sed -E 's/^( *)picture = .*/\1picture = vec4(0.0, 1.0, 0.0, 1.0);/' "$name" >"$FOLDER/saved"
         mv "$FOLDER/saved" "$FOLDER/shaders/${name##*/}"
     done
