@@ -124,21 +124,19 @@ static void test_guard(void **state)
     (void)state;
     static const struct {
         stp_status status;
-        uint8_t stream[8];
+        uint8_t stream[6];
     } cases[] = {
-        {STP_OK, {0xfe, 1, 1, 18, 0x80, 0x80, 0x04, 0}},      /* 65536 symbols, raw */
-        {STP_CORRUPT, {0xfe, 1, 1, 18, 0x81, 0x80, 0x04, 0}}, /* 65537 */
-        {STP_CORRUPT, {0xfe, 1, 1, 18, 0xff, 0xff, 0xff, 1}}, /* four bytes of count */
-        {STP_CORRUPT, {0xfe, 1, 1, 19, 2, 0, 0, 0}},          /* longer symbols than Draco has */
-        {STP_OK, {0xfe, 1, 0, 33, 0, 0, 0, 0}},               /* 33 tags */
-        {STP_CORRUPT, {0xfe, 1, 0, 34, 0, 0, 0, 0}},
-        {STP_CORRUPT, {0xfe, 1, 2, 2, 0, 0, 0, 0}}, /* no such way of coding */
-        {STP_CORRUPT, {0xfe, 0, 4, 0, 0, 0, 0, 0}}, /* not compressed */
-        {STP_CORRUPT, {0x00, 1, 1, 1, 1, 2, 0, 0}}, /* predicted by Draco */
+        {STP_OK, {1, 18, 0x80, 0x80, 0x04, 0}},      /* 65536 symbols, raw */
+        {STP_CORRUPT, {1, 18, 0x81, 0x80, 0x04, 0}}, /* 65537 */
+        {STP_CORRUPT, {1, 18, 0xff, 0xff, 0xff, 1}}, /* four bytes of count */
+        {STP_CORRUPT, {1, 19, 2, 0, 0, 0}},          /* longer symbols than Draco has */
+        {STP_OK, {0, 33, 0, 0, 0, 0}},               /* 33 tags */
+        {STP_CORRUPT, {0, 34, 0, 0, 0, 0}},
+        {STP_CORRUPT, {2, 2, 0, 0, 0, 0}}, /* no such way of coding */
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
-        assert_int_equal(stp_stream_check(cases[i].stream, 8, NULL), cases[i].status);
-    for (size_t size = 0; size < 7; size++)
+        assert_int_equal(stp_stream_check(cases[i].stream, 6, NULL), cases[i].status);
+    for (size_t size = 0; size < 5; size++)
         assert_int_equal(stp_stream_check(cases[0].stream, size, NULL), STP_CORRUPT);
 }
 

@@ -1,9 +1,8 @@
-// Draco behind C: a column of integers as a Draco point cloud.
+// Draco behind C: a column of integers through its symbol coder.
 #include "formats/chunk/draco_shim.h"
 
-#include <draco/compression/decode.h>
-#include <draco/compression/expert_encode.h>
-#include <draco/point_cloud/point_cloud.h>
+#include <draco/compression/entropy/symbol_decoding.h>
+#include <draco/compression/entropy/symbol_encoding.h>
 
 #include <cstdlib>
 #include <cstring>
@@ -13,21 +12,22 @@
 namespace
 {
 
-using draco::AttributeValueIndex;
-using draco::GeometryAttribute;
-using draco::PointAttribute;
-using draco::PointCloud;
+// Of the point cloud that the symbols would stand in; the symbols' layout hangs on it.
+constexpr uint16_t bitstream_version = 2 << 8 | 3;
+// 6 gives the smallest streams of all: smaller tables of probabilities than greater levels.
+constexpr int compression_level = 6;
 
-// What every stream of so many values begins with: Draco header, point count, one attributes
-// encoder, one attribute (its type, its unique id 0), its integer encoder.
-std::vector<char> stream_head(uint32_t count)
+// Integers of small magnitude, of either sign, as small symbols: 0 -1 1 -2 2 ...
+uint32_t symbol_of(int16_t value)
 {
-    std::vector<char> head = {'D', 'R', 'A', 'C', 'O', 2, 3, 0, 0, 0, 0};
-    for (int i = 0; i < 4; i++)
-        head.push_back(static_cast<char>(count >> (8 * i) & 255));
-    head.insert(head.end(), {1, 1, GeometryAttribute::GENERIC, draco::DT_INT16, 1, 0, 0,
-                             draco::SEQUENTIAL_ATTRIBUTE_ENCODER_INTEGER});
-    return head;
+    return value < 0 ? 2u * static_cast<uint32_t>(-(value + 1)) + 1u
+                     : 2u * static_cast<uint32_t>(value);
+}
+
+int16_t value_of(uint32_t symbol)
+{
+    uint32_t magnitude = symbol >> 1;
+    return static_cast<int16_t>(symbol & 1u ? ~magnitude : magnitude);
 }
 
 stp_status check_count(uint32_t count, stp_error *err)
@@ -38,65 +38,36 @@ stp_status check_count(uint32_t count, stp_error *err)
     return STP_OK;
 }
 
-void fill_cloud(PointCloud &cloud, const int16_t *values, uint32_t count)
-{
-    GeometryAttribute description;
-    description.Init(GeometryAttribute::GENERIC, nullptr, 1, draco::DT_INT16, false, 2, 0);
-    cloud.set_num_points(count);
-    int id = cloud.AddAttribute(description, true, count);
-    cloud.attribute(id)->buffer()->Write(0, values, count * sizeof *values);
-}
-
 stp_status encode(const int16_t *values, uint32_t count, void **stream, size_t *stream_bytes,
                   stp_error *err)
 {
-    PointCloud cloud;
-    fill_cloud(cloud, values, count);
-    draco::ExpertEncoder encoder(cloud);
-    encoder.SetEncodingMethod(draco::POINT_CLOUD_SEQUENTIAL_ENCODING);
-    // Speeds 3 and 4 give the smallest streams of all (smaller symbol tables than 0 to 2); a
-    // prediction of Draco's on top of ours makes them larger.
-    encoder.SetSpeedOptions(4, 4);
-    encoder.SetAttributePredictionScheme(0, draco::PREDICTION_NONE);
+    std::vector<uint32_t> symbols(count);
+    for (uint32_t i = 0; i < count; i++)
+        symbols[i] = symbol_of(values[i]);
+    draco::Options options;
     draco::EncoderBuffer buffer;
-    draco::Status result = encoder.EncodeToBuffer(&buffer);
-    if (!result.ok())
-        return stp_error_set(err, STP_INTERNAL, "Draco cannot encode: %s", result.error_msg());
-    std::vector<char> head = stream_head(count);
-    if (buffer.size() <= head.size() || memcmp(buffer.data(), head.data(), head.size()) != 0)
-        return stp_error_set(err, STP_INTERNAL,
-                             "this Draco library writes another stream version than 2.3: use 1.5");
-    size_t size = buffer.size() - head.size();
-    void *copy = malloc(size);
+    draco::SetSymbolEncodingCompressionLevel(&options, compression_level);
+    if (!draco::EncodeSymbols(symbols.data(), static_cast<int>(count), 1, &options, &buffer))
+        return stp_error_set(err, STP_INTERNAL, "Draco cannot encode %u values", count);
+    void *copy = malloc(buffer.size());
     if (!copy)
         throw std::bad_alloc();
-    memcpy(copy, buffer.data() + head.size(), size);
+    memcpy(copy, buffer.data(), buffer.size());
     *stream = copy;
-    *stream_bytes = size;
+    *stream_bytes = buffer.size();
     return STP_OK;
 }
 
 stp_status decode(const void *stream, size_t stream_bytes, int16_t *values, uint32_t count,
                   stp_error *err)
 {
-    std::vector<char> bytes = stream_head(count);
-    const char *body = static_cast<const char *>(stream);
-    bytes.insert(bytes.end(), body, body + stream_bytes);
+    std::vector<uint32_t> symbols(count);
     draco::DecoderBuffer buffer;
-    buffer.Init(bytes.data(), bytes.size());
-    draco::Decoder decoder;
-    auto result = decoder.DecodePointCloudFromBuffer(&buffer);
-    if (!result.ok())
-        return stp_error_set(err, STP_CORRUPT, "Draco cannot decode the stream: %s",
-                             result.status().error_msg());
-    const PointCloud &cloud = *result.value();
-    if (cloud.num_points() != count || cloud.num_attributes() != 1)
-        return stp_error_set(err, STP_CORRUPT, "Draco decodes other counts than expected");
-    const PointAttribute *attribute = cloud.attribute(0);
-    if (attribute->data_type() != draco::DT_INT16 || attribute->num_components() != 1 ||
-        attribute->size() != count || !attribute->is_mapping_identity())
-        return stp_error_set(err, STP_CORRUPT, "Draco decodes another type than expected");
-    memcpy(values, attribute->GetAddress(AttributeValueIndex(0)), count * sizeof *values);
+    buffer.Init(static_cast<const char *>(stream), stream_bytes, bitstream_version);
+    if (!draco::DecodeSymbols(count, 1, &buffer, symbols.data()))
+        return stp_error_set(err, STP_CORRUPT, "Draco cannot decode a stream of %u values", count);
+    for (uint32_t i = 0; i < count; i++)
+        values[i] = value_of(symbols[i]);
     return STP_OK;
 }
 

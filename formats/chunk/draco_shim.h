@@ -1,10 +1,10 @@
-/* Draco behind C: a column of integers as a Draco point cloud.
+/* Draco behind C: a column of integers through its symbol coder.
  *
- * A stream is what follows the first 23 bytes of a complete Draco bitstream (version 2.3, point
- * cloud, sequential encoding, one generic one-component int16 attribute). Those 23 bytes follow
- * from the number of values; they are left out when encoding and put back for decoding, so that
- * nothing in them can be wrong. Values keep their order; nothing is deduplicated or quantised. Does
- * not check sums. Threads: any. */
+ * A stream is what follows the first 25 bytes of a complete Draco bitstream (version 2.3, point
+ * cloud, sequential encoding, one generic one-component int16 attribute, no prediction). Those
+ * bytes follow from the number of values, so they are not stored, and the symbols behind them are
+ * coded and decoded without the point cloud around them. Values keep their order; nothing is
+ * deduplicated or quantised. Does not check sums. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_DRACO_SHIM_H
 #define STP_FORMATS_CHUNK_DRACO_SHIM_H
 

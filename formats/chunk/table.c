@@ -87,8 +87,8 @@ done:
 
 /* ---- decoding ---- */
 
-/* Draco's own numbers: no prediction; compressed; the two ways of coding symbols. */
-enum { STREAM_NO_PREDICTION = 0xfe, STREAM_COMPRESSED = 1, STREAM_TAGGED = 0, STREAM_RAW = 1 };
+/* Draco's own numbers: the two ways of coding symbols. */
+enum { STREAM_TAGGED = 0, STREAM_RAW = 1 };
 #define STREAM_BIT_LENGTH_LIMIT 18u
 #define STREAM_TAGS_LIMIT 33u
 #define STREAM_SYMBOLS_LIMIT 65536u
@@ -110,12 +110,11 @@ static bool get_varint(const uint8_t *bytes, size_t size, uint32_t *out)
 stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err)
 {
     uint32_t symbols = 0;
-    if (size < 5 || stream[0] != STREAM_NO_PREDICTION || stream[1] != STREAM_COMPRESSED ||
-        stream[2] > STREAM_RAW)
+    if (size < 3 || stream[0] > STREAM_RAW)
         return stp_error_set(err, STP_CORRUPT, "a Draco stream is not coded as this format says");
-    bool raw = stream[2] == STREAM_RAW;
-    size_t head = raw ? 4 : 3;
-    if ((raw && stream[3] > STREAM_BIT_LENGTH_LIMIT) ||
+    bool raw = stream[0] == STREAM_RAW;
+    size_t head = raw ? 2 : 1;
+    if ((raw && stream[1] > STREAM_BIT_LENGTH_LIMIT) ||
         !get_varint(stream + head, size - head, &symbols) ||
         symbols > (raw ? STREAM_SYMBOLS_LIMIT : STREAM_TAGS_LIMIT))
         return stp_error_set(err, STP_CORRUPT, "a Draco stream claims more symbols than exist");

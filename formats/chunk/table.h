@@ -43,8 +43,8 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
                             stp_error *err);
 
-/* Checks what Draco would allocate by before Draco sees it: the stream must be compressed without a
- * prediction of Draco's, and claim no more symbols than int16 values have. Errors: CORRUPT. */
+/* Checks what Draco would allocate by before Draco sees it: the stream must claim no more symbols
+ * than int16 values have. Errors: CORRUPT. */
 stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err);
 
 #endif
