@@ -1,4 +1,5 @@
-/* Draco behind its shim: order, duplicates, extremes; streams that are not what is expected. */
+/* Draco behind its shim: order, duplicates, extremes; streams that are not what is expected; the
+ * columns and blocks around it. */
 #include "formats/chunk/draco_shim.h"
 
 #include "base/random.h"
@@ -140,6 +141,68 @@ static void test_guard(void **state)
         assert_int_equal(stp_stream_check(cases[0].stream, size, NULL), STP_CORRUPT);
 }
 
+/* ---- columns ---- */
+
+static size_t column_bytes(const int16_t *cells, uint32_t count)
+{
+    int16_t *out = malloc(count * sizeof *out);
+    stp_bytes bytes = {0};
+    size_t used = 0;
+    assert_non_null(out);
+    assert_int_equal(stp_column_encode(cells, count, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_column_decode(bytes.data, bytes.size, out, count, &used, NULL), STP_OK);
+    assert_memory_equal(cells, out, count * sizeof *out);
+    assert_int_equal(used, bytes.size);
+    for (size_t cut = 0; cut < bytes.size; cut += 1 + bytes.size / 64)
+        assert_int_equal(stp_column_decode(bytes.data, cut, out, count, &used, NULL), STP_CORRUPT);
+    free(bytes.data);
+    free(out);
+    return used;
+}
+
+/* Cells of every magnitude, quiet and loud ones in turns, extremes among small ones. */
+static void test_columns(void **state)
+{
+    (void)state;
+    static const uint32_t counts[] = {1, 2, 63, 2999, 3000, 65536};
+    int16_t *cells = malloc(65536 * sizeof *cells);
+    assert_non_null(cells);
+    for (size_t n = 0; n < sizeof counts / sizeof *counts; n++) {
+        for (unsigned width = 0; width <= 16; width++) {
+            for (uint32_t i = 0; i < counts[n]; i++)
+                cells[i] = (int16_t)((int16_t)stp_random_u64(width, i) >> (16 - width));
+            column_bytes(cells, counts[n]);
+        }
+        for (uint32_t i = 0; i < counts[n]; i++)
+            cells[i] = (int16_t)((int16_t)stp_random_u64(n, i) >> (15 - i / 100 % 15));
+        column_bytes(cells, counts[n]);
+        for (uint32_t i = 0; i < counts[n]; i++)
+            cells[i] = (int16_t)(i % 77 == 5 ? INT16_MIN : i % 77 == 6 ? INT16_MAX : 2);
+        column_bytes(cells, counts[n]);
+    }
+    free(cells);
+}
+
+/* What cannot be foretold costs its bits and little more, whatever its magnitude; so do cells whose
+ * magnitude changes slowly. */
+static void test_column_bytes(void **state)
+{
+    (void)state;
+    static int16_t cells[40000];
+    double fair = 0.0;
+    for (unsigned width = 3; width <= 13; width++) {
+        for (uint32_t i = 0; i < 40000; i++)
+            cells[i] = (int16_t)((int16_t)stp_random_u64(width, i) >> (16 - width));
+        assert_true((double)column_bytes(cells, 40000) < (width + 0.2) * 40000 / 8);
+    }
+    for (uint32_t i = 0; i < 40000; i++) {
+        unsigned width = 4 + i / 1000 % 8;
+        cells[i] = (int16_t)((int16_t)stp_random_u64(0, i) >> (16 - width));
+        fair += width;
+    }
+    assert_true((double)column_bytes(cells, 40000) < (fair + 0.3 * 40000) / 8);
+}
+
 /* ---- blocks ---- */
 
 static void test_table(void **state)
@@ -168,6 +231,7 @@ int main(void)
         cmocka_unit_test(test_order),    cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_extremes), cmocka_unit_test(test_counts),
         cmocka_unit_test(test_hostile),  cmocka_unit_test(test_guard),
+        cmocka_unit_test(test_columns),  cmocka_unit_test(test_column_bytes),
         cmocka_unit_test(test_table),
     };
     return cmocka_run_group_tests_name("draco", tests, NULL, NULL);

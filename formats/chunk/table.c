@@ -1,30 +1,10 @@
-/* A block of a payload: a table of integer columns, constants apart, the rest through Draco. */
+/* A block of a payload: a table of integer columns, constants apart, the rest coded. */
 #include "formats/chunk/table.h"
 
-#include "base/memory.h"
-#include "formats/chunk/draco_shim.h"
 #include "formats/chunk/layout.h"
-
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 8u
-
-stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err)
-{
-    stp_status status =
-        stp_grow(&bytes->data, &bytes->capacity, bytes->size + size, 1, "payload", err);
-    if (status != STP_OK || size == 0)
-        return status;
-    if (data)
-        memcpy(bytes->data + bytes->size, data, size);
-    else
-        memset(bytes->data + bytes->size, 0, size);
-    bytes->size += size;
-    return STP_OK;
-}
 
 static uint64_t constant_mask(const stp_table *table)
 {
@@ -38,27 +18,6 @@ static uint64_t constant_mask(const stp_table *table)
             mask |= (uint64_t)1 << c;
     }
     return mask;
-}
-
-static stp_status append_u32(stp_bytes *out, size_t value, stp_error *err)
-{
-    uint8_t bytes[SIZE_BYTES];
-    stp_put_u32(bytes, (uint32_t)value);
-    return stp_bytes_append(out, bytes, sizeof bytes, err);
-}
-
-static stp_status append_column(const int16_t *column, uint32_t count, stp_bytes *out,
-                                stp_error *err)
-{
-    stp_status status = STP_OK;
-    void *stream = NULL;
-    size_t stream_bytes = 0;
-    STP_TRY(stp_draco_encode(column, count, &stream, &stream_bytes, err));
-    STP_TRY(append_u32(out, stream_bytes, err));
-    STP_TRY(stp_bytes_append(out, stream, stream_bytes, err));
-done:
-    free(stream);
-    return status;
 }
 
 stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err)
@@ -79,47 +38,13 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
     }
     for (unsigned c = 0; c < table->column_count; c++)
         if (!(mask >> c & 1u))
-            STP_TRY(append_column(stp_table_column(table, c), table->row_count, out, err));
+            STP_TRY(stp_column_encode(stp_table_column(table, c), table->row_count, out, err));
     stp_put_u32(out->data + start, (uint32_t)(out->size - start - SIZE_BYTES));
 done:
     return status;
 }
 
 /* ---- decoding ---- */
-
-/* Draco's own numbers: the two ways of coding symbols. */
-enum { STREAM_TAGGED = 0, STREAM_RAW = 1 };
-#define STREAM_BIT_LENGTH_LIMIT 18u
-#define STREAM_TAGS_LIMIT 33u
-#define STREAM_SYMBOLS_LIMIT 65536u
-
-/* Little-endian groups of seven bits; false where it is longer than three bytes or cut. */
-static bool get_varint(const uint8_t *bytes, size_t size, uint32_t *out)
-{
-    uint32_t value = 0;
-    for (unsigned i = 0; i < 3 && i < size; i++) {
-        value |= (uint32_t)(bytes[i] & 127u) << (7 * i);
-        if (!(bytes[i] & 128u)) {
-            *out = value;
-            return true;
-        }
-    }
-    return false;
-}
-
-stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err)
-{
-    uint32_t symbols = 0;
-    if (size < 3 || stream[0] > STREAM_RAW)
-        return stp_error_set(err, STP_CORRUPT, "a Draco stream is not coded as this format says");
-    bool raw = stream[0] == STREAM_RAW;
-    size_t head = raw ? 2 : 1;
-    if ((raw && stream[1] > STREAM_BIT_LENGTH_LIMIT) ||
-        !get_varint(stream + head, size - head, &symbols) ||
-        symbols > (raw ? STREAM_SYMBOLS_LIMIT : STREAM_TAGS_LIMIT))
-        return stp_error_set(err, STP_CORRUPT, "a Draco stream claims more symbols than exist");
-    return STP_OK;
-}
 
 /* What is left of a block. */
 typedef struct cursor {
@@ -147,12 +72,9 @@ static stp_status decode_constant(cursor *c, int16_t *column, uint32_t count, st
 static stp_status decode_column(cursor *c, int16_t *column, uint32_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (c->left < SIZE_BYTES || stp_get_u32(c->bytes) > c->left - SIZE_BYTES)
-        return stp_error_set(err, STP_CORRUPT, "a stream does not fit into its block");
-    size_t size = stp_get_u32(c->bytes);
-    STP_TRY(stp_stream_check(c->bytes + SIZE_BYTES, size, err));
-    STP_TRY(stp_draco_decode(c->bytes + SIZE_BYTES, size, column, count, err));
-    skip(c, SIZE_BYTES + size);
+    size_t used = 0;
+    STP_TRY(stp_column_decode(c->bytes, c->left, column, count, &used, err));
+    skip(c, used);
 done:
     return status;
 }

@@ -1,15 +1,12 @@
-/* A block of a payload: a table of integer columns, constants apart, the rest through Draco.
+/* A block of a payload: a table of integer columns, constants apart, the rest coded.
  *
  * Bytes: u32 size of what follows; u64 mask, bit c set where all values of column c are equal; one
- * i16 for each set bit in order; then, for each other column in order, u32 size of its stream and
- * the stream (draco_shim.h). A table without rows is no bytes at all. Threads: any. */
+ * i16 for each set bit in order; then each other column in order (column.h). A table without rows
+ * is no bytes at all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_TABLE_H
 #define STP_FORMATS_CHUNK_TABLE_H
 
-#include "base/error.h"
-
-#include <stddef.h>
-#include <stdint.h>
+#include "formats/chunk/column.h"
 
 #define STP_TABLE_COLUMNS_LIMIT 40u
 
@@ -20,15 +17,6 @@ typedef struct stp_table {
     unsigned column_count;
     uint32_t row_count;
 } stp_table;
-
-/* Bytes that grow at their end. */
-typedef struct stp_bytes {
-    uint8_t *data;
-    size_t size, capacity;
-} stp_bytes;
-
-/* Appends size bytes (zeros where data is NULL). Errors: OUT_OF_MEMORY. */
-stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err);
 
 static inline int16_t *stp_table_column(const stp_table *table, unsigned column)
 {
@@ -42,9 +30,5 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
  * becomes the block's size. Errors: CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
                             stp_error *err);
-
-/* Checks what Draco would allocate by before Draco sees it: the stream must claim no more symbols
- * than int16 values have. Errors: CORRUPT. */
-stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err);
 
 #endif
