@@ -1,15 +1,18 @@
 /* Samples as columns of small numbers: prediction from the parent, the siblings and the plane. */
 #include "formats/chunk/predict.h"
 
+#include "formats/chunk/predict_normal.h"
+
 #include <stdlib.h>
 
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE STP_INLINE
 
-/* Components of a sample as plain numbers. */
-enum { PX, PY, PZ, NU, NV, RED, GREEN, BLUE, INTENSITY, CLASS, FLAGS, RADIUS, COMPONENT_COUNT };
+/* Components of a sample as plain numbers; those of which a parent is the mean come first. */
+enum { PX, PY, PZ, RED, GREEN, BLUE, INTENSITY, NU, NV, CLASS, FLAGS, RADIUS, COMPONENT_COUNT };
+#define MEAN_COUNT NU
 
-static const int32_t component_mask[COMPONENT_COUNT] = {0xffff, 0xffff, 0xffff, 0xfff, 0xfff, 0xff,
-                                                        0xff,   0xff,   0xff,   0xff,  0xff,  0xff};
+static const int32_t component_mask[COMPONENT_COUNT] = {0xffff, 0xffff, 0xffff, 0xff, 0xff, 0xff,
+                                                        0xff,   0xfff,  0xfff,  0xff, 0xff, 0xff};
 
 typedef struct parts {
     int32_t v[COMPONENT_COUNT];
@@ -17,10 +20,9 @@ typedef struct parts {
 
 INLINE parts sample_unpack(const stp_sample *s)
 {
-    return (parts){{s->position[0], s->position[1], s->position[2],
-                    s->normal[0] | (s->normal[1] & 15) << 8, s->normal[1] >> 4 | s->normal[2] << 4,
-                    s->rgb[0], s->rgb[1], s->rgb[2], s->intensity, s->class_id, s->flags,
-                    s->radius}};
+    return (parts){{s->position[0], s->position[1], s->position[2], s->rgb[0], s->rgb[1], s->rgb[2],
+                    s->intensity, s->normal[0] | (s->normal[1] & 15) << 8,
+                    s->normal[1] >> 4 | s->normal[2] << 4, s->class_id, s->flags, s->radius}};
 }
 
 INLINE void sample_pack(const parts *p, stp_sample *out)
@@ -69,11 +71,11 @@ INLINE void code(const coder *c, int column, int component, int32_t predicted, p
         *residual = wrap(p->v[component] - predicted, mask);
 }
 
-/* Red and blue are predicted from what green turned out to be. */
-INLINE void code_colours(const coder *c, const parts *predicted, parts *p)
+/* Red and blue are predicted from what green turned out to be, or freely too. */
+INLINE void code_colours(const coder *c, const parts *predicted, bool free, parts *p)
 {
     code(c, STP_COLUMN_GREEN, GREEN, predicted->v[GREEN], p);
-    int32_t moved = wrap(p->v[GREEN] - predicted->v[GREEN], 0xff);
+    int32_t moved = free ? 0 : wrap(p->v[GREEN] - predicted->v[GREEN], 0xff);
     code(c, STP_COLUMN_RED, RED, predicted->v[RED] + moved, p);
     code(c, STP_COLUMN_BLUE, BLUE, predicted->v[BLUE] + moved, p);
     code(c, STP_COLUMN_INTENSITY, INTENSITY, predicted->v[INTENSITY], p);
@@ -83,22 +85,6 @@ INLINE void code_normal(const coder *c, const parts *predicted, parts *p)
 {
     code(c, STP_COLUMN_NORMAL_U, NU, predicted->v[NU], p);
     code(c, STP_COLUMN_NORMAL_V, NV, predicted->v[NV], p);
-}
-
-INLINE int32_t sign_not_zero(int32_t v)
-{
-    return v < 0 ? -1 : 1;
-}
-
-/* The octahedral code as a vector of L1 length 4095, so that one component is at least 1365. */
-INLINE void normal_vector(const parts *p, int32_t out[3])
-{
-    int32_t x = 2 * p->v[NU] - 4095;
-    int32_t y = 2 * p->v[NV] - 4095;
-    int32_t z = 4095 - abs(x) - abs(y);
-    out[0] = z < 0 ? (4095 - abs(y)) * sign_not_zero(x) : x;
-    out[1] = z < 0 ? (4095 - abs(x)) * sign_not_zero(y) : y;
-    out[2] = z;
 }
 
 /* Division by one divisor (1..2^13) many times, by its reciprocal: exact for 32-bit values (Lemire,
@@ -124,19 +110,15 @@ INLINE int32_t divide(int32_t value, divisor d)
 
 /* The plane that a family lies on: one axis follows from the other two. */
 typedef struct plane {
-    int32_t normal[3];
+    stp_ivec3 normal;
     int main_axis; /* the normal's greatest */
     divisor along;
 } plane;
 
-INLINE plane plane_of(const parts *p)
+INLINE plane plane_of(stp_ivec3 normal)
 {
-    plane out = {.main_axis = 0};
-    normal_vector(p, out.normal);
-    for (int i = 1; i < 3; i++)
-        if (abs(out.normal[i]) > abs(out.normal[out.main_axis]))
-            out.main_axis = i;
-    out.along = divisor_of(abs(out.normal[out.main_axis]));
+    plane out = {.normal = normal, .main_axis = stp_main_axis(normal)};
+    out.along = divisor_of(abs(normal.v[out.main_axis]));
     return out;
 }
 
@@ -151,9 +133,9 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
     code(c, STP_COLUMN_POSITION_A, PX + a, predicted->v[PX + a], p);
     code(c, STP_COLUMN_POSITION_B, PX + b, predicted->v[PX + b], p);
     if (!free) {
-        int32_t slope = on->normal[a] * (p->v[PX + a] - predicted->v[PX + a]) +
-                        on->normal[b] * (p->v[PX + b] - predicted->v[PX + b]);
-        rise = divide(on->normal[main_axis] < 0 ? slope : -slope, on->along);
+        int32_t slope = on->normal.v[a] * (p->v[PX + a] - predicted->v[PX + a]) +
+                        on->normal.v[b] * (p->v[PX + b] - predicted->v[PX + b]);
+        rise = divide(on->normal.v[main_axis] < 0 ? slope : -slope, on->along);
     }
     code(c, STP_COLUMN_POSITION_C, PX + main_axis, predicted->v[PX + main_axis] + rise, p);
 }
@@ -183,8 +165,8 @@ INLINE void code_vertices(const stp_patch *patches, uint32_t count, stp_sample *
         code(&c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
         code(&c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
         code_normal(&c, &predicted, &p);
-        code_colours(&c, &predicted, &p);
-        plane on = plane_of(&p);
+        code_colours(&c, &predicted, false, &p);
+        plane on = plane_of(stp_integer_normal(p.v[NU], p.v[NV]));
         code_position(&c, &predicted, &on, true, &p);
         if (c.decode)
             sample_pack(&p, &samples[i]);
@@ -224,14 +206,13 @@ typedef struct family {
     unsigned count;
     int32_t weight[4];
     int32_t weight_all, weight_left;
-    int32_t moment[INTENSITY + 1]; /* sum over elder children of weight * (parent - child) */
+    int32_t moment[MEAN_COUNT]; /* sum over elder children of weight * (parent - child) */
+    stp_family_normals normals;
 } family;
 
-INLINE void family_begin(family *f, const stp_sample *parent, stp_sample *children, unsigned count)
+INLINE void family_begin(family *f, stp_sample *children, unsigned count)
 {
     int greatest = 0;
-    f->parent = sample_unpack(parent);
-    f->plane = plane_of(&f->parent);
     f->children = children;
     f->count = count;
     f->weight_left = 0;
@@ -243,8 +224,10 @@ INLINE void family_begin(family *f, const stp_sample *parent, stp_sample *childr
         f->weight_left += f->weight[k];
     }
     f->weight_all = f->weight_left;
-    for (int i = 0; i <= INTENSITY; i++)
+    for (int i = 0; i < MEAN_COUNT; i++)
         f->moment[i] = 0;
+    f->normals.sum = (stp_ivec3){{0, 0, 0}};
+    f->normals.turned = (stp_ivec3){{0, 0, 0}};
 }
 
 /* The mean of the children that are left, if the parent is the weighted mean of all of them. */
@@ -255,19 +238,45 @@ INLINE void family_predict(const family *f, parts *out)
         return;
     divisor d = divisor_of(f->weight_left);
 #pragma GCC unroll 16
-    for (int i = 0; i <= INTENSITY; i++)
+    for (int i = 0; i < MEAN_COUNT; i++)
         out->v[i] = (f->parent.v[i] + divide(f->moment[i], d)) & component_mask[i];
+}
+
+/* The normal's prediction, once the position is there. */
+INLINE void family_predict_normal(family *f, unsigned k, const stp_turning *turning, const parts *p,
+                                  parts *out)
+{
+    bool last = k + 1 == f->count;
+    int32_t weight = f->weight[k];
+    stp_ivec3 direction;
+    if (f->count == 1)
+        return;
+    if (last) {
+        direction = stp_last_direction(&f->normals, weight);
+    } else {
+        int32_t offset[3];
+        for (int i = 0; i < 3; i++)
+            offset[i] = p->v[PX + i] - f->parent.v[PX + i];
+        stp_ivec3 turn = stp_turning_over(turning, offset);
+        direction = stp_elder_direction(&f->normals, f->weight_all, f->weight_left, turn);
+        for (int i = 0; i < 3; i++)
+            f->normals.turned.v[i] += weight * turn.v[i];
+    }
+    stp_direction_code(direction, &out->v[NU]);
 }
 
 INLINE void family_take(family *f, unsigned k, const parts *child)
 {
     f->weight_left -= f->weight[k];
 #pragma GCC unroll 16
-    for (int i = 0; i <= INTENSITY; i++)
+    for (int i = 0; i < MEAN_COUNT; i++)
         f->moment[i] += f->weight[k] * (f->parent.v[i] - child->v[i]);
+    stp_ivec3 unit = stp_unit_normal(stp_integer_normal(child->v[NU], child->v[NV]));
+    for (int i = 0; i < 3; i++)
+        f->normals.sum.v[i] += f->weight[k] * unit.v[i];
 }
 
-INLINE void code_family(family *f, coder *elder, coder *last)
+INLINE void code_family(family *f, const stp_turning *turning, coder *elder, coder *last)
 {
     for (unsigned k = 0; k < f->count; k++) {
         coder *c = k + 1 < f->count ? elder : last;
@@ -280,13 +289,39 @@ INLINE void code_family(family *f, coder *elder, coder *last)
         family_predict(f, &predicted);
         code(c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
         code(c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
-        code_normal(c, &predicted, &p);
-        code_colours(c, &predicted, &p);
+        code_colours(c, &predicted, c == last, &p);
         code_position(c, &predicted, &f->plane, c == last, &p);
-        family_take(f, k, &p);
+        family_predict_normal(f, k, turning, &p, &predicted);
+        code_normal(c, &predicted, &p);
+        if (c == elder)
+            family_take(f, k, &p);
         if (c->decode)
             sample_pack(&p, &f->children[k]);
         c->cells++;
+    }
+}
+
+/* Siblings among the parents with their children: their normals tell how the surface turns. */
+INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample *children,
+                          const unsigned *begin, coder *elder, coder *last)
+{
+    family families[4];
+    stp_siblings siblings = {.count = count};
+    stp_turning turning;
+    for (unsigned j = 0; j < count; j++) {
+        family *f = &families[j];
+        f->parent = sample_unpack(&parents[j]);
+        stp_ivec3 normal = stp_integer_normal(f->parent.v[NU], f->parent.v[NV]);
+        f->plane = plane_of(normal);
+        f->normals.parent = stp_unit_normal(normal);
+        siblings.normal[j] = f->normals.parent;
+        for (int i = 0; i < 3; i++)
+            siblings.position[j].v[i] = f->parent.v[PX + i];
+    }
+    stp_turning_fit(&siblings, &turning);
+    for (unsigned j = 0; j < count; j++) {
+        family_begin(&families[j], children + begin[j], begin[j + 1] - begin[j]);
+        code_family(&families[j], &turning, elder, last);
     }
 }
 
@@ -312,23 +347,26 @@ INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int3
     }
 }
 
+/* Siblings by siblings: of level 3, one sample a patch, each is alone. */
 INLINE void code_level(const stp_chunk *chunk, int level, coder elder, coder last)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const stp_patch *patch = &chunk->patches[i];
         unsigned count = patch->counts[level + 1];
         unsigned finer = patch->counts[level];
+        unsigned groups = stp_level_count_above(count);
         stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][i];
         const stp_sample *parents = chunk->samples[level + 1] + chunk->level_begin[level + 1][i];
         coder elder_radii = elder;
         coder last_radii = last;
         code_radii(samples, count, finer, patch->radius[level], &elder_radii, &last_radii);
-        for (unsigned j = 0; j < count; j++) {
-            family f;
-            unsigned begin = stp_level_children_begin(j, count, finer);
-            unsigned end = stp_level_children_begin(j + 1, count, finer);
-            family_begin(&f, &parents[j], samples + begin, end - begin);
-            code_family(&f, &elder, &last);
+        for (unsigned g = 0; g < groups; g++) {
+            unsigned first = stp_level_children_begin(g, groups, count);
+            unsigned end = stp_level_children_begin(g + 1, groups, count);
+            unsigned begin[5];
+            for (unsigned j = first; j <= end; j++)
+                begin[j - first] = stp_level_children_begin(j, count, finer);
+            code_siblings(parents + first, end - first, samples, begin, &elder, &last);
         }
     }
 }
