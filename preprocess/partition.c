@@ -113,6 +113,24 @@ static void order_groups(stp_place *places, const uint32_t *bounds, uint32_t gro
     order_groups(places + at, bounds + half, group_count - half);
 }
 
+/* Orders the samples under one of level 1 along an axis of their surface: the file stores what is
+ * left of a guess from those before, and it need not store on which side it is. */
+static void order_family(stp_place *places, uint32_t count)
+{
+    float normal[3] = {0.0f, 0.0f, 0.0f};
+    int main_axis = 0;
+    for (uint32_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++)
+            normal[axis] += key_of(&places[i], 3 + axis);
+    for (int axis = 1; axis < 3; axis++)
+        if (fabsf(normal[axis]) > fabsf(normal[main_axis]))
+            main_axis = axis;
+    int along = (main_axis + 1) % 3;
+    for (uint32_t i = 1; i < count; i++)
+        for (uint32_t j = i; j > 0 && before(&places[j], &places[j - 1], along); j--)
+            swap(&places[j], &places[j - 1]);
+}
+
 /* Ends of the level's groups in terms of level-0 samples, and ordering, coarse to fine. */
 static void order_patch(stp_place *places, uint32_t count)
 {
@@ -131,6 +149,8 @@ static void order_patch(stp_place *places, uint32_t count)
         unsigned end = stp_level_children_begin(j + 1, counts[2], counts[1]);
         order_groups(places + first[begin], first + begin, end - begin);
     }
+    for (unsigned j = 0; j < counts[1]; j++)
+        order_family(places + first[j], first[j + 1] - first[j]);
 }
 
 /* Moves the places for which the predicate holds to the front; returns their number. */
