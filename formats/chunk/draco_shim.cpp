@@ -6,8 +6,8 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <new>
-#include <vector>
 
 namespace
 {
@@ -41,13 +41,13 @@ stp_status check_count(uint32_t count, stp_error *err)
 stp_status encode(const int16_t *values, uint32_t count, void **stream, size_t *stream_bytes,
                   stp_error *err)
 {
-    std::vector<uint32_t> symbols(count);
+    std::unique_ptr<uint32_t[]> symbols(new uint32_t[count]); // not zeroed
     for (uint32_t i = 0; i < count; i++)
         symbols[i] = symbol_of(values[i]);
     draco::Options options;
     draco::EncoderBuffer buffer;
     draco::SetSymbolEncodingCompressionLevel(&options, compression_level);
-    if (!draco::EncodeSymbols(symbols.data(), static_cast<int>(count), 1, &options, &buffer))
+    if (!draco::EncodeSymbols(symbols.get(), static_cast<int>(count), 1, &options, &buffer))
         return stp_error_set(err, STP_INTERNAL, "Draco cannot encode %u values", count);
     void *copy = malloc(buffer.size());
     if (!copy)
@@ -61,10 +61,10 @@ stp_status encode(const int16_t *values, uint32_t count, void **stream, size_t *
 stp_status decode(const void *stream, size_t stream_bytes, int16_t *values, uint32_t count,
                   stp_error *err)
 {
-    std::vector<uint32_t> symbols(count);
+    std::unique_ptr<uint32_t[]> symbols(new uint32_t[count]); // not zeroed
     draco::DecoderBuffer buffer;
     buffer.Init(static_cast<const char *>(stream), stream_bytes, bitstream_version);
-    if (!draco::DecodeSymbols(count, 1, &buffer, symbols.data()))
+    if (!draco::DecodeSymbols(count, 1, &buffer, symbols.get()))
         return stp_error_set(err, STP_CORRUPT, "Draco cannot decode a stream of %u values", count);
     for (uint32_t i = 0; i < count; i++)
         values[i] = value_of(symbols[i]);
