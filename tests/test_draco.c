@@ -4,6 +4,7 @@
 
 #include "base/random.h"
 #include "formats/chunk/table.h"
+#include "tests/support/draco_cloud_shim.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -63,6 +64,33 @@ static void test_extremes(void **state)
     static const int16_t values[] = {INT16_MIN, INT16_MAX, 0, -1, INT16_MAX, INT16_MIN, 1};
     for (uint32_t count = 1; count <= sizeof values / sizeof *values; count++)
         round_trip(values, count);
+}
+
+/* With the 25 bytes of SPEC.md before it, a stream is a point cloud for any Draco decoder. */
+static void test_whole(void **state)
+{
+    (void)state;
+    static const unsigned shifts[] = {0, 6, 12, 15}; /* tagged and raw symbols */
+    enum { COUNT = 3000 };
+    static int16_t values[COUNT], out[COUNT];
+    for (size_t s = 0; s < sizeof shifts / sizeof *shifts; s++) {
+        uint8_t head[25] = {'D', 'R', 'A',         'C',        'O', 2,    3, 0, 0,
+                            0,   0,   COUNT & 255, COUNT >> 8, 0,   0,    1, 1, 4,
+                            3,   1,   0,           0,          1,   0xfe, 1};
+        void *stream = NULL;
+        size_t bytes = 0;
+        for (uint32_t i = 0; i < COUNT; i++)
+            values[i] = (int16_t)((int16_t)stp_random_u64(s, i) >> shifts[s]);
+        assert_int_equal(stp_draco_encode(values, COUNT, &stream, &bytes, NULL), STP_OK);
+        uint8_t *whole = malloc(sizeof head + bytes);
+        assert_non_null(whole);
+        memcpy(whole, head, sizeof head);
+        memcpy(whole + sizeof head, stream, bytes);
+        assert_int_equal(draco_cloud_read(whole, sizeof head + bytes, out, COUNT), 0);
+        assert_memory_equal(values, out, sizeof values);
+        free(whole);
+        free(stream);
+    }
 }
 
 static void test_counts(void **state)
@@ -228,11 +256,11 @@ static void test_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),    cmocka_unit_test(test_duplicates),
-        cmocka_unit_test(test_extremes), cmocka_unit_test(test_counts),
-        cmocka_unit_test(test_hostile),  cmocka_unit_test(test_guard),
-        cmocka_unit_test(test_columns),  cmocka_unit_test(test_column_bytes),
-        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_order),        cmocka_unit_test(test_duplicates),
+        cmocka_unit_test(test_extremes),     cmocka_unit_test(test_whole),
+        cmocka_unit_test(test_counts),       cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_guard),        cmocka_unit_test(test_columns),
+        cmocka_unit_test(test_column_bytes), cmocka_unit_test(test_table),
     };
     return cmocka_run_group_tests_name("draco", tests, NULL, NULL);
 }
