@@ -14,7 +14,7 @@
 #define STREAM_BYTES_MASK ((1u << STREAM_BYTES_BITS) - 1u)
 /* A mean of magnitudes follows the last eight or so. */
 #define MEAN_SHIFT 3u
-/* With a mean of less than this in halves, all bits go to Draco. */
+/* With a mean of no more than this in halves, all bits go to Draco. */
 #define LOW_BITS_MEAN_HALVES 3u
 /* Symbols for Draco stay within so many bits; in a short column a table of them must be short. */
 #define KEPT_BITS 2u
@@ -139,10 +139,10 @@ stp_status stp_column_encode(const int16_t *cells, uint32_t count, stp_bytes *ou
     bit_writer low = {0};
     for (uint32_t i = 0; i < count; i++)
         sum += (uint64_t)abs(cells[i]);
-    if (2 * sum < (uint64_t)LOW_BITS_MEAN_HALVES * count)
+    if (2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count)
         return append_parts(cells, count, 0, 0, &low, out, err);
     unsigned kept = count < SHORT_COLUMN ? KEPT_BITS_SHORT : KEPT_BITS;
-    unsigned first = bit_length((uint32_t)(sum / count)) - 1;
+    unsigned first = bit_length((uint32_t)(sum / count) >> 1);
     STP_TRY(stp_alloc(&high, count, sizeof *high, "a column", err));
     STP_TRY(stp_alloc(&low.bytes, 2 * (size_t)count + 1, 1, "a column", err));
     split(cells, count, spread_begin(kept, first), high, &low);
