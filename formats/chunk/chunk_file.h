@@ -26,7 +26,7 @@
 
 typedef enum stp_codec {
     STP_CODEC_RAW = 0,  /* samples and patches as they are in memory */
-    STP_CODEC_DRACO = 1 /* Draco sequential, generic integer attributes */
+    STP_CODEC_DRACO = 1 /* tables of residuals through Draco's symbol coder */
 } stp_codec;
 
 /* What an attribute bit says the source had; the sample's bytes exist in any case. */

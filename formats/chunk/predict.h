@@ -2,8 +2,9 @@
  *
  * Level 3 is predicted from its patch header, each finer level from the next coarser one: a child
  * from what its parent and its elder siblings leave of the area-weighted mean, its position also
- * from the plane of the normals. formats/SPEC.md, "Prediction", has the arithmetic; all of it is in
- * integers, so that every machine gives the same. Encoding and decoding run the same code.
+ * from the plane of the normals, its normal also from how they turn (predict_normal.h).
+ * formats/SPEC.md, "Sample columns", has the arithmetic; its results are integers that every
+ * machine gets. Encoding and decoding run the same code.
  * Threads: any. */
 #ifndef STP_FORMATS_CHUNK_PREDICT_H
 #define STP_FORMATS_CHUNK_PREDICT_H
