@@ -111,13 +111,14 @@ INLINE int32_t divide(int32_t value, divisor d)
 /* The plane that a family lies on: one axis follows from the other two. */
 typedef struct plane {
     stp_ivec3 normal;
-    int main_axis; /* the normal's greatest */
+    int a, b, main_axis; /* the last is the normal's greatest */
     divisor along;
 } plane;
 
 INLINE plane plane_of(stp_ivec3 normal)
 {
-    plane out = {.normal = normal, .main_axis = stp_main_axis(normal)};
+    int axis = stp_main_axis(normal);
+    plane out = {.normal = normal, .a = (axis + 1) % 3, .b = (axis + 2) % 3, .main_axis = axis};
     out.along = divisor_of(abs(normal.v[out.main_axis]));
     return out;
 }
@@ -127,8 +128,8 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
                           parts *p)
 {
     int main_axis = on->main_axis;
-    int a = (main_axis + 1) % 3;
-    int b = (main_axis + 2) % 3;
+    int a = on->a;
+    int b = on->b;
     int32_t rise = 0;
     code(c, STP_COLUMN_POSITION_A, PX + a, predicted->v[PX + a], p);
     code(c, STP_COLUMN_POSITION_B, PX + b, predicted->v[PX + b], p);
@@ -243,26 +244,22 @@ INLINE void family_predict(const family *f, parts *out)
 }
 
 /* The normal's prediction, once the position is there. */
-INLINE void family_predict_normal(family *f, unsigned k, const stp_turning *turning, const parts *p,
-                                  parts *out)
+INLINE void family_predict_normal(family *f, unsigned k, bool youngest, const stp_turning *turning,
+                                  const parts *p, parts *out)
 {
-    bool last = k + 1 == f->count;
-    int32_t weight = f->weight[k];
-    stp_ivec3 direction;
-    if (f->count == 1)
+    if (youngest) {
+        if (f->count > 1)
+            stp_direction_code(stp_last_direction(&f->normals, f->weight[k]), &out->v[NU]);
         return;
-    if (last) {
-        direction = stp_last_direction(&f->normals, weight);
-    } else {
-        int32_t offset[3];
-        for (int i = 0; i < 3; i++)
-            offset[i] = p->v[PX + i] - f->parent.v[PX + i];
-        stp_ivec3 turn = stp_turning_over(turning, offset);
-        direction = stp_elder_direction(&f->normals, f->weight_all, f->weight_left, turn);
-        for (int i = 0; i < 3; i++)
-            f->normals.turned.v[i] += weight * turn.v[i];
     }
-    stp_direction_code(direction, &out->v[NU]);
+    int32_t offset[3];
+    for (int i = 0; i < 3; i++)
+        offset[i] = p->v[PX + i] - f->parent.v[PX + i];
+    stp_ivec3 turn = stp_turning_over(turning, offset);
+    stp_direction_code(stp_elder_direction(&f->normals, f->weight_all, f->weight_left, turn),
+                       &out->v[NU]);
+    for (int i = 0; i < 3; i++)
+        f->normals.turned.v[i] += f->weight[k] * turn.v[i];
 }
 
 INLINE void family_take(family *f, unsigned k, const parts *child)
@@ -276,29 +273,34 @@ INLINE void family_take(family *f, unsigned k, const parts *child)
         f->normals.sum.v[i] += f->weight[k] * unit.v[i];
 }
 
+/* `youngest` is a constant in each caller, as c->decode is. */
+INLINE void code_child(family *f, unsigned k, bool youngest, const stp_turning *turning, coder *c)
+{
+    parts predicted;
+    parts p = {{0}};
+    if (c->decode)
+        p.v[RADIUS] = f->children[k].radius;
+    else
+        p = sample_unpack(&f->children[k]);
+    family_predict(f, &predicted);
+    code(c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
+    code(c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
+    code_colours(c, &predicted, youngest, &p);
+    code_position(c, &predicted, &f->plane, youngest, &p);
+    family_predict_normal(f, k, youngest, turning, &p, &predicted);
+    code_normal(c, &predicted, &p);
+    if (!youngest)
+        family_take(f, k, &p);
+    if (c->decode)
+        sample_pack(&p, &f->children[k]);
+    c->cells++;
+}
+
 INLINE void code_family(family *f, const stp_turning *turning, coder *elder, coder *last)
 {
-    for (unsigned k = 0; k < f->count; k++) {
-        coder *c = k + 1 < f->count ? elder : last;
-        parts predicted;
-        parts p = {{0}};
-        if (c->decode)
-            p.v[RADIUS] = f->children[k].radius;
-        else
-            p = sample_unpack(&f->children[k]);
-        family_predict(f, &predicted);
-        code(c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
-        code(c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
-        code_colours(c, &predicted, c == last, &p);
-        code_position(c, &predicted, &f->plane, c == last, &p);
-        family_predict_normal(f, k, turning, &p, &predicted);
-        code_normal(c, &predicted, &p);
-        if (c == elder)
-            family_take(f, k, &p);
-        if (c->decode)
-            sample_pack(&p, &f->children[k]);
-        c->cells++;
-    }
+    for (unsigned k = 0; k + 1 < f->count; k++)
+        code_child(f, k, false, turning, elder);
+    code_child(f, f->count - 1, true, turning, last);
 }
 
 /* Siblings among the parents with their children: their normals tell how the surface turns. */
