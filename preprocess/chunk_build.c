@@ -172,7 +172,7 @@ static stp_status measure_overhang(const assembly *a, stp_chunk *chunk, stp_erro
     stp_status status = STP_OK;
     stp_overhang *overhang = NULL;
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, a->carry, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, a->carry, STP_OVERHANG_BOUND, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
         for (int l = 0; l < STP_LEVEL_COUNT; l++)

@@ -96,7 +96,7 @@ static void agrees_with_a_plain_search(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, STP_OVERHANG_BOUND, &err), STP_OK);
     size_t compared = 0, equal = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p += 3) {
         const stp_patch *patch = &chunk->patches[p];
@@ -137,7 +137,7 @@ static void only_a_border_hangs_over(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, STP_OVERHANG_BOUND, &err), STP_OK);
     double largest = 0.0;
     stp_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
     for (uint32_t p = 0; p < chunk->patch_count; p++)

@@ -8,6 +8,7 @@
 typedef struct measure {
     const stp_disc_grid *grid;
     const stp_overhang_carry *carry;
+    stp_overhang_doubt doubt;
     stp_dvec3 normal;
     double error;    /* the perpendicular error that is stored */
     uint32_t latest; /* the disc nearest to an earlier point */
@@ -44,10 +45,13 @@ static void measure_point(measure *m, stp_dvec3 x, uint32_t own)
         return;
     if (latest.squared < best.squared)
         best = latest;
-    double over_all = INFINITY;
-    if (stp_disc_grid_nearest(m->grid, x, enough, &best))
-        over_all = best.overhang + carried_overhang(m, best.disc) + uncovered(m, &best);
+    bool found = stp_disc_grid_nearest(m->grid, x, enough, &best);
     m->latest = best.disc;
+    if (!found && m->doubt == STP_OVERHANG_LEAST)
+        return;
+    double over_all = INFINITY;
+    if (found)
+        over_all = best.overhang + carried_overhang(m, best.disc) + uncovered(m, &best);
     m->greatest = stp_max(m->greatest, stp_min(over_own, over_all));
 }
 
@@ -132,11 +136,12 @@ static void measure_patch(stp_overhang *out, const measure *blank, const stp_chu
 }
 
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
-                                const stp_overhang_carry *carry, stp_error *err)
+                                const stp_overhang_carry *carry, stp_overhang_doubt doubt,
+                                stp_error *err)
 {
     stp_disc_grid grid;
     stp_status status = stp_disc_grid_create(&grid, chunk, err);
-    const measure blank = {.grid = &grid, .carry = carry};
+    const measure blank = {.grid = &grid, .carry = carry, .doubt = doubt};
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
         measure_patch(&out[p], &blank, chunk, p);
     stp_disc_grid_clear(&grid);

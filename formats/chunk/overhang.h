@@ -26,15 +26,21 @@ typedef struct stp_overhang {
     double quarter[2][STP_PATCH_QUARTERS];
 } stp_overhang;
 
+/* What a point counts whose nearest disc cannot be told in bounded time. */
+typedef enum stp_overhang_doubt {
+    STP_OVERHANG_BOUND, /* its overhang over its own discs: for who stores what it finds */
+    STP_OVERHANG_LEAST  /* nothing: for who would refute what is stored */
+} stp_overhang_doubt;
+
 /* Measures all patches, out[patch_count]. The overhang of a point is the lesser of
  *   - the overhang over the nearest disc under its own merged disc, and
  *   - that over the nearest disc of all, and of the height there what the perpendicular error of
  *     the quarter, at level 3 of the patch, which counts along the merged disc's normal, does not
  *     cover.
  * carry: by level-0 sample, or NULL for none. The chunk has all levels and its patches'
- * perpendicular errors. The time is bounded: where some hundreds of discs about a point do not tell
- * the nearest, the first counts. Errors: OUT_OF_MEMORY. */
+ * perpendicular errors. Errors: OUT_OF_MEMORY. */
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
-                                const stp_overhang_carry *carry, stp_error *err);
+                                const stp_overhang_carry *carry, stp_overhang_doubt doubt,
+                                stp_error *err);
 
 #endif

@@ -51,7 +51,7 @@ static stp_status verify_errors(const place *at, stp_error *err)
             return fault(at, i, what, err);
     }
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, STP_OVERHANG_LEAST, err));
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         if (!stp_verify_overhang(&chunk->patches[i], &overhang[i])) {
             status =
