@@ -129,7 +129,7 @@ bool stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
         int level = refine ? (int)chunk->finest : 2;
         while (level > (int)chunk->finest && !fits(frame, &sight, patch, level, q))
             level--;
-        out->of[q] = (int8_t)level;
+        out->of[q] = level;
     }
     return true;
 }

@@ -16,7 +16,7 @@ stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
 /* By quarter (formats/chunk/sample.h); STP_LEVEL_SKIP for what is not drawn or not there. Level 3
  * stands for the whole patch, in quarter 0. */
 typedef struct stp_levels {
-    int8_t of[STP_PATCH_QUARTERS];
+    int of[STP_PATCH_QUARTERS];
 } stp_levels;
 
 /* Levels to draw. False, and nothing, if the patch is out of sight or its child is drawn instead.

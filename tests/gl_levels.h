@@ -117,7 +117,7 @@ static inline stp_levels gl_levels_drawn(const gl_levels *levels, const stp_resi
                 continue;
             if (whole || drawn.of[q] != STP_LEVEL_SKIP)
                 fail_msg("patch %u of chunk %u, quarter %u is drawn twice", p, resident->chunk, q);
-            drawn.of[q] = (int8_t)level;
+            drawn.of[q] = level;
             parts++;
         }
     if (parts != 0 && parts != patch->count[2])

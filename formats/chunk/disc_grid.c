@@ -14,6 +14,8 @@
 #define RING_MAX 2
 #define TRIES_MAX 1024
 #define CELLS_MAX 4e15
+/* A search within the hint's squared distance finds the hint at least, in spite of its floats. */
+#define HINT_SLACK 1.0001
 
 typedef struct cell {
     int64_t at[3];
@@ -236,9 +238,25 @@ static bool try_cells(search *s, stp_dvec3 x)
     return s->squared <= s->enough;
 }
 
-bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough,
+/* Searches what is nearer than `within`, squared. */
+static bool search_within(const stp_disc_grid *grid, stp_dvec3 x, double enough, double within,
+                          uint32_t *entry)
+{
+    search s = {.grid = grid,
+                .x = {(float)x.x, (float)x.y, (float)x.z},
+                .enough = (float)enough,
+                .tries = TRIES_MAX,
+                .squared = (float)within,
+                .entry = UINT32_MAX};
+    bool found = try_cells(&s, x);
+    *entry = s.entry;
+    return found;
+}
+
+bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough, uint32_t hint,
                            stp_disc_position *best)
 {
+    uint32_t entry = UINT32_MAX;
     if (grid->large_count > STP_DISC_LARGE_MAX)
         return false;
     for (uint32_t i = 0; i < grid->large_count; i++) {
@@ -246,14 +264,16 @@ bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough
         if (large.squared < best->squared)
             *best = large;
     }
-    search s = {.grid = grid,
-                .x = {(float)x.x, (float)x.y, (float)x.z},
-                .enough = (float)enough,
-                .tries = TRIES_MAX,
-                .squared = (float)best->squared,
-                .entry = UINT32_MAX};
-    bool found = try_cells(&s, x);
-    if (s.entry != UINT32_MAX)
-        *best = stp_disc_grid_position(grid, grid->disc_of_entry[s.entry], x);
+    stp_disc_position hinted = stp_disc_grid_position(grid, hint, x);
+    if (hinted.squared <= enough) {
+        *best = hinted;
+        return true;
+    }
+    double within = hinted.squared * HINT_SLACK;
+    bool found = within < best->squared && search_within(grid, x, enough, within, &entry);
+    if (entry == UINT32_MAX) /* no hint, or its float lies */
+        found = search_within(grid, x, enough, best->squared, &entry);
+    if (entry != UINT32_MAX)
+        *best = stp_disc_grid_position(grid, grid->disc_of_entry[entry], x);
     return found;
 }

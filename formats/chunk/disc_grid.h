@@ -45,9 +45,10 @@ void stp_disc_grid_clear(stp_disc_grid *grid);
 stp_disc_position stp_disc_grid_position(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x);
 
 /* Finds what is nearer to x than *best, which some disc is; stops where its square is no more than
- * `enough`. False if some hundreds of discs do not tell, and then best is any. The choice is as
- * exact as floats of the chunk's coordinates, best's numbers as doubles. */
-bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough,
+ * `enough`. False if a thousand discs do not tell, and then best is any. hint: a disc that may be
+ * near, which spares time and changes nothing: of equally near discs always the same is found. The
+ * choice is as exact as floats of the chunk's coordinates, best's numbers as doubles. */
+bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough, uint32_t hint,
                            stp_disc_position *best);
 
 #endif

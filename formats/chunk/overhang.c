@@ -40,12 +40,7 @@ static void measure_point(measure *m, stp_dvec3 x, uint32_t own)
     double over_own = best.overhang + carried_overhang(m, own);
     if (over_own <= m->greatest || best.squared <= enough)
         return;
-    stp_disc_position latest = stp_disc_grid_position(m->grid, m->latest, x);
-    if (latest.squared <= enough)
-        return;
-    if (latest.squared < best.squared)
-        best = latest;
-    bool found = stp_disc_grid_nearest(m->grid, x, enough, &best);
+    bool found = stp_disc_grid_nearest(m->grid, x, enough, m->latest, &best);
     m->latest = best.disc;
     if (!found && m->doubt == STP_OVERHANG_LEAST)
         return;

@@ -88,7 +88,8 @@ static inline unsigned stp_level_count_above(unsigned finer)
  * j covers [begin(j), begin(j + 1)), at most 4 where count = ceil(finer_count / 4). */
 static inline unsigned stp_level_children_begin(unsigned j, unsigned count, unsigned finer_count)
 {
-    return count ? j * finer_count / count : 0;
+    /* the analyser loses what arrays of counts hold: */
+    return count ? j * finer_count / count : 0; // NOLINT(clang-analyzer-core.*)
 }
 
 /* First sample at a level (0, 1 or 2) of quarter q; of q = counts[2] the level's end. */
