@@ -72,7 +72,7 @@ static void round_trip(uint32_t station_count, uint32_t attributes, const char *
     assert_int_equal(stp_ply_writer_create(&writer, "trip.ply", &params, &err), STP_OK);
     for (uint32_t i = 0; i < COUNT; i++) {
         const stp_point point = {.class_id = (uint8_t)i,
-                                 .station = i % 7 == 6 ? 0 : (uint16_t)(i % station_count + 1)};
+                                 .station = (uint16_t)(i % 7 == 6 ? 0 : i % station_count + 1)};
         assert_int_equal(stp_ply_writer_points(writer, &point, 1, &err), STP_OK);
     }
     assert_int_equal(stp_ply_writer_finish(&writer, &err), STP_OK);
