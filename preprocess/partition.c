@@ -190,7 +190,12 @@ static bool one_sheet(const stp_place *places, uint32_t count)
     return differ == 0;
 }
 
-/* Many crumbs of surface: nothing that patches of a sample or two would keep apart. */
+/* So many crumbs of surface that patches of a sample or two would keep nothing apart. */
+static bool are_crumbs(uint32_t parts, uint32_t count)
+{
+    return parts > 2 && parts * THICKET_POINTS > count;
+}
+
 static bool is_thicket(const stp_place *places, uint32_t count)
 {
     uint32_t sheets[NORMAL_SPLIT_COUNT];
@@ -201,7 +206,7 @@ static bool is_thicket(const stp_place *places, uint32_t count)
     qsort(sheets, count, sizeof *sheets, compare_sheets);
     for (uint32_t i = 1; i < count; i++)
         distinct += sheets[i] != sheets[i - 1];
-    return distinct > 2 && distinct * THICKET_POINTS > count;
+    return are_crumbs(distinct, count);
 }
 
 /* Places of the first piece to the front; 0 if there is one only, or nothing but crumbs. */
@@ -209,7 +214,7 @@ static uint32_t gather_piece(stp_place *places, uint32_t count)
 {
     uint8_t piece[STP_PATCH_SAMPLES];
     unsigned pieces = stp_pieces_number(places, count, piece);
-    if (pieces == 1 || (pieces > 2 && pieces * THICKET_POINTS > count))
+    if (pieces == 1 || are_crumbs(pieces, count))
         return 0;
     uint32_t front = 0;
     for (uint32_t i = 0; i < count; i++) {

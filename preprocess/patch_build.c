@@ -13,10 +13,9 @@ typedef struct builder {
     stp_dvec3 chunk_origin;
     stp_patch *patch;
     stp_patch_samples *samples;
-    /* decoded discs and the area and first level-0 sample of each, per level */
+    /* decoded discs and the area of each, per level */
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
-    unsigned first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1];
     stp_merge_error total; /* of the patch vertex */
 } builder;
 
@@ -123,9 +122,7 @@ static void store_items(builder *b)
                            .class_id = item->class_id};
         store(b, 0, i, &disc, b->patch->exponent, like);
         b->areas[0][i] = item->area;
-        b->first[0][i] = i;
     }
-    b->first[0][b->count] = b->count;
     b->patch->counts[0] = (uint8_t)b->count;
 }
 
@@ -199,10 +196,8 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         stp_disc disc = merge(b, level, begin, end, &like, &area);
         disc.radius = merged_radius(b, &disc, level, begin, end, area);
         store(b, level, j, &disc, lattice, like);
-        unsigned first = b->first[level - 1][begin];
-        unsigned last = b->first[level - 1][end];
-        b->first[level][j] = first;
-        b->first[level][j + 1] = last;
+        unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
+        unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
         b->areas[level][j] = area;
         stp_merge_error e =
             stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);

@@ -140,8 +140,8 @@ unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
     unsigned count = 0;
     for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels->of[q] != STP_LEVEL_SKIP; q++) {
         int level = levels->of[q];
-        uint32_t begin = level == 3 ? 0 : stp_quarter_begin(patch->count, level, q);
-        uint32_t end = level == 3 ? 1 : stp_quarter_begin(patch->count, level, q + 1);
+        uint32_t begin = stp_quarter_begin(patch->count, level, q);
+        uint32_t end = stp_quarter_begin(patch->count, level, q + 1);
         stp_range range = {patch->first[level] + begin, end - begin};
         if (count > 0 && out[count - 1].begin + out[count - 1].count == range.begin)
             out[count - 1].count += range.count;

@@ -1,8 +1,8 @@
 /* The Object Texture: the GPU's memory of samples and patches, and the ranges of it in use.
  *
  * One buffer of 16-byte samples that shaders fetch texels of and that is also a vertex buffer; for
- * each sample the index of its patch; 176 bytes a patch; 32 bytes a resident
- * chunk, rewritten each frame. Source: TUT08, "Object Texture". Threads: the render thread. */
+ * each sample the index of its patch; the patches; the resident chunks, rewritten each frame.
+ * Source: TUT08, "Object Texture". Threads: the render thread. */
 #ifndef STP_RUNTIME_OBJECT_TEXTURE_H
 #define STP_RUNTIME_OBJECT_TEXTURE_H
 
@@ -14,7 +14,7 @@
 
 /* A sample with its patch; a patch. */
 #define STP_OBJECT_TEXTURE_SAMPLE_BYTES (16 + 4)
-#define STP_OBJECT_TEXTURE_PATCH_BYTES 176
+#define STP_OBJECT_TEXTURE_PATCH_BYTES sizeof(stp_gpu_patch)
 
 enum { STP_OBJECT_TEXTURES = 4 };
 

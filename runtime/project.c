@@ -97,31 +97,25 @@ static stp_status list_samples(stp_project *p, const stp_model *model,
     return STP_OK;
 }
 
-/* Uniforms that either program of this file declares. */
-static const stp_resident *set_draw(const stp_model *model, const stp_project_params *params,
-                                    const stp_draw *draw, bool patches)
-{
-    uint32_t slot = stp_chunk_cache_slot(params->cache, draw->chunk);
-    const stp_resident *resident = stp_chunk_cache_get(params->cache, slot);
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(model, draw, params->eye);
-    if (patches) {
-        glUniform1ui(STP_UNIFORM_CHUNK_SLOT, slot);
-    } else {
-        glUniform3fv(STP_UNIFORM_CHUNK_OFFSET, 1, chunk.offset);
-    }
-    return resident;
-}
-
 static void draw_patches(stp_project *p, const stp_model *model, const stp_project_params *params,
                          const stp_draw *draws, size_t count)
 {
     glUseProgram(p->patch_program);
     glBindVertexArray(stp_chunk_cache_texture(params->cache)->empty_array);
     for (size_t i = 0; i < count; i++) {
-        const stp_resident *r = set_draw(model, params, &draws[i], true);
+        uint32_t slot = stp_chunk_cache_slot(params->cache, draws[i].chunk);
+        const stp_resident *r = stp_chunk_cache_get(params->cache, slot);
         glDrawArrays(GL_POINTS, (GLint)r->placement.patches.begin,
                      (GLsizei)model->entries[draws[i].chunk].patch_count);
     }
+}
+
+/* The chunk's origin, for the program of samples. */
+static void set_offset(const stp_model *model, const stp_project_params *params,
+                       const stp_draw *draw)
+{
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(model, draw, params->eye);
+    glUniform3fv(STP_UNIFORM_CHUNK_OFFSET, 1, chunk.offset);
 }
 
 /* Lists the samples of all chunks, uploads the list once and draws each chunk's part. */
@@ -146,7 +140,7 @@ static stp_status draw_listed(stp_project *p, const stp_model *model,
     for (size_t i = 0; i < count; i++) {
         if (begins[i + 1] == begins[i])
             continue;
-        set_draw(model, params, &draws[i], false);
+        set_offset(model, params, &draws[i]);
         glDrawElements(GL_POINTS, (GLsizei)(begins[i + 1] - begins[i]), GL_UNSIGNED_INT,
                        (const void *)(begins[i] * sizeof *p->indices));
     }
@@ -198,7 +192,7 @@ static stp_status draw_full(stp_project *p, const stp_model *model,
         stp_status status = list_runs(p, model, params, &draws[i], points, err);
         if (status != STP_OK)
             return status;
-        (void)set_draw(model, params, &draws[i], false);
+        set_offset(model, params, &draws[i]);
         for (size_t k = 0; k < p->run_count; k++)
             glDrawArrays(GL_POINTS, (GLint)p->runs[k].begin, (GLsizei)p->runs[k].count);
     }

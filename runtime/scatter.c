@@ -88,11 +88,10 @@ static stp_status list_groups(stp_scatter *s, const stp_model *model, const stp_
             uint32_t *group = s->list[s->list_count++];
             group[0] = begin + k;
             group[1] = patches - k < GROUP_PATCHES ? patches - k : GROUP_PATCHES;
-            group[2] = slot;
-            group[3] = 0;
         }
-        *runs +=
-            patches + model->entries[draws[i].chunk].sample_count[draws[i].finest] / RUN_SAMPLES;
+        /* of each quarter its samples, the last of them in a run that is not full */
+        *runs += STP_PATCH_QUARTERS * (size_t)patches +
+                 model->entries[draws[i].chunk].sample_count[draws[i].finest] / RUN_SAMPLES;
     }
 done:
     return status;

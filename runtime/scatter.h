@@ -13,7 +13,7 @@ typedef struct stp_scatter {
     GLuint groups, runs, lattices;   /* buffers: of patches; of samples; by patch */
     GLuint textures[2];              /* of runs, lattices */
     size_t run_bytes, lattice_bytes; /* of the buffers */
-    uint32_t (*list)[4];             /* groups: first patch, patches, slot */
+    uint32_t (*list)[2];             /* groups: first patch, patches */
     size_t list_count, list_capacity;
 } stp_scatter;
 

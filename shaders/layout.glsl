@@ -40,8 +40,7 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// The draw call's chunk: slot in chunk_texture, its origin minus the eye.
-layout(location = 0) uniform uint chunk_slot;
+// The draw call's chunk: its origin minus the eye.
 layout(location = 4) uniform vec3 chunk_offset;
 // The pass's level of the pyramid.
 layout(location = 2) uniform int pyramid_level;

@@ -13,7 +13,7 @@ flat out uint id; // of the sample
 
 void main()
 {
-    stp_chunk chunk = stp_chunk_fetch(chunk_slot);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
     stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
     stp_selection s = stp_select(p, stp_choose_levels(patch_index[0], p, chunk));
     uvec4 first = s.first - uvec4(0u, s.end.xyz);

@@ -14,7 +14,6 @@ struct stp_patch {
     uvec4 count;
     uint child;           // which child of its chunk refines it, 255: none
     bool two_sided;
-    uint slot;            // of its chunk
 };
 
 // Of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
@@ -47,6 +46,12 @@ stp_chunk stp_chunk_fetch(uint slot)
     return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.xy, b.z, b.w);
 }
 
+// The slot of a patch's chunk.
+uint stp_patch_slot(uint index)
+{
+    return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).y;
+}
+
 stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
 {
     int base = int(index) * STP_PATCH_TEXELS;
@@ -67,7 +72,6 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 4));
     p.first = texelFetch(patch_texture, base + 5);
     p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
-    p.slot = h.y;
     p.child = h.z & 255u;
     p.two_sided = (h.z & 256u) != 0u;
     return p;

@@ -88,8 +88,7 @@ void main()
     if (index == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn it
         discard;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
-    uint slot = texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS + 6).y;
-    stp_chunk chunk = stp_chunk_fetch(slot);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));
     stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
                                     lattice.xyz + chunk.offset, lattice.w);

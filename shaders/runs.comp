@@ -8,14 +8,14 @@
 layout(local_size_x = STP_GROUP_PATCHES) in;
 
 layout(std430, binding = 1) readonly buffer stp_groups_block {
-    uvec4 groups[]; // first patch, patches, slot of their chunk
+    uvec2 groups[]; // first patch, patches
 };
 
 layout(location = 1) uniform uint group_count;
 
-void stp_list(uint patch_index, uint slot)
+void stp_list(uint patch_index)
 {
-    stp_chunk chunk = stp_chunk_fetch(slot);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index));
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
     stp_selection s = stp_select(p, stp_choose_levels(patch_index, p, chunk));
     if (s.end.w == 0u)
@@ -45,8 +45,8 @@ void main()
     uint share = (group_count + gl_NumWorkGroups.x - 1u) / gl_NumWorkGroups.x;
     uint begin = gl_WorkGroupID.x * share;
     for (uint g = begin; g < min(begin + share, group_count); g++) {
-        uvec4 group = groups[g];
+        uvec2 group = groups[g];
         if (gl_LocalInvocationID.x < group.y)
-            stp_list(group.x + gl_LocalInvocationID.x, group.z);
+            stp_list(group.x + gl_LocalInvocationID.x);
     }
 }

@@ -94,8 +94,8 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
             int level = levels.of[q];
             const uint8_t *counts = chunk->patches[p].counts;
             const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
-            unsigned end = level == 3 ? 1 : stp_quarter_begin(counts, level, q + 1);
-            for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, q); i < end; i++)
+            unsigned end = stp_quarter_begin(counts, level, q + 1);
+            for (unsigned i = stp_quarter_begin(counts, level, q); i < end; i++)
                 discs[(*count)++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
         }
     }

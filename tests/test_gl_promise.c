@@ -53,8 +53,8 @@ static void judge_level(judged_model *m, const stp_chunk_entry *entry, const stp
     bool any = false;
     for (int s = 0; s < SHOTS; s++)
         any |= drawn[s].of[quarter] == level;
-    unsigned end = !any ? 0 : level == 3 ? 1 : stp_quarter_begin(counts, level, quarter + 1);
-    for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, quarter); i < end; i++) {
+    unsigned end = !any ? 0 : stp_quarter_begin(counts, level, quarter + 1);
+    for (unsigned i = stp_quarter_begin(counts, level, quarter); i < end; i++) {
         promise_disc disc = promise_disc_from_sample(entry, &chunk->patches[patch], &samples[i]);
         promise_pairs pairs;
         promise_trace(m->index, &disc, entry->origin, &pairs);
@@ -80,7 +80,7 @@ static void judge_discs(judged_model *m)
         check_ok(stp_chunk_file_read(model->file, id, 0, &chunk, err));
         for (uint32_t p = 0; p < chunk->patch_count; p++)
             for (int level = 0; level < STP_LEVEL_COUNT; level++)
-                for (unsigned q = 0; q < (level == 3 ? 1 : chunk->patches[p].counts[2]); q++)
+                for (unsigned q = 0; q < chunk->patches[p].counts[2]; q++)
                     judge_level(m, &model->entries[id], chunk, p, level, q);
         stp_chunk_destroy(&chunk);
     }

@@ -1,6 +1,8 @@
 /* Screen-space passes draw only the tiles that the cut may cover, and rely on the rest being empty.
  * A renderer's first frame draws everything, so it is the judge: whatever a renderer drew before,
- * in whichever size and with however many levels, its picture must be the same. */
+ * in whichever size and with however many levels, its picture must be the same. By each
+ * road that chooses levels the same pixels have a sample (which one may differ where depths tie).
+ */
 #include "tests/gl_fixture.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
@@ -32,6 +34,9 @@ static const step steps[] = {
     {15, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 1.5, STP_LOD_GEOMETRY},
 };
 
+enum { ROADS = 3 };
+static const stp_lod roads[ROADS] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE};
+
 static stp_view view_of(const step *s, const stp_ball *ball, const promise_disc *discs,
                         size_t count)
 {
@@ -53,6 +58,24 @@ static uint8_t *draw(gl_fixture *f, const stp_view *view, const step *s)
     check_ok(stp_renderer_draw(f->renderer, view, &params, NULL, err));
     check_ok(stp_renderer_read(f->renderer, picture, err));
     return picture;
+}
+
+static void judge_roads(gl_fixture *f, const stp_view *view, const step *s, size_t index)
+{
+    size_t pixels = (size_t)s->width * (size_t)s->height;
+    uint8_t *pictures[ROADS];
+    for (int road = 0; road < ROADS; road++) {
+        step other = *s;
+        other.lod = roads[road];
+        other.reconstruct = STP_RECONSTRUCT_POINTS;
+        pictures[road] = draw(f, view, &other);
+        for (size_t k = 0; k < pixels; k++)
+            if ((pictures[road][4 * k + 3] != 0) != (pictures[0][4 * k + 3] != 0))
+                fail_msg("step %zu: road %d covers other pixels than road %d", index,
+                         (int)roads[road], (int)roads[0]);
+    }
+    for (int road = 0; road < ROADS; road++)
+        free(pictures[road]);
 }
 
 static void judge(const model_recipe *recipe)
@@ -78,6 +101,7 @@ static void judge(const model_recipe *recipe)
             fail_msg("step %zu: %zu of %zu covered pixels are not as in a first frame", i, wrong,
                      covered);
         seen += covered > 50;
+        judge_roads(&used, &view, s, i);
         free(expected);
         free(found);
         gl_fixture_close(&fresh);

@@ -62,10 +62,10 @@ static double plain_point(const stp_chunk *chunk, uint32_t patch, uint32_t first
 static double plain_level(const stp_chunk *chunk, uint32_t p, int level, unsigned q)
 {
     const stp_patch *patch = &chunk->patches[p];
-    uint8_t stored = level == 3 ? patch->error[3] : patch->quarter_error[level - 1][q];
-    double error = stp_error_decode(stored, patch->exponent), greatest = 0.0;
-    uint32_t begin = level == 3 ? 0 : stp_quarter_begin(patch->counts, level, q);
-    uint32_t end = level == 3 ? 1 : stp_quarter_begin(patch->counts, level, q + 1);
+    double error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent),
+           greatest = 0.0;
+    uint32_t begin = stp_quarter_begin(patch->counts, level, q);
+    uint32_t end = stp_quarter_begin(patch->counts, level, q + 1);
     for (uint32_t j = begin; j < end; j++) {
         stp_disc merged = disc_at(chunk, p, level, j);
         stp_dvec3 points[STP_DISC_POINTS];

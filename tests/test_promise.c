@@ -21,15 +21,6 @@ typedef struct judged_model {
     promise_tally careless; /* every patch vertex in view 0, whatever the rule says, for 1 pixel */
 } judged_model;
 
-/* The perpendicular and tangential error codes of a quarter. */
-static void codes_of(const stp_patch *patch, int level, unsigned quarter, uint8_t out[2])
-{
-    bool quartered = level == 1 || level == 2;
-    out[0] = quartered ? patch->quarter_error[level - 1][quarter] : patch->error[level];
-    out[1] = quartered ? patch->quarter_tangential_error[level - 1][quarter]
-                       : patch->tangential_error[level];
-}
-
 /* Coarsest level of a quarter that the rule lets pass, or STP_LEVEL_COUNT; where that is the patch
  * vertex, of quarter 0 only. */
 static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsigned quarter,
@@ -53,10 +44,10 @@ static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsign
                            (float)cos(fmin(cone, M_PI)), (float)fmin(1.0, radius / range));
     int finest = entry->child_count > 0 ? 0 : 1; /* a leaf's level 0 stands for itself */
     for (int level = STP_LEVEL_COUNT - 1; level >= finest; level--) {
-        uint8_t codes[2];
-        codes_of(patch, level, quarter, codes);
-        if (stp_rule_error(scale, sin_alpha, (float)stp_error_decode(codes[0], patch->exponent),
-                           (float)stp_error_decode(codes[1], patch->exponent)) <= (float)threshold)
+        double error = stp_error_decode(stp_quarter_error(patch, level, quarter), patch->exponent);
+        double tangential =
+            stp_error_decode(stp_quarter_tangential_error(patch, level, quarter), patch->exponent);
+        if (stp_rule_error(scale, sin_alpha, (float)error, (float)tangential) <= (float)threshold)
             return level < 3 || quarter == 0 ? level : STP_LEVEL_COUNT;
     }
     return STP_LEVEL_COUNT;
@@ -83,8 +74,8 @@ static void judge_level(judged_model *m, const stp_chunk_entry *entry, const stp
 {
     const uint8_t *counts = chunk->patches[patch].counts;
     const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][patch];
-    unsigned end = level == 3 ? 1 : stp_quarter_begin(counts, level, quarter + 1);
-    for (unsigned i = level == 3 ? 0 : stp_quarter_begin(counts, level, quarter); i < end; i++) {
+    unsigned end = stp_quarter_begin(counts, level, quarter + 1);
+    for (unsigned i = stp_quarter_begin(counts, level, quarter); i < end; i++) {
         promise_disc disc = promise_disc_from_sample(entry, &chunk->patches[patch], &samples[i]);
         promise_pairs pairs;
         promise_trace(m->index, &disc, m->ball.centre, &pairs);

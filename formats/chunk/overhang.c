@@ -66,38 +66,18 @@ static void measure_disc(measure *m, const stp_disc *disc, uint32_t first, uint3
         measure_point(m, points[i], lanes.nearest[i]);
 }
 
-/* A patch while it is measured. */
-typedef struct patch_place {
-    const stp_chunk *chunk;
-    const stp_patch *patch;
-    uint32_t begin[STP_LEVEL_COUNT];                       /* its samples in the chunk */
-    uint8_t first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1]; /* level-0 sample under each */
-} patch_place;
-
-static patch_place place_of(const stp_chunk *chunk, uint32_t p)
+/* The samples of a quarter at a level. */
+static void measure_level(measure *m, const stp_chunk *chunk, uint32_t p, int level, unsigned q)
 {
-    patch_place at = {.chunk = chunk, .patch = &chunk->patches[p]};
-    const uint8_t *counts = at.patch->counts;
-    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        at.begin[level] = chunk->level_begin[level][p];
-        for (unsigned i = 0; i <= counts[level]; i++)
-            at.first[level][i] = (uint8_t)(level ? at.first[level - 1][stp_level_children_begin(
-                                                       i, counts[level], counts[level - 1])]
-                                                 : i);
-    }
-    return at;
-}
-
-/* The samples [begin, end) of a level; error: their stored perpendicular one. */
-static void measure_level(measure *m, const patch_place *at, int level, uint8_t error,
-                          unsigned begin, unsigned end)
-{
-    m->error = stp_error_decode(error, at->patch->exponent) * (1.0 + 1e-6);
-    for (unsigned i = begin; i < end; i++) {
-        const stp_sample *sample = &at->chunk->samples[level][at->begin[level] + i];
-        stp_disc disc = stp_disc_from_sample(sample, at->patch);
-        measure_disc(m, &disc, at->begin[0] + at->first[level][i],
-                     at->begin[0] + at->first[level][i + 1]);
+    const stp_patch *patch = &chunk->patches[p];
+    const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
+    uint32_t begin = chunk->level_begin[0][p];
+    unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
+    m->error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) * (1.0 + 1e-6);
+    for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
+        stp_disc disc = stp_disc_from_sample(&samples[i], patch);
+        measure_disc(m, &disc, begin + stp_covered_begin(patch->counts, level, i, 0),
+                     begin + stp_covered_begin(patch->counts, level, i + 1, 0));
     }
 }
 
@@ -105,28 +85,26 @@ static void measure_patch(stp_overhang *out, const measure *blank, const stp_chu
                           uint32_t p)
 {
     const stp_patch *patch = &chunk->patches[p];
-    patch_place at = place_of(chunk, p);
     measure m = *blank;
-    double floor = patch->counts[0] > 1
+    double least = patch->counts[0] > 1
                        ? stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS
                        : 0.0;
     *out = (stp_overhang){0};
     for (unsigned q = 0; q < patch->counts[2]; q++) {
         double carried = 0.0;
-        for (uint32_t i = at.first[2][q]; i < at.first[2][q + 1]; i++)
-            carried = stp_max(carried, carried_overhang(&m, at.begin[0] + i));
+        unsigned end = stp_quarter_begin(patch->counts, 0, q + 1);
+        for (unsigned i = stp_quarter_begin(patch->counts, 0, q); i < end; i++)
+            carried = stp_max(carried, carried_overhang(&m, chunk->level_begin[0][p] + i));
         out->level[0] = stp_max(out->level[0], carried);
-        m.greatest = stp_max(carried, floor);
+        m.greatest = stp_max(carried, least);
         for (int level = 1; level <= 2; level++) {
-            measure_level(&m, &at, level, patch->quarter_error[level - 1][q],
-                          stp_quarter_begin(patch->counts, level, q),
-                          stp_quarter_begin(patch->counts, level, q + 1));
+            measure_level(&m, chunk, p, level, q);
             out->quarter[level - 1][q] = m.greatest;
             out->level[level] = stp_max(out->level[level], m.greatest);
         }
     }
     m.greatest = out->level[2];
-    measure_level(&m, &at, 3, patch->error[3], 0, 1);
+    measure_level(&m, chunk, p, 3, 0);
     out->level[3] = m.greatest;
 }
 

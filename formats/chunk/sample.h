@@ -92,13 +92,33 @@ static inline unsigned stp_level_children_begin(unsigned j, unsigned count, unsi
     return count ? j * finer_count / count : 0; // NOLINT(clang-analyzer-core.*)
 }
 
-/* First sample at a level (0, 1 or 2) of quarter q; of q = counts[2] the level's end. */
+/* First sample of level `to` under sample i of level `from`, which is no finer. */
+static inline unsigned stp_covered_begin(const uint8_t counts[STP_LEVEL_COUNT], int from,
+                                         unsigned i, int to)
+{
+    for (int l = from; l > to; l--)
+        i = stp_level_children_begin(i, counts[l], counts[l - 1]);
+    return i;
+}
+
+/* First sample at a level of quarter q; of q = counts[2] the level's end. Level 3, which stands for
+ * the whole patch, is in quarter 0. */
 static inline unsigned stp_quarter_begin(const uint8_t counts[STP_LEVEL_COUNT], int level,
                                          unsigned q)
 {
-    for (int l = 2; l > level; l--)
-        q = stp_level_children_begin(q, counts[l], counts[l - 1]);
-    return q;
+    return level == 3 ? q > 0 : stp_covered_begin(counts, 2, q, level);
+}
+
+/* Codes of a quarter's errors at a level; those of levels 0 and 3 are the patch's. */
+static inline uint8_t stp_quarter_error(const stp_patch *patch, int level, unsigned q)
+{
+    return level == 1 || level == 2 ? patch->quarter_error[level - 1][q] : patch->error[level];
+}
+
+static inline uint8_t stp_quarter_tangential_error(const stp_patch *patch, int level, unsigned q)
+{
+    return level == 1 || level == 2 ? patch->quarter_tangential_error[level - 1][q]
+                                    : patch->tangential_error[level];
 }
 
 /* Octahedral map (Meyer et al. 2010) to 2 x 12 bits; the zero vector becomes +z. decode(encode(n))

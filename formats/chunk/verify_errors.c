@@ -8,21 +8,15 @@
 
 typedef struct levels {
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
-    unsigned first[STP_LEVEL_COUNT][STP_PATCH_SAMPLES + 1]; /* level-0 samples under each */
 } levels;
 
 static void decode(const stp_chunk *chunk, uint32_t index, levels *out)
 {
     const stp_patch *patch = &chunk->patches[index];
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        unsigned count = patch->counts[level];
         const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][index];
-        for (unsigned i = 0; i < count; i++)
+        for (unsigned i = 0; i < patch->counts[level]; i++)
             out->discs[level][i] = stp_disc_from_sample(&samples[i], patch);
-        for (unsigned i = 0; i <= count; i++)
-            out->first[level][i] = level == 0 ? i
-                                              : out->first[level - 1][stp_level_children_begin(
-                                                    i, count, patch->counts[level - 1])];
     }
 }
 
@@ -31,29 +25,28 @@ static bool exceeds(double found, uint8_t stored, const stp_patch *patch)
     return found > stp_error_decode(stored, patch->exponent) * SLACK + ldexp(1e-9, patch->exponent);
 }
 
-/* The quarter that sample i of a level below 3 is in. */
-static unsigned quarter_of(const stp_patch *patch, int level, unsigned i)
+static const char *check_sample(const levels *l, const stp_patch *patch, int level, unsigned q,
+                                unsigned i)
 {
-    unsigned q = 0;
-    while (i >= stp_quarter_begin(patch->counts, level, q + 1))
-        q++;
-    return q;
+    unsigned first = stp_covered_begin(patch->counts, level, i, 0);
+    unsigned last = stp_covered_begin(patch->counts, level, i + 1, 0);
+    stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first], last - first);
+    if (exceeds(e.error, stp_quarter_error(patch, level, q), patch))
+        return "the perpendicular error of a merged sample exceeds the stored one";
+    if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
+        return "the colour error of a merged sample exceeds the stored one";
+    return NULL;
 }
 
 static const char *check_level(const levels *l, const stp_patch *patch, int level)
 {
-    for (unsigned i = 0; i < patch->counts[level]; i++) {
-        unsigned first = l->first[level][i];
-        uint8_t stored = level == 3 ? patch->error[3]
-                                    : patch->quarter_error[level - 1][quarter_of(patch, level, i)];
-        stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first],
-                                              l->first[level][i + 1] - first);
-        if (exceeds(e.error, stored, patch))
-            return "the perpendicular error of a merged sample exceeds the stored one";
-        if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
-            return "the colour error of a merged sample exceeds the stored one";
+    const char *fault = NULL;
+    for (unsigned q = 0; !fault && q < patch->counts[2]; q++) {
+        unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
+        for (unsigned i = stp_quarter_begin(patch->counts, level, q); !fault && i < end; i++)
+            fault = check_sample(l, patch, level, q, i);
     }
-    return NULL;
+    return fault;
 }
 
 /* Level 1's of a quarter to level 2's; whole levels follow, but for level 0's. */
