@@ -97,9 +97,18 @@ static stp_status list_samples(stp_project *p, const stp_model *model,
     return STP_OK;
 }
 
+/* A driver whose geometry shader is one thread and whose rasteriser others (llvmpipe) gets its
+ * parts early by a flush: of so many patches at least, in so many parts at most. */
+#define FLUSH_PATCHES 4096
+#define FLUSH_PARTS 16
+
 static void draw_patches(stp_project *p, const stp_model *model, const stp_project_params *params,
                          const stp_draw *draws, size_t count)
 {
+    uint64_t total = 0, since_flush = 0;
+    for (size_t i = 0; i < count; i++)
+        total += model->entries[draws[i].chunk].patch_count;
+    uint64_t part = total / FLUSH_PARTS > FLUSH_PATCHES ? total / FLUSH_PARTS : FLUSH_PATCHES;
     glUseProgram(p->patch_program);
     glBindVertexArray(stp_chunk_cache_texture(params->cache)->empty_array);
     for (size_t i = 0; i < count; i++) {
@@ -107,6 +116,11 @@ static void draw_patches(stp_project *p, const stp_model *model, const stp_proje
         const stp_resident *r = stp_chunk_cache_get(params->cache, slot);
         glDrawArrays(GL_POINTS, (GLint)r->placement.patches.begin,
                      (GLsizei)model->entries[draws[i].chunk].patch_count);
+        since_flush += model->entries[draws[i].chunk].patch_count;
+        if (since_flush >= part) {
+            glFlush();
+            since_flush = 0;
+        }
     }
 }
 

@@ -274,19 +274,30 @@ static void begin_pass(stp_renderer *r, bool first)
     glEnable(GL_DEPTH_TEST);
 }
 
+/* Counts what the last pass's geometry shader emitted, which is asked for late: an answer waits for
+ * the GPU. */
+static void count_emitted(const stp_renderer *r, drawing *d)
+{
+    GLuint emitted = 0;
+    if (d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+        return;
+    glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
+    d->stats.points_drawn += emitted;
+}
+
 /* Projects draws and resolves what they left nearest. */
 static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, size_t count,
                             stp_error *err)
 {
     bool first = d->stats.passes == 0;
     double begun = stp_clock_seconds();
-    GLuint emitted = 0;
     const stp_tiles_source source = {r->model, r->cache, d->view};
     stp_status status = stp_tiles_add(&r->tiles, &source, draws, count, first, err);
     if (status != STP_OK)
         return status;
     upload_records(r, draws, count);
     begin_pass(r, first);
+    count_emitted(r, d);
     glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
     status = stp_project_draw(&r->project, r->model,
                               &(stp_project_params){.cache = r->cache,
@@ -300,10 +311,6 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     if (status != STP_OK)
         return status;
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
-    if (d->params->lod == STP_LOD_GEOMETRY) {
-        glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
-        d->stats.points_drawn += emitted;
-    }
     if (d->params->timed)
         glFinish();
     d->stats.passes++;
@@ -406,6 +413,7 @@ static void finish_picture(stp_renderer *r, drawing *d)
     if (d->params->keep_pixels && d->levels > 0)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     glFinish();
+    count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
     d->stats.pyramid_levels = d->levels;

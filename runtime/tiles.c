@@ -1,4 +1,4 @@
-/* Boxes of chunks to tiles, tiles to triangles. */
+/* Boxes of chunks to tiles, tiles to rectangles. */
 #include "runtime/tiles.h"
 
 #include "base/memory.h"
@@ -12,6 +12,16 @@
 
 /* A chunk that may cover so many tiles is looked at patch by patch. */
 #define LARGE_TILES 24
+
+/* Rectangles end on multiples of so many pixels of their level: what rasterisers work by. */
+#define CELL_PX 4
+
+/* Cells along one side of level l. */
+static size_t cells_across(int viewport_px, int l)
+{
+    int cell = CELL_PX << l; /* viewport pixels */
+    return (size_t)((viewport_px + cell - 1) / cell);
+}
 
 stp_status stp_tiles_begin(stp_tiles *t, int width, int height, stp_error *err)
 {
@@ -31,17 +41,14 @@ stp_status stp_tiles_begin(stp_tiles *t, int width, int height, stp_error *err)
     size_t count = (size_t)columns * (size_t)rows;
     STP_TRY(stp_alloc(&t->now, count, 1, "tiles", err));
     STP_TRY(stp_alloc(&t->last, count, 1, "tiles", err));
+    STP_TRY(
+        stp_alloc(&t->cells, cells_across(width, 0) * cells_across(height, 0), 1, "tiles", err));
     t->width = width;
     t->height = height;
     t->columns = columns;
     t->rows = rows;
     t->known_levels = -1;
-    glCreateBuffers(1, &t->buffer);
     glCreateVertexArrays(1, &t->array);
-    glVertexArrayVertexBuffer(t->array, 0, t->buffer, 0, 2 * sizeof(float));
-    glVertexArrayAttribFormat(t->array, 0, 2, GL_FLOAT, GL_FALSE, 0);
-    glVertexArrayAttribBinding(t->array, 0, 0);
-    glEnableVertexArrayAttrib(t->array, 0);
 done:
     if (status != STP_OK)
         stp_tiles_destroy(t);
@@ -50,13 +57,12 @@ done:
 
 void stp_tiles_destroy(stp_tiles *t)
 {
-    if (t->buffer != 0) {
+    if (t->array != 0)
         glDeleteVertexArrays(1, &t->array);
-        glDeleteBuffers(1, &t->buffer);
-    }
     free(t->now);
     free(t->last);
-    free(t->corners);
+    free(t->cells);
+    free(t->rects);
     *t = (stp_tiles){0};
 }
 
@@ -209,50 +215,79 @@ static void add_draw(stp_tiles *t, const stp_tiles_source *s, const stp_draw *dr
         }
 }
 
-/* Two triangles. */
-static stp_status add_quad(stp_tiles *t, int c0, int r0, int c1, int r1, stp_error *err)
+/* The cells of level l that viewport pixels begin <= p < end meet; `across` of them there are. */
+static void cells_of(int begin, int end, int l, size_t across, size_t *first, size_t *last)
 {
-    static const int order[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
-    const int x[2] = {c0 * STP_TILE_PX, c1 * STP_TILE_PX};
-    const int y[2] = {r0 * STP_TILE_PX, r1 * STP_TILE_PX};
-    stp_status status = stp_grow(&t->corners, &t->corner_capacity, t->corner_count + 6,
-                                 2 * sizeof *t->corners, "tiles", err);
-    for (int i = 0; status == STP_OK && i < 6; i++) {
-        t->corners[2 * t->corner_count] = (float)x[order[i][0]];
-        t->corners[2 * t->corner_count + 1] = (float)y[order[i][1]];
-        t->corner_count++;
-    }
-    return status;
+    int cell = CELL_PX << l;
+    *first = begin > 0 ? (size_t)(begin / cell) : 0;
+    *last = (size_t)((end + cell - 1) / cell);
+    if (*last > across)
+        *last = across;
 }
 
-/* Whether a row's tiles from c0 to c1 are a run: all set, and none beside them. */
-static bool is_run(const stp_tiles *t, int row, int c0, int c1)
+/* Marks the cells of level l that the tiles need. */
+static void mark_cells(stp_tiles *t, int l, size_t columns, size_t rows)
 {
-    const uint8_t *tiles = t->last + (size_t)row * (size_t)t->columns;
-    if ((c0 > 0 && tiles[c0 - 1] != 0) || (c1 < t->columns && tiles[c1] != 0))
-        return false;
-    return memchr(tiles + c0, 0, (size_t)(c1 - c0)) == NULL;
-}
-
-/* Quads of runs, and of the runs below that are as wide, from `last`, which holds both frames. */
-static stp_status add_quads(stp_tiles *t, stp_error *err)
-{
+    int beside = (2 << l) - 2; /* one pixel of level l and of each level below: 2 + 4 + ... + 2^l */
+    memset(t->cells, 0, columns * rows);
     for (int r = 0; r < t->rows; r++) {
-        for (int c0 = 0, c1; c0 < t->columns; c0 = c1) {
-            for (c1 = c0 + 1;
-                 c1 < t->columns && t->last[r * t->columns + c1] == t->last[r * t->columns + c0];)
-                c1++;
-            if (t->last[r * t->columns + c0] == 0 || (r > 0 && is_run(t, r - 1, c0, c1)))
+        const uint8_t *tiles = t->last + (size_t)r * (size_t)t->columns;
+        for (int c = 0; c < t->columns; c++) {
+            size_t c0, c1, r0, r1;
+            if (tiles[c] == 0)
                 continue;
-            int end = r + 1;
-            while (end < t->rows && is_run(t, end, c0, c1))
-                end++;
-            stp_status status = add_quad(t, c0, r, c1, end, err);
-            if (status != STP_OK)
-                return status;
+            cells_of(c * STP_TILE_PX - beside, (c + 1) * STP_TILE_PX + beside, l, columns, &c0,
+                     &c1);
+            cells_of(r * STP_TILE_PX - beside, (r + 1) * STP_TILE_PX + beside, l, rows, &r0, &r1);
+            for (size_t row = r0; row < r1; row++)
+                memset(t->cells + row * columns + c0, 1, c1 - c0);
         }
     }
+}
+
+/* Whether the cells c0 to c1 of a row are a run: all set, and none beside them. */
+static bool is_run(const uint8_t *row, size_t columns, size_t c0, size_t c1)
+{
+    if ((c0 > 0 && row[c0 - 1] != 0) || (c1 < columns && row[c1] != 0))
+        return false;
+    return memchr(row + c0, 0, c1 - c0) == NULL;
+}
+
+static stp_status add_rect(stp_tiles *t, int l, const stp_tile_rect *cells, stp_error *err)
+{
+    int width = (t->width + (1 << l) - 1) >> l, height = (t->height + (1 << l) - 1) >> l;
+    stp_status status =
+        stp_grow(&t->rects, &t->rect_capacity, t->rect_count + 1, sizeof *t->rects, "tiles", err);
+    if (status != STP_OK)
+        return status;
+    stp_tile_rect *rect = &t->rects[t->rect_count++];
+    *rect = (stp_tile_rect){CELL_PX * cells->x0, CELL_PX * cells->y0, CELL_PX * cells->x1,
+                            CELL_PX * cells->y1};
+    rect->x1 = rect->x1 < width ? rect->x1 : width;
+    rect->y1 = rect->y1 < height ? rect->y1 : height;
     return STP_OK;
+}
+
+/* Runs of level l's cells, each with the runs below that are as wide. */
+static stp_status add_rects(stp_tiles *t, int l, stp_error *err)
+{
+    size_t columns = cells_across(t->width, l), rows = cells_across(t->height, l);
+    stp_status status = STP_OK;
+    mark_cells(t, l, columns, rows);
+    for (size_t r = 0; r < rows; r++) {
+        const uint8_t *row = t->cells + r * columns;
+        for (size_t c0 = 0, c1; c0 < columns && status == STP_OK; c0 = c1) {
+            for (c1 = c0 + 1; c1 < columns && row[c1] == row[c0];)
+                c1++;
+            if (row[c0] == 0 || (r > 0 && is_run(row - columns, columns, c0, c1)))
+                continue;
+            size_t end = r + 1;
+            while (end < rows && is_run(t->cells + end * columns, columns, c0, c1))
+                end++;
+            status = add_rect(t, l, &(stp_tile_rect){(int)c0, (int)r, (int)c1, (int)end}, err);
+        }
+    }
+    return status;
 }
 
 stp_status stp_tiles_add(stp_tiles *t, const stp_tiles_source *source, const stp_draw *draws,
@@ -268,11 +303,12 @@ stp_status stp_tiles_add(stp_tiles *t, const stp_tiles_source *source, const stp
         memset(t->last, 1, tile_count);
     for (size_t i = 0; i < tile_count; i++)
         t->last[i] |= t->now[i];
-    t->corner_count = 0;
-    STP_TRY(add_quad(t, 0, 0, t->columns, t->rows, err));
-    STP_TRY(add_quads(t, err));
-    glNamedBufferData(t->buffer, (GLsizeiptr)(t->corner_count * 2 * sizeof *t->corners), t->corners,
-                      GL_STREAM_DRAW);
+    t->rect_count = 0;
+    for (int l = 0; l < STP_TILE_LEVELS; l++) {
+        t->level_begin[l] = t->rect_count;
+        STP_TRY(add_rects(t, l, err));
+    }
+    t->level_begin[STP_TILE_LEVELS] = t->rect_count;
 done:
     return status;
 }
@@ -284,16 +320,17 @@ void stp_tiles_set_levels(stp_tiles *t, int levels)
     t->drawn = true;
 }
 
-static void draw_corners(const stp_tiles *t, int l, GLint first, GLsizei count)
+/* One triangle around the whole level, cut to each rectangle: two would share a diagonal, which
+ * rasterisers that work by blocks of pixels pay twice for. */
+static void draw_rects(const stp_tiles *t, int l, const stp_tile_rect *rects, size_t count)
 {
-    int width = (t->width + (1 << l) - 1) >> l, height = (t->height + (1 << l) - 1) >> l;
-    glViewport(0, 0, width, height);
-    glScissor(0, 0, width, height);
-    /* One pixel of level l, and of each level below: 2 + 4 + ... + 2^l. */
-    glUniform3f(STP_UNIFORM_TILE_TO_CLIP, 2.0f / (float)(width << l), 2.0f / (float)(height << l),
-                (float)((2 << l) - 2));
+    glViewport(0, 0, (t->width + (1 << l) - 1) >> l, (t->height + (1 << l) - 1) >> l);
     glBindVertexArray(t->array);
-    glDrawArrays(GL_TRIANGLES, first, count);
+    for (size_t i = 0; i < count; i++) {
+        const stp_tile_rect *a = &rects[i];
+        glScissor(a->x0, a->y0, a->x1 - a->x0, a->y1 - a->y0);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
 }
 
 void stp_tiles_draw(const stp_tiles *t, int l)
@@ -301,10 +338,10 @@ void stp_tiles_draw(const stp_tiles *t, int l)
     if ((l > 0 && t->whole) || l >= STP_TILE_LEVELS)
         stp_tiles_draw_whole(t, l);
     else
-        draw_corners(t, l, 6, (GLsizei)t->corner_count - 6);
+        draw_rects(t, l, t->rects + t->level_begin[l], t->level_begin[l + 1] - t->level_begin[l]);
 }
 
 void stp_tiles_draw_whole(const stp_tiles *t, int l)
 {
-    draw_corners(t, l, 0, 6);
+    draw_rects(t, l, &(stp_tile_rect){0, 0, t->width, t->height}, 1);
 }

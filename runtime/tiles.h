@@ -13,7 +13,12 @@
 
 #define STP_TILE_PX 16
 /* Levels of the pyramid drawn by tiles; higher ones, which are small, are drawn as a whole. */
-#define STP_TILE_LEVELS 3
+#define STP_TILE_LEVELS 4
+
+/* Pixels of a level of the pyramid, without the last column and row. */
+typedef struct stp_tile_rect {
+    int x0, y0, x1, y1;
+} stp_tile_rect;
 
 /* Zero is no picture. */
 typedef struct stp_tiles {
@@ -23,9 +28,10 @@ typedef struct stp_tiles {
     int known_levels;    /* pyramid levels that hold nothing outside `last`; -1: not even level 0 */
     bool drawn;          /* the frame came so far that its levels were told */
     bool whole;          /* draw everything above level 0 */
-    GLuint buffer, array;
-    float *corners; /* of triangles, x y, window pixels; the first six cover everything */
-    size_t corner_count, corner_capacity;
+    GLuint array;        /* of no attributes */
+    stp_tile_rect *rects; /* that cover what `last` needs of each level, none twice */
+    size_t rect_count, rect_capacity, level_begin[STP_TILE_LEVELS + 1];
+    uint8_t *cells; /* of one level: 1 where it is needed */
 } stp_tiles;
 
 /* What the tiles of a draw depend on, beside the draw. */
@@ -46,7 +52,7 @@ void stp_tiles_set_levels(stp_tiles *tiles, int levels);
 void stp_tiles_destroy(stp_tiles *tiles);
 
 /* Draws the tiles in level l of the pyramid, or all of it, with the program in use. Each level's
- * tiles are larger by what finishing those of the level below reads beside them. */
+ * hold also what finishing those of the level below reads beside them. */
 void stp_tiles_draw(const stp_tiles *tiles, int l);
 void stp_tiles_draw_whole(const stp_tiles *tiles, int l);
 
