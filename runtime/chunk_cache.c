@@ -74,6 +74,7 @@ static void evict(stp_chunk_cache *c, uint32_t slot)
     stp_resident *r = &c->slots[slot];
     stp_object_texture_release(&c->texture, &r->placement);
     free(r->patches);
+    free(r->bounds);
     c->slot_of[r->chunk] = NO_SLOT;
     *r = (stp_resident){.chunk = STP_CHUNK_NONE};
 }
@@ -130,18 +131,23 @@ static stp_status store(stp_chunk_cache *c, const stp_want *want, const stp_chun
     if (!*stored)
         return status;
     STP_TRY(stp_alloc(&r.patches, chunk->patch_count, sizeof *r.patches, "patches", err));
+    STP_TRY(stp_alloc(&r.bounds, chunk->patch_count, sizeof *r.bounds, "patches", err));
     stp_gpu_patches_fill(r.patches, chunk, &r.placement, slot);
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        r.bounds[p] = stp_patch_bound(&r.patches[p]);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
             r.radius[l] = fmaxf(r.radius[l], r.patches[p].radius[l]);
+    }
     STP_TRY(stp_object_texture_upload(&c->texture, chunk, &r.placement, r.patches, err));
     c->slots[slot] = r;
     c->slot_of[want->chunk] = slot;
     r.patches = NULL;
+    r.bounds = NULL;
 done:
     if (status != STP_OK)
         stp_object_texture_release(&c->texture, &r.placement);
     free(r.patches);
+    free(r.bounds);
     return status;
 }
 
@@ -335,8 +341,10 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache)
     stp_chunk_cache *c = *cache;
     if (c == NULL)
         return;
-    for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++)
+    for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++) {
         free(c->slots[s].patches);
+        free(c->slots[s].bounds);
+    }
     stp_object_texture_destroy(&c->texture);
     free(c->slots);
     free(c->slot_of);

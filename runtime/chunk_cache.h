@@ -8,6 +8,7 @@
 #define STP_RUNTIME_CHUNK_CACHE_H
 
 #include "base/pool.h"
+#include "runtime/level_choice.h"
 #include "runtime/model.h"
 #include "runtime/object_texture.h"
 
@@ -19,6 +20,7 @@ typedef struct stp_resident {
     uint64_t last_used;
     stp_placement placement;
     stp_gpu_patch *patches;        /* the GPU's, for choosing on the CPU */
+    stp_rule_bound *bounds;        /* the patches': what culling them reads */
     float radius[STP_LEVEL_COUNT]; /* greatest of each level */
 } stp_resident;
 

@@ -72,11 +72,12 @@ static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp
         uint32_t id = e->first_child + k;
         const stp_chunk_entry *child = &params->model->entries[id];
         stp_rule_bound bound = entry_bound(child, params->eye);
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        if (!sight.visible) {
+        float eye[3];
+        if (!stp_rule_visible(params->frame, &bound, eye)) {
             draw->drawn_children |= UINT64_C(1) << k;
             continue;
         }
+        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         if (!child_wanted(params->frame, &sight, child))
             continue;
         int finest = finest_needed(params->frame, &sight, child);
@@ -125,9 +126,10 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
         stp_draw draw = {.chunk = cut->stack[--stack_count]};
         const stp_chunk_entry *e = &params->model->entries[draw.chunk];
         stp_rule_bound bound = entry_bound(e, params->eye);
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        if (!sight.visible)
+        float eye[3];
+        if (!stp_rule_visible(params->frame, &bound, eye))
             continue;
+        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         draw.scale = sight.scale;
         draw.finest = finest_needed(params->frame, &sight, e);
         if (draw.chunk != 0) {
@@ -160,4 +162,21 @@ void stp_cut_destroy(stp_cut *cut)
     free(cut->passed);
     free(cut->stack);
     *cut = (stp_cut){0};
+}
+
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye)
+{
+    const stp_chunk_entry *e = &model->entries[draw->chunk];
+    stp_dvec3 offset = stp_dvec3_sub(e->origin, eye);
+    return (stp_gpu_chunk){
+        .offset = {(float)offset.x, (float)offset.y, (float)offset.z},
+        .finest = (uint32_t)draw->finest,
+        .id = draw->chunk,
+        .depth = e->depth,
+    };
+}
+
+bool stp_patch_refined(const stp_draw *draw, const stp_gpu_patch *patch)
+{
+    return patch->child < 64 && (draw->drawn_children >> patch->child & 1) != 0;
 }

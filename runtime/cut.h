@@ -47,6 +47,13 @@ typedef struct stp_cut_params {
     const void *context;
 } stp_cut_params;
 
+/* The chunk record that shaders and the CPU read for one draw. */
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye);
+
+/* Whether the child that refines a patch is drawn, or out of sight, so that the patch is not drawn.
+ */
+bool stp_patch_refined(const stp_draw *draw, const stp_gpu_patch *patch);
+
 /* Errors: OUT_OF_MEMORY. */
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err);
 void stp_cut_destroy(stp_cut *cut);

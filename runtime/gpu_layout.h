@@ -45,7 +45,7 @@ typedef struct stp_gpu_patch {
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
-    uint8_t child, flags; /* flags: STP_PATCH_* */
+    uint8_t child, flags; /* for the CPU: which child of its chunk refines it; STP_PATCH_* */
     uint8_t unused[2];
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Of level 2, then 1, by quarter: perpendicular, tangential. */
@@ -55,9 +55,9 @@ typedef struct stp_gpu_patch {
 typedef struct stp_gpu_chunk {
     float offset[3]; /* origin minus eye */
     uint32_t finest;
-    uint32_t drawn_children[2];
     uint32_t id;
     uint32_t depth;
+    uint32_t unused[2];
 } stp_gpu_chunk;
 
 _Static_assert(sizeof(stp_gpu_frame) == 112, "std140 block of layout.glsl");

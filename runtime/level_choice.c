@@ -52,31 +52,58 @@ static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], f
     return false;
 }
 
+/* How a bound stands to the eye. */
+typedef struct aspect {
+    float range, sin_beta, cos_phi;
+} aspect;
+
+static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    bool orthographic = frame->modes[0] != 0;
+    float range = sqrtf(dot3(bound->centre, bound->centre));
+    float least = range > 1e-30f ? range : 1e-30f;
+    float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
+                                 : dot3(bound->centre, bound->cone_axis) / least;
+    return (aspect){range,
+                    orthographic            ? 0.0f
+                    : bound->radius < least ? bound->radius / least
+                                            : 1.0f,
+                    cos_phi < -1.0f  ? -1.0f
+                    : cos_phi > 1.0f ? 1.0f
+                                     : cos_phi};
+}
+
+/* Whether all of its normals turn away from the eye. */
+static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    const float *ray = frame->modes[0] != 0 ? frame->axis_back : bound->centre;
+    float away = dot3(ray, bound->cone_axis);
+    if (bound->two_sided || (frame->modes[0] != 0 ? -away : away) <= 0.0f)
+        return false;
+    aspect a = aspect_of(frame, bound);
+    return a.range > bound->radius && stp_rule_backfacing(a.cos_phi, bound->cone_cos, a.sin_beta);
+}
+
+bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
+{
+    eye[0] = dot3(frame->axis_right, bound->centre);
+    eye[1] = dot3(frame->axis_up, bound->centre);
+    eye[2] = dot3(frame->axis_back, bound->centre);
+    return !outside_frustum(frame, eye, bound->radius) &&
+           (frame->modes[1] != 0 || !faces_away(frame, bound));
+}
+
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
-    const stp_rule_sight hidden = {false, -1.0f, 1.0f};
-    bool orthographic = frame->modes[0] != 0;
-    float centre[3] = {dot3(frame->axis_right, bound->centre), dot3(frame->axis_up, bound->centre),
-                       dot3(frame->axis_back, bound->centre)};
-    if (outside_frustum(frame, centre, bound->radius))
-        return hidden;
-    float range = sqrtf(dot3(centre, centre));
-    float sin_beta = orthographic ? 0.0f : fminf(1.0f, bound->radius / fmaxf(range, 1e-30f));
-    float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
-                                 : dot3(bound->centre, bound->cone_axis) / fmaxf(range, 1e-30f);
-    cos_phi = fminf(fmaxf(cos_phi, -1.0f), 1.0f);
-    if (!bound->two_sided && frame->modes[1] == 0 && range > bound->radius &&
-        stp_rule_backfacing(cos_phi, bound->cone_cos, sin_beta))
-        return hidden;
+    aspect a = aspect_of(frame, bound);
     return (stp_rule_sight){
-        true,
-        stp_rule_scale(-centre[2], range, bound->radius, frame->viewport[2], frame->viewport[3],
-                       orthographic),
-        stp_rule_sin_alpha(cos_phi, bound->cone_cos, sin_beta),
+        stp_rule_scale(-dot3(frame->axis_back, bound->centre), a.range, bound->radius,
+                       frame->viewport[2], frame->viewport[3], frame->modes[0] != 0),
+        stp_rule_sin_alpha(a.cos_phi, bound->cone_cos, a.sin_beta),
     };
 }
 
-static stp_rule_bound patch_bound(const stp_gpu_chunk *chunk, const stp_gpu_patch *patch)
+stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch)
 {
     stp_rule_bound bound = {
         .radius = patch->bound_radius,
@@ -84,10 +111,19 @@ static stp_rule_bound patch_bound(const stp_gpu_chunk *chunk, const stp_gpu_patc
         .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0,
     };
     for (int i = 0; i < 3; i++) {
-        bound.centre[i] = patch->bound_centre[i] + chunk->offset[i];
+        bound.centre[i] = patch->bound_centre[i];
         bound.cone_axis[i] = patch->cone_axis[i];
     }
     return bound;
+}
+
+static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                                    const stp_gpu_patch *patch)
+{
+    stp_rule_bound bound = stp_patch_bound(patch);
+    for (int i = 0; i < 3; i++)
+        bound.centre[i] += chunk->offset[i];
+    return stp_rule_look(frame, &bound);
 }
 
 /* Perpendicular and tangential. */
@@ -109,29 +145,25 @@ static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
            patch->radius[level] * sight->scale <= frame->quality[1];
 }
 
-bool stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                       const stp_gpu_patch *patch, stp_levels *out)
+stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                             const stp_gpu_patch *patch)
 {
+    stp_levels out;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
-        out->of[q] = STP_LEVEL_SKIP;
-    if (patch->child < 64 && (chunk->drawn_children[patch->child / 32] >> patch->child % 32 & 1u))
-        return false;
-    stp_rule_bound bound = patch_bound(chunk, patch);
-    stp_rule_sight sight = stp_rule_look(frame, &bound);
-    if (!sight.visible)
-        return false;
+        out.of[q] = STP_LEVEL_SKIP;
+    stp_rule_sight sight = look_at_patch(frame, chunk, patch);
     bool refine = frame->quality[0] <= 0.0f || sight.scale < 0.0f;
     if (!refine && fits(frame, &sight, patch, 3, 0)) {
-        out->of[0] = 3;
-        return true;
+        out.of[0] = 3;
+        return out;
     }
     for (int q = 0; q < patch->count[2]; q++) {
         int level = refine ? (int)chunk->finest : 2;
         while (level > (int)chunk->finest && !fits(frame, &sight, patch, level, q))
             level--;
-        out->of[q] = level;
+        out.of[q] = level;
     }
-    return true;
+    return out;
 }
 
 unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
@@ -155,9 +187,8 @@ float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                          const stp_gpu_patch *patch, int level, int quarter)
 {
     float error[2];
-    stp_rule_bound bound = patch_bound(chunk, patch);
-    stp_rule_sight sight = stp_rule_look(frame, &bound);
-    if (!sight.visible || sight.scale < 0.0f)
+    stp_rule_sight sight = look_at_patch(frame, chunk, patch);
+    if (sight.scale < 0.0f)
         return 0.0f;
     errors_of(patch, level, quarter, error);
     return stp_rule_error(sight.scale, sight.sin_alpha, error[0], error[1]);

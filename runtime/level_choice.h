@@ -13,16 +13,15 @@
 /* What the shaders read of a frame, from the view. modes and quality[0..1] are the caller's. */
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
 
-/* By quarter (formats/chunk/sample.h); STP_LEVEL_SKIP for what is not drawn or not there. Level 3
+/* By quarter (formats/chunk/sample.h); STP_LEVEL_SKIP for what is not there. Level 3
  * stands for the whole patch, in quarter 0. */
 typedef struct stp_levels {
     int of[STP_PATCH_QUARTERS];
 } stp_levels;
 
-/* Levels to draw. False, and nothing, if the patch is out of sight or its child is drawn instead.
- */
-bool stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                       const stp_gpu_patch *patch, stp_levels *out);
+/* Levels to draw of a patch in sight. */
+stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                             const stp_gpu_patch *patch);
 
 /* The samples of the levels chosen as stretches of the Object Texture, joined where one goes on
  * where another ends. Returns how many. */
@@ -42,12 +41,16 @@ typedef struct stp_rule_bound {
 } stp_rule_bound;
 
 typedef struct stp_rule_sight {
-    bool visible;    /* not outside the frustum, not seen from behind */
     float scale;     /* pixels per unit at most; -1: must refine */
     float sin_alpha; /* greatest sine between eye ray and normal */
 } stp_rule_sight;
 
-/* Culls a bound and gives what stp_rule_error needs. */
+/* Of a patch, relative to its chunk's origin. */
+stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch);
+
+/* Not outside the frustum, nor seen from behind all over. eye: gets the centre in eye space. */
+bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
+/* What stp_rule_error needs of a bound. */
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound);
 
 #endif

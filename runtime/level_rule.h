@@ -7,8 +7,8 @@
 
 #define STP_RULE static inline
 #define STP_SQRT sqrtf
-#define STP_MAX fmaxf
-#define STP_MIN fminf
+#define STP_MAX(a, b) ((a) > (b) ? (a) : (b)) /* fmaxf is a call */
+#define STP_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define STP_ABS fabsf
 
 #include "shaders/level_rule.glsl"

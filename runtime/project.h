@@ -3,9 +3,9 @@
 #ifndef STP_RUNTIME_PROJECT_H
 #define STP_RUNTIME_PROJECT_H
 
-#include "runtime/chunk_cache.h"
-#include "runtime/cut.h"
+#include "runtime/pyramid.h"
 #include "runtime/scatter.h"
+#include "runtime/sight.h"
 #include "runtime/stipple.h"
 
 #include <stddef.h>
@@ -26,24 +26,25 @@ stp_status stp_project_create(stp_project *out, const char *folder, const char *
                               stp_error *err);
 void stp_project_destroy(stp_project *project);
 
-typedef struct stp_project_params {
+/* What any road projects. */
+struct stp_project_params {
+    const stp_model *model;
     const stp_chunk_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
+    const stp_draw *draws; /* of resident chunks */
+    size_t draw_count;
+    const stp_sight *sight; /* the draws' */
     stp_lod lod;
     const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
     bool first;                 /* pass over the picture */
-} stp_project_params;
-
-/* The chunk record that shaders and the CPU read for one draw. */
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye);
+};
 
 /* Draws resident chunks into the bound framebuffer, in order. Adds to *points what was sent (where
  * the geometry shader chooses: the samples of the patches it looked at are not known here, and a
  * query counts what it emitted). Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL,
  * LIMIT. */
-stp_status stp_project_draw(stp_project *project, const stp_model *model,
-                            const stp_project_params *params, const stp_draw *draws, size_t count,
+stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 
 #endif

@@ -9,6 +9,7 @@
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
 #include "runtime/shader.h"
+#include "runtime/sight.h"
 #include "runtime/tiles.h"
 
 #include <stdlib.h>
@@ -26,6 +27,7 @@ struct stp_renderer {
     stp_reconstruct_programs reconstruct;
     stp_pyramid pyramid;
     stp_tiles tiles;
+    stp_sight sight;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
     stp_cut cut;
@@ -141,6 +143,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     }
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
+    stp_sight_destroy(&r->sight);
     stp_chunk_cache_destroy(&r->cache);
     stp_pool_destroy(&r->pool);
     stp_cut_destroy(&r->cut);
@@ -291,22 +294,28 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
 {
     bool first = d->stats.passes == 0;
     double begun = stp_clock_seconds();
-    const stp_tiles_source source = {r->model, r->cache, d->view};
-    stp_status status = stp_tiles_add(&r->tiles, &source, draws, count, first, err);
+    const stp_sight_params sight = {r->model, r->cache, &r->frame, r->eye, r->pool, &r->tiles};
+    stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
+    if (status == STP_OK)
+        status = stp_tiles_collect(&r->tiles, first, err);
     if (status != STP_OK)
         return status;
     upload_records(r, draws, count);
     begin_pass(r, first);
     count_emitted(r, d);
     glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    status = stp_project_draw(&r->project, r->model,
-                              &(stp_project_params){.cache = r->cache,
+    status = stp_project_draw(&r->project,
+                              &(stp_project_params){.model = r->model,
+                                                    .cache = r->cache,
                                                     .frame = &r->frame,
                                                     .eye = r->eye,
+                                                    .draws = draws,
+                                                    .draw_count = count,
+                                                    .sight = &r->sight,
                                                     .lod = d->params->lod,
                                                     .pyramid = &r->pyramid,
                                                     .first = first},
-                              draws, count, &d->stats.points_drawn, err);
+                              &d->stats.points_drawn, err);
     glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
@@ -428,7 +437,8 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     drawing d = {.view = view, .params = params};
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
-    STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height, err));
+    STP_TRY(
+        stp_tiles_begin(&r->tiles, view->width, view->height, stp_pool_thread_count(r->pool), err));
     double begun = stp_clock_seconds();
     set_frame(r, &d);
     set_state(r);
@@ -483,10 +493,10 @@ static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_m
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(r->model, draw, r->eye);
     for (uint32_t i = 0; i < r->model->entries[draw->chunk].patch_count; i++) {
         const stp_gpu_patch *patch = &resident->patches[i];
-        stp_levels levels;
         stp_range parts[STP_PATCH_QUARTERS];
-        if (!stp_levels_choose(&r->frame, &chunk, patch, &levels))
+        if (!stp_patch_in_sight(&r->frame, draw, &chunk, patch))
             continue;
+        stp_levels levels = stp_levels_choose(&r->frame, &chunk, patch);
         out->patches++;
         for (unsigned k = stp_levels_select(patch, &levels, parts); k > 0; k--)
             out->points += parts[k - 1].count;

@@ -3,15 +3,16 @@
 
 #include "base/memory.h"
 #include "runtime/gl_context.h"
+#include "runtime/project.h"
 #include "runtime/shader.h"
 
 #include <stdlib.h>
 
 /* As in shaders/runs.glsl and the shaders' bindings. */
-#define GROUP_PATCHES 64
+#define GROUP_PATCHES 64u
 #define RUN_SAMPLES 8
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
-enum { BLOCK_GROUPS = 1, BLOCK_RUNS = 2, BLOCK_LATTICES = 3 };
+enum { BLOCK_PATCHES = 1, BLOCK_RUNS = 2, BLOCK_LATTICES = 3 };
 enum { UNIT_RUNS = 9, IMAGE_DEPTH = 0, IMAGE_SAMPLE = 1, UNIFORM_SETTING = 1 };
 
 /* Groups of invocations: more than 65535 in a row are too many for some. */
@@ -33,7 +34,7 @@ stp_status stp_scatter_create(stp_scatter *out, const char *folder, const char *
     stp_program_params scatter = {.compute = "scatter.comp", .defines = defines, .folder = folder};
     STP_TRY(stp_program_create(&s.runs_program, &runs, err));
     STP_TRY(stp_program_create(&s.scatter_program, &scatter, err));
-    glCreateBuffers(1, &s.groups);
+    glCreateBuffers(1, &s.patches);
     *out = s;
     s = (stp_scatter){0};
 done:
@@ -43,14 +44,13 @@ done:
 
 void stp_scatter_destroy(stp_scatter *s)
 {
-    const GLuint buffers[3] = {s->groups, s->runs, s->lattices};
+    const GLuint buffers[3] = {s->patches, s->runs, s->lattices};
     glDeleteProgram(s->runs_program);
     glDeleteProgram(s->scatter_program);
-    if (s->groups != 0)
+    if (s->patches != 0)
         glDeleteBuffers(3, buffers);
     if (s->textures[0] != 0)
         glDeleteTextures(2, s->textures);
-    free(s->list);
     *s = (stp_scatter){0};
 }
 
@@ -70,52 +70,37 @@ static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capa
     glTextureBuffer(*texture, format, *buffer);
 }
 
-/* Lists the patches of all chunks in groups; *runs: as many as they can be at most. */
-static stp_status list_groups(stp_scatter *s, const stp_model *model, const stp_chunk_cache *cache,
-                              const stp_draw *draws, size_t count, size_t *runs, stp_error *err)
+/* Runs there can be at most: of each quarter its samples, the last of them in a run that is not
+ * full. */
+static size_t most_runs(const stp_project_params *params)
 {
-    stp_status status = STP_OK;
-    s->list_count = 0;
-    *runs = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t slot = stp_chunk_cache_slot(cache, draws[i].chunk);
-        uint32_t begin = stp_chunk_cache_get(cache, slot)->placement.patches.begin;
-        uint32_t patches = model->entries[draws[i].chunk].patch_count;
-        size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
-        STP_TRY(stp_grow(&s->list, &s->list_capacity, s->list_count + groups, sizeof *s->list,
-                         "a list of patches", err));
-        for (uint32_t k = 0; k < patches; k += GROUP_PATCHES) {
-            uint32_t *group = s->list[s->list_count++];
-            group[0] = begin + k;
-            group[1] = patches - k < GROUP_PATCHES ? patches - k : GROUP_PATCHES;
-        }
-        /* of each quarter its samples, the last of them in a run that is not full */
-        *runs += STP_PATCH_QUARTERS * (size_t)patches +
-                 model->entries[draws[i].chunk].sample_count[draws[i].finest] / RUN_SAMPLES;
+    size_t runs = STP_PATCH_QUARTERS * params->sight->begin[params->draw_count];
+    for (size_t i = 0; i < params->draw_count; i++) {
+        const stp_draw *draw = &params->draws[i];
+        runs += params->model->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
     }
-done:
-    return status;
+    return runs;
 }
 
 /* Chooses levels: fills runs and lattices. */
-static void make_runs(stp_scatter *s, const stp_chunk_cache *cache, size_t runs)
+static void make_runs(stp_scatter *s, const stp_project_params *params)
 {
     static const runs_head head = {.groups_x = SCATTER_ROW_GROUPS, .groups_z = 1};
-    size_t patches = stp_chunk_cache_texture(cache)->patch_ranges.capacity;
-    size_t groups = s->list_count < RUNS_GROUPS_LIMIT ? s->list_count : RUNS_GROUPS_LIMIT;
+    size_t patches = params->sight->begin[params->draw_count];
+    size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
     reserve(&s->runs, &s->textures[0], GL_RG32UI, &s->run_bytes,
-            sizeof head + runs * 2 * sizeof(uint32_t));
+            sizeof head + most_runs(params) * 2 * sizeof(uint32_t));
     reserve(&s->lattices, &s->textures[1], GL_RGBA32F, &s->lattice_bytes,
             patches * 4 * sizeof(float));
     glNamedBufferSubData(s->runs, 0, sizeof head, &head);
-    glNamedBufferData(s->groups, (GLsizeiptr)(s->list_count * sizeof *s->list), s->list,
-                      GL_STREAM_DRAW);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_GROUPS, s->groups);
+    glNamedBufferData(s->patches, (GLsizeiptr)(patches * sizeof *params->sight->patches),
+                      params->sight->patches, GL_STREAM_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_PATCHES, s->patches);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_RUNS, s->runs);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_LATTICES, s->lattices);
     glUseProgram(s->runs_program);
-    glUniform1ui(UNIFORM_SETTING, (GLuint)s->list_count);
-    glDispatchCompute((GLuint)groups, 1, 1);
+    glUniform1ui(UNIFORM_SETTING, (GLuint)patches);
+    glDispatchCompute((GLuint)(groups < RUNS_GROUPS_LIMIT ? groups : RUNS_GROUPS_LIMIT), 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                     GL_BUFFER_UPDATE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
 }
@@ -137,26 +122,22 @@ static void scatter_runs(const stp_scatter *s, const stp_pyramid *pyramid)
                     GL_FRAMEBUFFER_BARRIER_BIT);
 }
 
-stp_status stp_scatter_draw(stp_scatter *s, const stp_model *model, const stp_chunk_cache *cache,
-                            const stp_pyramid *pyramid, const stp_draw *draws, size_t count,
-                            bool first, uint64_t *points, stp_error *err)
+stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
 {
     static const GLuint far_depth = 0;
-    size_t runs = 0;
     runs_head head;
-    if (stp_chunk_cache_texture(cache)->sample_ranges.capacity > SAMPLES_LIMIT)
+    if (stp_chunk_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
                              "--lod compute counts to %u samples: give a smaller --gpu-memory",
                              SAMPLES_LIMIT);
-    stp_status status = list_groups(s, model, cache, draws, count, &runs, err);
-    if (status != STP_OK)
-        return status;
-    if (first)
-        glClearTexImage(pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &far_depth);
-    if (s->list_count == 0)
+    if (params->first)
+        glClearTexImage(params->pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                        &far_depth);
+    if (params->sight->begin[params->draw_count] == 0)
         return STP_OK;
-    make_runs(s, cache, runs);
-    scatter_runs(s, pyramid);
+    make_runs(s, params);
+    scatter_runs(s, params->pyramid);
     glGetNamedBufferSubData(s->runs, 0, sizeof head, &head);
     *points += head.points_drawn;
     return stp_gl_check("projecting by compute shaders", err);

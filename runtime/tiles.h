@@ -6,10 +6,12 @@
 #ifndef STP_RUNTIME_TILES_H
 #define STP_RUNTIME_TILES_H
 
-#include "runtime/chunk_cache.h"
-#include "runtime/cut.h"
+#include "base/error.h"
 
 #include <epoxy/gl.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #define STP_TILE_PX 16
 /* Levels of the pyramid drawn by tiles; higher ones, which are small, are drawn as a whole. */
@@ -24,29 +26,30 @@ typedef struct stp_tile_rect {
 typedef struct stp_tiles {
     int width, height; /* of the picture */
     int columns, rows;
+    size_t count;
     uint8_t *now, *last; /* 1: may be covered, row by row; last: in this frame or the one before */
-    int known_levels;    /* pyramid levels that hold nothing outside `last`; -1: not even level 0 */
-    bool drawn;          /* the frame came so far that its levels were told */
-    bool whole;          /* draw everything above level 0 */
-    GLuint array;        /* of no attributes */
+    uint8_t *marks;      /* as now, for each worker: what it found in this pass */
+    unsigned workers;
+    int known_levels; /* pyramid levels that hold nothing outside `last`; -1: not even level 0 */
+    bool drawn;       /* the frame came so far that its levels were told */
+    bool whole;       /* draw everything above level 0 */
+    GLuint array;     /* of no attributes */
     stp_tile_rect *rects; /* that cover what `last` needs of each level, none twice */
     size_t rect_count, rect_capacity, level_begin[STP_TILE_LEVELS + 1];
     uint8_t *cells; /* of one level: 1 where it is needed */
 } stp_tiles;
 
-/* What the tiles of a draw depend on, beside the draw. */
-typedef struct stp_tiles_source {
-    const stp_model *model;
-    const stp_chunk_cache *cache;
-    const stp_view *view;
-} stp_tiles_source;
-
-/* Begins a frame of this size; a new size forgets the last frame. Errors: OUT_OF_MEMORY. */
-stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, stp_error *err);
-/* Adds what resident chunks may cover. first: they are the first of the frame, which may begin
+/* Begins a frame of this size; a new size forgets the last frame. workers: threads that mark, the
+ * same in every frame. Errors: OUT_OF_MEMORY. */
+stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, unsigned workers,
+                           stp_error *err);
+/* Marks what a disc of `reach` pixels around a window position may cover, or everything. Threads:
+ * each worker its own. */
+void stp_tiles_mark(stp_tiles *tiles, unsigned worker, float x, float y, float reach);
+void stp_tiles_mark_all(stp_tiles *tiles, unsigned worker);
+/* Adds what was marked to the frame's tiles. first: it is the first of the frame, which may begin
  * anew. Errors: OUT_OF_MEMORY. */
-stp_status stp_tiles_add(stp_tiles *tiles, const stp_tiles_source *source, const stp_draw *draws,
-                         size_t count, bool first, stp_error *err);
+stp_status stp_tiles_collect(stp_tiles *tiles, bool first, stp_error *err);
 /* Says how many levels above the viewport the frame's pyramid has, before the first is drawn. */
 void stp_tiles_set_levels(stp_tiles *tiles, int levels);
 void stp_tiles_destroy(stp_tiles *tiles);

@@ -10,16 +10,6 @@
 
 #define STP_LEVEL_SKIP -1
 
-bool stp_outside_frustum(vec3 centre, float radius)
-{
-    float depth = -centre.z;
-    if (depth + radius <= viewport.w)
-        return true;
-    vec2 side = STP_ORTHOGRAPHIC != 0 ? abs(centre.xy) - 0.5 * viewport.xy / viewport.z
-                             : abs(centre.xy) * frustum.xz - depth * frustum.yw;
-    return any(greaterThan(side, vec2(radius)));
-}
-
 // Where the error of a level is small enough, the cap on its radius aside.
 bool stp_fits(float scale, float sin_alpha, float error, float tangential_error)
 {
@@ -34,26 +24,17 @@ bvec4 stp_fit(float scale, float sin_alpha, vec4 error, vec4 tangential_error)
                  stp_fits(scale, sin_alpha, error.w, tangential_error.w));
 }
 
-// The level of each quarter, not below the finest resident one, or STP_LEVEL_SKIP: all of them if
-// the patch is out of sight or its child is drawn instead, and those that are not there. Level 3
-// stands for the whole patch, in quarter 0.
+// The level of each quarter of a patch in sight, not below the finest resident one; STP_LEVEL_SKIP for
+// quarters that are not there. Level 3 stands for the whole patch, in quarter 0.
 ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
 {
     const ivec4 skip = ivec4(STP_LEVEL_SKIP);
-    if (p.child < 64u &&
-        ((p.child < 32u ? chunk.drawn_children.x : chunk.drawn_children.y) >> (p.child & 31u) & 1u) != 0u)
-        return skip;
-    vec3 centre = stp_to_eye(p.bound_centre);
-    if (stp_outside_frustum(centre, p.bound_radius))
-        return skip;
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
+    vec3 centre = stp_to_eye(p.bound_centre);
     float range = length(centre);
     float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
     vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
     float cos_phi = clamp(dot(direction, p.cone_axis), -1.0, 1.0);
-    if (!p.two_sided && STP_KEEP_BACK_FACES == 0 && range > p.bound_radius &&
-        stp_rule_backfacing(cos_phi, p.cone_cos, sin_beta))
-        return skip;
     bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(p.count[2]));
     ivec4 finest = mix(ivec4(chunk.finest), skip, absent);
     float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,

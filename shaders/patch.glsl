@@ -12,8 +12,6 @@ struct stp_patch {
     vec4 radius;          // greatest of the level
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
-    uint child;           // which child of its chunk refines it, 255: none
-    bool two_sided;
 };
 
 // Of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
@@ -24,7 +22,6 @@ struct stp_quarter_errors {
 struct stp_chunk {
     vec3 offset;          // origin minus eye, world axes
     uint finest;          // finest resident level
-    uvec2 drawn_children; // a bit per child
     uint id;
     uint depth;
 };
@@ -43,7 +40,7 @@ stp_chunk stp_chunk_fetch(uint slot)
 {
     uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
     uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
-    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.xy, b.z, b.w);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y);
 }
 
 // The slot of a patch's chunk.
@@ -72,8 +69,6 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 4));
     p.first = texelFetch(patch_texture, base + 5);
     p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
-    p.child = h.z & 255u;
-    p.two_sided = (h.z & 256u) != 0u;
     return p;
 }
 

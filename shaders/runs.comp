@@ -7,14 +7,15 @@
 
 layout(local_size_x = STP_GROUP_PATCHES) in;
 
-layout(std430, binding = 1) readonly buffer stp_groups_block {
-    uvec2 groups[]; // first patch, patches
+layout(std430, binding = 1) readonly buffer stp_patches_block {
+    uint patches[]; // in sight
 };
 
-layout(location = 1) uniform uint group_count;
+layout(location = 1) uniform uint patch_count;
 
-void stp_list(uint patch_index)
+void stp_list(uint listed)
 {
+    uint patch_index = patches[listed];
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index));
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
     stp_selection s = stp_select(p, stp_choose_levels(patch_index, p, chunk));
@@ -32,21 +33,18 @@ void stp_list(uint patch_index)
     uint at = atomicAdd(run_count, total);
     atomicAdd(points_drawn, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
-    lattices[patch_index] = vec4(p.origin, p.step);
+    lattices[listed] = vec4(p.origin, p.step);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
-            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), patch_index);
+            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed);
             at++;
         }
 }
 
 void main()
 {
-    uint share = (group_count + gl_NumWorkGroups.x - 1u) / gl_NumWorkGroups.x;
-    uint begin = gl_WorkGroupID.x * share;
-    for (uint g = begin; g < min(begin + share, group_count); g++) {
-        uvec2 group = groups[g];
-        if (gl_LocalInvocationID.x < group.y)
-            stp_list(group.x + gl_LocalInvocationID.x);
-    }
+    uint share = (patch_count + gl_NumWorkGroups.x - 1u) / gl_NumWorkGroups.x;
+    uint end = min((gl_WorkGroupID.x + 1u) * share, patch_count);
+    for (uint i = gl_WorkGroupID.x * share + gl_LocalInvocationID.x; i < end; i += STP_GROUP_PATCHES)
+        stp_list(i);
 }

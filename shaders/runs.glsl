@@ -1,7 +1,7 @@
 // The runs of samples that runs.comp lists and scatter.comp draws; runtime/scatter.c makes the
 // buffers.
 
-#define STP_GROUP_PATCHES 64
+#define STP_GROUP_PATCHES 64u
 #define STP_RUN_SAMPLES 8u
 #define STP_GROUP_RUNS 8u
 #define STP_RUN_HEAD 3u // of the size of runs
@@ -13,15 +13,15 @@ layout(std430, binding = 2) buffer stp_runs_block {
     uint run_count;
     uint points_drawn;
     uint unused;
-    uvec2 runs[]; // first sample | (samples - 1) << 29, patch
+    uvec2 runs[]; // first sample | (samples - 1) << 29, which patch in sight
 };
 
-// Of the patches listed: origin relative to the eye, step.
+// Of the patches in sight: origin relative to the eye, step.
 layout(std430, binding = 3) buffer stp_lattices_block {
     vec4 lattices[];
 };
 
-uvec2 stp_run_pack(uint first, uint count, uint patch_index)
+uvec2 stp_run_pack(uint first, uint count, uint listed)
 {
-    return uvec2(first | count - 1u << 29, patch_index);
+    return uvec2(first | count - 1u << 29, listed);
 }

@@ -44,14 +44,13 @@ static const char decode[] =
     "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(frustum);\n"
     "    put4(quality); put4(vec4(modes));\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
-    "    put3(c.offset); put(float(c.finest)); put(float(c.drawn_children.x));\n"
-    "    put(float(c.drawn_children.y)); put(float(c.id)); put(float(c.depth));\n"
+    "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
+    "    put(float(c.depth));\n"
     "    stp_patch p = stp_patch_fetch(1u, vec3(0.0));\n"
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
     "put(float(stp_patch_slot(1u)));\n"
-    "    put(float(p.child)); put(p.two_sided ? 1.0 : 0.0);\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -106,9 +105,7 @@ static stp_gpu_patch make_patch(void)
                            .radius = {41, 42, 43, 44},
                            .first = {45, 46, 47, 48},
                            .count = {64, 16, 4, 1},
-                           .slot = 49,
-                           .child = 50,
-                           .flags = STP_PATCH_TWO_SIDED};
+                           .slot = 49};
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -143,8 +140,6 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
         want(&e, frame->modes[i]);
     want_floats(&e, chunk->offset, 3);
     want(&e, chunk->finest);
-    want(&e, chunk->drawn_children[0]);
-    want(&e, chunk->drawn_children[1]);
     want(&e, chunk->id);
     want(&e, chunk->depth);
     want_floats(&e, patch->origin, 3);
@@ -161,8 +156,6 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     for (int i = 0; i < 4; i++)
         want(&e, patch->count[i]);
     want(&e, patch->slot);
-    want(&e, patch->child);
-    want(&e, (patch->flags & STP_PATCH_TWO_SIDED) != 0);
     want_floats(&e, patch->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);
@@ -185,7 +178,8 @@ static void shaders_read_what_c_writes(void **state)
 {
     (void)state;
     stp_gpu_frame frame = make_frame();
-    stp_gpu_chunk chunks[2] = {{.finest = 9}, {{51, 52, 53}, 2, {54, 55}, 56, 57}};
+    stp_gpu_chunk chunks[2] = {{.finest = 9},
+                               {.offset = {51, 52, 53}, .finest = 2, .id = 56, .depth = 57}};
     stp_gpu_patch patches[2] = {{.step = 9}, make_patch()};
     stp_sample samples[3] = {{{1, 65535, 3},
                               200,

@@ -39,8 +39,12 @@ static void compare_chunk(const gl_levels *levels, size_t draw, int view, choice
         const stp_gpu_patch *patch = &resident->patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
         stp_levels cpu;
+        memset(&cpu, STP_LEVEL_SKIP, sizeof cpu);
         sum->patches++;
-        sum->skipped += !stp_levels_choose(look.frame, &chunk, patch, &cpu);
+        if (stp_patch_in_sight(look.frame, &look.cut->draws[draw], &chunk, patch))
+            cpu = stp_levels_choose(look.frame, &chunk, patch);
+        else
+            sum->skipped++;
         bool mixed = false;
         for (int q = 0; q < STP_PATCH_QUARTERS; q++) {
             if (cpu.of[q] != STP_LEVEL_SKIP)

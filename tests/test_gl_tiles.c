@@ -111,6 +111,49 @@ static void judge(const model_recipe *recipe)
     gl_fixture_close(&used);
 }
 
+static size_t covered_pixels(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
+                             uint8_t *picture, bool *complete)
+{
+    size_t covered = 0, pixels = (size_t)view->width * (size_t)view->height;
+    stp_draw_stats stats;
+    check_ok(stp_renderer_draw(f->renderer, view, params, &stats, err));
+    check_ok(stp_renderer_read(f->renderer, picture, err));
+    for (size_t k = 0; k < pixels; k++)
+        covered += picture[4 * k + 3] != 0;
+    *complete = stats.cut_complete;
+    return covered;
+}
+
+/* Frames that do not wait draw what is there, by every road, and end at the picture of one that
+ * does. */
+static void while_loading(void **state)
+{
+    (void)state;
+    static const stp_lod all[] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
+    enum { SIZE = 200, PIXELS = SIZE * SIZE };
+    static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
+    model_fixture_build("tiles.stipple", &(model_recipe){.shape = GEN_BUMPY, .point_count = 250000});
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        gl_fixture f = {0};
+        bool complete = false;
+        int frames = 0;
+        gl_fixture_open(&f, "tiles.stipple", NULL);
+        stp_view view = views_get(3, &f.model->ball, NULL, 0, SIZE, SIZE);
+        stp_draw_params params = {.lod = STP_LOD_GEOMETRY, .threshold_px = 16.0};
+        assert_true(covered_pixels(&f, &view, &params, found, &complete) > PIXELS / 8);
+        params = (stp_draw_params){.lod = all[i], .threshold_px = 0.25, .load_ms = 1.0};
+        for (complete = false; !complete && frames < 1000; frames++)
+            assert_true(covered_pixels(&f, &view, &params, found, &complete) > PIXELS / 8);
+        assert_true(complete && frames > 1);
+        gl_fixture_close(&f);
+        gl_fixture_open(&f, "tiles.stipple", NULL);
+        params.load_ms = 0.0;
+        (void)covered_pixels(&f, &view, &params, expected, &complete);
+        assert_memory_equal(found, expected, sizeof found);
+        gl_fixture_close(&f);
+    }
+}
+
 static void statue(void **state)
 {
     (void)state;
@@ -127,6 +170,7 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(while_loading),
         cmocka_unit_test(statue),
         cmocka_unit_test(terrain),
     };

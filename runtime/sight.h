@@ -1,0 +1,37 @@
+/* The patches of a cut that are in sight: where every road of projection begins, and what tells
+ * which tiles of the picture may be covered. On all threads of a pool, since a cut has up to some
+ * hundred thousand patches and about half of a closed model's turn away.
+ * Threads: the render thread. */
+#ifndef STP_RUNTIME_SIGHT_H
+#define STP_RUNTIME_SIGHT_H
+
+#include "base/pool.h"
+#include "runtime/chunk_cache.h"
+#include "runtime/cut.h"
+#include "runtime/tiles.h"
+
+/* Zero is nothing in sight; arrays grow and are kept. */
+typedef struct stp_sight {
+    uint32_t *patches; /* their numbers in the Object Texture, by draw, ascending */
+    size_t *begin;     /* of each draw's; begin[number of draws]: how many there are */
+    size_t patch_capacity, begin_capacity;
+} stp_sight;
+
+typedef struct stp_sight_params {
+    const stp_model *model;
+    const stp_chunk_cache *cache; /* the draws' chunks are resident */
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+    stp_pool *pool;
+    stp_tiles *tiles; /* marked where patches in sight may cover them */
+} stp_sight_params;
+
+/* Errors: OUT_OF_MEMORY. */
+stp_status stp_sight_look(stp_sight *sight, const stp_sight_params *params, const stp_draw *draws,
+                          size_t count, stp_error *err);
+/* Whether one patch of a drawn chunk is in sight. */
+bool stp_patch_in_sight(const stp_gpu_frame *frame, const stp_draw *draw,
+                        const stp_gpu_chunk *chunk, const stp_gpu_patch *patch);
+void stp_sight_destroy(stp_sight *sight);
+
+#endif
