@@ -73,15 +73,21 @@ static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
                                      : cos_phi};
 }
 
-/* Whether all of its normals turn away from the eye. */
+/* Whether every normal of the cone turns away from every eye ray through the bound: phi + gamma +
+ * beta < 90 degrees, where phi lies between the way to the bound and the cone's axis, gamma is the
+ * cone's half-angle, beta the bound's as the eye sees it. As sines and cosines times the bound's
+ * distance, squared: this runs for every patch. */
 static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
-    const float *ray = frame->modes[0] != 0 ? frame->axis_back : bound->centre;
-    float away = dot3(ray, bound->cone_axis);
-    if (bound->two_sided || (frame->modes[0] != 0 ? -away : away) <= 0.0f)
-        return false;
-    aspect a = aspect_of(frame, bound);
-    return a.range > bound->radius && stp_rule_backfacing(a.cos_phi, bound->cone_cos, a.sin_beta);
+    bool orthographic = frame->modes[0] != 0;
+    float r2 = orthographic ? 0.0f : bound->radius * bound->radius;
+    float range2 = orthographic ? 1.0f : dot3(bound->centre, bound->centre);
+    float along = orthographic
+                      ? -dot3(frame->axis_back, bound->cone_axis)
+                      : dot3(bound->centre, bound->cone_axis) - bound->radius * bound->cone_cos;
+    float cos2 = bound->cone_cos * bound->cone_cos, tangent2 = range2 - r2;
+    return !bound->two_sided && bound->cone_cos > 0.0f && along > 0.0f &&
+           cos2 * tangent2 > (1.0f - cos2) * r2 && along * along > (1.0f - cos2) * tangent2;
 }
 
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])

@@ -65,18 +65,6 @@ STP_RULE float stp_rule_sin_alpha(float cos_phi, float cos_gamma, float sin_beta
     return STP_MIN(1.0f, s * cos_spread + c * sin_spread);
 }
 
-/* True if every normal of the cone turns away from every eye ray through the bound. Never true for
- * a two-sided patch: the caller asks first. */
-STP_RULE bool stp_rule_backfacing(float cos_phi, float cos_gamma, float sin_beta)
-{
-    float sin_spread = stp_rule_spread_sin(cos_gamma, sin_beta);
-    float cos_spread = stp_rule_spread_cos(cos_gamma, sin_beta);
-    if (cos_phi <= 0.0f || cos_gamma <= 0.0f || cos_spread <= 0.0f)
-        return false;
-    float s = STP_SQRT(STP_MAX(0.0f, 1.0f - cos_phi * cos_phi));
-    return cos_phi * cos_spread - s * sin_spread > 0.0f;
-}
-
 /* Projected error of one level, pixels. */
 STP_RULE float stp_rule_error(float scale, float sin_alpha, float error, float tangential_error)
 {

@@ -132,7 +132,8 @@ static void while_loading(void **state)
     static const stp_lod all[] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
     enum { SIZE = 200, PIXELS = SIZE * SIZE };
     static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
-    model_fixture_build("tiles.stipple", &(model_recipe){.shape = GEN_BUMPY, .point_count = 250000});
+    model_fixture_build("tiles.stipple",
+                        &(model_recipe){.shape = GEN_BUMPY, .point_count = 250000});
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         gl_fixture f = {0};
         bool complete = false;
