@@ -41,6 +41,7 @@ static const road roads_wanted[] = {
     {.name = "geometry 0.5 px", .params = {.lod = STP_LOD_GEOMETRY, .threshold_px = 0.5}},
     {.name = "geometry 1 px", .params = {.lod = STP_LOD_GEOMETRY, .threshold_px = 1.0}},
     {.name = "geometry 2 px", .params = {.lod = STP_LOD_GEOMETRY, .threshold_px = 2.0}},
+    {.name = "compute 1 px", .params = {.lod = STP_LOD_COMPUTE, .threshold_px = 1.0}},
     {.name = "cpu 0.5 px", .params = {.lod = STP_LOD_CPU, .threshold_px = 0.5}},
     {.name = "cpu 1 px", .params = {.lod = STP_LOD_CPU, .threshold_px = 1.0}},
     {.name = "cpu 2 px", .params = {.lod = STP_LOD_CPU, .threshold_px = 2.0}},
