@@ -95,6 +95,13 @@ static inline void stp_dbox_add(stp_dbox *box, stp_dvec3 p)
         (stp_dvec3){stp_max(p.x, box->max.x), stp_max(p.y, box->max.y), stp_max(p.z, box->max.z)};
 }
 
+/* Whether they share a point. */
+static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
+{
+    return a->min.x <= b->max.x && b->min.x <= a->max.x && a->min.y <= b->max.y &&
+           b->min.y <= a->max.y && a->min.z <= b->max.z && b->min.z <= a->max.z;
+}
+
 static inline bool stp_dbox_is_empty(const stp_dbox *box)
 {
     return !(box->min.x <= box->max.x && box->min.y <= box->max.y && box->min.z <= box->max.z);

@@ -18,7 +18,7 @@ typedef struct assembly {
     stp_sample *samples[STP_LEVEL_COUNT];
     size_t sample_capacity[STP_LEVEL_COUNT];
     uint32_t sample_count[STP_LEVEL_COUNT];
-    stp_overhang_carry *carry; /* by level-0 sample; of a leaf none */
+    stp_carry *carry; /* by level-0 sample; of a leaf none */
     size_t carry_capacity;
     bool leaf;
 } assembly;
@@ -78,7 +78,7 @@ static stp_status append_carry(assembly *a, const stp_item *items, const uint32_
                                  sizeof *a->carry, "errors", err);
     for (uint32_t i = 0; status == STP_OK && i < count; i++) {
         const stp_disc *disc = &items[order[i]].disc;
-        a->carry[begin + i] = (stp_overhang_carry){disc->error, disc->tangential_error};
+        a->carry[begin + i] = (stp_carry){disc->error, disc->tangential_error};
     }
     return status;
 }
@@ -166,13 +166,19 @@ done:
     return status;
 }
 
-/* Tangential errors, for which all of the chunk must be there; the vertices carry them on. */
-static stp_status measure_overhang(const assembly *a, stp_chunk *chunk, stp_error *err)
+stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built)
+{
+    return (stp_placed_chunk){built->chunk, built->origin, built->carry};
+}
+
+stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
+                                   stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_chunk *chunk = built->chunk;
     stp_overhang *overhang = NULL;
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, a->carry, STP_OVERHANG_BOUND, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, STP_OVERHANG_BOUND, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
@@ -181,7 +187,7 @@ static stp_status measure_overhang(const assembly *a, stp_chunk *chunk, stp_erro
             for (int q = 0; q < STP_PATCH_QUARTERS; q++)
                 patch->quarter_tangential_error[l][q] =
                     stp_error_encode(overhang[p].quarter[l][q], patch->exponent);
-        a->vertices[p].disc.tangential_error =
+        built->vertices[p].disc.tangential_error =
             stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
     }
 done:
@@ -198,9 +204,12 @@ stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, u
     for (uint32_t g = 0; g < group_count; g++)
         STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
     STP_TRY(pack(&a, &chunk, err));
-    STP_TRY(measure_overhang(&a, chunk, err));
-    *out = (stp_built_chunk){
-        .chunk = chunk, .origin = a.origin, .vertices = a.vertices, .vertex_count = a.patch_count};
+    *out = (stp_built_chunk){.chunk = chunk,
+                             .origin = a.origin,
+                             .carry = a.carry,
+                             .vertices = a.vertices,
+                             .vertex_count = a.patch_count};
+    a.carry = NULL;
     a.vertices = NULL;
     chunk = NULL;
 done:
@@ -216,6 +225,7 @@ done:
 void stp_built_chunk_clear(stp_built_chunk *built)
 {
     stp_chunk_destroy(&built->chunk);
+    free(built->carry);
     free(built->vertices);
     *built = (stp_built_chunk){0};
 }

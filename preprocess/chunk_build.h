@@ -1,9 +1,10 @@
 /* A chunk out of items: patches of neighbours, child by child, and the vertices for its parent.
- * Threads: any, one chunk each. */
+ * First all chunks of a tier are built; then tangential errors are measured, for which a chunk's
+ * neighbours count. Threads: any, one chunk each. */
 #ifndef STP_PREPROCESS_CHUNK_BUILD_H
 #define STP_PREPROCESS_CHUNK_BUILD_H
 
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/surroundings.h"
 #include "preprocess/item.h"
 
 /* Items that one child chunk refines (all items of a leaf: one group). */
@@ -15,14 +16,19 @@ typedef struct stp_item_group {
 typedef struct stp_built_chunk {
     stp_chunk *chunk;
     stp_dvec3 origin;
+    stp_carry *carry;   /* by level-0 sample; of a leaf NULL */
     stp_item *vertices; /* one a patch, in the chunk's order */
     uint32_t vertex_count;
 } stp_built_chunk;
 
-/* leaf: patches have no child; else patch.child is the number of the group, at most 64. Errors:
- * OUT_OF_MEMORY, LIMIT. Free with stp_built_chunk_clear. */
+/* Without tangential errors. leaf: patches have no child; else patch.child is the number of the
+ * group, at most 64. Errors: OUT_OF_MEMORY, LIMIT. Free with stp_built_chunk_clear. */
 stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
                            bool leaf, stp_error *err);
+stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built);
+/* Sets the tangential errors of patches and vertices. Errors: OUT_OF_MEMORY. */
+stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
+                                   stp_error *err);
 void stp_built_chunk_clear(stp_built_chunk *built);
 
 #endif

@@ -5,6 +5,8 @@
 
 #define LATTICE_MIN (-160)
 #define LATTICE_MAX 160
+/* A bound of so many octaves of steps, and less than one more, has a code. */
+#define BOUND_OCTAVES 14
 
 typedef struct builder {
     const stp_item *items;
@@ -208,8 +210,9 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
     return worst;
 }
 
-/* Cone of normals and sphere around every disc and what it stands for. */
-static void bound(builder *b)
+/* Cone of normals and sphere around every disc and what it stands for; false if the sphere is too
+ * large for the patch's lattice. */
+static bool bound(builder *b)
 {
     stp_patch *patch = b->patch;
     stp_dvec3 sum = {0.0, 0.0, 0.0};
@@ -259,6 +262,30 @@ static void bound(builder *b)
         }
     }
     patch->bound_radius = stp_radius_encode(radius, patch->exponent);
+    return stp_radius_decode(patch->bound_radius, patch->exponent) * (1.0 + 1e-9) >= radius;
+}
+
+/* The lattice of the patch's vertex, a sample of the parent: it follows the vertex's own spacing,
+ * and is coarse enough for its bound to have a code there. */
+static int choose_vertex_lattice(const builder *b)
+{
+    double area = 0.0, wide = 0.0;
+    int lattice = LATTICE_MAX;
+    stp_dbox box = stp_dbox_empty();
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        area += item->area;
+        wide = stp_max(wide, item->disc.bound);
+        lattice = item->exponent < lattice ? item->exponent : lattice;
+        stp_dbox_add(&box, item->disc.centre);
+    }
+    double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    double bound = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + 2.0 * wide;
+    if (step > 0.0 && floor_log2(step) > lattice)
+        lattice = floor_log2(step);
+    if (bound > 0.0 && floor_log2(bound) - BOUND_OCTAVES > lattice)
+        lattice = floor_log2(bound) - BOUND_OCTAVES;
+    return lattice;
 }
 
 static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
@@ -343,23 +370,14 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
                  .chunk_origin = chunk_origin,
                  .patch = patch,
                  .samples = samples};
-    double area = 0.0;
-    int vertex_lattice = LATTICE_MAX;
-    for (unsigned i = 0; i < count; i++) {
-        area += items[order[i]].area;
-        int item = items[order[i]].exponent;
-        vertex_lattice = item < vertex_lattice ? item : vertex_lattice;
-    }
+    int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
-    /* The vertex is a sample of the parent: its lattice follows its own spacing. */
-    double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
-    if (step > 0.0 && floor_log2(step) > vertex_lattice)
-        vertex_lattice = floor_log2(step);
     if (!place(&b, vertex_lattice))
         return false;
     store_items(&b);
     merge_levels(&b, vertex_lattice);
-    bound(&b);
+    if (!bound(&b) && count > 1)
+        return false;
     fill_vertex(&b, vertex_lattice, vertex);
     return true;
 }

@@ -5,10 +5,11 @@
 #include "preprocess/chunk_build.h"
 #include "preprocess/patch_build.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Chunks that are built before they are written: bounds the memory of a wave. */
+/* Chunks that are encoded before they are written: bounds the memory of a wave. */
 #define WAVE_CHUNKS 32u
 
 /* A chunk that is written, as its parent needs it. */
@@ -27,6 +28,7 @@ typedef struct span {
 
 typedef struct built {
     stp_built_chunk chunk;
+    stp_dbox reach; /* of its patches' bounds, world */
     void *payload;
     stp_chunk_entry entry;
     stp_dbox box; /* of a leaf's samples as stored, world */
@@ -38,13 +40,14 @@ typedef struct tree {
     const stp_tree_params *params;
     stp_pool *pool;
     const stp_progress *progress;
-    uint64_t progress_total, progress_done;
+    uint64_t progress_total;
+    atomic_size_t progress_done; /* leaves built and leaves finished */
 
     node *below; /* nodes of the tier below; NULL while leaves are made */
     span *spans;
     uint32_t span_count;
-    uint32_t wave_begin;
-    built wave[WAVE_CHUNKS];
+    built *tier; /* all chunks of the tier, in order: each is measured against those around it */
+    uint32_t tier_count, wave_begin;
 
     uint32_t **children; /* by handle */
     uint32_t *child_counts;
@@ -112,28 +115,67 @@ static stp_status build_inner(const tree *t, span children, built *out, stp_erro
     return stp_chunk_build(&out->chunk, groups, children.end - children.begin, false, err);
 }
 
+static stp_status advance(tree *t, stp_error *err)
+{
+    size_t done = t->below ? t->progress_total : atomic_fetch_add(&t->progress_done, 1) + 1;
+    return stp_progress_update(t->progress, "patches", done, t->progress_total, err);
+}
+
 static stp_status build_one(void *context, size_t index, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     tree *t = context;
-    built *out = &t->wave[index];
-    size_t chunk = t->wave_begin + index;
+    built *out = &t->tier[index];
     (void)worker;
     *out = (built){.box = stp_dbox_empty()};
-    STP_TRY(t->below ? build_inner(t, t->spans[chunk], out, err)
-                     : build_leaf(t, &t->cloud->cells[chunk], out, err));
-    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
-    out->entry.origin = out->chunk.origin;
-    stp_chunk_destroy(&out->chunk.chunk);
+    STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
+                     : build_leaf(t, &t->cloud->cells[index], out, err));
+    stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
+    out->reach = stp_placed_chunk_box(&placed);
+    STP_TRY(advance(t, err));
 done:
     return status;
 }
 
-static void clear_built(built *b)
+static stp_status find_surroundings(const tree *t, size_t index, stp_surroundings *out,
+                                    stp_error *err)
 {
-    stp_built_chunk_clear(&b->chunk);
-    free(b->payload);
-    b->payload = NULL;
+    stp_placed_chunk middle = stp_built_chunk_place(&t->tier[index].chunk);
+    stp_status status = stp_surroundings_begin(out, &middle, err);
+    for (uint32_t i = 0; i < t->tier_count && status == STP_OK; i++) {
+        stp_placed_chunk other = stp_built_chunk_place(&t->tier[i].chunk);
+        if (i != index && stp_dbox_meet(&out->box, &t->tier[i].reach))
+            status = stp_surroundings_add(out, &other, err);
+    }
+    return status;
+}
+
+/* Measures and encodes a chunk of the wave. */
+static stp_status finish_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    tree *t = context;
+    built *out = &t->tier[t->wave_begin + index];
+    stp_surroundings around = {0};
+    (void)worker;
+    STP_TRY(find_surroundings(t, t->wave_begin + index, &around, err));
+    STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
+    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+    out->entry.origin = out->chunk.origin;
+    STP_TRY(advance(t, err));
+done:
+    stp_surroundings_clear(&around);
+    return status;
+}
+
+static void clear_tier(tree *t)
+{
+    for (uint32_t i = 0; t->tier && i < t->tier_count; i++) {
+        stp_built_chunk_clear(&t->tier[i].chunk);
+        free(t->tier[i].payload);
+    }
+    free(t->tier);
+    t->tier = NULL;
 }
 
 /* Appends a finished chunk and keeps its vertices as a node. */
@@ -166,6 +208,8 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
                   .handle = handle,
                   .points_under = b->entry.points_under};
     b->chunk.vertices = NULL;
+    free(b->payload);
+    b->payload = NULL;
 done:
     return status;
 }
@@ -174,25 +218,19 @@ done:
 static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
 {
     stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
+    t->tier_count = count;
+    STP_TRY(stp_pool_run(t->pool, count, build_one, t, err));
     for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
         uint32_t left = count - t->wave_begin;
         uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
-        status = stp_pool_run(t->pool, wave, build_one, t, err);
-        for (uint32_t i = 0; i < wave; i++) {
-            uint32_t at = t->wave_begin + i;
-            if (status == STP_OK)
-                status = write_one(t, &t->wave[i], t->below ? t->spans[at] : (span){0, 0},
-                                   &nodes[at], err);
-            clear_built(&t->wave[i]);
-        }
-        if (status == STP_OK) {
-            t->progress_done += t->below ? 0 : wave;
-            status = stp_progress_update(t->progress, "patches", t->progress_done,
-                                         t->progress_total, err);
-        }
-        if (status != STP_OK)
-            break;
+        STP_TRY(stp_pool_run(t->pool, wave, finish_one, t, err));
+        for (uint32_t at = t->wave_begin; at < t->wave_begin + wave; at++)
+            STP_TRY(write_one(t, &t->tier[at], t->below ? t->spans[at] : (span){0, 0}, &nodes[at],
+                              err));
     }
+done:
+    clear_tier(t);
     return status;
 }
 
@@ -273,7 +311,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, const stp_cloud *cloud,
     t->params = params;
     t->pool = pool;
     t->progress = progress;
-    t->progress_total = cloud->cell_count;
+    t->progress_total = 2 * (uint64_t)cloud->cell_count;
     t->box = stp_dbox_empty();
     STP_TRY(build_tiers(t, &root, err));
     STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,

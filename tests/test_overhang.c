@@ -96,7 +96,8 @@ static void agrees_with_a_plain_search(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, STP_OVERHANG_BOUND, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, STP_OVERHANG_BOUND, &err),
+                     STP_OK);
     size_t compared = 0, equal = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p += 3) {
         const stp_patch *patch = &chunk->patches[p];
@@ -137,7 +138,8 @@ static void only_a_border_hangs_over(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, STP_OVERHANG_BOUND, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, STP_OVERHANG_BOUND, &err),
+                     STP_OK);
     double largest = 0.0;
     stp_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
     for (uint32_t p = 0; p < chunk->patch_count; p++)
@@ -171,11 +173,65 @@ static void only_a_border_hangs_over(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+static bool in_box(const stp_chunk_entry *e, stp_dvec3 world, double margin)
+{
+    stp_dvec3 p = stp_dvec3_sub(world, e->origin);
+    return p.x > (double)e->box_min.x - margin && p.x < (double)e->box_max.x + margin &&
+           p.y > (double)e->box_min.y - margin && p.y < (double)e->box_max.y + margin;
+}
+
+/* The same sheet in several leaves: the discs of others carry a rim over a leaf's border. */
+static void other_chunks_carry_a_border(void **state)
+{
+    (void)state;
+    enum { SIDE = 300 };
+    prep_cloud cloud = prep_cloud_make((size_t)SIDE * SIDE);
+    stp_prep_stats stats;
+    for (uint32_t i = 0; i < SIDE * SIDE; i++)
+        cloud.points[i].position = (stp_dvec3){i % SIDE, i / SIDE, 0.0};
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, NULL), STP_OK);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    uint32_t count = stp_chunk_file_get_info(file)->chunk_count;
+    stp_chunk_entry *entries = calloc(count, sizeof *entries);
+    assert_non_null(entries);
+    for (uint32_t id = 0; id < count; id++) {
+        stp_chunk *chunk = prep_chunk(file, id, &entries[id]);
+        stp_chunk_destroy(&chunk);
+    }
+    size_t inside = 0, at_border = 0;
+    for (uint32_t id = 0; id < count; id++) {
+        stp_chunk *chunk = prep_chunk(file, id, &entries[id]);
+        for (uint32_t p = 0; p < chunk->patch_count && entries[id].child_count == 0; p++) {
+            const stp_patch *patch = &chunk->patches[p];
+            stp_disc d = disc_at(chunk, p, STP_LEVEL_COUNT - 1, 0);
+            stp_dvec3 c = stp_dvec3_add(entries[id].origin, d.centre);
+            double room = fmin(fmin(c.x, c.y), SIDE - 1.0 - fmax(c.x, c.y));
+            if (room <= d.radius)
+                continue;
+            double stored = stp_error_decode(patch->tangential_error[3], patch->exponent);
+            double radius = stp_radius_decode(patch->radius[0], patch->exponent);
+            assert_true(stored <= 1.2 * radius / STP_OVERHANG_PARTS); /* codes round up */
+            inside++;
+            for (uint32_t other = 0; other < count; other++)
+                at_border += other != id && entries[other].child_count == 0 &&
+                             in_box(&entries[other], c, d.radius);
+        }
+        stp_chunk_destroy(&chunk);
+    }
+    print_message("%zu patches inside, %zu reach into other chunks\n", inside, at_border);
+    assert_true(inside > 1000);
+    assert_true(at_border > 20);
+    free(entries);
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(agrees_with_a_plain_search),
         cmocka_unit_test(only_a_border_hangs_over),
+        cmocka_unit_test(other_chunks_carry_a_border),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

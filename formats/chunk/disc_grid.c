@@ -5,6 +5,7 @@
 #include "formats/chunk/patch_bounds.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A cell is so many mean radii wide. */
 #define CELL_RADII 2.0
@@ -42,21 +43,24 @@ static cell cell_of(const stp_disc_grid *g, stp_dvec3 p)
     return (cell){{step_of(p.x / g->width), step_of(p.y / g->width), step_of(p.z / g->width)}};
 }
 
-/* The geometric mean keeps a few large discs from making the cells of many small ones wide. */
-static void fill_discs(stp_disc_grid *g, const stp_chunk *chunk)
+/* Cells are as wide as the chunk's own discs ask: the geometric mean keeps a few large discs from
+ * making the cells of many small ones wide. */
+static void fill_discs(stp_disc_grid *g, const stp_chunk *chunk, const stp_surroundings *around)
 {
     double sum = 0.0;
     uint32_t wide = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p++)
         for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-            stp_disc disc = stp_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
-            g->discs[i] = (stp_flat_disc){disc.centre, disc.normal, disc.radius};
-            if (disc.radius > 0.0) {
-                sum += log(disc.radius);
+            stp_flat_disc *disc = &g->discs[i];
+            *disc = stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
+            if (disc->radius > 0.0) {
+                sum += log(disc->radius);
                 wide++;
             }
         }
     g->width = wide ? CELL_RADII * exp(sum / wide) : 1.0;
+    if (around && around->count > 0)
+        memcpy(g->discs + g->own_count, around->discs, around->count * sizeof *g->discs);
 }
 
 /* Half the box of a disc; of a ball its radius. */
@@ -122,10 +126,12 @@ static void enter_discs(stp_disc_grid *g)
     }
 }
 
-stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, stp_error *err)
+stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk,
+                                const stp_surroundings *around, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_disc_grid g = {.count = chunk->level_begin[0][chunk->patch_count]};
+    stp_disc_grid g = {.own_count = chunk->level_begin[0][chunk->patch_count]};
+    g.count = g.own_count + (around ? around->count : 0);
     uint32_t size = 1, sum = 0;
     while (8 * size < g.count)
         size *= 2;
@@ -133,7 +139,7 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, stp_
     size *= 64;
     STP_TRY(stp_alloc(&g.discs, g.count, sizeof *g.discs, "discs", err));
     STP_TRY(stp_alloc(&g.begin, (size_t)size + 1, sizeof *g.begin, "discs", err));
-    fill_discs(&g, chunk);
+    fill_discs(&g, chunk, around);
     enter_discs(&g);
     for (uint32_t b = 0; b <= size; b++)
         g.begin[b] = sum += g.begin[b];

@@ -1,4 +1,4 @@
-/* The nearest of all level-0 discs of a chunk to a point.
+/* The nearest of all level-0 discs of a chunk and its surroundings to a point.
  *
  * Each disc is entered in every cell of a hashed grid that its box touches, as columns of floats,
  * so that a cell is tried four discs at a time. Threads: any may search at once in a grid that is
@@ -6,23 +6,17 @@
 #ifndef STP_FORMATS_CHUNK_DISC_GRID_H
 #define STP_FORMATS_CHUNK_DISC_GRID_H
 
-#include "formats/chunk/chunk_file.h"
 #include "formats/chunk/disc_lanes.h"
+#include "formats/chunk/surroundings.h"
 
 /* Discs too large for the cells are tried by every search; with more than these few there is none.
  */
 #define STP_DISC_LARGE_MAX 32
 
-/* Chunk coordinates; a zero normal makes it a ball. */
-typedef struct stp_flat_disc {
-    stp_dvec3 centre, normal;
-    double radius;
-} stp_flat_disc;
-
 /* The entries of bucket b are begin[b] to begin[b + 1]. */
 typedef struct stp_disc_grid {
-    stp_flat_disc *discs; /* by level-0 sample of the chunk */
-    uint32_t count;
+    stp_flat_disc *discs; /* by level-0 sample of the chunk; then those around it */
+    uint32_t own_count, count;
     double width; /* of a cell */
     uint32_t *begin, mask;
     stp_disc_columns columns; /* by entry */
@@ -38,8 +32,9 @@ typedef struct stp_disc_position {
     double overhang; /* in its plane, outside */
 } stp_disc_position;
 
-/* Errors: OUT_OF_MEMORY. */
-stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, stp_error *err);
+/* around: NULL for nothing. Errors: OUT_OF_MEMORY. */
+stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk,
+                                const stp_surroundings *around, stp_error *err);
 void stp_disc_grid_clear(stp_disc_grid *grid);
 
 stp_disc_position stp_disc_grid_position(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x);

@@ -1,4 +1,4 @@
-/* Overhang of merged discs over all level-0 discs of their chunk. */
+/* Overhang of merged discs over all level-0 discs near them. */
 #include "formats/chunk/overhang.h"
 
 #include "formats/chunk/disc_grid.h"
@@ -7,7 +7,7 @@
 /* A merged disc over the discs under it, and the greatest error of its quarter or patch so far. */
 typedef struct measure {
     const stp_disc_grid *grid;
-    const stp_overhang_carry *carry;
+    const stp_carry *carry, *carry_around;
     stp_overhang_doubt doubt;
     stp_dvec3 normal;
     double error;    /* the perpendicular error that is stored */
@@ -15,10 +15,18 @@ typedef struct measure {
     double greatest;
 } measure;
 
+/* What a disc brings from below. */
+static stp_carry carry_of(const measure *m, uint32_t disc)
+{
+    if (!m->carry)
+        return (stp_carry){0.0, 0.0};
+    return disc < m->grid->own_count ? m->carry[disc] : m->carry_around[disc - m->grid->own_count];
+}
+
 /* What of the height over a disc the stored perpendicular error does not cover. */
 static double uncovered(const measure *m, const stp_disc_position *at)
 {
-    double carried = m->carry ? m->carry[at->disc].error : 0.0;
+    double carried = carry_of(m, at->disc).error;
     double cosine = stp_dvec3_dot(m->normal, m->grid->discs[at->disc].normal);
     if (at->height + carried > m->error)
         return at->height;
@@ -27,7 +35,7 @@ static double uncovered(const measure *m, const stp_disc_position *at)
 
 static double carried_overhang(const measure *m, uint32_t disc)
 {
-    return m->carry ? m->carry[disc].tangential_error : 0.0;
+    return carry_of(m, disc).tangential_error;
 }
 
 /* Both overhang and height are at most the distance, so their sum is at most 1.42 times that: no
@@ -108,13 +116,16 @@ static void measure_patch(stp_overhang *out, const measure *blank, const stp_chu
     out->level[3] = m.greatest;
 }
 
-stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
-                                const stp_overhang_carry *carry, stp_overhang_doubt doubt,
+stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_overhang_doubt doubt,
                                 stp_error *err)
 {
     stp_disc_grid grid;
-    stp_status status = stp_disc_grid_create(&grid, chunk, err);
-    const measure blank = {.grid = &grid, .carry = carry, .doubt = doubt};
+    stp_status status = stp_disc_grid_create(&grid, chunk, around, err);
+    const measure blank = {.grid = &grid,
+                           .carry = carry,
+                           .carry_around = around ? around->carry : NULL,
+                           .doubt = doubt};
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
         measure_patch(&out[p], &blank, chunk, p);
     stp_disc_grid_clear(&grid);

@@ -3,21 +3,16 @@
  *
  * A rim that leaves the discs under it is no error where a neighbour's discs go on: only an open
  * border's overhang is (ALGORITHMS "Tangential error"). So each centre and rim point is compared
- * with its nearest level-0 disc in the whole chunk; what lies in other chunks is not seen, and
- * there the result is an upper bound. Threads: any, one chunk each. */
+ * with its nearest level-0 disc in the chunk and what surrounds it. Threads: any, one chunk each.
+ */
 #ifndef STP_FORMATS_CHUNK_OVERHANG_H
 #define STP_FORMATS_CHUNK_OVERHANG_H
 
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/surroundings.h"
 
 /* Errors of merged levels are not told apart below the patch's greatest level-0 radius over this:
  * it spares most of the search. */
 #define STP_OVERHANG_PARTS 12.0
-
-/* What a level-0 sample of an inner chunk brings from below, world units. */
-typedef struct stp_overhang_carry {
-    double error, tangential_error;
-} stp_overhang_carry;
 
 /* Tangential errors of a patch, world units: by level, and of levels 1 and 2, index level - 1, by
  * quarter. Never less than those of the finer level under it; at level 0 what its samples bring. */
@@ -37,10 +32,11 @@ typedef enum stp_overhang_doubt {
  *   - that over the nearest disc of all, and of the height there what the perpendicular error of
  *     the quarter, at level 3 of the patch, which counts along the merged disc's normal, does not
  *     cover.
- * carry: by level-0 sample, or NULL for none. The chunk has all levels and its patches'
+ * carry: by level-0 sample, or NULL for none. around: what reaches in from other chunks, with
+ * carries if the chunk has them; NULL for nothing. The chunk has all levels and its patches'
  * perpendicular errors. Errors: OUT_OF_MEMORY. */
-stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk,
-                                const stp_overhang_carry *carry, stp_overhang_doubt doubt,
+stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_overhang_doubt doubt,
                                 stp_error *err);
 
 #endif

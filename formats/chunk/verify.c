@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/overhang.h"
+#include "formats/chunk/shelf.h"
 #include "formats/chunk/verify_errors.h"
 #include "formats/chunk/verify_join.h"
 #include "formats/chunk/verify_tree.h"
@@ -16,9 +17,13 @@ typedef struct verification {
     stp_chunk_file *file;
     const stp_chunk_file_info *info;
     stp_chunk_entry *entries;
+    stp_shelf *shelf;
     const stp_progress *progress;
     atomic_uint_fast64_t done_count;
 } verification;
+
+/* Chunks kept for those around them. */
+#define SHELF_ROOM 64
 
 /* Where a fault is found; patch may be STP_CHUNK_NONE for the whole chunk. */
 typedef struct place {
@@ -38,6 +43,34 @@ static stp_status fault(const place *at, uint32_t patch, const char *what, stp_e
                          at->chunk->id, at->entry->offset, patch, what);
 }
 
+static stp_dbox world_box(const stp_chunk_entry *e)
+{
+    return (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
+                      stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
+}
+
+/* Of all chunks of its depth, in the file's order. */
+static stp_status find_surroundings(const place *at, stp_surroundings *out, stp_error *err)
+{
+    const verification *v = at->v;
+    const stp_placed_chunk middle = {at->chunk, at->entry->origin, NULL};
+    stp_dbox box = world_box(at->entry);
+    stp_status status = stp_surroundings_begin(out, &middle, err);
+    for (uint32_t id = 0; id < v->info->chunk_count && status == STP_OK; id++) {
+        const stp_chunk_entry *e = &v->entries[id];
+        const stp_chunk *chunk = NULL;
+        stp_dbox other = world_box(e);
+        if (id == at->chunk->id || e->depth != at->entry->depth || !stp_dbox_meet(&box, &other))
+            continue;
+        status = stp_shelf_take(v->shelf, id, &chunk, err);
+        if (status != STP_OK)
+            break;
+        status = stp_surroundings_add(out, &(stp_placed_chunk){chunk, e->origin, NULL}, err);
+        stp_shelf_give(v->shelf, id);
+    }
+    return status;
+}
+
 /* The recomputed perpendicular and colour errors, cones and bounds of every patch; then the
  * tangential errors, for which a patch's neighbours count. */
 static stp_status verify_errors(const place *at, stp_error *err)
@@ -45,13 +78,15 @@ static stp_status verify_errors(const place *at, stp_error *err)
     stp_status status = STP_OK;
     const stp_chunk *chunk = at->chunk;
     stp_overhang *overhang = NULL;
+    stp_surroundings around = {0};
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const char *what = stp_verify_patch_errors(chunk, i);
         if (what)
             return fault(at, i, what, err);
     }
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, STP_OVERHANG_LEAST, err));
+    STP_TRY(find_surroundings(at, &around, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, &around, STP_OVERHANG_LEAST, err));
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         if (!stp_verify_overhang(&chunk->patches[i], &overhang[i])) {
             status =
@@ -60,6 +95,7 @@ static stp_status verify_errors(const place *at, stp_error *err)
         }
     }
 done:
+    stp_surroundings_clear(&around);
     free(overhang);
     return status;
 }
@@ -203,8 +239,8 @@ static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp
     (void)worker;
     verification *v = context;
     stp_status status = STP_OK;
-    stp_chunk *chunk = NULL;
-    STP_TRY(stp_chunk_file_read(v->file, (uint32_t)index, 0, &chunk, err));
+    const stp_chunk *chunk = NULL;
+    STP_TRY(stp_shelf_take(v->shelf, (uint32_t)index, &chunk, err));
     place at = {v, chunk, &v->entries[index]};
     STP_TRY(check_patches(&at, err));
     STP_TRY(check_children(&at, err));
@@ -212,7 +248,8 @@ static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp
     uint64_t done_count = atomic_fetch_add(&v->done_count, 1) + 1;
     STP_TRY(stp_progress_update(v->progress, "verify", done_count, v->info->chunk_count, err));
 done:
-    stp_chunk_destroy(&chunk);
+    if (chunk)
+        stp_shelf_give(v->shelf, (uint32_t)index);
     return status;
 }
 
@@ -237,8 +274,10 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     verification v = {.file = file, .info = stp_chunk_file_get_info(file), .progress = progress};
     STP_TRY(check_metadata(file, err));
     STP_TRY(stp_verify_tree(file, &v.entries, err));
+    STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
 done:
+    stp_shelf_destroy(&v.shelf);
     free(v.entries);
     return status;
 }
