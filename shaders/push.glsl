@@ -2,13 +2,16 @@
 // the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
-// Where three coarse pixels lie around a pixel and none's ellipse reaches it, the nearest does up to
-// this q: averaging opens gaps that no surface has.
-#define STP_PUSH_GAP 2.0
+// Where three or four coarse pixels lie around a pixel and none's ellipse reaches it, the nearest does up
+// to this q: averaging opens gaps that no surface has.
+#define STP_PUSH_GAP_3 2.0
+#define STP_PUSH_GAP_4 4.0
 
-// exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4.
+// exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4. Beyond 1 only
+// the least q counts, whatever its weight.
 vec4 stp_push_kernel(vec4 q)
 {
+    q = min(q, 2.0);
     return 0.9999789 + q * (-0.4996764 + q * (0.12383386 + q * (-0.01920298 + q * 0.00159756)));
 }
 
@@ -39,14 +42,15 @@ stp_pixel stp_push(ivec2 here)
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
-    float reach = valid >= 3.0 ? clamp(least, 1.0, STP_PUSH_GAP) : 1.0;
+    float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
+    float reach = clamp(least, 1.0, gap);
     c0.tag = q.x <= reach ? c0.tag : 0;
     c1.tag = q.y <= reach ? c1.tag : 0;
     c2.tag = q.z <= reach ? c2.tag : 0;
     c3.tag = q.w <= reach ? c3.tag : 0;
     vec4 weights = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
 #if !STP_BOX
-    weights *= stp_push_kernel(min(q, STP_PUSH_GAP));
+    weights *= stp_push_kernel(q);
 #endif
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, weights);

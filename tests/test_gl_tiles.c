@@ -53,7 +53,7 @@ static uint8_t *draw(gl_fixture *f, const stp_view *view, const step *s)
 {
     stp_draw_params params = {
         .lod = s->lod, .reconstruct = s->reconstruct, .threshold_px = s->threshold_px};
-    uint8_t *picture = calloc((size_t)s->width * (size_t)s->height, 4);
+    uint8_t *picture = calloc((size_t)s->width * (size_t)s->height + 1, 4);
     assert_non_null(picture);
     check_ok(stp_renderer_draw(f->renderer, view, &params, NULL, err));
     check_ok(stp_renderer_read(f->renderer, picture, err));

@@ -18,9 +18,11 @@ typedef struct measure {
 /* What a disc brings from below. */
 static stp_carry carry_of(const measure *m, uint32_t disc)
 {
-    if (!m->carry)
-        return (stp_carry){0.0, 0.0};
-    return disc < m->grid->own_count ? m->carry[disc] : m->carry_around[disc - m->grid->own_count];
+    const stp_carry none = {0.0, 0.0};
+    uint32_t own = m->grid->own_count;
+    if (disc < own)
+        return m->carry ? m->carry[disc] : none;
+    return m->carry_around ? m->carry_around[disc - own] : none;
 }
 
 /* What of the height over a disc the stored perpendicular error does not cover. */

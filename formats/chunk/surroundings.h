@@ -49,7 +49,7 @@ typedef struct stp_surroundings {
 stp_flat_disc stp_flat_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
 
 /* World box of the bounds of its patches. */
-stp_dbox stp_placed_chunk_box(const stp_placed_chunk *chunk);
+stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);
 
 /* Nothing around `middle`, which is borrowed. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,

@@ -9,7 +9,8 @@
 #define FLOOR_PX 1.25
 #define SLOPE_LIMIT 5.0
 /* How far an ellipse reaches into a gap. */
-#define GAP_Q 2.0
+#define GAP_Q_3 2.0
+#define GAP_Q_4 4.0
 
 /* ---- spaces ---- */
 
@@ -308,14 +309,15 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be: 1, but where three lie around the place and none reaches it, the nearest may.
- */
+/* How large q may be: 1, but where three or four lie around the place and none reaches it, the
+ * nearest may. */
 static double push_reach(const meeting *m)
 {
     double least = INFINITY;
     for (int k = 0; k < m->count; k++)
         least = fmin(least, m->q[k]);
-    return m->count >= 3 && least > 1.0 && least <= GAP_Q ? least : 1.0;
+    double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
+    return least > 1.0 && least <= most ? least : 1.0;
 }
 
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
