@@ -142,7 +142,8 @@ static stp_status find_surroundings(const tree *t, size_t index, stp_surrounding
 {
     stp_placed_chunk middle = stp_built_chunk_place(&t->tier[index].chunk);
     stp_status status = stp_surroundings_begin(out, &middle, err);
-    for (uint32_t i = 0; i < t->tier_count && status == STP_OK; i++) {
+    for (uint32_t i = 0; i < t->tier_count && status == STP_OK && !stp_surroundings_full(out);
+         i++) {
         stp_placed_chunk other = stp_built_chunk_place(&t->tier[i].chunk);
         if (i != index && stp_dbox_meet(&out->box, &t->tier[i].reach))
             status = stp_surroundings_add(out, &other, err);

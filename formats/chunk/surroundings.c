@@ -112,6 +112,8 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
     stp_dvec3 offset = stp_dvec3_sub(other->origin, s->middle.origin);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch_ball ball = ball_of(other, p);
+        if (stp_surroundings_full(s))
+            break;
         if (!touches(s, &ball))
             continue;
         for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
@@ -123,6 +125,11 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
     }
 done:
     return status;
+}
+
+bool stp_surroundings_full(const stp_surroundings *s)
+{
+    return s->count >= STP_SURROUNDINGS_LIMIT;
 }
 
 void stp_surroundings_clear(stp_surroundings *s)

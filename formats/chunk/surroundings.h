@@ -34,6 +34,9 @@ typedef struct stp_patch_ball {
 } stp_patch_ball;
 
 #define STP_BALLS_A_BLOCK 32u
+/* No more discs than this are kept: those of a surface are a fraction of a chunk's, but points that
+ * pile up in one place would be all of them. */
+#define STP_SURROUNDINGS_LIMIT 65536u
 
 typedef struct stp_surroundings {
     stp_placed_chunk middle;
@@ -54,9 +57,10 @@ stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);
 /* Nothing around `middle`, which is borrowed. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,
                                   stp_error *err);
-/* Adds what of another chunk touches. Those who would measure the same errors add the same chunks
- * in the same order. Errors: OUT_OF_MEMORY. */
+/* Adds what of another chunk touches, as long as there is room. Those who would measure the same
+ * errors add the same chunks in the same order. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *other, stp_error *err);
+bool stp_surroundings_full(const stp_surroundings *s);
 void stp_surroundings_clear(stp_surroundings *s);
 
 #endif
