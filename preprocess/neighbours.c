@@ -29,6 +29,11 @@
 /* Where a point's k-th neighbour is looked for first, in distances of that of the point before. */
 #define LIKELY_REACH 1.15
 
+/* The halo for points that the first was too narrow for, in widths of that. */
+#define WIDE_HALO 4.0
+/* Points from which on a tree of the wider halo pays. */
+#define REST_MIN 256u
+
 typedef struct search {
     stp_cloud *cloud;
     stp_neighbours *out;
@@ -43,13 +48,20 @@ typedef struct nearest_list {
     uint32_t index[STP_NEIGHBOURS_LIMIT]; /* places in the cloud */
 } nearest_list;
 
+/* Points of a cell whose halo was too narrow for them. */
+typedef struct unfinished {
+    uint32_t *points; /* places in the cloud */
+    size_t count;
+} unfinished;
+
 /* Distinct positions of a cell and its halo. */
 typedef struct locale {
     uint32_t *index; /* places in the cloud */
     size_t count, capacity;
     size_t home_begin, home_end; /* the cell's own */
-    float *points;               /* 3 each, about the middle of all */
-    double slack;                /* twice what a distance is off by for rounding points to floats */
+    double halo;
+    float *points; /* 3 each, about the middle of all */
+    double slack;  /* twice what a distance is off by for rounding points to floats */
     stp_kd_tree *tree;
     uint32_t *within; /* room for a search by radius */
     double last;      /* distance of the k-th neighbour of the point before, 0 where not known */
@@ -199,15 +211,21 @@ static bool inside_halo(const stp_cell *cell, stp_dvec3 p, double halo, double d
     return distance <= room + halo;
 }
 
+/* Takes the list, or notes the point if others that are as near may lie outside the halo. */
 static void finish_point(search *s, const stp_cell *cell, double halo, uint32_t self,
-                         nearest_list *list)
+                         nearest_list *list, unfinished *rest)
 {
     stp_cloud *cloud = s->cloud;
     size_t k = s->out->k;
     stp_cloud_point *point = &cloud->points[self];
     if (list->count == 0 || list->count < k ||
-        !inside_halo(cell, point->position, halo, sqrt(list->squared[list->count - 1])))
+        !inside_halo(cell, point->position, halo, sqrt(list->squared[list->count - 1]))) {
+        if (rest) {
+            rest->points[rest->count++] = self;
+            return;
+        }
         search_everywhere(cloud, self, list);
+    }
     uint32_t *out = s->out->indices + (size_t)self * k;
     for (size_t i = 0; i < k; i++)
         out[i] = i < list->count ? list->index[i] : STP_NEIGHBOUR_NONE;
@@ -386,8 +404,8 @@ static size_t group_end(const locale *l, size_t begin)
     return end;
 }
 
-static stp_status find_group(search *s, const stp_cell *cell, locale *l, double halo, size_t begin,
-                             size_t end, stp_error *err)
+static stp_status find_group(search *s, const stp_cell *cell, locale *l, size_t begin, size_t end,
+                             unfinished *rest, stp_error *err)
 {
     stp_status status = STP_OK;
     surroundings around;
@@ -399,7 +417,7 @@ static stp_status find_group(search *s, const stp_cell *cell, locale *l, double 
             STP_TRY(list_find(&list, s, l, at, err));
         bool full = list.count > 0 && list.count == list.capacity;
         l->last = full ? sqrt(list.squared[list.count - 1]) : 0.0;
-        finish_point(s, cell, halo, l->index[at], &list);
+        finish_point(s, cell, l->halo, l->index[at], &list, rest);
     }
 done:
     return status;
@@ -424,25 +442,56 @@ static double halo_width(const stp_cell *cell)
     return 3.0 * diagonal / sqrt((double)(cell->end - cell->begin));
 }
 
+/* The points that the first halo was too narrow for. Of many, a wider one: in a volume, such as
+ * leaves, neighbours lie farther than on a surface of as many points. */
+static stp_status find_rest(search *s, const stp_cell *cell, const locale *narrow,
+                            const unfinished *rest, stp_error *err)
+{
+    stp_status status = STP_OK;
+    locale wide = {.halo = WIDE_HALO * narrow->halo};
+    nearest_list list;
+    const locale *l = narrow;
+    list.capacity = s->out->k;
+    if (rest->count >= REST_MIN) {
+        STP_TRY(locale_gather(&wide, s->cloud, cell, wide.halo, err));
+        STP_TRY(locale_plant(&wide, s->cloud, err));
+        l = &wide;
+    }
+    size_t at = l->home_begin;
+    for (size_t i = 0; i < rest->count; i++) {
+        while (l->index[at] != rest->points[i]) /* both go up */
+            at++;
+        STP_TRY(list_find(&list, s, l, at, err));
+        finish_point(s, cell, l->halo, rest->points[i], &list, NULL);
+    }
+done:
+    locale_clear(&wide);
+    return status;
+}
+
 static stp_status find_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     search *s = context;
     const stp_cell *cell = &s->cloud->cells[index];
-    double halo = halo_width(cell);
-    locale l = {0};
+    locale l = {.halo = halo_width(cell)};
+    unfinished rest = {0};
     (void)worker;
-    STP_TRY(locale_gather(&l, s->cloud, cell, halo, err));
+    STP_TRY(
+        stp_alloc(&rest.points, cell->end - cell->begin, sizeof *rest.points, "neighbours", err));
+    STP_TRY(locale_gather(&l, s->cloud, cell, l.halo, err));
     STP_TRY(locale_plant(&l, s->cloud, err));
     for (size_t at = l.home_begin, end; at < l.home_end; at = end) {
         end = group_end(&l, at);
-        STP_TRY(find_group(s, cell, &l, halo, at, end, err));
+        STP_TRY(find_group(s, cell, &l, at, end, &rest, err));
     }
+    STP_TRY(find_rest(s, cell, &l, &rest, err));
     copy_repeats(s, cell);
     uint64_t done = atomic_fetch_add(&s->done_count, cell->end - cell->begin);
     status = stp_progress_update(s->progress, "neighbours", done + cell->end - cell->begin,
                                  s->cloud->count, err);
 done:
+    free(rest.points);
     locale_clear(&l);
     return status;
 }
