@@ -178,5 +178,6 @@ stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *dr
 
 bool stp_patch_refined(const stp_draw *draw, const stp_gpu_patch *patch)
 {
-    return patch->child < 64 && (draw->drawn_children >> patch->child & 1) != 0;
+    return draw->drawn_children != 0 && patch->child < 64 &&
+           (draw->drawn_children >> patch->child & 1) != 0;
 }

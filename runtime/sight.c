@@ -63,7 +63,7 @@ static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp
     size_t found = 0;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
-        if ((draw->drawn_children != 0 && stp_patch_refined(draw, &r->patches[i])) ||
+        if (stp_patch_refined(draw, &r->patches[i]) ||
             !in_sight(params->frame, &chunk, r->bounds[i], eye))
             continue;
         out[found++] = r->placement.patches.begin + i;

@@ -13,11 +13,16 @@
 /* Rectangles end on multiples of so many pixels of their level: what rasterisers work by. */
 #define CELL_PX 4
 
-/* Cells along one side of level l. */
+/* Pixels of level l along one side. */
+static int level_px(int viewport_px, int l)
+{
+    return (viewport_px + (1 << l) - 1) >> l;
+}
+
+/* And cells. */
 static size_t cells_across(int viewport_px, int l)
 {
-    int cell = CELL_PX << l; /* viewport pixels */
-    return (size_t)((viewport_px + cell - 1) / cell);
+    return (size_t)((level_px(viewport_px, l) + CELL_PX - 1) / CELL_PX);
 }
 
 stp_status stp_tiles_begin(stp_tiles *t, int width, int height, unsigned workers, stp_error *err)
@@ -127,7 +132,7 @@ static bool is_run(const uint8_t *row, size_t columns, size_t c0, size_t c1)
 
 static stp_status add_rect(stp_tiles *t, int l, const stp_tile_rect *cells, stp_error *err)
 {
-    int width = (t->width + (1 << l) - 1) >> l, height = (t->height + (1 << l) - 1) >> l;
+    int width = level_px(t->width, l), height = level_px(t->height, l);
     stp_status status =
         stp_grow(&t->rects, &t->rect_capacity, t->rect_count + 1, sizeof *t->rects, "tiles", err);
     if (status != STP_OK)
@@ -202,7 +207,7 @@ void stp_tiles_set_levels(stp_tiles *t, int levels)
  * rasterisers that work by blocks of pixels pay twice for. */
 static void draw_rects(const stp_tiles *t, int l, const stp_tile_rect *rects, size_t count)
 {
-    glViewport(0, 0, (t->width + (1 << l) - 1) >> l, (t->height + (1 << l) - 1) >> l);
+    glViewport(0, 0, level_px(t->width, l), level_px(t->height, l));
     glBindVertexArray(t->array);
     for (size_t i = 0; i < count; i++) {
         const stp_tile_rect *a = &rects[i];

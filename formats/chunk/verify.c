@@ -54,14 +54,14 @@ static stp_status find_surroundings(const place *at, stp_surroundings *out, stp_
 {
     const verification *v = at->v;
     const stp_placed_chunk middle = {at->chunk, at->entry->origin, NULL};
-    stp_dbox box = world_box(at->entry);
     stp_status status = stp_surroundings_begin(out, &middle, err);
     uint32_t count = v->info->chunk_count;
     for (uint32_t id = 0; id < count && status == STP_OK && !stp_surroundings_full(out); id++) {
         const stp_chunk_entry *e = &v->entries[id];
         const stp_chunk *chunk = NULL;
         stp_dbox other = world_box(e);
-        if (id == at->chunk->id || e->depth != at->entry->depth || !stp_dbox_meet(&box, &other))
+        if (id == at->chunk->id || e->depth != at->entry->depth ||
+            !stp_dbox_meet(&out->box, &other))
             continue;
         status = stp_shelf_take(v->shelf, id, &chunk, err);
         if (status != STP_OK)
