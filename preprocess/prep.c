@@ -29,8 +29,11 @@ const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
 static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t source,
                             stp_prep_stats *stats, stp_error *err)
 {
-    if (!stp_dvec3_finite(point->position)) {
-        stats->rejected_not_finite++;
+    stp_reject reject = (stp_reject)point->reject;
+    if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
+        reject = STP_REJECT_NOT_FINITE;
+    if (reject != STP_REJECT_NONE) {
+        stats->rejected[reject]++;
         return STP_OK;
     }
     if (cloud->count >= UINT32_MAX - 1)
@@ -97,7 +100,10 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     cJSON_AddNumberToObject(one, "points", (double)stats->points_in);
     cJSON_AddItemToArray(sources, one);
     cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
-    cJSON_AddNumberToObject(rejected, "not_finite", (double)stats->rejected_not_finite);
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
+        if (stats->rejected[r] > 0 || r == STP_REJECT_NOT_FINITE)
+            cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r),
+                                    (double)stats->rejected[r]);
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);

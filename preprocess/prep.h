@@ -37,7 +37,7 @@ typedef struct stp_prep_params {
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
-    uint64_t rejected_not_finite;
+    uint64_t rejected[STP_REJECT_COUNT]; /* by reason; NONE: 0 */
     stp_tree_stats tree;
     stp_orientation orientation;
     uint32_t station_count;      /* scanner positions that normals were turned to */

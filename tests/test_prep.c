@@ -84,7 +84,7 @@ static void every_point_is_stored_once(void **state)
     assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, &err), STP_OK);
     assert_int_equal(stats.points_in, 150000);
     assert_int_equal(stats.points_out, 149997);
-    assert_int_equal(stats.rejected_not_finite, 3);
+    assert_int_equal(stats.rejected[STP_REJECT_NOT_FINITE], 3);
     stp_chunk_file *file = prep_open_verified(OUT);
     assert_int_equal(stp_chunk_file_get_info(file)->point_count, 149997);
     assert_true(stp_chunk_file_get_info(file)->depth >= 2);

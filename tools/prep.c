@@ -135,7 +135,8 @@ static cJSON *stats_json(const stp_prep_stats *s)
     cJSON_AddNumberToObject(root, "points_in", (double)s->points_in);
     cJSON_AddNumberToObject(root, "points_out", points);
     cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
-    cJSON_AddNumberToObject(rejected, "not_finite", (double)s->rejected_not_finite);
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
+        cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -164,11 +165,29 @@ static void print_orientation(const stp_prep_stats *s)
     fprintf(stderr, "\n");
 }
 
+/* " (3 not finite, 10 without return)". */
+static void print_rejects(const stp_prep_stats *s)
+{
+    static const char *const words[STP_REJECT_COUNT] = {
+        [STP_REJECT_NOT_FINITE] = "not finite",
+        [STP_REJECT_NO_RETURN] = "without a return",
+        [STP_REJECT_INVALID] = "marked invalid",
+    };
+    const char *separator = " (";
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
+        if (s->rejected[r] == 0)
+            continue;
+        fprintf(stderr, "%s%" PRIu64 " %s", separator, s->rejected[r], words[r]);
+        separator = ", ";
+    }
+    fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
+}
+
 static void print_stats(const stp_prep_stats *s)
 {
-    fprintf(stderr,
-            "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected (not finite)\n",
-            s->points_in, s->points_out, s->rejected_not_finite);
+    fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
+            s->points_in, s->points_out, s->points_in - s->points_out);
+    print_rejects(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / (double)s->points_out);

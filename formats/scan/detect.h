@@ -9,7 +9,8 @@ typedef enum stp_scan_format {
     STP_SCAN_OBJ,
     STP_SCAN_OFF,
     STP_SCAN_STL_ASCII,
-    STP_SCAN_STL_BINARY
+    STP_SCAN_STL_BINARY,
+    STP_SCAN_FORMAT_COUNT
 } stp_scan_format;
 
 /* Errors: NOT_FOUND, IO, EMPTY (no bytes), UNSUPPORTED (known, but not read here), FORMAT

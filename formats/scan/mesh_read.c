@@ -83,7 +83,7 @@ static stp_status prepare(stp_mesh_text *text, stp_scan_format format, stp_point
         return stp_mesh_text_prepare_stl_ascii(text, err);
     case STP_SCAN_STL_BINARY:
         return stp_mesh_text_check_stl_binary(text, err);
-    case STP_SCAN_PLY:
+    default:
         break;
     }
     return stp_error_set(err, STP_INTERNAL, "%s: not a mesh format of OpenMesh's", text->path);

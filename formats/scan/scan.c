@@ -7,6 +7,7 @@
 #include "formats/scan/mesh_sample.h"
 #include "formats/scan/ply.h"
 #include "formats/scan/point_mesh.h"
+#include "formats/scan/scan_reader.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -15,13 +16,32 @@ struct stp_scan {
     char *path;
     stp_scan_params params;
     stp_scan_info info;
-    stp_ply *ply;        /* streamed; NULL where the mesh is held */
-    stp_point_mesh mesh; /* empty where the file is streamed */
-    size_t next_point;   /* of the mesh */
+    stp_ply *ply;           /* streamed; NULL where the mesh is held */
+    stp_scan_reader reader; /* of another streamed format; without read where there is none */
+    stp_point_mesh mesh;    /* empty where the file is streamed */
+    size_t next_point;      /* of the mesh */
     bool sampling;
     stp_mesh_sampler sampler;
     stp_dvec3 *stations;
 };
+
+const char *stp_reject_name(stp_reject reject)
+{
+    static const char *const names[STP_REJECT_COUNT] = {
+        [STP_REJECT_NONE] = "none",
+        [STP_REJECT_NOT_FINITE] = "not_finite",
+        [STP_REJECT_NO_RETURN] = "no_return",
+        [STP_REJECT_INVALID] = "invalid",
+    };
+    return names[reject];
+}
+
+/* Formats of points alone, by stp_scan_format. */
+static stp_scan_reader_open *streamed_format(stp_scan_format format)
+{
+    static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {NULL};
+    return opens[format];
+}
 
 static const char *ply_name(stp_ply_encoding encoding)
 {
@@ -134,7 +154,11 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     memcpy(scan->path, path, strlen(path) + 1);
     if (params)
         scan->params = *params;
-    STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
+    stp_scan_reader_open *open = streamed_format(format);
+    if (open)
+        STP_TRY(open(&scan->reader, &scan->info, scan->path, err));
+    else
+        STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     settle_normals(scan);
     if (scan->params.sample_count > 0)
         STP_TRY(start_sampling(scan, err));
@@ -165,7 +189,9 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
 {
     stp_status status = STP_OK;
     size_t got = 0;
-    if (scan->ply)
+    if (scan->reader.read)
+        STP_TRY(scan->reader.read(scan->reader.state, points, capacity, &got, err));
+    else if (scan->ply)
         STP_TRY(stp_ply_read(scan->ply, points, capacity, &got, err));
     else if (scan->sampling)
         got = stp_mesh_sampler_next(&scan->sampler, points, capacity);
@@ -184,6 +210,8 @@ void stp_scan_close(stp_scan **scan)
     stp_scan *s = *scan;
     if (!s)
         return;
+    if (s->reader.close)
+        s->reader.close(s->reader.state);
     stp_ply_close(&s->ply);
     stp_point_mesh_free(&s->mesh);
     free(s->stations);

@@ -3,10 +3,11 @@
  * Recognised by content first, name second: PLY (our streaming reader); OBJ, OFF, STL (OpenMesh).
  * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
  * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as
- * they are: NaN and infinite ones are the caller's to count and drop. Coordinates are the file's
- * own, in double. Where scanners stood and which one saw a point is told where the file says so
- * (ply_stations.h). Memory: bounded for point files whatever their size; a mesh with faces is held
- * whole. Threads: one at a time per stp_scan. */
+ * they are: NaN and infinite ones are the caller's to count and drop, and so are records that the
+ * file itself says are none (stp_reject). Coordinates are the file's own, in double. Where scanners
+ * stood and which one saw a point is told where the file says so (ply_stations.h). Memory: bounded
+ * for point files whatever their size; a mesh with faces is held whole. Threads: one at a time per
+ * stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -17,13 +18,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Why a record is not stored. A reader gives every record that the file counts, so that read =
+ * stored + rejected. */
+typedef enum stp_reject {
+    STP_REJECT_NONE,
+    STP_REJECT_NOT_FINITE, /* a coordinate is NaN or infinite: told by who reads the points */
+    STP_REJECT_NO_RETURN,  /* the scanner's ray met nothing */
+    STP_REJECT_INVALID,    /* the file marks it: withheld, deleted, of unknown position */
+    STP_REJECT_COUNT
+} stp_reject;
+
 typedef struct stp_point {
     stp_dvec3 position;
     vec3s normal;    /* unit, or zero where unknown */
     uint16_t rgb[3]; /* full range 0..65535, whatever the file's own depth */
     uint16_t intensity;
     uint8_t class_id;
-    uint8_t padding;
+    uint8_t reject;   /* stp_reject; position and all else mean nothing where it is not NONE */
     uint16_t station; /* place among the scan's stations, counted from 1; 0: unknown */
 } stp_point;
 
@@ -44,6 +55,12 @@ typedef struct stp_scan_params {
     bool recompute_normals; /* give no normals at all */
 } stp_scan_params;
 
+/* What a file says of itself beside its points and a model keeps in its metadata. */
+typedef struct stp_scan_note {
+    const char *name; /* "wkt", "geokeys", "left_out" (fields of points that are not read), ... */
+    const char *text;
+} stp_scan_note;
+
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* what will be read */
@@ -53,9 +70,14 @@ typedef struct stp_scan_info {
     bool normals_from_faces;
     const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
     uint32_t station_count;
+    const stp_scan_note *notes; /* the scan's own, like stations */
+    uint32_t note_count;
 } stp_scan_info;
 
 typedef struct stp_scan stp_scan;
+
+/* "not_finite", ...: as in files of figures. */
+const char *stp_reject_name(stp_reject reject);
 
 /* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or
  * byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
