@@ -222,10 +222,48 @@ done:
     return status;
 }
 
+/* `from` may be freed: only its place counts. */
+static void *rebase(void *pointer, const void *from, void *to)
+{
+    return pointer ? (char *)to + ((uintptr_t)pointer - (uintptr_t)from) : NULL;
+}
+
+/* All arrays of a chunk are one block, which is the built chunk's from here on. */
+static stp_status stow_arrays(stp_built_chunk *built, stp_error *err)
+{
+    stp_chunk *c = built->chunk;
+    void *from = built->chunk_arrays = c->memory;
+    c->memory = NULL;
+    stp_status status = stp_spill_move(built->spill, &built->chunk_arrays,
+                                       c->memory_bytes - sizeof *c, 1, "chunks", err);
+    c->patches = rebase(c->patches, from, built->chunk_arrays);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        c->level_begin[level] = rebase(c->level_begin[level], from, built->chunk_arrays);
+        c->samples[level] = rebase(c->samples[level], from, built->chunk_arrays);
+    }
+    return status;
+}
+
+stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk *c = built->chunk;
+    built->spill = spill;
+    STP_TRY(stow_arrays(built, err));
+    STP_TRY(stp_spill_move(spill, &built->carry,
+                           built->carry ? c->level_begin[0][c->patch_count] : 0,
+                           sizeof *built->carry, "errors", err));
+    STP_TRY(stp_spill_move(spill, &built->vertices, built->vertex_count, sizeof *built->vertices,
+                           "patches", err));
+done:
+    return status;
+}
+
 void stp_built_chunk_clear(stp_built_chunk *built)
 {
     stp_chunk_destroy(&built->chunk);
-    free(built->carry);
-    free(built->vertices);
+    stp_spill_free(built->spill, built->chunk_arrays);
+    stp_spill_free(built->spill, built->carry);
+    stp_spill_free(built->spill, built->vertices);
     *built = (stp_built_chunk){0};
 }

@@ -4,6 +4,7 @@
 #ifndef STP_PREPROCESS_CHUNK_BUILD_H
 #define STP_PREPROCESS_CHUNK_BUILD_H
 
+#include "base/spill.h"
 #include "formats/chunk/surroundings.h"
 #include "preprocess/item.h"
 
@@ -19,12 +20,17 @@ typedef struct stp_built_chunk {
     stp_carry *carry;   /* by level-0 sample; of a leaf NULL */
     stp_item *vertices; /* one a patch, in the chunk's order */
     uint32_t vertex_count;
+    stp_spill *spill;   /* where carry, vertices and all of the chunk's arrays lie */
+    void *chunk_arrays; /* in the spill's files; NULL: the chunk has its own memory */
 } stp_built_chunk;
 
 /* Without tangential errors. leaf: patches have no child; else patch.child is the number of the
  * group, at most 64. Errors: OUT_OF_MEMORY, LIMIT. Free with stp_built_chunk_clear. */
 stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
                            bool leaf, stp_error *err);
+/* Moves a chunk that was built to the spill, borrowed, until it is needed again. Errors:
+ * OUT_OF_MEMORY, IO. */
+stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err);
 stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built);
 /* Sets the tangential errors of patches and vertices. Errors: OUT_OF_MEMORY. */
 stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,

@@ -8,9 +8,14 @@
 
 typedef struct cutter {
     stp_cloud *cloud;
-    const stp_morton_key *keys;
     size_t capacity;
 } cutter;
+
+/* A node of an octree over a grid: points of one code down to this depth. */
+typedef struct octant {
+    uint32_t begin, end;
+    int depth;
+} octant;
 
 static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *err)
 {
@@ -23,13 +28,16 @@ static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *e
     return STP_OK;
 }
 
-/* First index in [begin, end) whose octant at this depth is at least `octant`. */
-static uint32_t octant_begin(const cutter *c, uint32_t begin, uint32_t end, unsigned shift,
-                             uint64_t octant)
+/* First index in [begin, end) whose octant at this depth is at least `wanted`. */
+static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octant node,
+                             uint32_t begin, uint64_t wanted)
 {
+    unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
+    uint32_t end = node.end;
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
-        if ((c->keys[middle].code >> shift & 7) < octant)
+        uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
+        if ((code >> shift & 7) < wanted)
             begin = middle + 1;
         else
             end = middle;
@@ -37,35 +45,49 @@ static uint32_t octant_begin(const cutter *c, uint32_t begin, uint32_t end, unsi
     return begin;
 }
 
-/* Cuts an octree node into its octants; octants that fit together stay one cell. */
-static stp_status cut(cutter *c, uint32_t begin, uint32_t end, int depth, stp_error *err)
+static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err);
+
+/* A pile of points closer than the grid follows its own, as it is sorted. */
+static stp_status cut_pile(cutter *c, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (end - begin <= STP_CELL_POINTS)
-        return end > begin ? add_cell(c, begin, end, err) : STP_OK;
-    if (depth == STP_MORTON_BITS) { /* a pile of points closer than the grid */
-        for (uint32_t at = begin; at < end && status == STP_OK; at += STP_CELL_POINTS)
-            status = add_cell(c, at, end - at < STP_CELL_POINTS ? end : at + STP_CELL_POINTS, err);
-        return status;
-    }
-    unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - depth));
-    uint32_t open = begin; /* start of the cell being gathered */
-    uint32_t from = begin;
-    for (uint64_t octant = 1; octant <= 8 && status == STP_OK; octant++) {
-        uint32_t to = octant == 8 ? end : octant_begin(c, from, end, shift, octant);
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t i = node.begin; i < node.end; i++)
+        stp_dbox_add(&box, c->cloud->points[i].position);
+    stp_morton_grid grid = stp_morton_grid_of(&box);
+    if (grid.scale > 0.0)
+        return cut(c, &grid, (octant){node.begin, node.end, 0}, err);
+    for (uint32_t at = node.begin; at < node.end && status == STP_OK; at += STP_CELL_POINTS)
+        status =
+            add_cell(c, at, node.end - at < STP_CELL_POINTS ? node.end : at + STP_CELL_POINTS, err);
+    return status;
+}
+
+/* Cuts a node into its octants; octants that fit together stay one cell. */
+static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (node.end - node.begin <= STP_CELL_POINTS)
+        return node.end > node.begin ? add_cell(c, node.begin, node.end, err) : STP_OK;
+    if (node.depth == STP_MORTON_BITS)
+        return cut_pile(c, node, err);
+    uint32_t open = node.begin; /* start of the cell being gathered */
+    uint32_t from = node.begin;
+    for (uint64_t next = 1; next <= 8 && status == STP_OK; next++) {
+        uint32_t to = next == 8 ? node.end : octant_begin(c, grid, node, from, next);
         if (to - from > STP_CELL_POINTS || to - open > STP_CELL_POINTS) {
             if (from > open)
                 status = add_cell(c, open, from, err);
             open = from;
             if (status == STP_OK && to - from > STP_CELL_POINTS) {
-                status = cut(c, from, to, depth + 1, err);
+                status = cut(c, grid, (octant){from, to, node.depth + 1}, err);
                 open = to;
             }
         }
         from = to;
     }
-    if (status == STP_OK && end > open)
-        status = add_cell(c, open, end, err);
+    if (status == STP_OK && node.end > open)
+        status = add_cell(c, open, node.end, err);
     return status;
 }
 
@@ -81,30 +103,31 @@ static stp_status find_cell_box(void *context, size_t index, unsigned worker, st
     return STP_OK;
 }
 
+stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err)
+{
+    stp_cloud cloud = {.capacity = capacity, .spill = spill};
+    stp_status status =
+        stp_spill_alloc(spill, &cloud.points, capacity, sizeof *cloud.points, "points", err);
+    if (status == STP_OK)
+        *out = cloud;
+    return status;
+}
+
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_morton_key *keys = NULL;
-    stp_cloud_point *sorted = NULL;
-    STP_TRY(stp_alloc(&keys, cloud->count, sizeof *keys, "sort keys", err));
-    STP_TRY(stp_alloc(&sorted, cloud->count, sizeof *sorted, "points", err));
-    STP_TRY(stp_morton_sort(cloud->points, cloud->count, sorted, keys, &cloud->box, pool, err));
-    free(cloud->points);
-    cloud->points = sorted;
-    cloud->capacity = cloud->count;
-    sorted = NULL;
-    cutter c = {.cloud = cloud, .keys = keys};
-    STP_TRY(cut(&c, 0, cloud->count, 0, err));
+    cutter c = {.cloud = cloud};
+    STP_TRY(stp_morton_sort(cloud->points, cloud->count, &cloud->box, pool, err));
+    stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
+    STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
     STP_TRY(stp_pool_run(pool, cloud->cell_count, find_cell_box, cloud, err));
 done:
-    free(sorted);
-    free(keys);
     return status;
 }
 
 void stp_cloud_clear(stp_cloud *cloud)
 {
-    free(cloud->points);
+    stp_spill_free(cloud->spill, cloud->points);
     free(cloud->cells);
     *cloud = (stp_cloud){0};
 }

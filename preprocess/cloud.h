@@ -6,6 +6,7 @@
 #define STP_PREPROCESS_CLOUD_H
 
 #include "base/pool.h"
+#include "base/spill.h"
 #include "base/vec.h"
 
 #include <stdbool.h>
@@ -38,13 +39,15 @@ typedef struct stp_cell {
 
 typedef struct stp_cloud {
     stp_cloud_point *points;
-    uint32_t count;
-    size_t capacity;
+    uint32_t count, capacity;
+    stp_spill *spill; /* where arrays by point lie, borrowed; NULL: plain memory */
     stp_dbox box;
     stp_cell *cells;
     uint32_t cell_count;
 } stp_cloud;
 
+/* Room for so many points, none yet. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err);
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
  * source) and cuts the order into cells. Errors: OUT_OF_MEMORY. */
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);

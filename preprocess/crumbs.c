@@ -57,13 +57,16 @@ static bool on_crumb(const stp_forest *forest, uint32_t point)
 static stp_status list_crumbs(stp_crumbs *out, const stp_forest *forest, uint32_t count,
                               stp_error *err)
 {
+    stp_spill *spill = out->spill;
     stp_status status = STP_OK;
     uint32_t *numbers = NULL;
     for (uint32_t i = 0; i < count; i++)
         out->point_count += on_crumb(forest, i);
-    STP_TRY(stp_alloc(&out->points, out->point_count, sizeof *out->points, "pieces", err));
-    STP_TRY(stp_alloc(&out->pieces, out->point_count, sizeof *out->pieces, "pieces", err));
-    STP_TRY(stp_alloc(&numbers, count, sizeof *numbers, "pieces", err));
+    STP_TRY(
+        stp_spill_alloc(spill, &out->points, out->point_count, sizeof *out->points, "pieces", err));
+    STP_TRY(
+        stp_spill_alloc(spill, &out->pieces, out->point_count, sizeof *out->pieces, "pieces", err));
+    STP_TRY(stp_spill_alloc(spill, &numbers, count, sizeof *numbers, "pieces", err));
     uint32_t at = 0;
     for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
         if (!on_crumb(forest, i))
@@ -74,7 +77,7 @@ static stp_status list_crumbs(stp_crumbs *out, const stp_forest *forest, uint32_
         out->pieces[at++] = numbers[forest->parent[i]];
     }
 done:
-    free(numbers);
+    stp_spill_free(spill, numbers);
     return status;
 }
 
@@ -83,7 +86,7 @@ done:
 stp_status stp_crumbs_find(stp_crumbs *out, stp_cloud *cloud, const stp_neighbours *neighbours,
                            stp_forest *forest, stp_error *err)
 {
-    stp_crumbs crumbs = {0};
+    stp_crumbs crumbs = {.spill = cloud->spill};
     for (uint32_t i = 0; i < cloud->count; i++) { /* makes every parent a root */
         uint8_t parity = 0;
         (void)stp_forest_find(forest, i, &parity);
@@ -161,9 +164,10 @@ stp_status stp_crumbs_settle(const stp_crumbs *crumbs, stp_cloud *cloud,
     float *sums = NULL;
     if (crumbs->point_count == 0)
         return STP_OK;
-    STP_TRY(stp_alloc(&s.odds, crumbs->point_count, sizeof *s.odds, "pieces", err));
-    STP_TRY(stp_alloc(&s.spot, cloud->count, sizeof *s.spot, "pieces", err));
-    STP_TRY(stp_alloc(&sums, crumbs->piece_count, sizeof *sums, "pieces", err));
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &s.odds, crumbs->point_count, sizeof *s.odds, "pieces", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &s.spot, cloud->count, sizeof *s.spot, "pieces", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &sums, crumbs->piece_count, sizeof *sums, "pieces", err));
     for (uint32_t i = 0; i < cloud->count; i++)
         s.spot[i] = STP_SHEET_NONE;
     for (uint32_t i = 0; i < crumbs->point_count; i++)
@@ -174,15 +178,15 @@ stp_status stp_crumbs_settle(const stp_crumbs *crumbs, stp_cloud *cloud,
         turn_crumbs(crumbs, cloud, s.odds, sums);
     }
 done:
-    free(sums);
-    free(s.spot);
-    free(s.odds);
+    stp_spill_free(cloud->spill, sums);
+    stp_spill_free(cloud->spill, s.spot);
+    stp_spill_free(cloud->spill, s.odds);
     return status;
 }
 
 void stp_crumbs_clear(stp_crumbs *crumbs)
 {
-    free(crumbs->points);
-    free(crumbs->pieces);
+    stp_spill_free(crumbs->spill, crumbs->points);
+    stp_spill_free(crumbs->spill, crumbs->pieces);
     *crumbs = (stp_crumbs){0};
 }

@@ -12,6 +12,7 @@ typedef struct stp_crumbs {
     uint32_t *points; /* all that are on crumbs, in the cloud's order */
     uint32_t *pieces; /* of each, its crumb: numbered from 0 */
     uint32_t point_count, piece_count;
+    stp_spill *spill; /* where they lie */
 } stp_crumbs;
 
 /* Finds the forest's crumbs and sets every point's sheet: the root of its piece, or, on a crumb, of

@@ -68,7 +68,7 @@ stp_status stp_facing_settle(stp_cloud *cloud, const stp_neighbours *neighbours,
 {
     stp_status status = STP_OK;
     settling s = {.cloud = cloud, .neighbours = neighbours, .stations = stations};
-    STP_TRY(stp_alloc(&s.wrong, cloud->count, sizeof *s.wrong, "signs", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &s.wrong, cloud->count, sizeof *s.wrong, "signs", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
         STP_TRY(stp_pool_run(pool, cloud->cell_count, weigh_cell, &s, err));
         for (uint32_t i = 0; i < cloud->count; i++)
@@ -76,6 +76,6 @@ stp_status stp_facing_settle(stp_cloud *cloud, const stp_neighbours *neighbours,
                 cloud->points[i].normal = glms_vec3_negate(cloud->points[i].normal);
     }
 done:
-    free(s.wrong);
+    stp_spill_free(cloud->spill, s.wrong);
     return status;
 }

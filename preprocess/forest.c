@@ -1,17 +1,13 @@
 /* Union-find with signs. */
 #include "preprocess/forest.h"
 
-#include "base/memory.h"
-
-#include <stdlib.h>
-
-stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_error *err)
+stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_forest f = {0};
-    STP_TRY(stp_alloc(&f.parent, count, sizeof *f.parent, "pieces", err));
-    STP_TRY(stp_alloc(&f.parity, count, sizeof *f.parity, "pieces", err));
-    STP_TRY(stp_alloc(&f.size, count, sizeof *f.size, "pieces", err));
+    stp_forest f = {.spill = spill};
+    STP_TRY(stp_spill_alloc(spill, &f.parent, count, sizeof *f.parent, "pieces", err));
+    STP_TRY(stp_spill_alloc(spill, &f.parity, count, sizeof *f.parity, "pieces", err));
+    STP_TRY(stp_spill_alloc(spill, &f.size, count, sizeof *f.size, "pieces", err));
     for (uint32_t i = 0; i < count; i++) {
         f.parent[i] = i;
         f.size[i] = 1;
@@ -25,9 +21,9 @@ done:
 
 void stp_forest_clear(stp_forest *forest)
 {
-    free(forest->parent);
-    free(forest->parity);
-    free(forest->size);
+    stp_spill_free(forest->spill, forest->parent);
+    stp_spill_free(forest->spill, forest->parity);
+    stp_spill_free(forest->spill, forest->size);
     *forest = (stp_forest){0};
 }
 

@@ -4,19 +4,20 @@
 #ifndef STP_PREPROCESS_FOREST_H
 #define STP_PREPROCESS_FOREST_H
 
-#include "base/error.h"
+#include "base/spill.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 typedef struct stp_forest {
     uint32_t *parent;
-    uint8_t *parity; /* 1: the sign against the parent's is turned */
-    uint32_t *size;  /* of a root's piece */
+    uint8_t *parity;  /* 1: the sign against the parent's is turned */
+    uint32_t *size;   /* of a root's piece */
+    stp_spill *spill; /* where they lie */
 } stp_forest;
 
-/* Every point alone. Errors: OUT_OF_MEMORY. */
-stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_error *err);
+/* Every point alone. spill: borrowed, NULL for plain memory. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_spill *spill, stp_error *err);
 void stp_forest_clear(stp_forest *forest);
 /* The point's root; *parity: its sign against the root's. The root becomes its parent. */
 uint32_t stp_forest_find(stp_forest *forest, uint32_t point, uint8_t *parity);

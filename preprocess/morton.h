@@ -1,7 +1,11 @@
-/* Points along the Morton curve of their bounding cube.
+/* Points along the Morton curve of their bounding cube, sorted where they lie.
  *
- * 21 bits an axis, x lowest. A most-significant-digit pass parts the keys into buckets that are
- * sorted side by side. Threads: those of the pool; the order does not depend on their number. */
+ * 21 bits an axis, x lowest. Points of one code lie in the order of their coordinates, then of
+ * their sources; but more of one code than a cell holds (a pile, such as all of a model but one
+ * outlier) follow the Morton curve of their own bounding cube, and so on. Points at one place
+ * follow their sources. Memory: a few tens of megabytes a thread, whatever the number of points.
+ * Threads: those of the pool; the order does not depend on their number, nor on that of the input.
+ */
 #ifndef STP_PREPROCESS_MORTON_H
 #define STP_PREPROCESS_MORTON_H
 
@@ -9,14 +13,17 @@
 
 #define STP_MORTON_BITS 21
 
-typedef struct stp_morton_key {
-    uint64_t code;
-    uint32_t index; /* of the point before sorting */
-} stp_morton_key;
+/* A cube of 2^21 cells an axis. A box without extent, or too wide for doubles, is one cell. */
+typedef struct stp_morton_grid {
+    stp_dvec3 low;
+    double scale; /* cells a unit; 0: one cell */
+} stp_morton_grid;
 
-/* Sorts points into `sorted` and their keys into `keys` (count each), ties by coordinates, then by
- * source; *box: of all points. Errors: OUT_OF_MEMORY. */
-stp_status stp_morton_sort(const stp_cloud_point *points, uint32_t count, stp_cloud_point *sorted,
-                           stp_morton_key *keys, stp_dbox *box, stp_pool *pool, stp_error *err);
+stp_morton_grid stp_morton_grid_of(const stp_dbox *box);
+uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 position);
+
+/* Sorts; *box: of all points. Errors: OUT_OF_MEMORY. */
+stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_dbox *box, stp_pool *pool,
+                           stp_error *err);
 
 #endif

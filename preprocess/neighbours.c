@@ -500,23 +500,23 @@ stp_status stp_neighbours_find(stp_neighbours *out, stp_cloud *cloud, unsigned k
                                const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_neighbours result = {.k = k};
+    stp_neighbours result = {.k = k, .spill = cloud->spill};
     if (k < 3 || k > STP_NEIGHBOURS_LIMIT)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "%u neighbours: give 3 to %d", k,
                              STP_NEIGHBOURS_LIMIT);
-    STP_TRY(stp_alloc(&result.indices, (size_t)cloud->count * k, sizeof *result.indices,
-                      "neighbours", err));
+    STP_TRY(stp_spill_alloc(result.spill, &result.indices, (size_t)cloud->count * k,
+                            sizeof *result.indices, "neighbours", err));
     search s = {.cloud = cloud, .out = &result, .progress = progress};
     STP_TRY(stp_pool_run(pool, cloud->cell_count, find_cell, &s, err));
     *out = result;
     result.indices = NULL;
 done:
-    free(result.indices);
+    stp_spill_free(result.spill, result.indices);
     return status;
 }
 
 void stp_neighbours_clear(stp_neighbours *neighbours)
 {
-    free(neighbours->indices);
+    stp_spill_free(neighbours->spill, neighbours->indices);
     *neighbours = (stp_neighbours){0};
 }

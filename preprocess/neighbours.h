@@ -20,6 +20,7 @@ typedef struct stp_neighbours {
     unsigned k;
     uint32_t
         *indices; /* count * k places in the cloud, nearest first, STP_NEIGHBOUR_NONE at the end */
+    stp_spill *spill; /* where they lie: the cloud's */
 } stp_neighbours;
 
 /* Fills out and every point's spacing, s = d_k sqrt(pi / k) (ALGORITHMS "Radius"; 0 where a point

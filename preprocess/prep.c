@@ -26,9 +26,10 @@ enum {
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "neighbours", "spacing", "normals", "orientation", "patches"};
 
-static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t source,
+static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, const stp_point *point,
                             stp_prep_stats *stats, stp_error *err)
 {
+    uint64_t place = stats->points_in++;
     stp_reject reject = (stp_reject)point->reject;
     if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
         reject = STP_REJECT_NOT_FINITE;
@@ -36,17 +37,14 @@ static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t s
         stats->rejected[reject]++;
         return STP_OK;
     }
-    if (cloud->count >= UINT32_MAX - 1)
-        return stp_error_set(err, STP_LIMIT,
-                             "more than %u points: split the input into several models",
-                             UINT32_MAX - 1);
-    stp_status status = stp_grow(&cloud->points, &cloud->capacity, (size_t)cloud->count + 1,
-                                 sizeof *cloud->points, "points", err);
-    if (status != STP_OK)
-        return status;
+    if (cloud->count == cloud->capacity)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s gives more points than the %llu it counts: it changed while it "
+                             "was read, run again",
+                             source->name, (unsigned long long)source->point_count);
     stp_cloud_point *out = &cloud->points[cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
-                             .source = (uint32_t)source,
+                             .source = (uint32_t)place,
                              .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
                              .intensity = point->intensity,
                              .class_id = point->class_id,
@@ -60,11 +58,12 @@ static stp_status add_point(stp_cloud *cloud, const stp_point *point, uint64_t s
     return STP_OK;
 }
 
-static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source,
+static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, stp_spill *spill,
                            const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_point *points = NULL;
+    STP_TRY(stp_cloud_create(cloud, (uint32_t)source->point_count, spill, err));
     STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
     for (;;) {
         size_t count = 0;
@@ -74,7 +73,7 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source,
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
-            STP_TRY(add_point(cloud, &points[i], stats->points_in++, stats, err));
+            STP_TRY(add_point(cloud, source, &points[i], stats, err));
         }
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
@@ -183,6 +182,21 @@ static stp_status write_tree(const char *path, const stp_cloud *cloud,
     return status;
 }
 
+/* Room for what is kept by point. */
+static stp_status open_spill(stp_spill **out, const char *path, const stp_prep_source *source,
+                             const stp_prep_params *params, stp_pool *pool, stp_error *err)
+{
+    stp_prep_plan plan = {0};
+    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
+                                           stp_pool_thread_count(pool), err);
+    stp_spill_params spill = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
+                              .folder = plan.folder};
+    if (status == STP_OK)
+        status = stp_spill_create(out, &spill, err);
+    stp_prep_plan_clear(&plan);
+    return status;
+}
+
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err)
@@ -190,6 +204,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_status status = STP_OK;
     stp_cloud cloud = {0};
     stp_neighbours neighbours = {0};
+    stp_spill *spill = NULL;
     unsigned k = params->neighbour_count ? params->neighbour_count : DEFAULT_NEIGHBOURS;
     stp_tree_params tree = {.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
                             .precision = params->precision > 0.0 ? params->precision
@@ -201,7 +216,12 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     double start = stp_clock_seconds();
     double since = start;
     *stats = (stp_prep_stats){0};
-    STP_TRY(read_all(&cloud, source, progress, stats, err));
+    if (source->point_count >= UINT32_MAX - 1)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: more than %u points: split the input into several models",
+                             source->name, UINT32_MAX - 1);
+    STP_TRY(open_spill(&spill, path, source, params, pool, err));
+    STP_TRY(read_all(&cloud, source, spill, progress, stats, err));
     choose_stations(&orient, source, stats);
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
@@ -222,8 +242,10 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
     end_stage(stats, STAGE_PATCHES, &since);
     stats->seconds = since - start;
+    stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:
     stp_neighbours_clear(&neighbours);
     stp_cloud_clear(&cloud);
+    stp_spill_destroy(&spill);
     return status;
 }

@@ -1,8 +1,9 @@
 /* The whole of preprocessing: scans in, one chunk file out.
  *
  * Stages: read, sort, neighbours, spacing, normals, orientation, patches (with errors, tree and
- * writing). Memory: the points are held in memory (about 150 bytes each with k = 16); a failure
- * leaves no file. Threads: those of the pool; the same bytes for any number. */
+ * writing). Memory: what is given; where the points and what is known of them, about 170 bytes each
+ * with k = 16, do not fit there, they lie in temporary files (base/spill.h). A failure or a kill
+ * leaves no file. Threads: those of the pool; the same bytes for any number, and for any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
@@ -31,6 +32,8 @@ typedef struct stp_prep_params {
     stp_dvec3 orient_position;
     stp_codec codec;
     bool force;
+    uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
+    const char *temp_folder; /* NULL: where the output goes */
 } stp_prep_params;
 
 #define STP_PREP_STAGE_COUNT 7
@@ -42,6 +45,7 @@ typedef struct stp_prep_stats {
     stp_orientation orientation;
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
+    uint64_t temporary_bytes;    /* of files, at most at a time */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
 } stp_prep_stats;
@@ -49,8 +53,22 @@ typedef struct stp_prep_stats {
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
-/* Errors: EMPTY (no valid point), LIMIT (more than 2^32 - 2 points), those of the source and the
- * stages. */
+/* What a run will take, before it begins. */
+typedef struct stp_prep_plan {
+    uint64_t memory_bytes;    /* the limit */
+    uint64_t temporary_bytes; /* of files, at most; 0: everything fits in memory */
+    uint64_t free_bytes;      /* in the folder, where temporary_bytes is not 0 */
+    char *folder;             /* of temporary files, owned */
+} stp_prep_plan;
+
+/* Errors: IO (no such folder, not enough room in it), LIMIT (too little memory for any model),
+ * OUT_OF_MEMORY. */
+stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t point_count,
+                              const stp_prep_params *params, unsigned thread_count, stp_error *err);
+void stp_prep_plan_clear(stp_prep_plan *plan);
+
+/* Errors: EMPTY (no valid point), LIMIT (more than 2^32 - 2 points), those of the plan, the source
+ * and the stages. */
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err);

@@ -132,6 +132,8 @@ static stp_status connect_cell(void *context, size_t index, unsigned worker, stp
     STP_TRY(relate_cell(c, cell, sure, counts, &c->open[index], err));
     join_cell(c, sure, order, counts);
     drop_joined(c, cell, &c->open[index]);
+    STP_TRY(stp_spill_move(c->cloud->spill, &c->open[index].edges, c->open[index].count,
+                           sizeof *c->open[index].edges, "edges", err));
 done:
     free(order);
     free(sure);
@@ -154,7 +156,8 @@ static stp_status join_open(stp_sheets *c, uint32_t end, bool crumbs_only, stp_e
         for (size_t e = 0; e < c->open[cell].count; e++)
             counts[c->open[cell].edges[e].relation.rank]++;
     size_t sum = stp_prefix_sum(counts, end);
-    stp_status status = stp_alloc(&order, sum, sizeof *order, "edges", err);
+    stp_spill *spill = c->cloud->spill;
+    stp_status status = stp_spill_alloc(spill, &order, sum, sizeof *order, "edges", err);
     if (status != STP_OK)
         return status;
     for (uint32_t cell = 0; cell < c->cloud->cell_count; cell++)
@@ -166,7 +169,7 @@ static stp_status join_open(stp_sheets *c, uint32_t end, bool crumbs_only, stp_e
         if (crumbs_only ? is_crumb(c, edge.a) || is_crumb(c, edge.b) : !edge.relation.narrow)
             stp_forest_join(&c->forest, edge.a, edge.b, edge.relation.turned);
     }
-    free(order);
+    stp_spill_free(spill, order);
     return STP_OK;
 }
 
@@ -176,7 +179,7 @@ stp_status stp_sheets_create(stp_sheets *out, stp_cloud *cloud, const stp_neighb
     stp_status status = STP_OK;
     unsigned k = neighbours->k < EDGE_NEIGHBOURS ? neighbours->k : EDGE_NEIGHBOURS;
     stp_sheets s = {.cloud = cloud, .neighbours = neighbours, .edge_count = k};
-    STP_TRY(stp_forest_create(&s.forest, cloud->count, err));
+    STP_TRY(stp_forest_create(&s.forest, cloud->count, cloud->spill, err));
     STP_TRY(stp_alloc(&s.open, cloud->cell_count, sizeof *s.open, "edges", err));
     STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &s, err));
     STP_TRY(join_open(&s, STP_RANK_SURE, false, err));
@@ -192,7 +195,8 @@ stp_status stp_sheets_cross(stp_sheets *s, stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t parity = 0;
-    STP_TRY(stp_alloc(&s->parts, s->cloud->count, sizeof *s->parts, "pieces", err));
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &s->parts, s->cloud->count, sizeof *s->parts, "pieces",
+                            err));
     STP_TRY(join_open(s, STP_RANK_NONE, true, err));
     for (uint32_t i = 0; i < s->cloud->count; i++)
         s->parts[i] = stp_forest_find(&s->forest, i, &parity);
@@ -203,10 +207,11 @@ done:
 
 void stp_sheets_clear(stp_sheets *sheets)
 {
+    if (sheets->cloud)
+        stp_spill_free(sheets->cloud->spill, sheets->parts);
     for (uint32_t i = 0; sheets->open && i < sheets->cloud->cell_count; i++)
-        free(sheets->open[i].edges);
+        stp_spill_free(sheets->cloud->spill, sheets->open[i].edges);
     free(sheets->open);
-    free(sheets->parts);
     stp_crumbs_clear(&sheets->crumbs);
     stp_forest_clear(&sheets->forest);
     *sheets = (stp_sheets){0};

@@ -127,12 +127,13 @@ stp_status stp_spacing_smooth(stp_cloud *cloud, const stp_neighbours *neighbours
     stp_status status = STP_OK;
     smoother s = {.cloud = cloud, .neighbours = neighbours};
     size_t block_count = ((size_t)cloud->count + BLOCK - 1) / BLOCK;
-    STP_TRY(stp_alloc(&s.held, cloud->count, sizeof *s.held, "spacings", err));
-    STP_TRY(stp_alloc(&s.mutual, cloud->count, sizeof *s.mutual, "spacings", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &s.held, cloud->count, sizeof *s.held, "spacings", err));
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &s.mutual, cloud->count, sizeof *s.mutual, "spacings", err));
     STP_TRY(stp_pool_run(pool, block_count, hold_block, &s, err));
     STP_TRY(stp_pool_run(pool, block_count, average_block, &s, err));
 done:
-    free(s.mutual);
-    free(s.held);
+    stp_spill_free(cloud->spill, s.mutual);
+    stp_spill_free(cloud->spill, s.held);
     return status;
 }

@@ -132,6 +132,7 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
                      : build_leaf(t, &t->cloud->cells[index], out, err));
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     out->reach = stp_placed_chunk_box(&placed);
+    STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
     STP_TRY(advance(t, err));
 done:
     return status;
@@ -262,10 +263,10 @@ done:
     return status;
 }
 
-static void free_nodes(node *nodes, uint32_t count)
+static void free_nodes(const tree *t, node *nodes, uint32_t count)
 {
     for (uint32_t i = 0; nodes && i < count; i++)
-        free(nodes[i].vertices);
+        stp_spill_free(t->cloud->spill, nodes[i].vertices);
     free(nodes);
 }
 
@@ -283,7 +284,7 @@ static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
         STP_TRY(stp_alloc(&above, t->span_count, sizeof *above, "chunks", err));
         t->below = nodes;
         status = write_tier(t, t->span_count, above, err);
-        free_nodes(nodes, count);
+        free_nodes(t, nodes, count);
         nodes = above;
         count = t->span_count;
         free(t->spans);
@@ -293,7 +294,7 @@ static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
     }
     *root = nodes[0].handle;
 done:
-    free_nodes(nodes, count);
+    free_nodes(t, nodes, count);
     free(t->spans);
     t->spans = NULL;
     return status;

@@ -82,9 +82,9 @@ stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *sta
     stp_status status = STP_OK;
     uint32_t *numbers = NULL;
     piece *pieces = NULL;
-    STP_TRY(stp_alloc(&numbers, cloud->count, sizeof *numbers, "pieces", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &numbers, cloud->count, sizeof *numbers, "pieces", err));
     uint32_t piece_count = number_pieces(f, cloud->count, numbers);
-    STP_TRY(stp_alloc(&pieces, piece_count, sizeof *pieces, "pieces", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &pieces, piece_count, sizeof *pieces, "pieces", err));
     sum_pieces(cloud, f, numbers, stations, pieces);
     *oriented = 0;
     for (uint32_t i = 0; i < cloud->count; i++) {
@@ -92,8 +92,8 @@ stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *sta
         *oriented += (cloud->points[i].flags & STP_SAMPLE_ORIENTED) != 0;
     }
 done:
-    free(pieces);
-    free(numbers);
+    stp_spill_free(cloud->spill, pieces);
+    stp_spill_free(cloud->spill, numbers);
     return status;
 }
 
@@ -104,8 +104,8 @@ stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool
     stp_status status = STP_OK;
     _Atomic int *votes = NULL;
     int64_t *sums = NULL;
-    STP_TRY(stp_alloc(&votes, cloud->count, sizeof *votes, "votes", err));
-    STP_TRY(stp_alloc(&sums, cloud->count, sizeof *sums, "votes", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &votes, cloud->count, sizeof *votes, "votes", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &sums, cloud->count, sizeof *sums, "votes", err));
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
     for (uint32_t i = 0; i < cloud->count; i++)
         if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
@@ -116,7 +116,7 @@ stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool
             p->normal = glms_vec3_negate(p->normal);
     }
 done:
-    free(sums);
-    free((void *)votes);
+    stp_spill_free(cloud->spill, sums);
+    stp_spill_free(cloud->spill, (void *)votes);
     return status;
 }

@@ -101,8 +101,8 @@ static stp_status vote_task(void *context, size_t index, unsigned worker, stp_er
     view v = view_along(index);
     size_t count = (size_t)job->size * (size_t)job->size;
     if (!job->pixels[worker]) {
-        stp_status status = stp_alloc(&job->pixels[worker], count, sizeof *job->pixels[worker],
-                                      "a depth buffer", err);
+        stp_status status = stp_spill_alloc(job->cloud->spill, &job->pixels[worker], count,
+                                            sizeof *job->pixels[worker], "a depth buffer", err);
         if (status != STP_OK)
             return status;
     }
@@ -140,15 +140,16 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt(job.stride));
     job.size = wanted < PIXELS_LIMIT ? (int)wanted + 1 : PIXELS_LIMIT;
     job.drawn_count = (cloud->count - 1) / job.stride + 1;
-    STP_TRY(stp_alloc(&job.positions, job.drawn_count, sizeof *job.positions, "views", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &job.positions, job.drawn_count, sizeof *job.positions,
+                            "views", err));
     STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
     STP_TRY(
         stp_pool_run(pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block, &job, err));
     STP_TRY(stp_pool_run(pool, AXES, vote_task, &job, err));
 done:
     for (unsigned i = 0; job.pixels && i < workers; i++)
-        free(job.pixels[i]);
+        stp_spill_free(cloud->spill, job.pixels[i]);
     free(job.pixels);
-    free(job.positions);
+    stp_spill_free(cloud->spill, job.positions);
     return status;
 }

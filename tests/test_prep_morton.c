@@ -1,5 +1,6 @@
 /* The parallel sort along the Morton curve: every point once, by code, ties by coordinates and then
- * source, the same for any number of threads and any order of the input. */
+ * source, piles by their own curve, the same for any number of threads and any order of the input.
+ */
 #include "base/random.h"
 #include "preprocess/morton.h"
 #include "tests/cloud_fixture.h"
@@ -12,21 +13,24 @@
 
 typedef struct sorted_cloud {
     stp_cloud_point *points;
-    stp_morton_key *keys;
     stp_dbox box;
 } sorted_cloud;
+
+static uint64_t key_at(const sorted_cloud *s, uint32_t i)
+{
+    const stp_morton_grid grid = stp_morton_grid_of(&s->box);
+    return stp_morton_code(&grid, s->points[i].position);
+}
 
 static sorted_cloud sort(const stp_cloud *cloud, unsigned threads)
 {
     stp_error err = {0};
     stp_pool *pool = NULL;
-    sorted_cloud out = {.points = calloc((size_t)cloud->count + 1, sizeof *out.points),
-                        .keys = calloc((size_t)cloud->count + 1, sizeof *out.keys)};
-    assert_true(out.points && out.keys);
+    sorted_cloud out = {.points = calloc((size_t)cloud->count + 1, sizeof *out.points)};
+    assert_non_null(out.points);
+    memcpy(out.points, cloud->points, cloud->count * sizeof *out.points);
     assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
-    assert_int_equal(
-        stp_morton_sort(cloud->points, cloud->count, out.points, out.keys, &out.box, pool, &err),
-        STP_OK);
+    assert_int_equal(stp_morton_sort(out.points, cloud->count, &out.box, pool, &err), STP_OK);
     stp_pool_destroy(&pool);
     return out;
 }
@@ -34,7 +38,6 @@ static sorted_cloud sort(const stp_cloud *cloud, unsigned threads)
 static void clear(sorted_cloud *s)
 {
     free(s->points);
-    free(s->keys);
     *s = (sorted_cloud){0};
 }
 
@@ -74,8 +77,9 @@ static void assert_sorted(const sorted_cloud *s, const stp_cloud *cloud)
         assert_memory_equal(p, &cloud->points[place[p->source]], sizeof *p);
         if (i == 0)
             continue;
-        assert_true(s->keys[i - 1].code <= s->keys[i].code);
-        if (s->keys[i - 1].code == s->keys[i].code)
+        uint64_t before = key_at(s, i - 1), here = key_at(s, i);
+        assert_true(before <= here);
+        if (before == here)
             assert_int_equal(compare_ties(&s->points[i - 1], p), -1);
     }
     free(place);
@@ -85,8 +89,6 @@ static void assert_sorted(const sorted_cloud *s, const stp_cloud *cloud)
 static void assert_same(const sorted_cloud *a, const sorted_cloud *b, uint32_t count)
 {
     assert_memory_equal(a->points, b->points, count * sizeof *a->points);
-    for (uint32_t i = 0; i < count; i++)
-        assert_int_equal(a->keys[i].code, b->keys[i].code);
     assert_memory_equal(&a->box, &b->box, sizeof a->box);
 }
 
@@ -134,7 +136,7 @@ static void codes_are_the_definition(void **state)
         stp_dvec3 p = s.points[i].position;
         const uint32_t cell[3] = {(uint32_t)fmin(p.x, SIDE - 1.0), (uint32_t)fmin(p.y, SIDE - 1.0),
                                   (uint32_t)fmin(p.z, SIDE - 1.0)};
-        assert_int_equal(s.keys[i].code, code_of(cell));
+        assert_int_equal(key_at(&s, i), code_of(cell));
     }
     assert_true(s.box.min.x == 0.0 && s.box.min.y == 0.0 && s.box.min.z == 0.0);
     assert_true(s.box.max.x == SIDE && s.box.max.y == SIDE && s.box.max.z == SIDE);
@@ -153,6 +155,37 @@ static void equal_points_keep_their_sources(void **state)
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position.y = i == 0 ? 1e9 : (double)(i % 7) * 1e-9;
     check_cloud(&cloud);
+    stp_cloud_clear(&cloud);
+}
+
+/* More in one code than a cell holds, and an outlier: the pile follows its own curve, and a pile in
+ * the pile its own; and so many points that parts are parted again. */
+static void piles_follow_their_own_curve(void **state)
+{
+    (void)state;
+    enum { COUNT = 300000 };
+    stp_cloud cloud = cloud_fixture_make(COUNT);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        double size = i % 4 == 0 ? 1.0 : 1e-9;
+        cloud.points[i].position =
+            (stp_dvec3){size * stp_random_unit(1, i), size * stp_random_unit(2, i),
+                        size * stp_random_unit(3, i)};
+    }
+    cloud.points[0].position = (stp_dvec3){1e7, 1e7, 1e7};
+    sorted_cloud one = sort(&cloud, 1), more = sort(&cloud, 3);
+    assert_same(&one, &more, COUNT);
+    assert_int_equal(one.points[COUNT - 1].source, 0);
+    stp_dbox near = stp_dbox_empty();
+    for (uint32_t i = 0; i + 1 < COUNT; i++)
+        stp_dbox_add(&near, one.points[i].position);
+    const stp_morton_grid outer = stp_morton_grid_of(&one.box);
+    assert_int_equal(stp_morton_code(&outer, near.max), 0); /* all but one */
+    const stp_morton_grid inner = stp_morton_grid_of(&near);
+    for (uint32_t i = 1; i + 1 < COUNT; i++)
+        assert_true(stp_morton_code(&inner, one.points[i - 1].position) <=
+                    stp_morton_code(&inner, one.points[i].position));
+    clear(&more);
+    clear(&one);
     stp_cloud_clear(&cloud);
 }
 
@@ -202,6 +235,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(codes_are_the_definition),
         cmocka_unit_test(equal_points_keep_their_sources),
+        cmocka_unit_test(piles_follow_their_own_curve),
         cmocka_unit_test(few_points),
         cmocka_unit_test(extreme_coordinates),
     };

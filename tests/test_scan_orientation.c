@@ -10,7 +10,7 @@ static surface_cloud strip(const stp_point *points, uint64_t count)
     s.truth = calloc(count, sizeof *s.truth);
     s.cloud.points = calloc(count, sizeof *s.cloud.points);
     assert_true(s.truth && s.cloud.points);
-    s.cloud.capacity = count;
+    s.cloud.capacity = (uint32_t)count;
     for (uint32_t i = 0; i < count; i++) {
         float length = glms_vec3_norm(points[i].normal);
         if (!(length > 0.0f) || !stp_dvec3_finite(points[i].position))

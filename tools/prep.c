@@ -15,8 +15,8 @@
 #define INPUTS_LIMIT 4096
 
 typedef struct prep_options {
-    const char *output, *orient, *stats;
-    uint64_t neighbours, sample, seed;
+    const char *output, *orient, *stats, *temp;
+    uint64_t neighbours, sample, seed, memory;
     double precision;
     bool recompute_normals, force;
     int codec;
@@ -142,6 +142,7 @@ static cJSON *stats_json(const stp_prep_stats *s)
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
     cJSON_AddNumberToObject(root, "points_per_second", points / s->seconds);
     cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
+    cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
     cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
     cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
     cJSON *stages = cJSON_AddObjectToObject(root, "stages");
@@ -199,6 +200,20 @@ static void print_stats(const stp_prep_stats *s)
             (double)stp_peak_rss_bytes() / (1024.0 * 1024.0 * 1024.0));
 }
 
+/* Says how much room on disk will be taken, if any. */
+static stp_status print_plan(const char *path, const stp_prep_source *source,
+                             const stp_prep_params *params, const stp_pool *pool, stp_error *err)
+{
+    stp_prep_plan plan = {0};
+    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
+                                           stp_pool_thread_count(pool), err);
+    if (status == STP_OK && plan.temporary_bytes > 0)
+        fprintf(stderr, "temporary files: up to %.1f GB in %s (%.1f GB free)\n",
+                1e-9 * (double)plan.temporary_bytes, plan.folder, 1e-9 * (double)plan.free_bytes);
+    stp_prep_plan_clear(&plan);
+    return status;
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *paths, size_t count,
                            stp_error *err)
 {
@@ -215,7 +230,9 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
-                              .force = o->force};
+                              .force = o->force,
+                              .memory_bytes = o->memory,
+                              .temp_folder = o->temp};
     stp_prep_stats stats = {0};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
@@ -223,6 +240,8 @@ static stp_status run_prep(const prep_options *o, const char *const *paths, size
     STP_TRY(parse_orient(o->orient, &params, err));
     STP_TRY(survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    if (!o->common.quiet)
+        STP_TRY(print_plan(o->output, &source, &params, pool, err));
     status = stp_prep_run(o->output, &source, &params, pool, progress, &stats, err);
     cli_progress_end();
     if (status != STP_OK)
@@ -269,6 +288,9 @@ static int prep_main(int argc, char **argv)
         {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
          "greatest position error (half the input's own scale)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads (draco)", NULL},
+        {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
+         "most the program holds (half the machine's); what is more lies in --temp", NULL},
+        {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };

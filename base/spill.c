@@ -1,0 +1,267 @@
+/* Arrays in mapped files. */
+#include "base/spill.h"
+
+#include "base/checked.h"
+#include "base/memory.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+/* How often the process's memory is looked at, and how far below the limit pages are let go: a part
+ * of it, and at least what threads touch while the watching thread waits for its turn. */
+#define WATCH_NS 1000000
+#define MARGIN_PART 10
+#define MARGIN_BYTES (64u << 20)
+
+typedef struct mapping {
+    void *memory;
+    size_t bytes;
+} mapping;
+
+struct stp_spill {
+    char *folder; /* NULL: plain memory */
+    uint64_t memory_bytes;
+    pthread_t watcher;
+    bool watching;
+
+    pthread_mutex_t mutex; /* guards everything below; the only lock */
+    pthread_cond_t ended;
+    bool ending;
+    mapping *mappings;
+    size_t count, capacity;
+    uint64_t file_bytes, most_file_bytes;
+};
+
+/* Bytes the process holds in memory; 0 where the system does not say. */
+static uint64_t resident_bytes(void)
+{
+    unsigned long pages = 0, resident = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (!file)
+        return 0;
+    if (fscanf(file, "%lu %lu", &pages, &resident) != 2)
+        resident = 0;
+    fclose(file);
+    return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+/* Other threads may be in the middle of these pages: their next touch brings them back. */
+static void let_go(stp_spill *s)
+{
+    for (size_t i = 0; i < s->count; i++)
+        (void)madvise(s->mappings[i].memory, s->mappings[i].bytes, MADV_DONTNEED);
+}
+
+static void *watch(void *argument)
+{
+    stp_spill *s = argument;
+    uint64_t margin = s->memory_bytes / MARGIN_PART;
+    margin = margin > MARGIN_BYTES ? margin : MARGIN_BYTES;
+    uint64_t most = s->memory_bytes > 2 * margin ? s->memory_bytes - margin : s->memory_bytes / 2;
+    pthread_mutex_lock(&s->mutex);
+    while (!s->ending) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += WATCH_NS;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&s->ended, &s->mutex, &until);
+        if (s->file_bytes > 0 && resident_bytes() > most)
+            let_go(s);
+    }
+    pthread_mutex_unlock(&s->mutex);
+    return NULL;
+}
+
+static stp_status io_error(const stp_spill *s, const char *doing, int code, uint64_t bytes,
+                           const char *what, stp_error *err)
+{
+    if (code == ENOSPC || code == EDQUOT)
+        return stp_error_set(err, STP_IO,
+                             "%s: no room for %.2f GB of temporary files (%s) beside %.2f GB that "
+                             "are there: free some or give another folder (--temp)",
+                             s->folder, 1e-9 * (double)bytes, what, 1e-9 * (double)s->file_bytes);
+    return stp_error_set(err, STP_IO,
+                         "%s: %s a temporary file failed: %s: give another folder (--temp)",
+                         s->folder, doing, strerror(code));
+}
+
+/* A file without a name in the folder; -1 and errno if none can be made. */
+static int open_nameless(const char *folder)
+{
+    int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
+    if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL))
+        return descriptor;
+    size_t size = strlen(folder) + sizeof "/.stipple-XXXXXX";
+    char *path = malloc(size); /* an older file system: it has its name for a moment */
+    if (!path)
+        return -1;
+    snprintf(path, size, "%s/.stipple-XXXXXX", folder);
+    descriptor = mkostemp(path, O_CLOEXEC);
+    if (descriptor >= 0)
+        unlink(path);
+    free(path);
+    return descriptor;
+}
+
+/* Called with the mutex held. */
+static stp_status map_file(stp_spill *s, size_t bytes, const char *what, void **out, stp_error *err)
+{
+    stp_status status = stp_grow(&s->mappings, &s->capacity, s->count + 1, sizeof *s->mappings,
+                                 "temporary files", err);
+    if (status != STP_OK)
+        return status;
+    int descriptor = open_nameless(s->folder);
+    if (descriptor < 0)
+        return io_error(s, "making", errno, bytes, what, err);
+    int code = posix_fallocate(descriptor, 0, (off_t)bytes);
+    void *memory = MAP_FAILED;
+    if (code == 0) {
+        memory = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+        code = memory == MAP_FAILED ? errno : 0;
+    }
+    close(descriptor); /* the mapping keeps the file */
+    if (code != 0)
+        return io_error(s, "growing", code, bytes, what, err);
+    s->mappings[s->count++] = (mapping){memory, bytes};
+    s->file_bytes += bytes;
+    s->most_file_bytes = s->file_bytes > s->most_file_bytes ? s->file_bytes : s->most_file_bytes;
+    *out = memory;
+    return STP_OK;
+}
+
+/* That files can be made there is found out before hours of work. */
+static stp_status start_watching(stp_spill *s, const char *folder, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t length = strlen(folder) + 1;
+    STP_TRY(stp_alloc(&s->folder, length, 1, "a path", err));
+    memcpy(s->folder, folder, length);
+    int descriptor = open_nameless(folder);
+    if (descriptor < 0)
+        return io_error(s, "making", errno, 0, "a first try", err);
+    close(descriptor);
+    if (pthread_create(&s->watcher, NULL, watch, s) != 0)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a thread");
+    s->watching = true;
+done:
+    return status;
+}
+
+stp_status stp_spill_create(stp_spill **out, const stp_spill_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_spill *s = NULL;
+    STP_TRY(stp_alloc(&s, 1, sizeof *s, "temporary files", err));
+    pthread_mutex_init(&s->mutex, NULL);
+    pthread_cond_init(&s->ended, NULL);
+    s->memory_bytes = params->memory_bytes;
+    if (params->memory_bytes > 0)
+        STP_TRY(start_watching(s, params->folder, err));
+    *out = s;
+    s = NULL;
+done:
+    stp_spill_destroy(&s);
+    return status;
+}
+
+void stp_spill_destroy(stp_spill **spill)
+{
+    stp_spill *s = *spill;
+    if (!s)
+        return;
+    if (s->watching) {
+        pthread_mutex_lock(&s->mutex);
+        s->ending = true;
+        pthread_cond_signal(&s->ended);
+        pthread_mutex_unlock(&s->mutex);
+        pthread_join(s->watcher, NULL);
+    }
+    for (size_t i = 0; i < s->count; i++)
+        munmap(s->mappings[i].memory, s->mappings[i].bytes);
+    free(s->mappings);
+    free(s->folder);
+    pthread_cond_destroy(&s->ended);
+    pthread_mutex_destroy(&s->mutex);
+    free(s);
+    *spill = NULL;
+}
+
+stp_status stp_spill_alloc(stp_spill *s, void *out, size_t count, size_t size, const char *what,
+                           stp_error *err)
+{
+    size_t bytes = 0;
+    void *memory = NULL;
+    if (!s || !s->folder || count == 0)
+        return stp_alloc(out, count, size, what, err);
+    if (!stp_mul_size(count, size, &bytes))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu %s", count, what);
+    pthread_mutex_lock(&s->mutex);
+    stp_status status = map_file(s, bytes, what, &memory, err);
+    pthread_mutex_unlock(&s->mutex);
+    if (status == STP_OK)
+        memcpy(out, &memory, sizeof memory);
+    return status;
+}
+
+stp_status stp_spill_move(stp_spill *s, void *array, size_t count, size_t size, const char *what,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    void *old = NULL, *moved = NULL;
+    memcpy(&old, array, sizeof old);
+    if (!s || !s->folder || !old)
+        return STP_OK;
+    STP_TRY(stp_spill_alloc(s, &moved, count, size, what, err));
+    if (count > 0)
+        memcpy(moved, old, count * size);
+    memcpy(array, &moved, sizeof moved);
+    free(old);
+done:
+    return status;
+}
+
+/* Unmaps it; false if it is no array of files. */
+static bool unmap(stp_spill *s, void *array)
+{
+    for (size_t i = s->count; i-- > 0;) {
+        if (s->mappings[i].memory != array)
+            continue;
+        munmap(array, s->mappings[i].bytes);
+        s->file_bytes -= s->mappings[i].bytes;
+        s->mappings[i] = s->mappings[--s->count];
+        return true;
+    }
+    return false;
+}
+
+void stp_spill_free(stp_spill *s, void *array)
+{
+    bool unmapped = false;
+    if (s && s->folder && array) {
+        pthread_mutex_lock(&s->mutex);
+        unmapped = unmap(s, array);
+        pthread_mutex_unlock(&s->mutex);
+    }
+    if (!unmapped)
+        free(array);
+}
+
+uint64_t stp_spill_most_file_bytes(stp_spill *s)
+{
+    if (!s)
+        return 0;
+    pthread_mutex_lock(&s->mutex);
+    uint64_t bytes = s->most_file_bytes;
+    pthread_mutex_unlock(&s->mutex);
+    return bytes;
+}

@@ -1,0 +1,95 @@
+/* What memory and room on disk a run of preprocessing takes. */
+#include "base/memory.h"
+#include "preprocess/prep.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+/* Beside the arrays by point: the program, and what each thread works with. */
+#define FIXED_BYTES (48u << 20)
+#define THREAD_BYTES (40u << 20)
+/* By point, beside the point itself and its neighbours: at most one of spacings and marks; normals;
+ * signs, pieces and edges; built chunks. */
+#define STAGE_BYTES 44u
+/* In files, of each thread: its depth buffers (visibility.c). */
+#define THREAD_FILE_BYTES (64u << 20)
+#define DEFAULT_NEIGHBOURS 16u
+
+static uint64_t machine_bytes(void)
+{
+    long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
+    return pages > 0 && size > 0 ? (uint64_t)pages * (uint64_t)size : (uint64_t)4 << 30;
+}
+
+/* Where a file lies. */
+static stp_status folder_of(const char *path, char **out, stp_error *err)
+{
+    const char *slash = strrchr(path, '/');
+    size_t length = !slash ? 1 : slash == path ? 1 : (size_t)(slash - path);
+    stp_status status = stp_alloc(out, length + 1, 1, "a path", err);
+    if (status == STP_OK)
+        memcpy(*out, slash ? path : ".", length);
+    return status;
+}
+
+static stp_status check_room(stp_prep_plan *plan, stp_error *err)
+{
+    struct statvfs room;
+    if (statvfs(plan->folder, &room) != 0)
+        return stp_error_set(err, STP_IO,
+                             "%s: no folder for temporary files: %s: give another (--temp)",
+                             plan->folder, strerror(errno));
+    plan->free_bytes = (uint64_t)room.f_bavail * room.f_frsize;
+    if (plan->free_bytes < plan->temporary_bytes)
+        return stp_error_set(
+            err, STP_IO,
+            "%s has %.1f GB free, but up to %.1f GB of temporary files are needed: "
+            "free some, give another folder (--temp) or more memory (--memory)",
+            plan->folder, 1e-9 * (double)plan->free_bytes, 1e-9 * (double)plan->temporary_bytes);
+    return STP_OK;
+}
+
+stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t point_count,
+                              const stp_prep_params *params, unsigned thread_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    unsigned k = params->neighbour_count ? params->neighbour_count : DEFAULT_NEIGHBOURS;
+    uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
+    uint64_t by_point = sizeof(stp_cloud_point) + k * sizeof(uint32_t) + STAGE_BYTES;
+    uint64_t needed = point_count * by_point; /* counts are below 2^32 */
+    stp_prep_plan plan = {.memory_bytes =
+                              params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
+    if (params->temp_folder) {
+        size_t size = strlen(params->temp_folder) + 1;
+        STP_TRY(stp_alloc(&plan.folder, size, 1, "a path", err));
+        memcpy(plan.folder, params->temp_folder, size);
+    } else {
+        STP_TRY(folder_of(path, &plan.folder, err));
+    }
+    if (plan.memory_bytes < fixed) {
+        status =
+            stp_error_set(err, STP_LIMIT,
+                          "%.0f MB of memory are too few for %u threads: give %.0f MB or more "
+                          "(--memory) or fewer --threads",
+                          1e-6 * (double)plan.memory_bytes, thread_count, 1e-6 * (double)fixed);
+        goto done;
+    }
+    if (fixed + needed > plan.memory_bytes) {
+        plan.temporary_bytes = needed + (uint64_t)thread_count * THREAD_FILE_BYTES;
+        STP_TRY(check_room(&plan, err));
+    }
+    *out = plan;
+    plan.folder = NULL;
+done:
+    free(plan.folder);
+    return status;
+}
+
+void stp_prep_plan_clear(stp_prep_plan *plan)
+{
+    free(plan->folder);
+    *plan = (stp_prep_plan){0};
+}
