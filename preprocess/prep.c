@@ -8,6 +8,7 @@
 
 #include <cjson/cJSON.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define READ_POINTS 65536u
 #define DEFAULT_NEIGHBOURS 16u
@@ -35,13 +36,13 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
         reject = STP_REJECT_NOT_FINITE;
     if (reject != STP_REJECT_NONE) {
         stats->rejected[reject]++;
-        return STP_OK;
+        return source->rejected ? source->rejected(source->context, place, reject, err) : STP_OK;
     }
     if (cloud->count == cloud->capacity)
         return stp_error_set(err, STP_CORRUPT,
                              "%s gives more points than the %llu it counts: it changed while it "
                              "was read, run again",
-                             source->name, (unsigned long long)source->point_count);
+                             source->files[0].name, (unsigned long long)source->point_count);
     stp_cloud_point *out = &cloud->points[cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
                              .source = (uint32_t)place,
@@ -81,10 +82,32 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, stp_
     if (cloud->count == 0)
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
-                               source->name, (unsigned long long)stats->points_in);
+                               source->files[0].name, (unsigned long long)stats->points_in);
 done:
     free(points);
     return status;
+}
+
+/* Whether the first file says the same in a note. */
+static bool is_repeated(const stp_prep_source *source, const stp_scan_note *note)
+{
+    const stp_prep_file *first = &source->files[0];
+    for (uint32_t i = 0; i < first->note_count; i++)
+        if (strcmp(first->notes[i].name, note->name) == 0)
+            return strcmp(first->notes[i].text, note->text) == 0;
+    return false;
+}
+
+static cJSON *source_json(const stp_prep_source *source, size_t i)
+{
+    const stp_prep_file *file = &source->files[i];
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "name", file->name);
+    cJSON_AddNumberToObject(json, "points", (double)file->point_count);
+    for (uint32_t n = 0; n < file->note_count; n++)
+        if (i == 0 || !is_repeated(source, &file->notes[n]))
+            cJSON_AddStringToObject(json, file->notes[n].name, file->notes[n].text);
+    return json;
 }
 
 /* What the file says of its making; no dates and no folders, so that equal runs give equal bytes.
@@ -94,10 +117,8 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
 {
     cJSON *root = cJSON_CreateObject();
     cJSON *sources = cJSON_AddArrayToObject(root, "sources");
-    cJSON *one = cJSON_CreateObject();
-    cJSON_AddStringToObject(one, "name", source->name);
-    cJSON_AddNumberToObject(one, "points", (double)stats->points_in);
-    cJSON_AddItemToArray(sources, one);
+    for (size_t i = 0; i < source->file_count; i++)
+        cJSON_AddItemToArray(sources, source_json(source, i));
     cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
         if (stats->rejected[r] > 0 || r == STP_REJECT_NOT_FINITE)
@@ -134,11 +155,17 @@ static void default_colour(stp_cloud *cloud)
             cloud->points[i].rgb[c] = 200u * 257u;
 }
 
-static void end_stage(stp_prep_stats *stats, int stage, double *since)
+/* Notes the stage's time and memory and says that the next begins. Errors: CANCELLED. */
+static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
+                            const stp_progress *progress, stp_error *err)
 {
     double now = stp_clock_seconds();
     stats->stage_seconds[stage] = now - *since;
+    stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
     *since = now;
+    if (stage + 1 == STP_PREP_STAGE_COUNT)
+        return STP_OK;
+    return stp_progress_update(progress, stp_prep_stage_names[stage + 1], 0, 0, err);
 }
 
 /* By whose positions normals will be oriented, if anyone's. */
@@ -219,28 +246,28 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     if (source->point_count >= UINT32_MAX - 1)
         return stp_error_set(err, STP_LIMIT,
                              "%s: more than %u points: split the input into several models",
-                             source->name, UINT32_MAX - 1);
+                             source->files[0].name, UINT32_MAX - 1);
     STP_TRY(open_spill(&spill, path, source, params, pool, err));
     STP_TRY(read_all(&cloud, source, spill, progress, stats, err));
     choose_stations(&orient, source, stats);
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
-    end_stage(stats, STAGE_READ, &since);
+    STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     STP_TRY(stp_cloud_sort(&cloud, pool, err));
-    end_stage(stats, STAGE_SORT, &since);
+    STP_TRY(end_stage(stats, STAGE_SORT, &since, progress, err));
     STP_TRY(stp_neighbours_find(&neighbours, &cloud, k, pool, progress, err));
-    end_stage(stats, STAGE_NEIGHBOURS, &since);
+    STP_TRY(end_stage(stats, STAGE_NEIGHBOURS, &since, progress, err));
     STP_TRY(stp_spacing_smooth(&cloud, &neighbours, pool, err));
-    end_stage(stats, STAGE_SPACING, &since);
+    STP_TRY(end_stage(stats, STAGE_SPACING, &since, progress, err));
     STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
-    end_stage(stats, STAGE_NORMALS, &since);
+    STP_TRY(end_stage(stats, STAGE_NORMALS, &since, progress, err));
     STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, pool, &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* there was no normal to turn */
-    end_stage(stats, STAGE_ORIENTATION, &since);
+    STP_TRY(end_stage(stats, STAGE_ORIENTATION, &since, progress, err));
     stp_neighbours_clear(&neighbours);
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
-    end_stage(stats, STAGE_PATCHES, &since);
+    STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));
     stats->seconds = since - start;
     stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:

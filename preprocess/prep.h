@@ -11,17 +11,29 @@
 #include "preprocess/orientation.h"
 #include "preprocess/tree.h"
 
-/* Where the points come from: fills up to capacity points, *count 0 at the end. */
+/* A file that points come from, for the metadata. */
+typedef struct stp_prep_file {
+    const char *name;     /* without its folder */
+    uint64_t point_count; /* that were read of it, in the end */
+    stp_scan_note *notes;
+    uint32_t note_count;
+} stp_prep_file;
+
+/* Where the points come from. */
 typedef struct stp_prep_source {
     void *context;
+    /* Fills up to capacity points, *count 0 at the end. */
     stp_status (*read)(void *context, stp_point *points, size_t capacity, size_t *count,
                        stp_error *err);
-    uint64_t point_count;      /* expected, for progress */
+    /* Hears of each record that is not stored, by its number in all that is read; may be NULL. */
+    stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);
+    uint64_t point_count;      /* records, no more will come */
     uint32_t attributes;       /* STP_POINT_HAS_* */
     double coordinate_step;    /* scale of integer coordinates, 0 for floats */
     const stp_dvec3 *stations; /* that the points are from, borrowed */
     uint32_t station_count;
-    const char *name; /* for the metadata: without its folder */
+    const stp_prep_file *files; /* borrowed, valid to the end */
+    size_t file_count;          /* at least 1 */
 } stp_prep_source;
 
 typedef struct stp_prep_params {
@@ -48,6 +60,7 @@ typedef struct stp_prep_stats {
     uint64_t temporary_bytes;    /* of files, at most at a time */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
+    uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end */
 } stp_prep_stats;
 
 /* Names of the stages, in order. */

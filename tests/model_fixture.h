@@ -54,12 +54,14 @@ static inline double model_fixture_build(const char *path, const model_recipe *r
                                  .noise_spacings = recipe->noise_spacings};
     check_ok(gen_sampler_create(&sampler, &params, pool, err));
     model_stream stream = {sampler, 0, recipe->point_count, recipe->true_normals};
+    const stp_prep_file file = {.name = "a known surface"};
     stp_prep_source source = {.context = &stream,
                               .read = model_stream_read,
                               .point_count = recipe->point_count,
                               .attributes = STP_POINT_HAS_COLOUR |
                                             (recipe->true_normals ? STP_POINT_HAS_NORMAL : 0u),
-                              .name = "known surface"};
+                              .files = &file,
+                              .file_count = 1};
     stp_prep_params prep = {.orient = recipe->orient,
                             .lambda = recipe->lambda,
                             .codec = STP_CODEC_DRACO,

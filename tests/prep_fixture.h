@@ -79,12 +79,14 @@ static inline stp_status prep_cloud_run(prep_cloud *cloud, const char *path, uns
                                         stp_error *err)
 {
     stp_prep_params own = params ? *params : (stp_prep_params){0};
+    const stp_prep_file file = {.name = "a known surface"};
     stp_prep_source source = {.context = cloud,
                               .read = prep_cloud_read,
                               .point_count = cloud->count,
                               .attributes = STP_POINT_HAS_COLOUR | STP_POINT_HAS_CLASS |
                                             STP_POINT_HAS_INTENSITY,
-                              .name = "test"};
+                              .files = &file,
+                              .file_count = 1};
     stp_pool *pool = NULL;
     cloud->given = 0;
     own.force = true;

@@ -100,7 +100,8 @@ refused "$FOLDER/three.ply" "no faces" --sample 10
 echo hello >"$FOLDER/hello.dat"
 refused "$FOLDER/hello.dat" "PLY, OBJ, OFF and STL"
 refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"
-refused "$FOLDER" "is not a regular file"
+mkdir "$FOLDER/without scans"
+refused "$FOLDER/without scans" "has the name of a scan"
 cp "$FOLDER/three.ply" "$FOLDER/kept.ply"
 run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/./three.ply" --force --quiet
 expect_failure "also an input"

@@ -81,6 +81,24 @@ stp_status cli_write_json(const char *path, struct cJSON *json, bool force, stp_
  * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers
  * are installed by the first call). The pointer lives as long as the program. */
 const stp_progress *cli_progress(const cli_common *common);
+
+/* A stage that will be reported, and what part of the whole time it takes, in any unit. */
+typedef struct cli_progress_stage {
+    const char *name;
+    double weight;
+} cli_progress_stage;
+
+/* The stages of a run in their order: then the time left is the whole's. json: a line of JSON a
+ * report instead of bars and plain lines: stage done total seconds seconds_left (null: not known).
+ */
+typedef struct cli_progress_plan {
+    const cli_progress_stage *stages;
+    size_t count;
+    bool json;
+} cli_progress_plan;
+
+/* After cli_progress; the plan is copied, its stages are not. */
+void cli_progress_expect(const cli_progress_plan *plan);
 /* Ends the current bar's line, if one is shown. */
 void cli_progress_end(void);
 /* True once SIGINT or SIGTERM came (after cli_progress was called). */

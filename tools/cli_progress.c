@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 
+#include <inttypes.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
@@ -23,8 +24,9 @@ typedef struct progress_state {
     bool shown;
     char stage[64];
     uint64_t done;
-    double stage_start_s;
+    double start_s, stage_start_s;
     double printed_s;
+    cli_progress_plan plan;
 } progress_state;
 
 /* A process has one terminal and one Ctrl-C, and a signal handler no argument: hence statics. */
@@ -71,9 +73,29 @@ static void format_duration(double seconds, char *text, size_t size)
         snprintf(text, size, "%ld:%02ld h", s / 3600, s / 60 % 60);
 }
 
-/* "reading 45 %, 1.25 M/s, 12 s left" without the bar. */
-static void format_state(uint64_t done, uint64_t total, double elapsed_s, char *text, size_t size)
+/* Seconds left: of the whole where its stages are known, else of the stage; below 0: not known. */
+static double seconds_left(uint64_t done, uint64_t total, double now_s)
 {
+    double before = 0.0, sum = 0.0, here = 0.0;
+    double part = total > 0 ? (double)done / (double)total : 0.0;
+    for (size_t i = 0; i < state.plan.count; i++) {
+        if (strcmp(state.plan.stages[i].name, state.stage) == 0) {
+            before = sum;
+            here = state.plan.stages[i].weight;
+        }
+        sum += state.plan.stages[i].weight;
+    }
+    if (here > 0.0) {
+        double finished = before + here * part;
+        return finished > 0.0 ? (now_s - state.start_s) * (sum - finished) / finished : -1.0;
+    }
+    return part > 0.0 ? (now_s - state.stage_start_s) * (1.0 - part) / part : -1.0;
+}
+
+/* "reading 45 %, 1.25 M/s, 12 s left" without the bar. */
+static void format_state(uint64_t done, uint64_t total, double now_s, char *text, size_t size)
+{
+    double elapsed_s = now_s - state.stage_start_s, left_s = seconds_left(done, total, now_s);
     char amount[32] = "", rate[40] = "", left[48] = "";
     if (total > 0)
         snprintf(amount, sizeof amount, "%3.0f %%", 100.0 * (double)done / (double)total);
@@ -83,11 +105,11 @@ static void format_state(uint64_t done, uint64_t total, double elapsed_s, char *
         char number[32];
         format_amount((double)done / elapsed_s, number, sizeof number);
         snprintf(rate, sizeof rate, ", %s%s/s", number, strchr(number, ' ') ? "" : " ");
-        if (total > done) {
-            format_duration(elapsed_s * (double)(total - done) / (double)done, number,
-                            sizeof number);
-            snprintf(left, sizeof left, ", %s left", number);
-        }
+    }
+    if (elapsed_s >= 0.5 && left_s > 0.0) {
+        char number[32];
+        format_duration(left_s, number, sizeof number);
+        snprintf(left, sizeof left, ", %s left", number);
     }
     snprintf(text, size, "%s%s%s", amount, rate, left);
 }
@@ -111,13 +133,27 @@ static void draw_bar(const char *text, uint64_t done, uint64_t total)
     fflush(stderr);
 }
 
+static void print_json(uint64_t done, uint64_t total, double now_s)
+{
+    double left_s = seconds_left(done, total, now_s);
+    fprintf(stderr,
+            "{\"stage\": \"%s\", \"done\": %" PRIu64 ", \"total\": %" PRIu64
+            ", \"seconds\": %.3f, \"seconds_left\": ",
+            state.stage, done, total, now_s - state.start_s);
+    if (left_s >= 0.0)
+        fprintf(stderr, "%.3f}\n", left_s);
+    else
+        fputs("null}\n", stderr);
+}
+
 static void report(void *context, const char *stage, uint64_t done, uint64_t total)
 {
     (void)context;
     char text[128];
     double now_s = stp_clock_seconds();
     pthread_mutex_lock(&state.mutex);
-    if (strncmp(state.stage, stage, sizeof state.stage - 1) != 0) {
+    bool begins = strncmp(state.stage, stage, sizeof state.stage - 1) != 0;
+    if (begins) {
         snprintf(state.stage, sizeof state.stage, "%s", stage);
         state.stage_start_s = now_s;
         state.done = 0;
@@ -126,14 +162,18 @@ static void report(void *context, const char *stage, uint64_t done, uint64_t tot
         state.done = done;
     if (total > 0 && state.done > total)
         state.done = total;
-    if (now_s - state.printed_s >= (state.terminal ? BAR_INTERVAL_S : LINE_INTERVAL_S)) {
+    bool often = state.terminal || state.plan.json;
+    if ((begins && state.plan.json) ||
+        now_s - state.printed_s >= (often ? BAR_INTERVAL_S : LINE_INTERVAL_S)) {
         state.printed_s = now_s;
-        format_state(state.done, total, now_s - state.stage_start_s, text, sizeof text);
-        if (state.terminal)
+        format_state(state.done, total, now_s, text, sizeof text);
+        if (state.plan.json)
+            print_json(state.done, total, now_s);
+        else if (state.terminal)
             draw_bar(text, state.done, total);
         else
             fprintf(stderr, "%s: %s\n", state.stage, text + strspn(text, " "));
-        state.shown = state.terminal;
+        state.shown = state.terminal && !state.plan.json;
     }
     pthread_mutex_unlock(&state.mutex);
 }
@@ -156,10 +196,19 @@ const stp_progress *cli_progress(const cli_common *common)
     pthread_mutex_lock(&state.mutex);
     state.terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0;
     state.stage[0] = '\0';
+    state.plan = (cli_progress_plan){0};
+    state.start_s = stp_clock_seconds();
     /* The first plain line comes after a while: short runs say nothing. */
     state.printed_s = state.terminal ? 0.0 : stp_clock_seconds();
     pthread_mutex_unlock(&state.mutex);
     return common->quiet ? &silent : &shown;
+}
+
+void cli_progress_expect(const cli_progress_plan *plan)
+{
+    pthread_mutex_lock(&state.mutex);
+    state.plan = *plan;
+    pthread_mutex_unlock(&state.mutex);
 }
 
 void cli_progress_end(void)

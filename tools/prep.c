@@ -1,110 +1,28 @@
 /* stipple prep: scans to one chunk file. */
 #include "tools/commands.h"
 
-#include "base/clock.h"
-#include "base/memory.h"
-#include "formats/scan/scan.h"
-#include "preprocess/prep.h"
+#include "tools/prep_inputs.h"
+#include "tools/prep_paths.h"
+#include "tools/prep_report.h"
 
-#include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define INPUTS_LIMIT 4096
 
 typedef struct prep_options {
-    const char *output, *orient, *stats, *temp;
+    const char *output, *orient, *stats, *temp, *rejects;
     uint64_t neighbours, sample, seed, memory;
     double precision;
     bool recompute_normals, force;
-    int codec;
+    int codec, progress;
     cli_common common;
 } prep_options;
 
-/* Several scans, one after the other. */
-typedef struct inputs {
-    const char *const *paths;
-    size_t count, current;
-    stp_scan_params params;
-    stp_scan *scan;
-    stp_dvec3 *stations; /* of all inputs, one after the other */
-    size_t station_count, station_capacity;
-    uint32_t stations_before; /* of the inputs before the current one */
-} inputs;
-
-static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
-                              stp_error *err)
-{
-    inputs *in = context;
-    stp_status status = STP_OK;
-    *count = 0;
-    while (*count == 0 && in->current < in->count) {
-        if (!in->scan)
-            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
-        STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
-        for (size_t i = 0; i < *count; i++)
-            if (points[i].station > 0)
-                points[i].station = (uint16_t)(points[i].station + in->stations_before);
-        if (*count == 0) {
-            in->stations_before += stp_scan_get_info(in->scan)->station_count;
-            stp_scan_close(&in->scan);
-            in->current++;
-        }
-    }
-done:
-    return status;
-}
-
-static stp_status add_stations(inputs *in, const stp_scan_info *info, const char *path,
-                               stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t count = in->station_count + info->station_count;
-    if (count > STP_STATION_LIMIT)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: with it the inputs have more than %u scanner stations: give it "
-                             "to another model",
-                             path, STP_STATION_LIMIT);
-    STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
-                     err));
-    if (info->station_count > 0)
-        memcpy(in->stations + in->station_count, info->stations,
-               info->station_count * sizeof *in->stations);
-    in->station_count = count;
-done:
-    return status;
-}
-
-/* What all inputs together are; every file is opened once, so that a wrong one fails at once. */
-static stp_status survey(inputs *in, stp_prep_source *source, stp_error *err)
-{
-    stp_status status = STP_OK;
-    uint32_t all = UINT32_MAX;
-    uint32_t any = 0;
-    for (size_t i = 0; i < in->count; i++) {
-        stp_scan *scan = NULL;
-        STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
-        const stp_scan_info *info = stp_scan_get_info(scan);
-        status = add_stations(in, info, in->paths[i], err);
-        source->point_count += info->point_count;
-        all &= info->attributes;
-        any |= info->attributes;
-        if (info->coordinate_step > 0.0 &&
-            (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
-            source->coordinate_step = info->coordinate_step;
-        stp_scan_close(&scan);
-        if (status != STP_OK)
-            goto done;
-    }
-    source->stations = in->stations;
-    source->station_count = (uint32_t)in->station_count;
-    /* Normals orient the model only if every scan has them. */
-    source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
-done:
-    return status;
-}
+/* What part of the time stages take, for the time left: 4 M points on 2 cores. */
+static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
+    {"read", 3.0},    {"sort", 3.0},        {"neighbours", 17.0}, {"spacing", 2.0},
+    {"normals", 7.0}, {"orientation", 8.0}, {"patches", 60.0}};
 
 static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
 {
@@ -128,133 +46,64 @@ static stp_status parse_orient(const char *text, stp_prep_params *params, stp_er
                          "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
 }
 
-static cJSON *stats_json(const stp_prep_stats *s)
-{
-    double points = (double)s->points_out;
-    cJSON *root = cJSON_CreateObject();
-    cJSON_AddNumberToObject(root, "points_in", (double)s->points_in);
-    cJSON_AddNumberToObject(root, "points_out", points);
-    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
-    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
-        cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
-    cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
-    cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
-    cJSON_AddNumberToObject(root, "seconds", s->seconds);
-    cJSON_AddNumberToObject(root, "points_per_second", points / s->seconds);
-    cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
-    cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
-    cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
-    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
-    cJSON *stages = cJSON_AddObjectToObject(root, "stages");
-    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
-        cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
-    return root;
-}
-
-static void print_orientation(const stp_prep_stats *s)
-{
-    static const char *const words[] = {"unknown: drawn two-sided", "from the file",
-                                        "from the scanner's position", "propagated",
-                                        "known in part"};
-    if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
-        fprintf(stderr, "orientation from %u scanner positions", s->station_count);
-    else
-        fprintf(stderr, "orientation %s", words[s->orientation]);
-    if (s->points_unstationed > 0)
-        fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
-                s->points_unstationed);
-    fprintf(stderr, "\n");
-}
-
-/* " (3 not finite, 10 without return)". */
-static void print_rejects(const stp_prep_stats *s)
-{
-    static const char *const words[STP_REJECT_COUNT] = {
-        [STP_REJECT_NOT_FINITE] = "not finite",
-        [STP_REJECT_NO_RETURN] = "without a return",
-        [STP_REJECT_INVALID] = "marked invalid",
-    };
-    const char *separator = " (";
-    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
-        if (s->rejected[r] == 0)
-            continue;
-        fprintf(stderr, "%s%" PRIu64 " %s", separator, s->rejected[r], words[r]);
-        separator = ", ";
-    }
-    fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
-}
-
-static void print_stats(const stp_prep_stats *s)
-{
-    fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
-            s->points_in, s->points_out, s->points_in - s->points_out);
-    print_rejects(s);
-    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
-            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
-            (double)s->tree.file_bytes / (double)s->points_out);
-    print_orientation(s);
-    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
-        fprintf(stderr, "  %-12s %8.2f s\n", stp_prep_stage_names[i], s->stage_seconds[i]);
-    fprintf(stderr, "  %-12s %8.2f s  %.2f M points/s, peak memory %.2f GiB\n", "all", s->seconds,
-            1e-6 * (double)s->points_out / s->seconds,
-            (double)stp_peak_rss_bytes() / (1024.0 * 1024.0 * 1024.0));
-}
-
-/* Says how much room on disk will be taken, if any. */
-static stp_status print_plan(const char *path, const stp_prep_source *source,
-                             const stp_prep_params *params, const stp_pool *pool, stp_error *err)
-{
-    stp_prep_plan plan = {0};
-    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
-                                           stp_pool_thread_count(pool), err);
-    if (status == STP_OK && plan.temporary_bytes > 0)
-        fprintf(stderr, "temporary files: up to %.1f GB in %s (%.1f GB free)\n",
-                1e-9 * (double)plan.temporary_bytes, plan.folder, 1e-9 * (double)plan.free_bytes);
-    stp_prep_plan_clear(&plan);
-    return status;
-}
-
-static stp_status run_prep(const prep_options *o, const char *const *paths, size_t count,
-                           stp_error *err)
+/* Runs the stages; the files of rejects and figures appear after the model. */
+static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
+                             const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_pool *pool = NULL;
-    inputs in = {.paths = paths,
-                 .count = count,
-                 .params = {.sample_count = o->sample,
-                            .seed = o->seed,
-                            .recompute_normals = o->recompute_normals}};
-    const char *name = strrchr(paths[0], '/');
-    stp_prep_source source = {
-        .context = &in, .read = read_inputs, .name = name ? name + 1 : paths[0]};
+    stp_prep_source source = {0};
+    stp_prep_stats stats = {0};
+    STP_TRY(prep_inputs_survey(in, &source, err));
+    STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    if (!o->common.quiet)
+        STP_TRY(prep_report_plan(o->output, &source, params, pool, err));
+    if (o->rejects)
+        STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
+    status = stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
+    cli_progress_end();
+    if (status != STP_OK)
+        goto done;
+    STP_TRY(prep_inputs_end_rejects(in, err));
+    if (o->stats)
+        STP_TRY(cli_write_json(o->stats, prep_report_json(&stats), o->force, err));
+    if (!o->common.quiet)
+        prep_report_print(&stats);
+done:
+    stp_pool_destroy(&pool);
+    return status;
+}
+
+static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    prep_paths paths = {0};
+    prep_inputs in = {.params = {.sample_count = o->sample,
+                                 .seed = o->seed,
+                                 .recompute_normals = o->recompute_normals}};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
                               .force = o->force,
                               .memory_bytes = o->memory,
                               .temp_folder = o->temp};
-    stp_prep_stats stats = {0};
+    const cli_progress_plan plan = {stage_weights, STP_PREP_STAGE_COUNT, o->progress == 1};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
-    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
-    STP_TRY(cli_check_outputs(outputs, paths, count, o->force, err));
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
+    cli_progress_expect(&plan);
     STP_TRY(parse_orient(o->orient, &params, err));
-    STP_TRY(survey(&in, &source, err));
-    STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
-    if (!o->common.quiet)
-        STP_TRY(print_plan(o->output, &source, &params, pool, err));
-    status = stp_prep_run(o->output, &source, &params, pool, progress, &stats, err);
-    cli_progress_end();
-    if (status != STP_OK)
-        goto done;
-    if (o->stats)
-        STP_TRY(cli_write_json(o->stats, stats_json(&stats), o->force, err));
-    if (!o->common.quiet)
-        print_stats(&stats);
+    for (size_t i = 0; i < count; i++)
+        STP_TRY(prep_paths_add(&paths, arguments[i], err));
+    in.paths = paths.list;
+    in.count = paths.count;
+    STP_TRY(
+        cli_check_outputs(outputs, (const char *const *)paths.list, paths.count, o->force, err));
+    STP_TRY(run_stages(o, &in, &params, progress, err));
 done:
     cli_progress_end();
-    stp_scan_close(&in.scan);
-    free(in.stations);
-    stp_pool_destroy(&pool);
+    prep_inputs_clear(&in);
+    prep_paths_clear(&paths);
     return status;
 }
 
@@ -265,7 +114,9 @@ const cli_command cli_prep = {
     .summary = "scans to a chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, OBJ, OFF and STL; several inputs become one model.\n"
+        "Reads PLY, OBJ, OFF and STL; several inputs become one model. An input may be a file, a\n"
+        "folder (all scans in it and below), a pattern in quotes, or @list.txt with an input a "
+        "line.\n"
         "Normals point as the input's do, else to the scanner that saw them, where a PLY says so "
         "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
@@ -292,6 +143,10 @@ static int prep_main(int argc, char **argv)
          "most the program holds (half the machine's); what is more lies in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
+        {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv",
+         "write which records were not stored, and why", NULL},
+        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "of messages on stderr (text)",
+         NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;

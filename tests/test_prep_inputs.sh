@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Many inputs as one model: files, folders, patterns and lists; every record accounted for, by file and
+# index where it is asked; reports for programs.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell.sh"
+scans="$FOLDER/scäns here"
+mkdir -p "$scans/b/c" "$scans/.hidden" "$FOLDER/none"
+
+ply() { # number of vertices; then their lines on stdin
+    printf 'ply\nformat ascii 1.0\nelement vertex %s\n' "$1"
+    printf 'property float x\nproperty float y\nproperty float z\nend_header\n'
+    cat
+}
+
+"$STIPPLE" gen sphere -n 1000 -o "$scans/a.ply" --quiet
+"$STIPPLE" gen torus -n 2000 -o "$scans/b/b.PLY" --quiet
+ply 4 <<<$'0 0 0\nnan 0 1\n1 1 1\ninf 2 2' >"$scans/b/c/bad, \"q\".ply"
+ply 3 <<<$'0 0 nan\n0 0 2\n1 1 1' >"$scans/b/c/bed.ply"
+ply 1 <<<'5 5 5' >"$scans/.hidden/not.ply"
+echo no scan >"$scans/readme.md"
+
+# prepared READ STORED: of the inputs that follow.
+prepared() {
+    local read=$1 stored=$2
+    shift 2
+    run "$STIPPLE" prep "$@" -o "$FOLDER/m.stipple" --force --stats "$FOLDER/stats.json"
+    expect_code 0
+    expect_text err "$read points read, $stored stored, $((read - stored)) rejected"
+    grep -q "\"points_in\":[[:space:]]*$read,\$" "$FOLDER/stats.json" || fail "$*: points_in"
+    grep -q "\"points_out\":[[:space:]]*$stored,\$" "$FOLDER/stats.json" || fail "$*: points_out"
+    grep -q "\"not_finite\":[[:space:]]*$((read - stored)),\$" "$FOLDER/stats.json" ||
+        fail "$*: rejected"
+}
+
+prepared 3007 3004 "$scans"
+cp "$FOLDER/m.stipple" "$FOLDER/folder.stipple"
+prepared 3007 3004 "$scans/a.ply" "$scans/b/b.PLY" "$scans"/b/c/*
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a folder is its files by name"
+prepared 3007 3004 "$scans/[ab]*"
+prepared 7 4 "$scans/b/c/b?d*.ply"
+printf '# a list\r\n\r\nscäns here/a.ply\r\nscäns here/b\r\n' >"$FOLDER/list.txt"
+prepared 3007 3004 "@$FOLDER/list.txt"
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list is its files in order"
+"$STIPPLE" info "$FOLDER/m.stipple" --json >"$FOLDER/info.json"
+for name in a.ply b.PLY 'bad, \"q\".ply' bed.ply; do
+    grep -qF "\"$name\"" "$FOLDER/info.json" || fail "the metadata has no $name"
+done
+
+# Rejects: a line each.
+run "$STIPPLE" prep "$scans" -o "$FOLDER/m.stipple" --force --quiet --rejects "$FOLDER/rejects.csv"
+expect_code 0
+{
+    echo file,index,reason
+    echo "\"$scans/b/c/bad, \"\"q\"\".ply\",1,not_finite"
+    echo "\"$scans/b/c/bad, \"\"q\"\".ply\",3,not_finite"
+    echo "\"$scans/b/c/bed.ply\",0,not_finite"
+} >"$FOLDER/expected.csv"
+cmp "$FOLDER/rejects.csv" "$FOLDER/expected.csv" || fail "rejects"
+run "$STIPPLE" prep "$scans" -o "$FOLDER/n.stipple" --quiet --rejects "$FOLDER/rejects.csv"
+expect_failure "rejects.csv exists"
+[ ! -e "$FOLDER/n.stipple" ] || fail "a model though the rejects could not be written"
+
+# For programs: each line an object, stages in order, the last of the time left small.
+run "$STIPPLE" prep "$scans" -o "$FOLDER/m.stipple" --force --progress json
+expect_code 0
+number='(-?[0-9.]+|null)'
+object="^\\{\"stage\": \"[a-z]+\", \"done\": $number, \"total\": $number, \"seconds\": $number,"
+object+=" \"seconds_left\": $number\\}\$"
+reports=$(grep -c '^{' "$FOLDER/err")
+[ "$reports" -ge 7 ] || fail "$reports reports"
+[ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a report is no object"
+stages=$(sed -n 's/^{"stage": "\([a-z]*\)".*/\1/p' "$FOLDER/err" | uniq | tr '\n' ' ')
+[ "$stages" = "read sort neighbours spacing normals orientation patches " ] || fail "stages: $stages"
+
+refuse() { # text, inputs
+    local text=$1
+    shift
+    run "$STIPPLE" prep "$@" -o "$FOLDER/new.stipple"
+    expect_failure "$text"
+    [ ! -e "$FOLDER/new.stipple" ] || fail "$*: wrote"
+}
+refuse "has the name of a scan" "$FOLDER/none"
+refuse "no file is named like this" "$scans/*.las"
+refuse "names no file" @/dev/null
+refuse "none.txt" "@$FOLDER/none.txt"
+refuse "gone.ply" "$scans" "$scans/gone.ply"
+end_test

@@ -1,0 +1,202 @@
+/* Many scans as one source. */
+#include "tools/prep_inputs.h"
+
+#include "base/memory.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* What the file system says of a file; nothing of what is no plain file. */
+static prep_input facts_of(const char *path)
+{
+    struct stat facts;
+    if (stat(path, &facts) != 0 || !S_ISREG(facts.st_mode))
+        return (prep_input){0};
+    return (prep_input){facts.st_size, facts.st_mtim};
+}
+
+static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
+{
+    prep_input now = facts_of(in->paths[in->current]);
+    const prep_input *then = &in->facts[in->current];
+    if (now.size == then->size && now.changed.tv_sec == then->changed.tv_sec &&
+        now.changed.tv_nsec == then->changed.tv_nsec)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s changed while it was read: run again when nothing writes to it",
+                         in->paths[in->current]);
+}
+
+static stp_status end_scan(prep_inputs *in, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(check_unchanged(in, err));
+    in->stations_before += stp_scan_get_info(in->scan)->station_count;
+    in->read_before += in->files[in->current].point_count;
+    stp_scan_close(&in->scan);
+    in->current++;
+done:
+    return status;
+}
+
+static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
+{
+    prep_inputs *in = context;
+    stp_status status = STP_OK;
+    *count = 0;
+    while (*count == 0 && in->current < in->count) {
+        if (!in->scan)
+            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
+        STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        in->files[in->current].point_count += *count;
+        for (size_t i = 0; i < *count; i++)
+            if (points[i].station > 0)
+                points[i].station = (uint16_t)(points[i].station + in->stations_before);
+        if (*count == 0)
+            STP_TRY(end_scan(in, err));
+    }
+done:
+    return status;
+}
+
+/* A field of CSV: in quotes, quotes doubled. */
+static stp_status write_quoted(stp_output *output, const char *text, stp_error *err)
+{
+    stp_status status = stp_output_write(output, "\"", 1, err);
+    for (; *text && status == STP_OK; text++)
+        status = stp_output_write(output, *text == '"' ? "\"\"" : text, *text == '"' ? 2 : 1, err);
+    return status == STP_OK ? stp_output_write(output, "\"", 1, err) : status;
+}
+
+/* Batches are of one file, so a rejected record is one of the current file's. */
+static stp_status note_reject(void *context, uint64_t place, stp_reject reason, stp_error *err)
+{
+    prep_inputs *in = context;
+    stp_status status = STP_OK;
+    char line[64];
+    if (!in->rejects)
+        return STP_OK;
+    int length = snprintf(line, sizeof line, ",%" PRIu64 ",%s\n", place - in->read_before,
+                          stp_reject_name(reason));
+    STP_TRY(write_quoted(in->rejects, in->paths[in->current], err));
+    STP_TRY(stp_output_write(in->rejects, line, (size_t)length, err));
+done:
+    return status;
+}
+
+static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, const char *path,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = in->station_count + info->station_count;
+    if (count > STP_STATION_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: with it the inputs have more than %u scanner stations: give it "
+                             "to another model",
+                             path, STP_STATION_LIMIT);
+    STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
+                     err));
+    if (info->station_count > 0)
+        memcpy(in->stations + in->station_count, info->stations,
+               info->station_count * sizeof *in->stations);
+    in->station_count = count;
+done:
+    return status;
+}
+
+/* Notes the scan will not have any more when the metadata is written. */
+static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&file->notes, info->note_count, sizeof *file->notes, "notes", err));
+    for (uint32_t i = 0; i < info->note_count; i++) {
+        const char *const from[2] = {info->notes[i].name, info->notes[i].text};
+        char *to[2] = {NULL, NULL};
+        for (int k = 0; k < 2; k++) {
+            STP_TRY(stp_alloc(&to[k], strlen(from[k]) + 1, 1, "notes", err));
+            memcpy(to[k], from[k], strlen(from[k]) + 1);
+            *(k == 0 ? &file->notes[i].name : &file->notes[i].text) = to[k];
+        }
+        file->note_count = i + 1;
+    }
+done:
+    return status;
+}
+
+static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
+                             uint32_t *any, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan *scan = NULL;
+    const char *slash = strrchr(in->paths[i], '/');
+    in->files[i].name = slash ? slash + 1 : in->paths[i];
+    in->facts[i] = facts_of(in->paths[i]);
+    STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
+    const stp_scan_info *info = stp_scan_get_info(scan);
+    STP_TRY(add_stations(in, info, in->paths[i], err));
+    STP_TRY(copy_notes(&in->files[i], info, err));
+    source->point_count += info->point_count;
+    *all &= info->attributes;
+    *any |= info->attributes;
+    if (info->coordinate_step > 0.0 &&
+        (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
+        source->coordinate_step = info->coordinate_step;
+done:
+    stp_scan_close(&scan);
+    return status;
+}
+
+stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t all = UINT32_MAX, any = 0;
+    STP_TRY(stp_alloc(&in->facts, in->count, sizeof *in->facts, "inputs", err));
+    STP_TRY(stp_alloc(&in->files, in->count, sizeof *in->files, "inputs", err));
+    for (size_t i = 0; i < in->count; i++)
+        STP_TRY(survey_one(in, i, source, &all, &any, err));
+    source->context = in;
+    source->read = read_inputs;
+    source->rejected = note_reject;
+    source->files = in->files;
+    source->file_count = in->count;
+    source->stations = in->stations;
+    source->station_count = (uint32_t)in->station_count;
+    /* Normals orient the model only if every scan has them. */
+    source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
+done:
+    return status;
+}
+
+stp_status prep_inputs_begin_rejects(prep_inputs *in, const char *path, bool force, stp_error *err)
+{
+    static const char head[] = "file,index,reason\n";
+    stp_status status = stp_output_create(&in->rejects, path, force, err);
+    return status == STP_OK ? stp_output_write(in->rejects, head, sizeof head - 1, err) : status;
+}
+
+stp_status prep_inputs_end_rejects(prep_inputs *in, stp_error *err)
+{
+    return in->rejects ? stp_output_commit(&in->rejects, err) : STP_OK;
+}
+
+void prep_inputs_clear(prep_inputs *in)
+{
+    stp_scan_close(&in->scan);
+    stp_output_destroy(&in->rejects);
+    for (size_t i = 0; in->files && i < in->count; i++) {
+        for (uint32_t n = 0; n < in->files[i].note_count; n++) {
+            free((void *)in->files[i].notes[n].name);
+            free((void *)in->files[i].notes[n].text);
+        }
+        free(in->files[i].notes);
+    }
+    free(in->files);
+    free(in->facts);
+    free(in->stations);
+    *in = (prep_inputs){0};
+}

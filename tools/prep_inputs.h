@@ -1,0 +1,42 @@
+/* Many scans as the one source of a model. */
+#ifndef STP_TOOLS_PREP_INPUTS_H
+#define STP_TOOLS_PREP_INPUTS_H
+
+#include "base/file.h"
+#include "formats/scan/scan.h"
+#include "preprocess/prep.h"
+
+#include <sys/types.h>
+
+/* A file as it was when it was first looked at. */
+typedef struct prep_input {
+    off_t size;
+    struct timespec changed;
+} prep_input;
+
+/* Several scans, one after the other. Zero, then paths, count and params; paths are borrowed. */
+typedef struct prep_inputs {
+    char *const *paths;
+    size_t count, current;
+    stp_scan_params params;
+    stp_scan *scan;
+    prep_input *facts;    /* by file */
+    stp_prep_file *files; /* by file: for the metadata; names are the paths' */
+    uint64_t read_before; /* records of the files before the current one */
+    stp_dvec3 *stations;  /* of all inputs, one after the other */
+    size_t station_count, station_capacity;
+    uint32_t stations_before; /* of the inputs before the current one */
+    stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
+} prep_inputs;
+
+/* What all inputs together are; every file is opened once, so that a wrong one fails at once.
+ * *source then reads from the inputs. Errors: those of stp_scan_open, LIMIT (stations). */
+stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
+/* Names rejected records in a CSV file: file, index in it from 0, reason; it appears with
+ * prep_inputs_end_rejects. Errors: EXISTS, IO. */
+stp_status prep_inputs_begin_rejects(prep_inputs *inputs, const char *path, bool force,
+                                     stp_error *err);
+stp_status prep_inputs_end_rejects(prep_inputs *inputs, stp_error *err);
+void prep_inputs_clear(prep_inputs *inputs);
+
+#endif

@@ -1,0 +1,113 @@
+/* What prep says of itself. */
+#include "tools/prep_report.h"
+
+#include "base/clock.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+
+cJSON *prep_report_json(const stp_prep_stats *s)
+{
+    double points = (double)s->points_out;
+    cJSON *root = cJSON_CreateObject();
+    cJSON_AddNumberToObject(root, "points_in", (double)s->points_in);
+    cJSON_AddNumberToObject(root, "points_out", points);
+    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
+        cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
+    cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
+    cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
+    cJSON_AddNumberToObject(root, "seconds", s->seconds);
+    cJSON_AddNumberToObject(root, "points_per_second", points / s->seconds);
+    cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
+    cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
+    cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
+    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
+    cJSON *stages = cJSON_AddObjectToObject(root, "stages");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
+    cJSON *peaks = cJSON_AddObjectToObject(root, "stage_peak_rss_bytes");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        cJSON_AddNumberToObject(peaks, stp_prep_stage_names[i], (double)s->stage_peak_bytes[i]);
+    return root;
+}
+
+static void print_orientation(const stp_prep_stats *s)
+{
+    static const char *const words[] = {"unknown: drawn two-sided", "from the file",
+                                        "from the scanner's position", "propagated",
+                                        "known in part"};
+    if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
+        fprintf(stderr, "orientation from %u scanner positions", s->station_count);
+    else
+        fprintf(stderr, "orientation %s", words[s->orientation]);
+    if (s->points_unstationed > 0)
+        fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
+                s->points_unstationed);
+    fprintf(stderr, "\n");
+}
+
+/* " (3 not finite, 10 without return)". */
+static void print_rejects(const stp_prep_stats *s)
+{
+    static const char *const words[STP_REJECT_COUNT] = {
+        [STP_REJECT_NOT_FINITE] = "not finite",
+        [STP_REJECT_NO_RETURN] = "without a return",
+        [STP_REJECT_INVALID] = "marked invalid",
+    };
+    const char *separator = " (";
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
+        if (s->rejected[r] == 0)
+            continue;
+        fprintf(stderr, "%s%" PRIu64 " %s", separator, s->rejected[r], words[r]);
+        separator = ", ";
+    }
+    fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
+}
+
+static void print_row(const char *stage, const char *seconds, const char *rate, const char *memory)
+{
+    fprintf(stderr, "  %-12s %10s %12s %14s\n", stage, seconds, rate, memory);
+}
+
+static void print_stage(const char *name, double seconds, uint64_t points, uint64_t peak_bytes)
+{
+    char time[32], rate[32] = "-", memory[32];
+    snprintf(time, sizeof time, "%.2f", seconds);
+    if (seconds > 0.0)
+        snprintf(rate, sizeof rate, "%.2f M", 1e-6 * (double)points / seconds);
+    snprintf(memory, sizeof memory, "%.2f GiB", (double)peak_bytes / 0x1p30);
+    print_row(name, time, rate, memory);
+}
+
+void prep_report_print(const stp_prep_stats *s)
+{
+    fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
+            s->points_in, s->points_out, s->points_in - s->points_out);
+    print_rejects(s);
+    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
+            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
+            (double)s->tree.file_bytes / (double)s->points_out);
+    print_orientation(s);
+    print_row("stage", "seconds", "points/s", "memory so far");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        print_stage(stp_prep_stage_names[i], s->stage_seconds[i], s->points_out,
+                    s->stage_peak_bytes[i]);
+    print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
+    if (s->temporary_bytes > 0)
+        fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
+}
+
+stp_status prep_report_plan(const char *path, const stp_prep_source *source,
+                            const stp_prep_params *params, const stp_pool *pool, stp_error *err)
+{
+    stp_prep_plan plan = {0};
+    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
+                                           stp_pool_thread_count(pool), err);
+    if (status == STP_OK && plan.temporary_bytes > 0)
+        fprintf(stderr, "temporary files: up to %.1f GB in %s (%.1f GB free)\n",
+                1e-9 * (double)plan.temporary_bytes, plan.folder, 1e-9 * (double)plan.free_bytes);
+    stp_prep_plan_clear(&plan);
+    return status;
+}
