@@ -1,4 +1,5 @@
 /* One frame: cut, load, project, pull, push, shade. */
+#include "runtime/colour_range.h"
 #include "runtime/stipple.h"
 
 #include "base/clock.h"
@@ -79,7 +80,8 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
         .keep_back_faces = params->keep_back_faces,
-        .no_colour = params->no_colour,
+        .colour = (int)params->colour,
+        .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
     };
@@ -194,6 +196,7 @@ static void set_frame(stp_renderer *r, const drawing *d)
     r->frame.quality[1] = (float)cap;
     r->frame.modes[1] = params->keep_back_faces;
     r->eye = d->view->eye;
+    stp_colour_range_place(r->frame.colour_range, params, &r->eye);
 }
 
 /* Pipeline state of all passes. Depth runs from 1, near, to 0. */

@@ -19,8 +19,9 @@ extern const stp_shader_file stp_shader_files[];
 
 /* What a program is compiled for. */
 typedef struct stp_variant {
-    bool orthographic, box, keep_back_faces, no_colour;
-    int shade; /* STP_SHADE_* */
+    bool orthographic, box, keep_back_faces;
+    int colour, palette; /* stp_colour, stp_palette but OWN */
+    int shade;           /* STP_SHADE_* */
     int geometry_invocations;
 } stp_variant;
 

@@ -44,6 +44,23 @@ typedef enum stp_shade {
     STP_SHADE_CONFIDENCE = 7
 } stp_shade;
 
+/* What colours samples. The numbers are STP_COLOUR_* of shaders/layout.glsl. */
+typedef enum stp_colour {
+    STP_COLOUR_RGB = 0,
+    STP_COLOUR_NONE = 1, /* every sample in the same light grey */
+    STP_COLOUR_INTENSITY = 2,
+    STP_COLOUR_CLASS = 3,
+    STP_COLOUR_ELEVATION = 4
+} stp_colour;
+
+/* Of intensity and elevation, low to high. The numbers are STP_PALETTE_* of shaders/layout.glsl. */
+typedef enum stp_palette {
+    STP_PALETTE_OWN = 0, /* grey for intensity, viridis for elevation */
+    STP_PALETTE_GREY = 1,
+    STP_PALETTE_VIRIDIS = 2,
+    STP_PALETTE_HEAT = 3
+} stp_palette;
+
 /* Zero is the default of each. */
 typedef struct stp_draw_params {
     stp_lod lod;
@@ -53,10 +70,14 @@ typedef struct stp_draw_params {
     bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
     double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
     bool keep_back_faces; /* cull nothing by orientation */
-    bool no_colour;       /* every sample in the same light grey */
-    double load_ms;       /* 0: waits until the cut is complete; else loads for about so long */
-    bool keep_pixels;     /* finish level 0 of the pyramid too, for who reads its pixels */
-    bool timed;           /* waits for the GPU between stages, so that their times are true */
+    stp_colour colour;
+    stp_palette palette;
+    /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
+     * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
+    double colour_range[2];
+    double load_ms;   /* 0: waits until the cut is complete; else loads for about so long */
+    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels */
+    bool timed;       /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
@@ -77,6 +98,11 @@ typedef struct stp_cut_measure {
     uint64_t points, patches;
     double max_error_px; /* greatest projected error chosen; unbounded patches are drawn finest */
 } stp_cut_measure;
+
+/* The 2nd and 98th percentile of intensity or elevation, of the samples of the model's root: what
+ * colour_range may be set to. Errors: those of reading a chunk. */
+stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
+                                  stp_error *err);
 
 typedef struct stp_renderer stp_renderer;
 

@@ -9,11 +9,12 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 viewport;      // width, height, f, near depth
     vec4 frustum;       // side planes: x's (cos, sin), y's (cos, sin); for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
+    vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low), -, -
     ivec4 modes;        // 1 if orthographic, 1 to keep back faces: for the CPU, shaders have macros
 };
 
 // A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_KEEP_BACK_FACES, STP_NO_COLOUR are 0 or 1, STP_SHADE is one of these. Software rasterisers run
+// STP_KEEP_BACK_FACES are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these. Software rasterisers run
 // both sides of a branch, so what a picture does not need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
@@ -23,6 +24,14 @@ layout(std140, binding = 0) uniform stp_frame {
 #define STP_SHADE_CHUNK 5
 #define STP_SHADE_ERROR 6
 #define STP_SHADE_CONFIDENCE 7
+#define STP_COLOUR_RGB 0
+#define STP_COLOUR_NONE 1
+#define STP_COLOUR_INTENSITY 2
+#define STP_COLOUR_CLASS 3
+#define STP_COLOUR_ELEVATION 4
+#define STP_PALETTE_GREY 1
+#define STP_PALETTE_VIRIDIS 2
+#define STP_PALETTE_HEAT 3
 
 // The Object Texture: one texel is one sample (formats/chunk/sample.h).
 layout(binding = 0) uniform usamplerBuffer object_texture;

@@ -31,6 +31,9 @@ struct stp_disc {
     vec3 normal;          // eye space, unit; meaningless where unknown
     float radius;
     vec3 colour;
+    float intensity;      // 0 to 1
+    float elevation;      // along the scan's z, relative to the eye
+    uint class_id;
     uint kind;
     bool has_normal;
     bool oriented;
@@ -117,7 +120,11 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
 {
     stp_disc disc;
     uint radius = texel.y >> 16 & 255u;
-    disc.position = stp_to_eye(stp_sample_position(texel, origin, step));
+    vec3 from_eye = stp_sample_position(texel, origin, step);
+    disc.position = stp_to_eye(from_eye);
+    disc.elevation = from_eye.z;
+    disc.intensity = float(texel.w >> 24) / 255.0;
+    disc.class_id = texel.z >> 24;
     disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
     disc.oriented = stp_sample_oriented(texel);
     disc.has_normal = (texel.y & 0x02000000u) != 0u;

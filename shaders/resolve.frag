@@ -65,8 +65,14 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
 #elif STP_SHADE == STP_SHADE_ERROR
     stp_patch p = stp_patch_fetch(id.y, chunk.offset);
     return stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
-#elif STP_NO_COLOUR
+#elif STP_COLOUR == STP_COLOUR_NONE
     return vec3(0.8);
+#elif STP_COLOUR == STP_COLOUR_INTENSITY
+    return stp_palette_ramp((disc.intensity - colour_range.x) * colour_range.y);
+#elif STP_COLOUR == STP_COLOUR_CLASS
+    return stp_palette_class(disc.class_id);
+#elif STP_COLOUR == STP_COLOUR_ELEVATION
+    return stp_palette_ramp((disc.elevation - colour_range.x) * colour_range.y);
 #else
     return disc.colour;
 #endif

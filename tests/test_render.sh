@@ -145,7 +145,8 @@ test_stats() {
     [ "$(stat_of points_drawn)" -le 300000 ] || fail "$command: more points than there are"
 }
 
-test_cameras() {
+test_cameras() {    local text
+
     echo '{"eye": [0, 0, 5], "look": [0, 0, 0], "up": [0, 1, 0], "height": 4, "size": [96, 64]}' \
         >"$FOLDER/camera.json"
     render "$model" --camera "$FOLDER/camera.json"
@@ -165,7 +166,18 @@ test_cameras() {
     expect_failure "the camera's eye"
     render "$model" --fovy 180
     expect_failure "180"
-    local text
+    render "$model" --colour elevation --palette heat --size 64x64
+    expect_picture 64 64
+    render "$model" --color elevation --colour-range -1,1.5e3 --size 64x64
+    expect_picture 64 64
+    render "$model" --colour intensity
+    expect_failure "--colour intensity: the model has none"
+    render "$model" --colour class
+    expect_failure "--colour class: the model has no classes"
+    for text in 1 1,0 1,2,3 0,nan x,y; do
+        render "$model" --colour elevation --colour-range "$text"
+        expect_failure "--colour-range $text"
+    done
     for text in '' '{' '[]' '{"eye": [0, 0]}' '{"up": "y"}' '{"fovy_deg": "40"}' '{"size": [1, -1]}' \
         '{"look": [0, 0, null]}' '{"size": [1e9, 1]}'; do
         echo "$text" >"$FOLDER/bad.json"

@@ -1,6 +1,7 @@
 /* Options of the drawing commands. */
 #include "tools/draw_options.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -25,8 +26,12 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
          "how gaps are closed (gauss)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES, "what is shown (phong)", NULL},
-        {"--colour", 0, CLI_CHOICE, &o->colour, "rgb|none", "of the samples (rgb)", NULL},
-        {"--color", 0, CLI_CHOICE, &o->colour, "rgb|none", NULL, NULL},
+        {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "of the samples (rgb)", NULL},
+        {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
+        {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
+         "of intensity (grey) and elevation (viridis)", NULL},
+        {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
+         "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
         {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
          NULL},
@@ -44,17 +49,45 @@ void draw_options_word(const char *words, int index, char out[16])
     snprintf(out, 16, "%.*s", (int)strcspn(words, "|"), words);
 }
 
-stp_draw_params draw_options_params(const draw_options *o)
+/* The ends of the palette: what is asked for, else what the model has. */
+static stp_status choose_range(const draw_options *o, const stp_model *model,
+                               stp_draw_params *params, stp_error *err)
 {
-    return (stp_draw_params){
+    double *range = params->colour_range;
+    int used = 0;
+    if (params->colour == STP_COLOUR_INTENSITY && !(model->info->attributes & STP_HAS_INTENSITY))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour intensity: the model has none: give elevation or none");
+    if (params->colour == STP_COLOUR_CLASS && !(model->info->attributes & STP_HAS_CLASS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour class: the model has no classes: give elevation or none");
+    if (o->colour_range) {
+        if (sscanf(o->colour_range, "%lf,%lf%n", &range[0], &range[1], &used) == 2 &&
+            !o->colour_range[used] && range[0] < range[1] && isfinite(range[1] - range[0]))
+            return STP_OK;
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour-range %s: give two numbers that rise, like 0.1,0.9",
+                             o->colour_range);
+    }
+    if (params->colour == STP_COLOUR_INTENSITY || params->colour == STP_COLOUR_ELEVATION)
+        return stp_model_colour_range(model, params->colour, range, err);
+    return STP_OK;
+}
+
+stp_status draw_options_params(const draw_options *o, const stp_model *model,
+                               stp_draw_params *params, stp_error *err)
+{
+    *params = (stp_draw_params){
         .lod = (stp_lod)o->lod,
         .reconstruct = (stp_reconstruct)o->reconstruct,
         .shade = (stp_shade)o->shade,
         .threshold_px = o->threshold_px,
         .every_sample = o->threshold_px <= 0.0,
         .radius_cap_px = o->radius_cap_px,
-        .no_colour = o->colour == 1,
+        .colour = (stp_colour)o->colour,
+        .palette = (stp_palette)o->palette,
     };
+    return choose_range(o, model, params, err);
 }
 
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,

@@ -10,16 +10,19 @@ typedef struct draw_options {
     camera_options camera;
     const char *shader_folder;
     double threshold_px, radius_cap_px;
-    int lod, reconstruct, shade, colour;
+    int lod, reconstruct, shade, colour, palette;
+    const char *colour_range;
     uint64_t gpu_memory, cpu_memory;
     bool has_threshold;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 10)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 12)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
 #define DRAW_RECONSTRUCTIONS "gauss|box|points"
+#define DRAW_COLOURS "rgb|none|intensity|class|elevation"
+#define DRAW_PALETTES "auto|grey|viridis|heat"
 #define DRAW_SHADES "phong|lambert|normal|depth|level|chunk|error|confidence"
 
 /* The defaults, before parsing. */
@@ -28,8 +31,10 @@ draw_options draw_options_default(void);
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 /* One word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
-/* What the renderer wants of them. */
-stp_draw_params draw_options_params(const draw_options *o);
+/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or no
+ * range is given), those of reading the model's root. */
+stp_status draw_options_params(const draw_options *o, const stp_model *model,
+                               stp_draw_params *params, stp_error *err);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
                                           const cli_common *common);
 /* The camera: the default view of the model, then what --camera's file says, then the options; and

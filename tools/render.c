@@ -91,15 +91,13 @@ done:
 
 /* The picture, and where --repeat asks for it more of the same. The first frame, which loads and
  * warms up, counts only if it is the only one. */
-static stp_status draw(const options *o, stp_renderer *renderer, const stp_view *view, measured *m,
-                       stp_error *err)
+static stp_status draw(const options *o, const stp_draw_params *params, stp_renderer *renderer,
+                       const stp_view *view, measured *m, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_draw_params params = draw_options_params(&o->draw);
-    params.timed = o->stats != NULL;
     STP_TRY(measure_create(m, (size_t)o->repeat + 1, err));
     for (uint64_t i = 0; i <= o->repeat; i++) {
-        STP_TRY(stp_renderer_draw(renderer, view, &params, &m->last, err));
+        STP_TRY(stp_renderer_draw(renderer, view, params, &m->last, err));
         if (i == 0 && o->repeat > 0)
             continue;
         m->frame_ms[m->count] = m->last.frame_ms;
@@ -156,6 +154,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
     stp_renderer *renderer = NULL;
     stp_camera camera;
     stp_view view;
+    stp_draw_params drawn;
     measured m = {0};
     int size[2];
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
@@ -164,10 +163,12 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(stp_model_open(&model, path, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
     STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
+    STP_TRY(draw_options_params(&o->draw, model, &drawn, err));
+    drawn.timed = o->stats != NULL;
     STP_TRY(stp_gl_context_create(&context, err));
     stp_renderer_params params = draw_options_renderer(&o->draw, model, common);
     STP_TRY(stp_renderer_create(&renderer, &params, err));
-    STP_TRY(draw(o, renderer, &view, &m, err));
+    STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
     STP_TRY(save(o, renderer, &view, err));
     if (o->stats != NULL)
         STP_TRY(cli_write_json(o->stats, stats_json(&m, stp_renderer_bytes_read(renderer)),

@@ -152,6 +152,7 @@ static stp_status open_viewer(viewer *v, const char *path, const cli_common *com
     STP_TRY(stp_model_open(&v->model, path, err));
     v->control.ball = v->model->ball;
     STP_TRY(draw_options_camera(v->options, v->model, &v->control.camera, size, err));
+    STP_TRY(draw_options_params(v->options, v->model, &v->control.params, err));
     bool has_size = v->options->camera.has_size;
     STP_TRY(stp_window_create(&v->window, v->name, size[0], size[1], !has_size, err));
     stp_renderer_params params = draw_options_renderer(v->options, v->model, common);
@@ -170,7 +171,7 @@ static stp_status view(const draw_options *o, const cli_common *common, const ch
     viewer v = {.options = o,
                 .name = slash != NULL && slash[1] != '\0' ? slash + 1 : path,
                 .quiet = common->quiet,
-                .control = {.params = draw_options_params(o), .depth = depth_under}};
+                .control = {.depth = depth_under}};
     v.control.context = &v;
     STP_TRY(open_viewer(&v, path, common, err));
     STP_TRY(loop(&v, err));

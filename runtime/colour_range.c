@@ -1,0 +1,61 @@
+/* From what to what a palette goes. */
+#include "runtime/colour_range.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+/* Left out at either end: outliers would take most of the palette. */
+#define TAIL 0.02
+
+stp_palette stp_colour_palette(const stp_draw_params *params)
+{
+    if (params->palette != STP_PALETTE_OWN)
+        return params->palette;
+    return params->colour == STP_COLOUR_ELEVATION ? STP_PALETTE_VIRIDIS : STP_PALETTE_GREY;
+}
+
+void stp_colour_range_place(float out[4], const stp_draw_params *params, const stp_dvec3 *eye)
+{
+    double low = params->colour_range[0], extent = params->colour_range[1] - low;
+    if (params->colour == STP_COLOUR_ELEVATION)
+        low -= eye->z;
+    out[0] = (float)low;
+    out[1] = extent > 0.0 ? (float)(1.0 / extent) : 0.0f;
+    out[2] = out[3] = 0.0f;
+}
+
+static int compare_values(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *root = NULL;
+    double *values = NULL;
+    STP_TRY(stp_chunk_file_read(model->file, 0, 0, &root, err));
+    uint32_t count = root->level_begin[0][root->patch_count];
+    STP_TRY(stp_alloc(&values, count, sizeof *values, "values", err));
+    for (uint32_t p = 0; p < root->patch_count; p++)
+        for (uint32_t i = root->level_begin[0][p]; i < root->level_begin[0][p + 1]; i++) {
+            const stp_sample *sample = &root->samples[0][i];
+            values[i] =
+                colour == STP_COLOUR_ELEVATION
+                    ? model->entries[0].origin.z + stp_sample_position(sample, &root->patches[p]).z
+                    : sample->intensity / 255.0;
+        }
+    range[0] = range[1] = 0.0;
+    if (count > 0) {
+        qsort(values, count, sizeof *values, compare_values);
+        range[0] = values[(uint32_t)(TAIL * (count - 1))];
+        range[1] = values[count - 1 - (uint32_t)(TAIL * (count - 1))];
+    }
+done:
+    free(values);
+    stp_chunk_destroy(&root);
+    return status;
+}
