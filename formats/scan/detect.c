@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
-#define STP_SUPPORTED "supported are PLY, OBJ, OFF and STL"
+#define STP_SUPPORTED "supported are PLY, LAS, OBJ, OFF and STL"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -63,6 +63,11 @@ static bool is_ply(const prefix *p)
     return starts_with(p, "ply", 3) && (p->length == 3 || is_space(p->bytes[3]));
 }
 
+static bool is_las(const prefix *p)
+{
+    return starts_with(p, "LASF", 4);
+}
+
 static bool is_off(const prefix *p)
 {
     static const char *const words[] = {"OFF",   "COFF", "NOFF",  "CNOFF",
@@ -101,6 +106,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         stp_scan_format format;
     } tests[] = {
         {is_ply, STP_SCAN_PLY},
+        {is_las, STP_SCAN_LAS},
         {is_stl_binary, STP_SCAN_STL_BINARY}, /* before the ASCII one: some begin with `solid` */
         {is_stl_ascii, STP_SCAN_STL_ASCII},
         {is_off, STP_SCAN_OFF},
@@ -123,7 +129,6 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
         size_t length;
         const char *name, *advice;
     } known[] = {
-        {"LASF", 4, "a LAS or LAZ file", "convert it to PLY"},
         {"ASTM-E57", 8, "an E57 file", "convert it to PLY"},
         {"# .PCD", 6, "a PCD file", "convert it to PLY"},
         {"VERSION .7", 10, "a PCD file", "convert it to PLY"},

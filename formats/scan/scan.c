@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/scan/detect.h"
+#include "formats/scan/las.h"
 #include "formats/scan/mesh_read.h"
 #include "formats/scan/mesh_sample.h"
 #include "formats/scan/ply.h"
@@ -39,7 +40,9 @@ const char *stp_reject_name(stp_reject reject)
 /* Formats of points alone, by stp_scan_format. */
 static stp_scan_reader_open *streamed_format(stp_scan_format format)
 {
-    static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {NULL};
+    static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {
+        [STP_SCAN_LAS] = stp_las_open,
+    };
     return opens[format];
 }
 

@@ -1,6 +1,7 @@
 /* Scans in: a stream of points out of any supported file.
  *
- * Recognised by content first, name second: PLY (our streaming reader); OBJ, OFF, STL (OpenMesh).
+ * Recognised by content first, name second: PLY, LAS and LAZ (streamed); OBJ, OFF, STL
+ * (OpenMesh).
  * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
  * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as
  * they are: NaN and infinite ones are the caller's to count and drop, and so are records that the
