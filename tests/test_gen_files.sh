@@ -120,6 +120,53 @@ expect_code 0
 prep "$FOLDER/n.ply" --quiet
 [ "$(orientation)/$(stations)" = file/0 ] || fail "stations win over the file's normals"
 
+# LAS: header and records as long as the standard says, the same points as PLY's within its step.
+las_number() { # file, offset, bytes
+    od -An -v -tu"$3" -j "$2" -N "$3" "$1" | tr -d ' '
+}
+las_check() { # file, points, point format, record length
+    [ "$(head -c 4 "$1")" = LASF ] || fail "$1 does not begin with LASF"
+    [ "$(las_number "$1" 25 1)/$(las_number "$1" 104 1)" = 4/$3 ] || fail "$1 is not 1.4 format $3"
+    [ "$(las_number "$1" 247 8)" = "$2" ] || fail "$1 counts $(las_number "$1" 247 8) points"
+    [ "$(stat -c %s "$1")" = $((375 + $2 * $4)) ] || fail "$1 has $(stat -c %s "$1") bytes"
+}
+for count in 1 2 1000; do
+    run "$STIPPLE" gen statue -n $count -o "$FOLDER/p.las" --force --quiet
+    expect_code 0
+    las_check "$FOLDER/p.las" $count 7 36
+done
+run "$STIPPLE" gen sheet -n 20000 --no-colour --stations 3 -o "$FOLDER/p.LAS" --force --quiet
+expect_code 0
+las_check "$FOLDER/p.LAS" 20000 6 30
+sources=$(od -An -v -w30 -tu1 -j 375 "$FOLDER/p.LAS" | awk '{print $21 + 256 * $22}' | sort -un | xargs)
+[ "$sources" = "1 2 3" ] || fail "point source IDs are $sources"
+classes=$(od -An -v -w30 -tu1 -j 375 "$FOLDER/p.LAS" | awk '{print $17}' | sort -un | xargs)
+[ "$classes" = "1 2" ] || fail "classes are $classes"
+run "$STIPPLE" gen terrain -n 30000 --noise 0.5 --threads 1 -o "$FOLDER/p.las" --force --quiet
+run "$STIPPLE" gen terrain -n 30000 --noise 0.5 --threads 3 -o "$FOLDER/q.las" --force --quiet
+expect_code 0
+cmp -s "$FOLDER/p.las" "$FOLDER/q.las" || fail "LAS: other threads, other bytes"
+run "$STIPPLE" gen terrain -n 30000 --noise 0.5 -o "$FOLDER/p.ply" --force --quiet
+run "$STIPPLE" gen terrain -n 30000 --noise 0.5 --no-colour -o "$FOLDER/q.ply" --force --quiet
+paste <(od -An -v -w36 -td4 -j 375 "$FOLDER/p.las") <(od -An -v -w36 -tu2 -j 375 "$FOLDER/p.las") |
+    awk '{print $1, $2, $3, $25, $26, $27}' >"$FOLDER/las.txt"
+paste <(od -An -v -w12 -tf4 -j "$(header_bytes "$FOLDER/q.ply")" "$FOLDER/q.ply") \
+    <(od -An -v -w15 -tu1 -j "$(header_bytes "$FOLDER/p.ply")" "$FOLDER/p.ply") |
+    awk '{print $1, $2, $3, $16, $17, $18}' >"$FOLDER/ply.txt"
+step=$(od -An -tf8 -j 131 -N 8 "$FOLDER/p.las")
+rise=$(od -An -tf8 -j 171 -N 8 "$FOLDER/p.las")
+wrong=$(paste "$FOLDER/las.txt" "$FOLDER/ply.txt" | awk -v step="$step" -v rise="$rise" '
+    function far(a, b) { return a - b > 0.501 * step + 1e-4 || b - a > 0.501 * step + 1e-4 }
+    far($1 * step, $7) || far($2 * step, $8) || far($3 * step + rise, $9) ||
+    $4 != 257 * $10 || $5 != 257 * $11 || $6 != 257 * $12' | wc -l)
+[ "$wrong/$(wc -l <"$FOLDER/las.txt")" = 0/30000 ] || fail "$wrong points of LAS are not PLY's"
+prep "$FOLDER/p.las" --quiet
+run "$STIPPLE" verify "$FOLDER/s.stipple" --quiet
+expect_code 0
+run "$STIPPLE" gen sphere -n 10 --normals -o "$FOLDER/none.las"
+expect_usage "LAS has no normals"
+[ -e "$FOLDER/none.las" ] && fail "a refused request left a LAS file"
+
 options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 # shellcheck disable=SC2086
 {

@@ -3,11 +3,10 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/pool.h"
-#include "formats/scan/ply_write.h"
 #include "tools/camera_options.h"
-#include "tools/gen/sampler.h"
 #include "tools/gen/truth.h"
 #include "tools/gen/visibility.h"
+#include "tools/gen_scan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -49,7 +48,7 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
 {
     stp_status status = STP_OK;
     gen_sampler *sampler = NULL;
-    stp_ply_writer *writer = NULL;
+    gen_scan scan = {0};
     batch work = {0};
     gen_sampler_params params = {.surface = surface,
                                  .point_count = o->point_count,
@@ -58,16 +57,11 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
                                  .noise_spacings = o->noise,
                                  .random_order = o->order == 1};
     STP_TRY(gen_sampler_create(&sampler, &params, pool, err));
-    stp_ply_writer_params writer_params = {.force = o->force,
-                                           .vertex_count = o->point_count,
-                                           .station_count = (uint32_t)o->station_count};
-    if (o->station_count > 0)
-        writer_params.stations = gen_sampler_stations(sampler);
-    writer_params.attributes = (o->normals ? STP_POINT_HAS_NORMAL : 0u) |
-                               (o->no_colour ? 0u : STP_POINT_HAS_COLOUR) |
-                               (surface->has_class ? STP_POINT_HAS_CLASS : 0u) |
-                               (o->station_count > 1 ? STP_POINT_HAS_STATION : 0u);
-    STP_TRY(stp_ply_writer_create(&writer, o->output, &writer_params, err));
+    const uint32_t attributes = (o->normals ? STP_POINT_HAS_NORMAL : 0u) |
+                                (o->no_colour ? 0u : STP_POINT_HAS_COLOUR) |
+                                (surface->has_class ? STP_POINT_HAS_CLASS : 0u) |
+                                (o->station_count > 1 ? STP_POINT_HAS_STATION : 0u);
+    STP_TRY(gen_scan_create(&scan, o->output, o->force, attributes, sampler, &params, err));
     size_t batch_points = (size_t)TASK_POINTS * BATCH_TASKS;
     STP_TRY(stp_alloc(&work.points, batch_points, sizeof *work.points, "points", err));
     work.sampler = sampler;
@@ -77,14 +71,14 @@ static stp_status write_points(const options *o, const gen_surface *surface, stp
         size_t count = (size_t)(work.end - work.first);
         size_t tasks = (count + TASK_POINTS - 1) / TASK_POINTS;
         STP_TRY(stp_pool_run(pool, tasks, fill_task, &work, err));
-        STP_TRY(stp_ply_writer_points(writer, work.points, count, err));
+        STP_TRY(gen_scan_points(&scan, work.points, count, err));
         work.first = work.end;
         STP_TRY(stp_progress_update(progress, "points", work.first, o->point_count, err));
     }
-    STP_TRY(stp_ply_writer_finish(&writer, err));
+    STP_TRY(gen_scan_finish(&scan, err));
 done:
     free(work.points);
-    stp_ply_writer_destroy(&writer);
+    gen_scan_destroy(&scan);
     gen_sampler_destroy(&sampler);
     return status;
 }
@@ -196,6 +190,8 @@ static const char *check(const options *o, gen_shape shape)
         return "no output: give -o F.ply, --mesh F.ply or --truth I.png";
     if (o->output != NULL && o->point_count == 0)
         return "no number of points: give -n N, 1 or more";
+    if (o->output != NULL && o->normals && gen_scan_is_las(o->output))
+        return "--normals: LAS has no normals; give -o F.ply";
     if (o->truth != NULL && shape != GEN_BUMPY)
         return "--truth needs the shape bumpy";
     if (o->station_count > GEN_STATION_LIMIT)
@@ -212,7 +208,7 @@ static int run(int argc, char **argv)
     stp_error error = {0};
     const cli_option own[] = {
         {"--points", 'n', CLI_UINT, &o.point_count, "N", "how many points", NULL},
-        {"--output", 'o', CLI_STRING, &o.output, "F.ply", "the scan", NULL},
+        {"--output", 'o', CLI_STRING, &o.output, "F.ply|F.las", "the scan", NULL},
         {"--order", 0, CLI_CHOICE, &o.order, "scan|random",
          "neighbours in the file are neighbours in space, or not (scan)", NULL},
         {"--noise", 0, CLI_NUMBER, &o.noise, "SPACINGS",
@@ -252,9 +248,12 @@ const cli_command cli_gen = {
     .name = "gen",
     .summary = "make a scan of a known surface",
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
-    .details = "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
-               "apart).\nPoints are spread evenly over the true surface; memory does not grow with "
-               "their number.\nThe file says where the stations are and which one saw a "
-               "point.\nThe camera's options are for the picture of --truth.",
+    .details =
+        "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
+        "apart).\nThe scan is PLY, or LAS 1.4 where its name ends in .las.\nPoints are spread "
+        "evenly over the true surface; memory does not grow with "
+        "their number.\nThe file says where the stations are and which one saw a point (LAS: "
+        "the latter\nalone, as point source ID).\nThe camera's options are for the picture of "
+        "--truth.",
     .run = run,
 };
