@@ -151,11 +151,36 @@ static void geokeys(void **state)
                     "(missing: keys 10 to 10)");
 }
 
+/* Keys that name no values, of records that are not there. */
+static void geokeys_of_nothing(void **state)
+{
+    (void)state;
+    las_file f;
+    const uint16_t keys[] = {1, 1, 0,    4,     1026, 34737, 0,    0,     2057, 34736,
+                             0, 0, 3074, 34735, 0,    0,     2049, 34737, 1,    0};
+    las_begin(&f, 2, 0, 20);
+    add_keys(&f, keys, sizeof keys / sizeof *keys);
+    one_point(&f);
+    las_save(&f, "nothing.las");
+    las_expect_note("nothing.las", "geokeys",
+                    "GTCitationGeoKey=\nGeogSemiMajorAxisGeoKey=\nProjectionGeoKey=\n"
+                    "GeogCitationGeoKey=(missing: characters 1 to 1 of 0)");
+    las_begin(&f, 2, 0, 20);
+    add_keys(&f, keys, 3);
+    one_point(&f);
+    las_save(&f, "short.las");
+    las_expect_note("short.las", "geokeys", "");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fields_left_out), cmocka_unit_test(extra_bytes), cmocka_unit_test(wkt),
-        cmocka_unit_test(texts_are_utf8),  cmocka_unit_test(geokeys),
+        cmocka_unit_test(fields_left_out),
+        cmocka_unit_test(extra_bytes),
+        cmocka_unit_test(wkt),
+        cmocka_unit_test(texts_are_utf8),
+        cmocka_unit_test(geokeys),
+        cmocka_unit_test(geokeys_of_nothing),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

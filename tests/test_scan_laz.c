@@ -47,7 +47,9 @@ static void fill(laszip_point_struct *p, unsigned format, unsigned i)
         p->extended_classification_flags = i % 10 == 0 ? 4 : 0;
         p->extended_return_number = p->extended_number_of_returns = 1;
     }
-    p->classification = i % (format >= 6 ? 32 : 29);
+    /* LASzip wants both classes of the extended formats to agree, as far as five bits hold them. */
+    const unsigned class_id = format >= 6 ? i % 256 : i % 29;
+    p->classification = class_id < 32 ? class_id & 31u : 0u;
     p->withheld_flag = i % 10 == 0;
     p->return_number = p->number_of_returns = 1;
     for (unsigned k = 0; k < 3; k++)

@@ -98,6 +98,8 @@ static stp_status add_ascii(stp_las_text *text, const geo_key *key, const stp_la
     while (count > 0 && (ascii->bytes[key->value + count - 1] == '|' ||
                          ascii->bytes[key->value + count - 1] == '\0'))
         count--;
+    if (count == 0) /* and maybe no record at all */
+        return STP_OK;
     return stp_las_text_add_bytes(text, ascii->bytes + key->value, count, err);
 }
 

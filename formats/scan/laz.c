@@ -116,7 +116,7 @@ static void pack(const stp_laz *laz, unsigned char *record)
     stp_las_put_u32(record + 8, (uint32_t)p->Z);
     stp_las_put_u16(record + 12, p->intensity);
     if (format->extended) {
-        record[15] = p->extended_classification_flags;
+        record[15] = (unsigned char)(p->extended_classification_flags | p->withheld_flag << 2);
         record[16] = p->extended_classification;
     } else {
         record[15] = (unsigned char)(p->classification | p->synthetic_flag << 5 |
