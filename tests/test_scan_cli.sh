@@ -87,6 +87,28 @@ mkdir "$FOLDER/été à côté"
 cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
 prepared "$FOLDER/été à côté/nuage de points.off" 400 file
 
+# A sparse survey far from the origin, whose centimetres no float holds, comes back to a centimetre.
+awk 'BEGIN { for (i = 0; i < 400; i++)
+    printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
+    ply 400 >"$FOLDER/far.ply"
+run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force --precision 0.005
+expect_code 0
+run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
+expect_code 0
+LC_ALL=C sed -n '/^property/p; /^end_header/q' "$FOLDER/m.ply" | grep -aqx 'property double y' ||
+    fail "coordinates of six digits and two were written as floats"
+header=$(LC_ALL=C sed '/^end_header/q' "$FOLDER/m.ply" | wc -c)
+# A point has 36 bytes: every other one begins where a double may, from either of two begins.
+back=$({
+    od -An -v -w72 -tf8 -j "$header" "$FOLDER/m.ply"
+    od -An -v -w72 -tf8 -j $((header + 36)) "$FOLDER/m.ply"
+} | awk '
+    function far(value, from) { value -= from; value -= 40 * int(value / 40 + 0.5)
+        return value > 0.00501 || value < -0.00501 }
+    !far($1, 600000.37) && !far($2, 800000.01)' | wc -l)
+[ "$back" = 400 ] || fail "$back of 400 points came back where they were"
+rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
+
 : >"$FOLDER/empty.ply"
 refused "$FOLDER/empty.ply" "0 bytes"
 ply 0 </dev/null >"$FOLDER/none.ply"

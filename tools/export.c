@@ -5,6 +5,7 @@
 #include "formats/chunk/chunk_file.h"
 #include "formats/scan/ply_write.h"
 
+#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -22,8 +23,19 @@ const cli_command cli_export = {
 /* Points written at a time. */
 #define BATCH_COUNT 4096u
 
+/* The greatest error of a position that was asked for, or is the source's; infinite for none. */
+static double asked_precision(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *precision = cJSON_GetObjectItemCaseSensitive(metadata, "precision");
+    const double value = cJSON_IsNumber(precision) ? precision->valuedouble : 0.0;
+    cJSON_Delete(metadata);
+    return value > 0.0 ? value : INFINITY;
+}
+
 /* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
- * distance between samples: then below a half of the lattice's step. */
+ * distance between samples: then below a half of the lattice's step; and below the precision asked
+ * for, so that georeferenced points come back as they were. */
 static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
@@ -40,7 +52,7 @@ static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
         if (entry.child_count == 0)
             radius = fmin(radius, (double)entry.radius_min);
     }
-    *out = float_step > radius / info->lambda / 64.0;
+    *out = float_step > fmin(radius / info->lambda / 64.0, asked_precision(info));
     return STP_OK;
 }
 
