@@ -165,7 +165,9 @@ run "$STIPPLE" verify "$FOLDER/s.stipple" --quiet
 expect_code 0
 run "$STIPPLE" gen sphere -n 10 --normals -o "$FOLDER/none.las"
 expect_usage "LAS has no normals"
-[ -e "$FOLDER/none.las" ] && fail "a refused request left a LAS file"
+run "$STIPPLE" gen sphere -n 10 -o "$FOLDER/none.laz"
+expect_usage "compressed LAS (LAZ) is not written"
+[ -e "$FOLDER/none.las" ] || [ -e "$FOLDER/none.laz" ] && fail "a refused request left a LAS file"
 
 options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 # shellcheck disable=SC2086

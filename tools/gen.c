@@ -190,6 +190,8 @@ static const char *check(const options *o, gen_shape shape)
         return "no output: give -o F.ply, --mesh F.ply or --truth I.png";
     if (o->output != NULL && o->point_count == 0)
         return "no number of points: give -n N, 1 or more";
+    if (o->output != NULL && gen_scan_is_laz(o->output))
+        return "compressed LAS (LAZ) is not written: give -o F.las";
     if (o->output != NULL && o->normals && gen_scan_is_las(o->output))
         return "--normals: LAS has no normals; give -o F.ply";
     if (o->truth != NULL && shape != GEN_BUMPY)

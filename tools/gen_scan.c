@@ -10,10 +10,20 @@ static const double steps_per_spacing = 100.0;
 /* Gaussian noise stays within so many standard deviations. */
 static const double noise_reach = 10.0;
 
+static bool ends_with(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), ending_length = strlen(ending);
+    return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
+}
+
 bool gen_scan_is_las(const char *path)
 {
-    const size_t length = strlen(path);
-    return length >= 4 && strcasecmp(path + length - 4, ".las") == 0;
+    return ends_with(path, ".las");
+}
+
+bool gen_scan_is_laz(const char *path)
+{
+    return ends_with(path, ".laz");
 }
 
 static stp_status create_las(gen_scan *out, const char *path, bool force, uint32_t attributes,

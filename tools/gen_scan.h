@@ -11,8 +11,9 @@ typedef struct gen_scan {
     stp_las_writer *las;
 } gen_scan;
 
-/* Does the name ask for LAS? */
+/* Does the name ask for LAS, or for LAZ, which is not written? */
 bool gen_scan_is_las(const char *path);
+bool gen_scan_is_laz(const char *path);
 /* Starts the file of a sampler made by these params, in floats (PLY) or in the coarsest power of
  * ten below a hundredth of the sample spacing (LAS: 32 bits permitting). Errors: as the writers'.
  */

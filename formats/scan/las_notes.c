@@ -78,8 +78,10 @@ static stp_status counts(stp_las_text *text, const stp_las_header *h, uint64_t f
                                 "read",
                                 (unsigned long long)h->count_32);
     /* Up to 1.2 nothing may follow the points; later waveforms and records do. */
+    if (h->minor_version > 2 || h->compressed)
+        return STP_OK;
     const uint64_t behind = file_bytes - h->point_offset - h->point_count * h->record_bytes;
-    if (h->minor_version <= 2 && !h->compressed && behind >= h->record_bytes)
+    if (behind >= h->record_bytes)
         return stp_las_text_add(text, err,
                                 "behind the %llu points that the header counts, %llu bytes follow, "
                                 "which were not read",
