@@ -87,6 +87,18 @@ mkdir "$FOLDER/été à côté"
 cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
 prepared "$FOLDER/été à côté/nuage de points.off" 400 file
 
+# Points that a LAS file withholds are rejects, by their places.
+run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/held.las" --quiet
+expect_code 0
+for place in 0 7 999; do # records of 36 bytes behind a header of 375, flags at 15
+    printf '\004' | dd of="$FOLDER/held.las" bs=1 seek=$((375 + 36 * place + 15)) conv=notrunc 2>/dev/null
+done
+prepared "$FOLDER/held.las" 997 propagated --rejects "$FOLDER/held.csv"
+printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las",999,invalid\n' |
+    cmp -s - <(sed "s|$FOLDER/||" "$FOLDER/held.csv") || fail "withheld points are not the rejects: $(head -5 "$FOLDER/held.csv")"
+head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
+refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
+
 # A sparse survey far from the origin, whose centimetres no float holds, comes back to a centimetre.
 awk 'BEGIN { for (i = 0; i < 400; i++)
     printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
