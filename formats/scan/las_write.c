@@ -40,14 +40,16 @@ double stp_las_finest_step(double reach)
 
 static void put_header(const stp_las_writer *w, unsigned char *h)
 {
+    static const char signature[4] = {'L', 'A', 'S', 'F'};
+    static const char system_identifier[32] = "OTHER", generating_software[32] = "stipple";
     const double offset[3] = {w->params.offset.x, w->params.offset.y, w->params.offset.z};
     memset(h, 0, STP_LAS_HEADER_BYTES_1_4);
-    memcpy(h, "LASF", 4);
+    memcpy(h, signature, sizeof signature);
     stp_las_put_u16(h + 6, ENCODING_WKT);
     h[24] = 1;
     h[25] = 4;
-    memcpy(h + 26, "OTHER", 5);   /* system identifier */
-    memcpy(h + 58, "stipple", 7); /* generating software */
+    memcpy(h + 26, system_identifier, sizeof system_identifier);
+    memcpy(h + 58, generating_software, sizeof generating_software);
     stp_las_put_u16(h + 94, STP_LAS_HEADER_BYTES_1_4);
     stp_las_put_u32(h + 96, STP_LAS_HEADER_BYTES_1_4);
     h[104] = (unsigned char)w->point_format;

@@ -22,6 +22,7 @@ stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
     return stp_error_set(err, STP_UNSUPPORTED, "LAZ: built without LASzip");
 }
 
+/* as with LASzip, which writes to them: NOLINTNEXTLINE(readability-non-const-parameter) */
 stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_error *err)
 {
     (void)records;
