@@ -406,6 +406,7 @@ static void malformed_headers(void **state)
         {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F C\n", STP_UNSUPPORTED, "type `C`"},
         {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F FF\n", STP_UNSUPPORTED, "type `FF`"},
         {"VERSION .7\nFIELDS x y z\nFIELDS x y z\n", STP_CORRUPT, "again"},
+        {"VERSION .7\nFIELDS x y \x01z\n", STP_CORRUPT, "names field 3 in characters"},
         {XYZ "COUNT 1 0 1\n", STP_CORRUPT, "gives field `y` no values"},
         {XYZ "COUNT 1 1 18446744073709551615\nWIDTH 1\nDATA binary\n", STP_LIMIT,
          "records of more than"},

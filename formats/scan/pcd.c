@@ -2,22 +2,19 @@
 #include "formats/scan/pcd.h"
 
 #include "base/memory.h"
+#include "formats/scan/name_list.h"
 #include "formats/scan/pcd_values.h"
 #include "formats/scan/point_mesh.h"
 #include "formats/scan/value_range.h"
 
 #include <stdlib.h>
-#include <string.h>
-
-/* Room for the names of fields that are left out; more of them are an ellipsis. */
-#define LEFT_OUT_BYTES 4096u
 
 typedef struct reader {
     stp_pcd_values values;
     uint32_t attributes; /* STP_POINT_HAS_* */
     bool packed_colour;
     double colour_scale, intensity_scale; /* file value to 0..65535 */
-    char left_out[LEFT_OUT_BYTES];
+    stp_name_list left_out;
     stp_scan_note note;
 } reader;
 
@@ -55,19 +52,10 @@ done:
 static void list_left_out(reader *r)
 {
     const stp_pcd_header *h = &r->values.header;
-    size_t used = 0;
-    for (size_t i = 0; i < h->field_count; i++) {
-        const char *name = h->fields[i].name;
-        if (h->fields[i].target != STP_PCD_TARGET_COUNT || stp_pcd_field_is_padding(&h->fields[i]))
-            continue;
-        if (used + strlen(name) + 10 > sizeof r->left_out) {
-            strcpy(r->left_out + used, ", ...");
-            break;
-        }
-        used += (size_t)snprintf(r->left_out + used, sizeof r->left_out - used, "%s%s",
-                                 used > 0 ? ", " : "", name);
-    }
-    r->note = (stp_scan_note){"left_out", r->left_out};
+    for (size_t i = 0; i < h->field_count; i++)
+        if (h->fields[i].target == STP_PCD_TARGET_COUNT && !stp_pcd_field_is_padding(&h->fields[i]))
+            stp_name_list_add(&r->left_out, h->fields[i].name);
+    r->note = (stp_scan_note){"left_out", r->left_out.text};
 }
 
 /* 1 where all coordinates are whole numbers. */
@@ -94,7 +82,7 @@ static void fill_info(const reader *r, stp_scan_info *info)
     info->stations = h->has_station ? &h->station : NULL;
     info->station_count = h->has_station ? 1 : 0;
     info->notes = &r->note;
-    info->note_count = r->left_out[0] ? 1 : 0;
+    info->note_count = r->left_out.text[0] ? 1 : 0;
 }
 
 static void set_colours(const reader *r, stp_point *points, size_t count)

@@ -69,6 +69,14 @@ static stp_status parse_version(parser *p, stp_error *err)
                  token ? quoted(token, p->at) : 0, token ? token : "");
 }
 
+static bool has_control_character(const char *begin, const char *end)
+{
+    for (; begin < end; begin++)
+        if ((unsigned char)*begin < 32 || *begin == 127)
+            return true;
+    return false;
+}
+
 static stp_status parse_fields(parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -83,6 +91,12 @@ static stp_status parse_fields(parser *p, stp_error *err)
                          "has more than %u fields or a name of more than %d characters: is it the "
                          "right file?",
                          FIELDS_MAX, STP_PCD_NAME_CHARS - 1);
+        if (has_control_character(token, p->at))
+            return fault(
+                p, STP_CORRUPT, err,
+                "names field %zu in characters that are no text: the file is damaged; copy "
+                "or export it again",
+                h->field_count + 1);
         STP_TRY(stp_grow(&h->fields, &h->field_capacity, h->field_count + 1, sizeof *h->fields,
                          "fields", err));
         stp_pcd_field *field = &h->fields[h->field_count++];
