@@ -95,7 +95,7 @@ static void every_width(void **state)
                  "<rowIndex type=\"Integer\" minimum=\"0\" maximum=\"0\"/>"
                  "<cartesianY type=\"ScaledInteger\" minimum=\"0\" maximum=\"1\" scale=\"-0.5\" "
                  "offset=\"3\"/><cartesianZ type=\"Float\" precision=\"single\"/>",
-                 (long long)minimum, (long long)(minimum + (int64_t)range));
+                 (long long)minimum, (long long)(int64_t)((uint64_t)minimum + range));
         e57_stream s[4] = {0};
         for (uint64_t i = 0; i < POINTS; i++) {
             bytes_bits(&s[0].bytes, stp_random_u64(bits, i) & range, bits);
@@ -190,9 +190,8 @@ static void check_near(const stp_point *p, double x, double y, double z)
 }
 
 /* Four scans: turned; without a pose; spherical with the pose of none; moved without a rotation. */
-static void scans_with_poses(void **state)
+static void write_four_scans(const char *path)
 {
-    (void)state;
     e57_file file;
     e57_stream s[6] = {0}, spherical[4] = {0};
     add_positions(s, 3);
@@ -223,16 +222,21 @@ static void scans_with_poses(void **state)
                  "x", "7") "</translation></pose>",
              3, XYZ);
     e57_end(&file, "");
-    write_file(&file, "poses.e57");
+    write_file(&file, path);
     e57_free(&file);
     free_streams(s, 6);
     free_streams(spherical, 4);
+}
 
+static void scans_with_poses(void **state)
+{
+    (void)state;
     static const uint16_t stations[] = {1, 1, 1, 0, 0, 0, 2, 2, 2, 3, 3, 3};
     static const stp_dvec3 positions[] = {{1e6, -20.5, 3.5}, {0, 0, 0}, {7, 0, 0}};
     stp_scan *scan = NULL;
     stp_point p[20];
     size_t count;
+    write_four_scans("poses.e57");
     assert_int_equal(stp_scan_open(&scan, "poses.e57", NULL, NULL), STP_OK);
     const stp_scan_info *info = stp_scan_get_info(scan);
     assert_int_equal(info->attributes, STP_POINT_HAS_NORMAL | STP_POINT_HAS_STATION);

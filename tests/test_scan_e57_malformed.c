@@ -293,19 +293,44 @@ static void endless_points(void **state)
     e57_free(&file);
 }
 
-/* Two scans whose counts overflow together. */
-static void too_many_points(void **state)
+/* Many scans of the same bytes: more points than the file can hold. */
+static void shared_points(void **state)
 {
     (void)state;
-    e57_file two;
-    e57_begin(&two);
-    e57_vector(&two, NULL, 0, true);
-    e57_scan(&two, "", UINT64_MAX - 5, XYZ);
-    e57_scan(&two, "", 6, XYZ);
-    e57_end(&two, "");
-    write_sealed(&two);
-    scan_fixture_fails("bad.e57", NULL, STP_CORRUPT, "more than 2^64 points");
-    e57_free(&two);
+    e57_file file;
+    e57_stream s[3] = {0};
+    for (unsigned i = 0; i < POINTS; i++)
+        for (int axis = 0; axis < 3; axis++)
+            bytes_double(&s[axis].bytes, i);
+    e57_begin(&file);
+    e57_vector(&file, s, 3, false);
+    for (int scan = 0; scan < 100; scan++)
+        e57_scan(&file, "", POINTS,
+                 E57_FLOAT("cartesianX", "double") E57_FLOAT("cartesianY", "double")
+                     E57_FLOAT("cartesianZ", "double"));
+    e57_end(&file, "");
+    write_sealed(&file);
+    scan_fixture_fails("bad.e57", NULL, STP_CORRUPT, "more points than the file holds");
+    e57_free(&file);
+    for (int axis = 0; axis < 3; axis++)
+        bytes_free(&s[axis].bytes);
+}
+
+/* What is wrong with the second scan is said before a point of the first is read. */
+static void bad_second_scan(void **state)
+{
+    (void)state;
+    e57_file file = sound_file();
+    stp_scan *scan = NULL;
+    stp_error err = {0};
+    replace_xml(&file, "</data3D>",
+                "<vectorChild type=\"Structure\"><points fileOffset=\"80\" recordCount=\"1\">"
+                "<prototype>" XYZ "</prototype></points></vectorChild></data3D>");
+    write_sealed(&file);
+    assert_int_equal(stp_scan_open(&scan, "bad.e57", NULL, &err), STP_CORRUPT);
+    assert_non_null(strstr(err.message, "byte 80: a section of"));
+    assert_null(scan);
+    e57_free(&file);
 }
 
 /* XML that ends early, at every byte. */
@@ -388,8 +413,9 @@ int main(void)
         cmocka_unit_test(cut_files),         cmocka_unit_test(header_lies),
         cmocka_unit_test(section_lies),      cmocka_unit_test(packet_lies),
         cmocka_unit_test(cut_sections),      cmocka_unit_test(xml_lies),
-        cmocka_unit_test(endless_points),    cmocka_unit_test(too_many_points),
-        cmocka_unit_test(cut_xml),           cmocka_unit_test(hostile_xml),
+        cmocka_unit_test(endless_points),    cmocka_unit_test(shared_points),
+        cmocka_unit_test(bad_second_scan),   cmocka_unit_test(cut_xml),
+        cmocka_unit_test(hostile_xml),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

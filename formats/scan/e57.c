@@ -98,10 +98,32 @@ static bool has_station(const stp_e57_scan *scan, const stp_e57_pose *pose)
     return scan->record_count > 0 && scan->has_pose && (!pose->is_identity || scan->has_grid);
 }
 
+/* Finds a wrong section before the first point is read, and scans that share their bytes: together
+ * they may not be more than the file. *bits is the sum so far. */
+static stp_status check_section(reader *r, const stp_e57_scan *scan, uint64_t *bits, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (scan->record_count == 0)
+        return STP_OK;
+    STP_TRY(stp_e57_vector_open(&r->vector, &r->pages, scan, err));
+    /* No overflow: the vector's section holds that many bits. */
+    if (!stp_add_u64(*bits, scan->record_count * scan->record_bits, bits) ||
+        *bits / 8 > r->pages.size)
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: the scans up to that with points at byte %llu declare more points "
+            "than the file holds: it is damaged; copy or export it again",
+            r->pages.path, (unsigned long long)scan->file_offset);
+    r->points_left += scan->record_count;
+done:
+    return status;
+}
+
 static stp_status settle_scans(reader *r, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_e57_pose pose;
+    uint64_t bits = 0;
     STP_TRY(stp_alloc(&r->stations, r->document.scan_count, sizeof *r->stations, "stations", err));
     for (size_t i = 0; i < r->document.scan_count; i++) {
         stp_e57_scan *scan = &r->document.scans[i];
@@ -109,11 +131,7 @@ static stp_status settle_scans(reader *r, stp_error *err)
         STP_TRY(stp_e57_pose_of(&pose, scan, r->pages.path, err));
         if (has_station(scan, &pose))
             r->stations[r->station_count++] = pose.translation;
-        if (!stp_add_u64(r->points_left, scan->record_count, &r->points_left))
-            return stp_error_set(err, STP_CORRUPT,
-                                 "%s declares more than 2^64 points: the file is damaged; copy or "
-                                 "export it again",
-                                 r->pages.path);
+        STP_TRY(check_section(r, scan, &bits, err));
     }
     if (r->station_count > 0)
         r->attributes |= STP_POINT_HAS_STATION;
