@@ -117,7 +117,7 @@ const cli_command cli_prep = {
         "Reads PLY, PCD, E57, OBJ, OFF and STL; several inputs become one model. An input may be\n"
         "a file, a folder (all scans in it and below), a pattern in quotes, or @list.txt with an\n"
         "input a line.\n"
-        "Normals point as the input's do, else to the scanner that saw them, where a PLY says so "
+        "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
 };
