@@ -114,10 +114,10 @@ const cli_command cli_prep = {
     .summary = "scans to a chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, OBJ, OFF and STL; several inputs become one model. An input may be a file, a\n"
-        "folder (all scans in it and below), a pattern in quotes, or @list.txt with an input a "
-        "line.\n"
-        "Normals point as the input's do, else to the scanner that saw them, where a PLY says so "
+        "Reads PLY, PCD, E57, OBJ, OFF and STL; several inputs become one model. An input may be\n"
+        "a file, a folder (all scans in it and below), a pattern in quotes, or @list.txt with an\n"
+        "input a line.\n"
+        "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
 };
