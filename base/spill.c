@@ -61,12 +61,28 @@ static void let_go(stp_spill *s)
         (void)madvise(s->mappings[i].memory, s->mappings[i].bytes, MADV_DONTNEED);
 }
 
-static void *watch(void *argument)
+/* Called with the mutex held. */
+static void relieve(stp_spill *s)
 {
-    stp_spill *s = argument;
     uint64_t margin = s->memory_bytes / MARGIN_PART;
     margin = margin > MARGIN_BYTES ? margin : MARGIN_BYTES;
     uint64_t most = s->memory_bytes > 2 * margin ? s->memory_bytes - margin : s->memory_bytes / 2;
+    if (s->file_bytes > 0 && resident_bytes() > most)
+        let_go(s);
+}
+
+void stp_spill_relieve(stp_spill *s)
+{
+    if (!s || !s->folder)
+        return;
+    pthread_mutex_lock(&s->mutex);
+    relieve(s);
+    pthread_mutex_unlock(&s->mutex);
+}
+
+static void *watch(void *argument)
+{
+    stp_spill *s = argument;
     pthread_mutex_lock(&s->mutex);
     while (!s->ending) {
         struct timespec until;
@@ -75,8 +91,7 @@ static void *watch(void *argument)
         until.tv_sec += until.tv_nsec / 1000000000;
         until.tv_nsec %= 1000000000;
         pthread_cond_timedwait(&s->ended, &s->mutex, &until);
-        if (s->file_bytes > 0 && resident_bytes() > most)
-            let_go(s);
+        relieve(s);
     }
     pthread_mutex_unlock(&s->mutex);
     return NULL;

@@ -39,6 +39,9 @@ stp_status stp_spill_move(stp_spill *spill, void *array, size_t count, size_t si
 /* Frees an array of this spill's, or plain memory; NULL is none. */
 void stp_spill_free(stp_spill *spill, void *array);
 
+/* Lets go of pages now if the process holds too much: for who begins a piece of work that touches
+ * some megabytes, since on a crowded machine the watching thread may come late. NULL is fine. */
+void stp_spill_relieve(stp_spill *spill);
 /* Greatest number of bytes in the folder so far; of plain memory 0. */
 uint64_t stp_spill_most_file_bytes(stp_spill *spill);
 

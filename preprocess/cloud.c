@@ -120,9 +120,29 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     STP_TRY(stp_morton_sort(cloud->points, cloud->count, &cloud->box, pool, err));
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
-    STP_TRY(stp_pool_run(pool, cloud->cell_count, find_cell_box, cloud, err));
+    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));
 done:
     return status;
+}
+
+typedef struct relieved {
+    stp_spill *spill;
+    stp_pool_task *task;
+    void *context;
+} relieved;
+
+static stp_status run_relieved(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const relieved *r = context;
+    stp_spill_relieve(r->spill);
+    return r->task(r->context, index, worker, err);
+}
+
+stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
+                         void *context, stp_error *err)
+{
+    relieved r = {cloud->spill, task, context};
+    return stp_pool_run(pool, count, run_relieved, &r, err);
 }
 
 void stp_cloud_clear(stp_cloud *cloud)

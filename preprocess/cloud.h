@@ -51,6 +51,10 @@ stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill,
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
  * source) and cuts the order into cells. Errors: OUT_OF_MEMORY. */
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
+/* stp_pool_run for tasks that walk through arrays by point: keeps to the spill's limit between
+ * them. */
+stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
+                         void *context, stp_error *err);
 /* Frees what the cloud owns. */
 void stp_cloud_clear(stp_cloud *cloud);
 

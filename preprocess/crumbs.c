@@ -173,8 +173,8 @@ stp_status stp_crumbs_settle(const stp_crumbs *crumbs, stp_cloud *cloud,
     for (uint32_t i = 0; i < crumbs->point_count; i++)
         s.spot[crumbs->points[i]] = crumbs->pieces[i];
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_pool_run(pool, ((size_t)crumbs->point_count + BLOCK - 1) / BLOCK, weigh_block,
-                             &s, err));
+        STP_TRY(stp_cloud_run(cloud, pool, ((size_t)crumbs->point_count + BLOCK - 1) / BLOCK,
+                              weigh_block, &s, err));
         turn_crumbs(crumbs, cloud, s.odds, sums);
     }
 done:

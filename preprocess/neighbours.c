@@ -507,7 +507,7 @@ stp_status stp_neighbours_find(stp_neighbours *out, stp_cloud *cloud, unsigned k
     STP_TRY(stp_spill_alloc(result.spill, &result.indices, (size_t)cloud->count * k,
                             sizeof *result.indices, "neighbours", err));
     search s = {.cloud = cloud, .out = &result, .progress = progress};
-    STP_TRY(stp_pool_run(pool, cloud->cell_count, find_cell, &s, err));
+    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell, &s, err));
     *out = result;
     result.indices = NULL;
 done:

@@ -226,8 +226,8 @@ stp_status stp_normals_estimate(stp_cloud *cloud, const stp_neighbours *neighbou
     size_t block_count = ((size_t)cloud->count + BLOCK - 1) / BLOCK;
     STP_TRY(
         stp_spill_alloc(cloud->spill, &e.normals, cloud->count, sizeof *e.normals, "normals", err));
-    STP_TRY(stp_pool_run(pool, block_count, fit_block, &e, err));
-    STP_TRY(stp_pool_run(pool, block_count, smooth_block, &e, err));
+    STP_TRY(stp_cloud_run(cloud, pool, block_count, fit_block, &e, err));
+    STP_TRY(stp_cloud_run(cloud, pool, block_count, smooth_block, &e, err));
 done:
     stp_spill_free(cloud->spill, e.normals);
     return status;

@@ -76,6 +76,7 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, stp_
                 points[i].station = 0;
             STP_TRY(add_point(cloud, source, &points[i], stats, err));
         }
+        stp_spill_relieve(spill);
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
     stats->points_out = cloud->count;
@@ -165,7 +166,8 @@ static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
     *since = now;
     if (stage + 1 == STP_PREP_STAGE_COUNT)
         return STP_OK;
-    return stp_progress_update(progress, stp_prep_stage_names[stage + 1], 0, 0, err);
+    return stp_progress_update(progress, stp_prep_stage_names[stage + 1], 0, stats->points_out,
+                               err);
 }
 
 /* By whose positions normals will be oriented, if anyone's. */

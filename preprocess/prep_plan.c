@@ -11,9 +11,10 @@
 /* Beside the arrays by point: the program, and what each thread works with. */
 #define FIXED_BYTES (48u << 20)
 #define THREAD_BYTES (40u << 20)
-/* By point, beside the point itself and its neighbours: at most one of spacings and marks; normals;
- * signs, pieces and edges; built chunks. */
-#define STAGE_BYTES 44u
+/* By point, beside the point itself and its neighbours, where nearly all points are on crumbs:
+ * trees and sizes of pieces (9), crumbs (8), sums of pieces of two (40), numbers and parts (8);
+ * other stages take less. */
+#define STAGE_BYTES 65u
 /* In files, of each thread: its depth buffers (visibility.c). */
 #define THREAD_FILE_BYTES (64u << 20)
 #define DEFAULT_NEIGHBOURS 16u

@@ -181,7 +181,7 @@ stp_status stp_sheets_create(stp_sheets *out, stp_cloud *cloud, const stp_neighb
     stp_sheets s = {.cloud = cloud, .neighbours = neighbours, .edge_count = k};
     STP_TRY(stp_forest_create(&s.forest, cloud->count, cloud->spill, err));
     STP_TRY(stp_alloc(&s.open, cloud->cell_count, sizeof *s.open, "edges", err));
-    STP_TRY(stp_pool_run(pool, cloud->cell_count, connect_cell, &s, err));
+    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, connect_cell, &s, err));
     STP_TRY(join_open(&s, STP_RANK_SURE, false, err));
     STP_TRY(stp_crumbs_find(&s.crumbs, cloud, neighbours, &s.forest, err));
     *out = s;

@@ -130,8 +130,8 @@ stp_status stp_spacing_smooth(stp_cloud *cloud, const stp_neighbours *neighbours
     STP_TRY(stp_spill_alloc(cloud->spill, &s.held, cloud->count, sizeof *s.held, "spacings", err));
     STP_TRY(
         stp_spill_alloc(cloud->spill, &s.mutual, cloud->count, sizeof *s.mutual, "spacings", err));
-    STP_TRY(stp_pool_run(pool, block_count, hold_block, &s, err));
-    STP_TRY(stp_pool_run(pool, block_count, average_block, &s, err));
+    STP_TRY(stp_cloud_run(cloud, pool, block_count, hold_block, &s, err));
+    STP_TRY(stp_cloud_run(cloud, pool, block_count, average_block, &s, err));
 done:
     stp_spill_free(cloud->spill, s.mutual);
     stp_spill_free(cloud->spill, s.held);

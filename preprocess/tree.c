@@ -222,11 +222,11 @@ static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *er
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
     t->tier_count = count;
-    STP_TRY(stp_pool_run(t->pool, count, build_one, t, err));
+    STP_TRY(stp_cloud_run(t->cloud, t->pool, count, build_one, t, err));
     for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
         uint32_t left = count - t->wave_begin;
         uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
-        STP_TRY(stp_pool_run(t->pool, wave, finish_one, t, err));
+        STP_TRY(stp_cloud_run(t->cloud, t->pool, wave, finish_one, t, err));
         for (uint32_t at = t->wave_begin; at < t->wave_begin + wave; at++)
             STP_TRY(write_one(t, &t->tier[at], t->below ? t->spans[at] : (span){0, 0}, &nodes[at],
                               err));

@@ -20,16 +20,34 @@ typedef struct piece {
     uint32_t count;
 } piece;
 
-/* Points' pieces, numbered from 0 in the order of their roots; returns how many. */
+/* Of points that are a piece of their own: there may be as many as points. */
+#define LONE UINT32_MAX
+
+/* Points' pieces of several, numbered from 0 in the order of their roots; returns how many. */
 static uint32_t number_pieces(stp_forest *f, uint32_t count, uint32_t *numbers)
 {
     uint32_t piece_count = 0;
     for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
         uint8_t parity = 0;
         uint32_t root = stp_forest_find(f, i, &parity);
-        numbers[i] = root == i ? piece_count++ : numbers[root];
+        if (root == i)
+            numbers[i] = f->size[i] > 1 ? piece_count++ : LONE;
+        else
+            numbers[i] = numbers[root];
     }
     return piece_count;
+}
+
+static void add_to_piece(piece *c, const stp_cloud_point *p, const stp_dvec3 *stations)
+{
+    if (c->count++ == 0)
+        c->first = p->position;
+    double area = (double)p->spacing * (double)p->spacing;
+    stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(p->normal), area);
+    c->area = stp_dvec3_add(c->area, vector);
+    c->total += area;
+    c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
+    c->facing += stp_facing(p, stations);
 }
 
 /* Makes signs agree with the piece's first point and sums the pieces up. */
@@ -38,17 +56,10 @@ static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *nu
 {
     for (uint32_t i = 0; i < cloud->count; i++) {
         stp_cloud_point *p = &cloud->points[i];
-        piece *c = &pieces[numbers[i]];
         if (f->parity[i])
             p->normal = glms_vec3_negate(p->normal);
-        if (c->count++ == 0)
-            c->first = p->position;
-        double area = (double)p->spacing * (double)p->spacing;
-        stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(p->normal), area);
-        c->area = stp_dvec3_add(c->area, vector);
-        c->total += area;
-        c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
-        c->facing += stp_facing(p, stations);
+        if (numbers[i] != LONE)
+            add_to_piece(&pieces[numbers[i]], p, stations);
     }
 }
 
@@ -88,7 +99,10 @@ stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *sta
     sum_pieces(cloud, f, numbers, stations, pieces);
     *oriented = 0;
     for (uint32_t i = 0; i < cloud->count; i++) {
-        turn_point(&cloud->points[i], &pieces[numbers[i]], stations);
+        piece lone = {.count = 0};
+        if (numbers[i] == LONE)
+            add_to_piece(&lone, &cloud->points[i], stations);
+        turn_point(&cloud->points[i], numbers[i] == LONE ? &lone : &pieces[numbers[i]], stations);
         *oriented += (cloud->points[i].flags & STP_SAMPLE_ORIENTED) != 0;
     }
 done:

@@ -143,9 +143,9 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     STP_TRY(stp_spill_alloc(cloud->spill, &job.positions, job.drawn_count, sizeof *job.positions,
                             "views", err));
     STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
-    STP_TRY(
-        stp_pool_run(pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block, &job, err));
-    STP_TRY(stp_pool_run(pool, AXES, vote_task, &job, err));
+    STP_TRY(stp_cloud_run(cloud, pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block,
+                          &job, err));
+    STP_TRY(stp_cloud_run(cloud, pool, AXES, vote_task, &job, err));
 done:
     for (unsigned i = 0; job.pixels && i < workers; i++)
         stp_spill_free(cloud->spill, job.pixels[i]);

@@ -23,7 +23,7 @@ check_bytes() { # threads, memory, temporary files (yes or no)
         expect_text err "temporary files: up to 0."
         expect_text err " GB in $FOLDER/temp ö"
         [ "$(field temporary_bytes)" -gt 12800000 ] || fail "$2: no temporary files"
-        [ "$(field temporary_bytes)" -lt $((34400000 + $1 * 67108864)) ] ||
+        [ "$(field temporary_bytes)" -lt $((38600000 + $1 * 67108864)) ] ||
             fail "$2: more than was said"
     else
         [ "$(field temporary_bytes)" = 0 ] || fail "$2: temporary files without need"

@@ -114,10 +114,12 @@ const cli_command cli_prep = {
     .summary = "scans to a chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, OBJ, OFF and STL; several inputs become one model. An input may be a\n"
-        "file, a folder (all scans in it and below), a pattern in quotes, or @list.txt with an "
+        "Reads PLY, LAS, PCD, E57, OBJ, OFF and STL; several inputs become one model. An input "
+        "may\n"
+        "be a file, a folder (all scans in it and below), a pattern in quotes, or @list.txt with "
+        "an\n"
         "input a line.\n"
-        "Normals point as the input's do, else to the scanner that saw them, where a PLY says so "
+        "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
 };

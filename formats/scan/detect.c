@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
-#define STP_SUPPORTED "supported are PLY, LAS, OBJ, OFF and STL"
+#define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF and STL"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -68,6 +68,18 @@ static bool is_las(const prefix *p)
     return starts_with(p, "LASF", 4);
 }
 
+/* Its first comment is its magic, but need not be there. */
+static bool is_pcd(const prefix *p)
+{
+    static const char *const words[] = {"VERSION"};
+    return starts_with(p, "# .PCD", 6) || first_word_is(p, words, 1);
+}
+
+static bool is_e57(const prefix *p)
+{
+    return starts_with(p, "ASTM-E57", 8);
+}
+
 static bool is_off(const prefix *p)
 {
     static const char *const words[] = {"OFF",   "COFF", "NOFF",  "CNOFF",
@@ -107,6 +119,8 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
     } tests[] = {
         {is_ply, STP_SCAN_PLY},
         {is_las, STP_SCAN_LAS},
+        {is_e57, STP_SCAN_E57},
+        {is_pcd, STP_SCAN_PCD},
         {is_stl_binary, STP_SCAN_STL_BINARY}, /* before the ASCII one: some begin with `solid` */
         {is_stl_ascii, STP_SCAN_STL_ASCII},
         {is_off, STP_SCAN_OFF},
@@ -129,9 +143,6 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
         size_t length;
         const char *name, *advice;
     } known[] = {
-        {"ASTM-E57", 8, "an E57 file", "convert it to PLY"},
-        {"# .PCD", 6, "a PCD file", "convert it to PLY"},
-        {"VERSION .7", 10, "a PCD file", "convert it to PLY"},
         {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
         {"\xfd"
          "7zXZ",
@@ -158,6 +169,8 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_OFF;
     else if (name_ends_with(p->path, ".ply"))
         *format = STP_SCAN_PLY;
+    else if (name_ends_with(p->path, ".pcd"))
+        *format = STP_SCAN_PCD;
     else
         return false;
     /* Text formats hold no zero bytes: then the name is wrong, not the content. */

@@ -11,6 +11,8 @@ typedef enum stp_scan_format {
     STP_SCAN_STL_ASCII,
     STP_SCAN_STL_BINARY,
     STP_SCAN_LAS, /* LAZ too */
+    STP_SCAN_PCD,
+    STP_SCAN_E57,
     STP_SCAN_FORMAT_COUNT
 } stp_scan_format;
 

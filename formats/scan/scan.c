@@ -3,9 +3,11 @@
 
 #include "base/memory.h"
 #include "formats/scan/detect.h"
+#include "formats/scan/e57.h"
 #include "formats/scan/las.h"
 #include "formats/scan/mesh_read.h"
 #include "formats/scan/mesh_sample.h"
+#include "formats/scan/pcd.h"
 #include "formats/scan/ply.h"
 #include "formats/scan/point_mesh.h"
 #include "formats/scan/scan_reader.h"
@@ -42,6 +44,8 @@ static stp_scan_reader_open *streamed_format(stp_scan_format format)
 {
     static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {
         [STP_SCAN_LAS] = stp_las_open,
+        [STP_SCAN_PCD] = stp_pcd_open,
+        [STP_SCAN_E57] = stp_e57_open,
     };
     return opens[format];
 }

@@ -1,14 +1,13 @@
 /* Scans in: a stream of points out of any supported file.
  *
- * Recognised by content first, name second: PLY, LAS and LAZ (streamed); OBJ, OFF, STL
- * (OpenMesh).
- * A mesh's vertices are the points, or sample_count points spread over its faces (area-uniform,
- * seeded). Normals: the file's, else the faces' (area-weighted), else none. Points are given as
- * they are: NaN and infinite ones are the caller's to count and drop, and so are records that the
- * file itself says are none (stp_reject). Coordinates are the file's own, in double. Where scanners
- * stood and which one saw a point is told where the file says so (ply_stations.h). Memory: bounded
- * for point files whatever their size; a mesh with faces is held whole. Threads: one at a time per
- * stp_scan. */
+ * Recognised by content first, name second: PLY, LAS, PCD, E57 (our streaming readers); OBJ, OFF,
+ * STL (OpenMesh). A mesh's vertices are the points, or sample_count points spread over its faces
+ * (area-uniform, seeded). Normals: the file's, else the faces' (area-weighted), else none. Points
+ * are given as they are: NaN and infinite ones are the caller's to count and drop, and so are
+ * records that the file itself says are none (stp_reject). Coordinates are the file's own, in
+ * double. Where scanners stood and which one saw a point is told where the file says so
+ * (ply_stations.h, pcd.h, e57.h). Memory: bounded for point files whatever their size; a mesh with
+ * faces is held whole. Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 

@@ -1,0 +1,18 @@
+/* PCD files of the Point Cloud Library as a stream of points: .5 to .7, ascii, binary and
+ * binary_compressed (pcd_values.h says what memory that takes).
+ *
+ * Read are x y z, normal_x normal_y normal_z, rgb or rgba (packed in 4 bytes) or r g b, intensity
+ * and label or class, of any type; the rest, and fields with a COUNT, are the note "left_out". A
+ * point of an organised cloud (HEIGHT above 1) with a coordinate that is not finite is a ray
+ * without a return. VIEWPOINT, where it is not 0 0 0 1 0 0 0, is the station of all points. Ranges
+ * of intensity and of colours in parts are told by value_range.h. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_PCD_H
+#define STP_FORMATS_SCAN_PCD_H
+
+#include "formats/scan/scan_reader.h"
+
+/* As stp_scan_reader_open. */
+stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        stp_error *err);
+
+#endif
