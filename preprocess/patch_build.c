@@ -28,7 +28,7 @@ static int floor_log2(double value)
     return exponent - 1;
 }
 
-int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position)
+int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
 {
     /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
     double step = spacing / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
@@ -39,6 +39,8 @@ int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position)
     if (!(step > 0.0)) /* one place only: what a float would keep of it */
         step = size > 0.0 ? ldexp(size, -24) : 1.0;
     int exponent = floor_log2(step);
+    if (radius > 0.0 && floor_log2(radius) - BOUND_OCTAVES > exponent)
+        exponent = floor_log2(radius) - BOUND_OCTAVES;
     return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
 }
 

@@ -16,8 +16,9 @@ typedef struct stp_patch_samples {
 } stp_patch_samples;
 
 /* Exponent of the lattice on which a position is within spacing / STP_SPACING_PARTS, and precision
- * if that is positive. */
-int stp_lattice_exponent(double spacing, double precision, stp_dvec3 position);
+ * if that is positive; but not so fine that the disc's radius has no code there, which is some ten
+ * thousand times finer than the surface is sampled. */
+int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position);
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. chunk_origin
  * is a multiple of every item's lattice. On success *vertex is the patch vertex as an item of the

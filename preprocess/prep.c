@@ -51,6 +51,8 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
                              .class_id = point->class_id,
                              .station = point->station};
     stats->points_unstationed += point->station == 0;
+    if (point->intensity > stats->intensity_max)
+        stats->intensity_max = point->intensity;
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
@@ -128,6 +130,8 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
+    if (source->attributes & STP_POINT_HAS_INTENSITY)
+        cJSON_AddNumberToObject(root, "intensity_max", stats->intensity_max);
     cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));
     cJSON *list = stats->station_count ? cJSON_AddArrayToObject(root, "stations") : NULL;
     for (uint32_t i = 0; i < stats->station_count; i++) {
@@ -252,6 +256,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(open_spill(&spill, path, source, params, pool, err));
     STP_TRY(read_all(&cloud, source, spill, progress, stats, err));
     choose_stations(&orient, source, stats);
+    tree.intensity_max = stats->intensity_max;
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));

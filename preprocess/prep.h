@@ -55,6 +55,7 @@ typedef struct stp_prep_stats {
     uint64_t rejected[STP_REJECT_COUNT]; /* by reason; NONE: 0 */
     stp_tree_stats tree;
     stp_orientation orientation;
+    uint16_t intensity_max;      /* of what is stored; 255 in the file stands for it */
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */

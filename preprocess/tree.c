@@ -56,14 +56,20 @@ typedef struct tree {
     stp_tree_stats stats;
 } tree;
 
+/* A byte holds what the scan uses of its range: 12 bits of 16 would leave 4. */
+static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
+{
+    return greatest ? (uint8_t)((point->intensity * 255u + greatest / 2) / greatest) : 0;
+}
+
 static stp_item item_of(const stp_cloud_point *point, const stp_tree_params *params)
 {
     double radius = params->lambda * (double)point->spacing;
     stp_item item = {.area = (double)point->spacing * (double)point->spacing,
-                     .exponent = stp_lattice_exponent((double)point->spacing, params->precision,
-                                                      point->position),
+                     .exponent = stp_lattice_exponent((double)point->spacing, radius,
+                                                      params->precision, point->position),
                      .sheet = point->sheet,
-                     .intensity = (uint8_t)(point->intensity >> 8),
+                     .intensity = intensity_of(point, params->intensity_max),
                      .class_id = point->class_id,
                      .flags = point->flags};
     item.disc = (stp_disc){.centre = point->position,

@@ -7,8 +7,9 @@
 #include "preprocess/cloud.h"
 
 typedef struct stp_tree_params {
-    double lambda;    /* radius of a sample over its spacing */
-    double precision; /* greatest position error, 0: by the spacing alone */
+    double lambda;          /* radius of a sample over its spacing */
+    uint16_t intensity_max; /* of all points: what 255 stands for */
+    double precision;       /* greatest position error, 0: by the spacing alone */
     stp_codec codec;
 } stp_tree_params;
 

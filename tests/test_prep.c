@@ -280,6 +280,66 @@ static void all_points_equal(void **state)
     free(cloud.points);
 }
 
+/* Sparse points with a fine scale, as a survey's: every bound has a code, and positions are as
+ * asked or, where nothing so fine is sampled, a ten thousandth of the disc. */
+static void precision_far_below_the_spacing(void **state)
+{
+    (void)state;
+    const double precisions[] = {1.0, 5e-3, 1e-3, 1e-6, 1e-12};
+    for (size_t n = 0; n < sizeof precisions / sizeof *precisions; n++) {
+        prep_cloud cloud = prep_cloud_make(1000);
+        for (size_t i = 0; i < cloud.count; i++)
+            cloud.points[i].position =
+                (stp_dvec3){6e5 + 2000.0 * stp_random_unit(3, i),
+                            8e5 + 3000.0 * stp_random_unit(4, i), 400.0 * stp_random_unit(5, i)};
+        const stp_prep_params params = {.precision = precisions[n]};
+        stp_prep_stats stats;
+        stp_error err = {0};
+        if (prep_cloud_run(&cloud, OUT, 2, &params, &stats, &err) != STP_OK)
+            fail_msg("%s", err.message);
+        stp_chunk_file *file = prep_open_verified(OUT);
+        stp_chunk_entry entry;
+        stp_chunk *chunk = prep_chunk(file, 0, &entry);
+        for (uint32_t p = 0; p < chunk->patch_count; p++)
+            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
+                const stp_sample *s = &chunk->samples[0][i];
+                stp_dvec3 at = stp_sample_position(s, &chunk->patches[p]);
+                at = stp_dvec3_sub(stp_dvec3_add(at, entry.origin),
+                                   cloud.points[prep_number_of(s)].position);
+                double radius = stp_sample_radius(s, &chunk->patches[p]);
+                assert_true(stp_dvec3_length(at) <= fmax(precisions[n], 1e-4 * radius));
+            }
+        stp_chunk_destroy(&chunk);
+        stp_chunk_file_close(&file);
+        free(cloud.points);
+    }
+}
+
+/* A byte holds the range that is used. */
+static void intensities_are_of_their_range(void **state)
+{
+    (void)state;
+    prep_cloud cloud = prep_cloud_wavy(5000, (stp_dvec3){0.0, 0.0, 0.0}, 1.0);
+    for (size_t i = 0; i < cloud.count; i++)
+        cloud.points[i].intensity = (uint16_t)(i % 1001); /* ten bits of sixteen */
+    stp_prep_stats stats;
+    stp_error err = {0};
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, &err), STP_OK);
+    assert_int_equal(stats.intensity_max, 1000);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    stp_chunk_entry entry;
+    stp_chunk *chunk = prep_chunk(file, 0, &entry);
+    assert_int_equal(entry.sample_count[0], cloud.count);
+    for (uint32_t i = 0; i < entry.sample_count[0]; i++) {
+        const stp_sample *s = &chunk->samples[0][i];
+        double exact = cloud.points[prep_number_of(s)].intensity * 255.0 / 1000.0;
+        assert_true(fabs(s->intensity - exact) <= 0.5);
+    }
+    stp_chunk_destroy(&chunk);
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+}
+
 static void points_on_a_line(void **state)
 {
     (void)state;
@@ -341,6 +401,8 @@ int main(void)
         cmocka_unit_test(one_point_and_three),
         cmocka_unit_test(no_valid_point_is_an_error),
         cmocka_unit_test(all_points_equal),
+        cmocka_unit_test(precision_far_below_the_spacing),
+        cmocka_unit_test(intensities_are_of_their_range),
         cmocka_unit_test(points_on_a_line),
         cmocka_unit_test(points_on_a_plane),
         cmocka_unit_test(duplicates_are_kept),

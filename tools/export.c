@@ -23,14 +23,20 @@ const cli_command cli_export = {
 /* Points written at a time. */
 #define BATCH_COUNT 4096u
 
-/* The greatest error of a position that was asked for, or is the source's; infinite for none. */
-static double asked_precision(const stp_chunk_file_info *info)
+/* Where points go, and what their intensities are multiplied by. */
+typedef struct sink {
+    stp_ply_writer *writer;
+    double intensity_step;
+} sink;
+
+/* A positive number of the metadata; `otherwise` if it has none. */
+static double noted(const stp_chunk_file_info *info, const char *name, double otherwise)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
-    const cJSON *precision = cJSON_GetObjectItemCaseSensitive(metadata, "precision");
-    const double value = cJSON_IsNumber(precision) ? precision->valuedouble : 0.0;
+    const cJSON *number = cJSON_GetObjectItemCaseSensitive(metadata, name);
+    const double value = cJSON_IsNumber(number) ? number->valuedouble : 0.0;
     cJSON_Delete(metadata);
-    return value > 0.0 ? value : INFINITY;
+    return value > 0.0 && isfinite(value) ? value : otherwise;
 }
 
 /* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
@@ -52,14 +58,16 @@ static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
         if (entry.child_count == 0)
             radius = fmin(radius, (double)entry.radius_min);
     }
-    *out = float_step > fmin(radius / info->lambda / 64.0, asked_precision(info));
+    *out = float_step > fmin(radius / info->lambda / 64.0, noted(info, "precision", INFINITY));
     return STP_OK;
 }
 
-static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin)
+static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin,
+                          double intensity_step)
 {
+    double intensity = fmin(65535.0, s->intensity * intensity_step + 0.5);
     stp_point p = {.position = stp_dvec3_add(origin, stp_sample_position(s, patch)),
-                   .intensity = (uint16_t)(s->intensity * 257),
+                   .intensity = (uint16_t)intensity,
                    .class_id = s->class_id};
     if (s->flags & STP_SAMPLE_HAS_NORMAL)
         p.normal = stp_normal_decode(s->normal);
@@ -68,7 +76,7 @@ static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3
     return p;
 }
 
-static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, stp_ply_writer *writer,
+static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, const sink *out,
                                stp_error *err)
 {
     stp_status status = STP_OK;
@@ -76,20 +84,21 @@ static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, stp_ply
     size_t count = 0;
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         for (uint32_t k = chunk->level_begin[0][i]; k < chunk->level_begin[0][i + 1]; k++) {
-            batch[count++] = point_of(&chunk->samples[0][k], &chunk->patches[i], origin);
+            batch[count++] =
+                point_of(&chunk->samples[0][k], &chunk->patches[i], origin, out->intensity_step);
             if (count == BATCH_COUNT) {
-                STP_TRY(stp_ply_writer_points(writer, batch, count, err));
+                STP_TRY(stp_ply_writer_points(out->writer, batch, count, err));
                 count = 0;
             }
         }
     }
-    STP_TRY(stp_ply_writer_points(writer, batch, count, err));
+    STP_TRY(stp_ply_writer_points(out->writer, batch, count, err));
 done:
     return status;
 }
 
-static stp_status export_chunks(stp_chunk_file *file, stp_ply_writer *writer,
-                                const stp_progress *progress, stp_error *err)
+static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp_progress *progress,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
@@ -101,7 +110,7 @@ static stp_status export_chunks(stp_chunk_file *file, stp_ply_writer *writer,
         if (entry.child_count != 0)
             continue;
         STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
-        STP_TRY(export_chunk(chunk, entry.origin, writer, err));
+        STP_TRY(export_chunk(chunk, entry.origin, out, err));
         stp_chunk_destroy(&chunk);
         done_count += entry.sample_count[0];
         STP_TRY(stp_progress_update(progress, "export", done_count, info->point_count, err));
@@ -134,7 +143,8 @@ static stp_status export_file(const char *path, const char *output, bool force,
         .force = force, .vertex_count = info->point_count, .attributes = point_attributes(info)};
     STP_TRY(needs_double(file, &params.double_coordinates, err));
     STP_TRY(stp_ply_writer_create(&writer, output, &params, err));
-    STP_TRY(export_chunks(file, writer, cli_progress(common), err));
+    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0};
+    STP_TRY(export_chunks(file, &out, cli_progress(common), err));
     STP_TRY(stp_ply_writer_finish(&writer, err));
 done:
     cli_progress_end();

@@ -128,6 +128,30 @@ done:
     return status;
 }
 
+static const char *note_of(const stp_scan_info *info, const char *name)
+{
+    for (uint32_t i = 0; i < info->note_count; i++)
+        if (strcmp(info->notes[i].name, name) == 0)
+            return info->notes[i].text;
+    return "";
+}
+
+/* Angles beside lengths have no distances, normals or radii. */
+static stp_status check_lengths(const stp_scan_info *info, const char *path, stp_error *err)
+{
+    const char *wkt = note_of(info, "wkt");
+    bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
+    bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") ||
+                  strstr(note_of(info, "geokeys"), "GTModelTypeGeoKey=2\n");
+    if (projected || !angles)
+        return STP_OK;
+    return stp_error_set(
+        err, STP_UNSUPPORTED,
+        "%s is in degrees of longitude and latitude, which are no lengths: project "
+        "it first, for example with PDAL's filters.reprojection",
+        path);
+}
+
 static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
                              uint32_t *any, stp_error *err)
 {
@@ -138,6 +162,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     in->facts[i] = facts_of(in->paths[i]);
     STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
+    STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, in->paths[i], err));
     STP_TRY(copy_notes(&in->files[i], info, err));
     source->point_count += info->point_count;
