@@ -43,7 +43,7 @@ static void separators(void **state)
         "1.5;-2;3e2;10;20;30\n4;5;6;70;80;255;\n",
         "1,5; -2,0; 3e2; 10; 20; 30\n4;5;6;70;80;255\n",
         "\"1.5\",\"-2\",\"3e2\",\"10\",\"20\",\"30\"\n4,5,6,70,80,255\n",
-        "1.5 -2 3e2 10 20 30\r\n4 5 6 70 80 255\r\n",
+        "1.5 -2 3e2 10 20 30\r\n4 5 6 70 80 255\r\n\x1a",
         "\xef\xbb\xbf"
         "1.5 -2 3e2 10 20 30\n4 5 6 70 80 255",
         "# a comment\n\n1.5 -2 3e2 10 20 30\n // another\n \t\r\n4 5 6 70 80 255\n\n#\n",
@@ -362,6 +362,9 @@ static void detected(void **state)
         free(scan_fixture_points(cases[i].name, cases[i].content, &info));
         assert_string_equal(info.format, cases[i].format);
     }
+    /* A mesh without its first word is no points. */
+    scan_fixture_text("i.off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    scan_fixture_fails("i.off", NULL, STP_UNSUPPORTED, "OFF");
 }
 
 static void pts(void **state)

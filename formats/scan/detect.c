@@ -133,7 +133,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
             return true;
         }
     }
-    return stp_detect_text(p->bytes, p->length, format);
+    return false;
 }
 
 /* Formats that we know to be something else, so that the message can say so. */
@@ -168,6 +168,8 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
     return NULL;
 }
 
+/* Meshes by name come before lines of numbers by content, which an OFF file without its first word
+ * is, too. */
 static bool detect_by_name(const prefix *p, stp_scan_format *format)
 {
     if (name_ends_with(p->path, ".obj"))
@@ -181,7 +183,8 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
     else if (name_ends_with(p->path, ".pcd"))
         *format = STP_SCAN_PCD;
     else
-        return stp_detect_text_name(p->path, p->bytes, p->length, format);
+        return stp_detect_text(p->bytes, p->length, format) ||
+               stp_detect_text_name(p->path, p->bytes, p->length, format);
     /* Text formats hold no zero bytes: then the name is wrong, not the content. */
     return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
 }

@@ -37,16 +37,10 @@ stp_field_count stp_fields_count(stp_separator separator, const char *begin, con
 /* The separator by which most fields are numbers; of equals, that by which fewest are not. */
 stp_separator stp_separator_find(const char *begin, const char *end);
 
+/* The last ends files that DOS programs wrote. */
 static inline bool stp_is_blank(char c)
 {
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-static inline bool stp_line_is_blank(const char *begin, const char *end)
-{
-    while (begin < end && stp_is_blank(*begin))
-        begin++;
-    return begin == end;
+    return c == ' ' || c == '\t' || c == '\r' || c == '\x1a';
 }
 
 static inline bool stp_line_is_comment(const char *begin, const char *end)
