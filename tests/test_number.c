@@ -15,12 +15,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+static uint64_t bits_of(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
 static void check(const char *text)
 {
     double value = 0.0;
     const double expected = strtod(text, NULL);
-    if (!stp_number_parse(text, text + strlen(text), &value) ||
-        memcmp(&value, &expected, sizeof value) != 0)
+    if (!stp_number_parse(text, text + strlen(text), &value) || bits_of(value) != bits_of(expected))
         fail_msg("%s: %.17g, expected %.17g", text, value, expected);
 }
 

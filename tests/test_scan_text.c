@@ -44,12 +44,10 @@ static void separators(void **state)
         "1,5; -2,0; 3e2; 10; 20; 30\n4;5;6;70;80;255\n",
         "\"1.5\",\"-2\",\"3e2\",\"10\",\"20\",\"30\"\n4,5,6,70,80,255\n",
         "1.5 -2 3e2 10 20 30\r\n4 5 6 70 80 255\r\n\x1a",
-        "\xef\xbb\xbf"
-        "1.5 -2 3e2 10 20 30\n4 5 6 70 80 255",
+        "\357\273\2771.5 -2 3e2 10 20 30\n4 5 6 70 80 255",
         "# a comment\n\n1.5 -2 3e2 10 20 30\n // another\n \t\r\n4 5 6 70 80 255\n\n#\n",
         "x y z r g b\n1.5 -2 3e2 10 20 30\n4 5 6 70 80 255\n",
-        "\xef\xbb\xbf"
-        "X;Y;Z;R;G;B\r\n1,5;-2;3e2;10;20;30\r\n4;5;6;70;80;255",
+        "\357\273\277X;Y;Z;R;G;B\r\n1,5;-2;3e2;10;20;30\r\n4;5;6;70;80;255",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         stp_scan_info info;
@@ -240,7 +238,7 @@ static void values_that_are_none(void **state)
 static void no_points(void **state)
 {
     (void)state;
-    const char *const texts[] = {"x y z r g b\n", "# only a comment\n", "\n \n", "\xef\xbb\xbf",
+    const char *const texts[] = {"x y z r g b\n", "# only a comment\n", "\n \n", "\357\273\277",
                                  "//X,Y,Z\r\n"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         stp_scan_info info;
@@ -323,10 +321,7 @@ static void malformed(void **state)
         {"two.xyz", "1 2\n3 4\n", STP_FORMAT, "2 numbers where a point needs three"},
         {"nul.xyz", "1 2 3\n\1\2\3\n", STP_FORMAT, "no known format"},
         {"old.xyz", "1 2 3\r4 5 6\r", STP_UNSUPPORTED, "CR alone"},
-        {"wide.txt",
-         "\xff\xfe"
-         "1",
-         STP_UNSUPPORTED, "UTF-16"},
+        {"wide.txt", "\377\3761", STP_UNSUPPORTED, "UTF-16"},
         {"dem.asc", "ncols 2\nnrows 2\nxllcorner 0\n", STP_UNSUPPORTED, "ESRI"},
         {"surfels.pts", "[Expe/PointSet/Binary/0.1]\nproperty position 12\n", STP_UNSUPPORTED,
          "Expe"},

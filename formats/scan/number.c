@@ -208,7 +208,7 @@ bool stp_number_parse(const char *begin, const char *end, double *value)
 {
     if (end - begin > STP_NUMBER_CHARS_MAX)
         return false;
-    double result;
+    double result = 0.0;
     if (stp_number_scan(begin, end, &result) == end) {
         *value = result;
         return begin < end;

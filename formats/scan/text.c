@@ -300,13 +300,12 @@ static bool rest_is_empty(stp_separator separator, const char *at, const char *e
     return true;
 }
 
-/* Whether a line may end before this column: the last, not read, and begun with its separator. */
-static bool may_be_missing(const stp_columns *columns, uint32_t place, const char *begin,
-                           const char *end)
+/* Whether a line may end before its last column: that is not read, and was begun by a separator. */
+static bool may_miss_last(const stp_columns *columns, const char *begin, const char *end)
 {
     static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', '\0'};
-    return place > 0 && place + 1 == columns->count && columns->targets[place] == STP_COLUMN_NONE &&
-           end > begin && end[-1] == characters[columns->separator];
+    return columns->targets[columns->count - 1] == STP_COLUMN_NONE && end > begin &&
+           end[-1] == characters[columns->separator];
 }
 
 /* A number and the separator behind it in one go; NULL where it takes a closer look. */
@@ -339,7 +338,7 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
             continue;
         }
         if (!stp_field_next(c->separator, &at, end, &field)) {
-            if (may_be_missing(c, i, begin, end))
+            if (i + 1 == c->count && may_miss_last(c, begin, end))
                 break;
             return few_columns(text, i, err);
         }
@@ -359,7 +358,7 @@ stp_status stp_text_point(const stp_text *text, const char *begin, const char *e
                           stp_error *err)
 {
     stp_status status = STP_OK;
-    double v[STP_COLUMN_COUNT + 1];
+    double v[STP_COLUMN_COUNT + 1] = {0.0};
     STP_TRY(read_values(text, begin, end, v, err));
     *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
     if (text->attributes & STP_POINT_HAS_NORMAL)
