@@ -83,8 +83,9 @@ typedef struct stp_scan stp_scan;
 /* "not_finite", ...: as in files of figures. */
 const char *stp_reject_name(stp_reject reject);
 
-/* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or
- * byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
+/* Reads the header (a mesh: everything; lines of numbers: all once, to count them). Errors:
+ * NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a
+ * file without faces), OUT_OF_MEMORY. */
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);
