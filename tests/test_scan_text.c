@@ -194,6 +194,33 @@ static void depths(void **state)
     }
 }
 
+/* Coordinates of a survey have a step, floats do not. */
+static void coordinate_steps(void **state)
+{
+    (void)state;
+    const struct {
+        const char *text;
+        double step;
+    } cases[] = {
+        {"636110.31 849345.05 512.1\n1 2 3\n", 0.01},
+        {"636110.310000 849345.050000 512.100000\n", 0.01},
+        {"1,25;2;3\n1,255;2;3\n", 0.001},
+        {"1 2 3 0.12345\n", 1.0},
+        {"100 20 30\n", 1.0},
+        {"0.5 0.5 0.1234\n", 0.0},
+        {"1e2 2 3\n", 0.0},
+        {"x y z\nnan nan nan\n", 0.0},
+        {"x y z\n", 0.0},
+        {"2\n1.5 2 3\n1.5 2.25 3\n", 0.01},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_scan_info info;
+        free(scan_fixture_points("step.txt", cases[i].text, &info));
+        if (info.coordinate_step != cases[i].step)
+            fail_msg("%s: step %g", cases[i].text, info.coordinate_step);
+    }
+}
+
 /* Deep values far behind the first lines are found: 1 in 4096 lines, in a file of 12 MB. */
 static void depth_of_large_file(void **state)
 {
@@ -422,6 +449,7 @@ int main(void)
         cmocka_unit_test(by_content),
         cmocka_unit_test(as_given),
         cmocka_unit_test(depths),
+        cmocka_unit_test(coordinate_steps),
         cmocka_unit_test(depth_of_large_file),
         cmocka_unit_test(values_that_are_none),
         cmocka_unit_test(no_points),

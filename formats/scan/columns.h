@@ -57,10 +57,11 @@ typedef struct stp_columns {
 
 /* What the numbers of one column are, over the lines looked at. */
 typedef struct stp_column_range {
-    uint64_t count;      /* finite numbers; the rest is over these */
-    double min, max;     /* 0 where there are none */
-    bool whole;          /* all without a fraction */
-    bool written_whole;  /* all written without a point or an exponent */
+    uint64_t count;     /* finite numbers; the rest is over these */
+    double min, max;    /* 0 where there are none */
+    bool whole;         /* all without a fraction */
+    bool written_whole; /* all written without a point or an exponent */
+    uint32_t decimals; /* most digits behind a point, trailing zeros apart; UINT32_MAX: exponents */
     uint64_t unit, zero; /* times that it begins three numbers of unit length, or three zeros */
     double step;         /* sum of the differences to the next column */
 } stp_column_range;

@@ -17,6 +17,19 @@ static bool is_written_whole(stp_field field)
     return true;
 }
 
+static uint32_t decimals_of(stp_field field)
+{
+    const char *point = NULL, *last = field.begin;
+    for (const char *at = field.begin; at < field.end; at++) {
+        if (*at == 'e' || *at == 'E')
+            return UINT32_MAX;
+        if (*at == '.' || *at == ',')
+            point = at;
+        last = *at != '0' ? at : last;
+    }
+    return point && last > point ? (uint32_t)(last - point) : 0;
+}
+
 static void add_number(stp_column_range *range, double value, stp_field field)
 {
     if (!isfinite(value))
@@ -29,6 +42,8 @@ static void add_number(stp_column_range *range, double value, stp_field field)
     range->max = fmax(range->max, value);
     range->whole = range->whole && floor(value) == value;
     range->written_whole = range->written_whole && is_written_whole(field);
+    const uint32_t decimals = decimals_of(field);
+    range->decimals = range->decimals > decimals ? range->decimals : decimals;
 }
 
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,

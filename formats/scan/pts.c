@@ -100,6 +100,7 @@ static stp_status open_pts(pts *p, stp_scan_info *info, const char *path, const 
         STP_TRY(find_columns(text, first, list, sample, err));
     stp_text_settle(text, sample);
     stp_text_fill_info(text, info);
+    info->coordinate_step = stp_text_step(text, sample);
     info->format = "PTS";
     stp_source_seek(&text->source, start, 0);
 done:

@@ -70,7 +70,7 @@ typedef struct stp_scan_info {
     uint64_t point_count; /* what will be read */
     uint64_t face_count;
     uint32_t attributes;    /* STP_POINT_HAS_* */
-    double coordinate_step; /* scale of integer coordinates, 0 where coordinates are floats */
+    double coordinate_step; /* scale of integer or short decimal coordinates, 0: floats */
     bool normals_from_faces;
     const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
     uint32_t station_count;

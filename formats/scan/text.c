@@ -198,6 +198,20 @@ static void find_intensity_scale(stp_text *text, const stp_columns_sample *sampl
     }
 }
 
+double stp_text_step(const stp_text *text, const stp_columns_sample *sample)
+{
+    static const double steps[] = {1.0, 0.1, 0.01, 0.001};
+    uint32_t decimals = 0;
+    for (unsigned k = 0; k < 3; k++) {
+        const uint32_t place = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_X + k));
+        if (place == STP_COLUMNS_MAX || sample->ranges[place].count == 0)
+            return 0.0;
+        if (sample->ranges[place].decimals > decimals)
+            decimals = sample->ranges[place].decimals;
+    }
+    return decimals < sizeof steps / sizeof *steps ? steps[decimals] : 0.0;
+}
+
 void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
 {
     text->attributes = stp_columns_attributes(&text->columns);

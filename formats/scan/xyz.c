@@ -178,6 +178,7 @@ static stp_status open_text(stp_text *text, stp_scan_info *info, const char *pat
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
     stp_text_fill_info(text, info);
+    info->coordinate_step = stp_text_step(text, sample);
     info->format = "XYZ text";
     info->point_count = count;
 done:

@@ -3,7 +3,8 @@
  * Columns are those of params->columns, else of a header line (the first line that is no comment
  * and has no number, or the last comment before the points, as in `//X Y Z R G B`), else guessed
  * from a look at the file (columns.h). With params->columns a first line without numbers is passed
- * over. The scan's note `columns` says which were taken. A file without points is read as none. */
+ * over. Coordinates with at most three digits behind the point have a step (text.h). The scan's
+ * note `columns` says which were taken. A file without points is read as none. */
 #ifndef STP_FORMATS_SCAN_XYZ_H
 #define STP_FORMATS_SCAN_XYZ_H
 
