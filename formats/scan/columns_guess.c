@@ -50,7 +50,7 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
                             const char *end)
 {
     double values[STP_COLUMNS_MAX];
-    stp_field fields[STP_COLUMNS_MAX], field;
+    stp_field fields[STP_COLUMNS_MAX] = {{NULL, NULL}}, field;
     uint32_t count = 0;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
         if (count < STP_COLUMNS_MAX)
