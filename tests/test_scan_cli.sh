@@ -80,6 +80,20 @@ for kind in obj off stl; do
     prepared "$FOLDER/bowl.$kind" 400 file
     prepared "$FOLDER/bowl.$kind" 1234 file --sample 1234
 done
+# The bowl's vertices alone: as XYZ, with a header and as PTS, and in an order that is given.
+bowl obj | sed -n 's/^v //p' >"$FOLDER/bowl.xyz"
+prepared "$FOLDER/bowl.xyz" 400 unknown
+{ echo 'Easting;Northing;Elevation' && tr ' .' ';,' <"$FOLDER/bowl.xyz"; } >"$FOLDER/bowl.csv"
+prepared "$FOLDER/bowl.csv" 400 unknown
+{ echo 400 && cat "$FOLDER/bowl.xyz"; } >"$FOLDER/bowl.pts"
+prepared "$FOLDER/bowl.pts" 400 unknown
+prepared "$FOLDER/bowl.xyz" 400 position --orient 9.5,9.5,100
+awk '{ print NR, $3, $2, $1, "bowl" }' "$FOLDER/bowl.xyz" >"$FOLDER/turned.txt"
+prepared "$FOLDER/turned.txt" 400 unknown --columns _,z,y,x
+refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,colour
+refused "$FOLDER/bowl.obj" "says itself what its numbers are" --columns x,y,z
+sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
+refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"
 # Without the faces nothing says which side of an open surface is outside.
 prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals
 prepared "$FOLDER/bowl.off" 1000 unknown --recompute-normals --sample 1000
@@ -132,7 +146,7 @@ refused "$FOLDER/cut.ply" "declares 3 vertices"
 ply 3 >"$FOLDER/three.ply" <<<$'0 0 0\n1 0 0\n0 1 0'
 refused "$FOLDER/three.ply" "no faces" --sample 10
 echo hello >"$FOLDER/hello.dat"
-refused "$FOLDER/hello.dat" "PLY, LAS, PCD, E57, OBJ, OFF and STL"
+refused "$FOLDER/hello.dat" "PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ"
 refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"
 mkdir "$FOLDER/without scans"
 refused "$FOLDER/without scans" "has the name of a scan"

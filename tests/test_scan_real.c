@@ -110,6 +110,14 @@ static const real_scan scans[] = {
      300,
      {-0.0946898982, 0.0329874009, -0.0618735999},
      {0.0610091016, 0.187321007, 0.0587996989}},
+    {"odd/pdal_autzen.pts",
+     10,
+     0,
+     STP_POINT_HAS_COLOUR | STP_POINT_HAS_INTENSITY,
+     false,
+     0,
+     {636102.840012, 848968.800003, 427.919998},
+     {636126.400009, 849345.199997, 512.139999}},
     {"odd/pdal_simple_binary.ply", 3, 0, 0, false, 0, {-1, 0, 0}, {1, 1, 0}},
     {"odd/pdal_simple_text.ply", 3, 0, 0, false, 0, {-1, 0, 0}, {1, 1, 0}},
     {"tree/eztree_oak_large.obj",
@@ -167,9 +175,22 @@ static void all_scans(void **state)
     }
 }
 
+/* Named as points in text, and nothing of the kind. */
+static void surfels_are_refused(void **state)
+{
+    (void)state;
+    char path[4096];
+    snprintf(path, sizeof path, "%s/odd/bunny16k.pts", getenv("STIPPLE_SCANS"));
+    if (access(path, R_OK) != 0)
+        print_message("skipped: no %s\n", path);
+    else
+        scan_fixture_fails(path, NULL, STP_UNSUPPORTED, "surfels");
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans),
+                                       cmocka_unit_test(surfels_are_refused)};
     if (!getenv("STIPPLE_SCANS")) {
         puts("skipped: STIPPLE_SCANS names no folder of real scans");
         return 77;

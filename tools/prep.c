@@ -11,7 +11,7 @@
 #define INPUTS_LIMIT 4096
 
 typedef struct prep_options {
-    const char *output, *orient, *stats, *temp, *rejects;
+    const char *output, *orient, *stats, *temp, *rejects, *columns;
     uint64_t neighbours, sample, seed, memory;
     double precision;
     bool recompute_normals, force;
@@ -81,6 +81,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     prep_paths paths = {0};
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
+                                 .columns = o->columns,
                                  .recompute_normals = o->recompute_normals}};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
@@ -114,13 +115,13 @@ const cli_command cli_prep = {
     .summary = "scans to a chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, PCD, E57, OBJ, OFF and STL; several inputs become one model. An input "
-        "may\n"
-        "be a file, a folder (all scans in it and below), a pattern in quotes, or @list.txt with "
-        "an\n"
-        "input a line.\n"
+        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX; several inputs "
+        "become\n"
+        "one model. An input may be a file, a folder (all scans in it and below), a pattern in\n"
+        "quotes, or @list.txt with an input a line.\n"
         "Normals point as the input's do, else to the scanner that saw them, where it is said "
-        "(see\nthe README), else as they are propagated from one to the next (--orient auto).",
+        "(see\n"
+        "the README), else as they are propagated from one to the next (--orient auto).",
     .run = prep_main,
 };
 
@@ -138,6 +139,8 @@ static int prep_main(int argc, char **argv)
          "ignore the input's normals", NULL},
         {"--sample", 0, CLI_UINT, &o.sample, "N", "N points over a mesh's faces", NULL},
         {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
+        {"--columns", 0, CLI_STRING, &o.columns, "LIST",
+         "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
         {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
          "greatest position error (half the input's own scale)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads (draco)", NULL},

@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "formats/scan/detect_text.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -11,7 +12,7 @@
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
-#define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF and STL"
+#define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -143,6 +144,14 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
         size_t length;
         const char *name, *advice;
     } known[] = {
+        {"[Expe/PointSet", 14, "an Expe point set of surfels",
+         "convert it to PLY (MeshLab reads it)"},
+        {"ncols", 5, "a grid of heights (ESRI ASCII)",
+         "convert it to XYZ (gdal_translate -of XYZ)"},
+        {"NCOLS", 5, "a grid of heights (ESRI ASCII)",
+         "convert it to XYZ (gdal_translate -of XYZ)"},
+        {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
+        {"\xfe\xff", 2, "text in UTF-16", "save it as UTF-8"},
         {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
         {"\xfd"
          "7zXZ",
@@ -159,6 +168,8 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
     return NULL;
 }
 
+/* Meshes by name come before lines of numbers by content, which an OFF file without its first word
+ * is, too. */
 static bool detect_by_name(const prefix *p, stp_scan_format *format)
 {
     if (name_ends_with(p->path, ".obj"))
@@ -172,7 +183,8 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
     else if (name_ends_with(p->path, ".pcd"))
         *format = STP_SCAN_PCD;
     else
-        return false;
+        return stp_detect_text(p->bytes, p->length, format) ||
+               stp_detect_text_name(p->path, p->bytes, p->length, format);
     /* Text formats hold no zero bytes: then the name is wrong, not the content. */
     return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
 }

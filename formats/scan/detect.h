@@ -13,6 +13,9 @@ typedef enum stp_scan_format {
     STP_SCAN_LAS, /* LAZ too */
     STP_SCAN_PCD,
     STP_SCAN_E57,
+    STP_SCAN_XYZ,
+    STP_SCAN_PTS,
+    STP_SCAN_PTX,
     STP_SCAN_FORMAT_COUNT
 } stp_scan_format;
 

@@ -334,7 +334,7 @@ stp_status stp_e57_open(stp_scan_reader *out, stp_scan_info *info, const char *p
     STP_TRY(settle_scans(r, err));
     r->vector.scan = NULL; /* the ranges looked ahead */
     fill_info(r, info);
-    *out = (stp_scan_reader){r, read_points, close_reader};
+    *out = (stp_scan_reader){.state = r, .read = read_points, .close = close_reader};
     r = NULL;
 done:
     if (r)

@@ -202,7 +202,7 @@ stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *p
         fmin(las->header.scale[0], fmin(las->header.scale[1], las->header.scale[2]));
     info->notes = las->notes.list;
     info->note_count = las->notes.count;
-    *out = (stp_scan_reader){las, read_points, close_reader};
+    *out = (stp_scan_reader){.state = las, .read = read_points, .close = close_reader};
     las = NULL;
 done:
     if (las)

@@ -9,6 +9,11 @@
  * and Windows' 1.#QNAN, -1.#IND, 1.#INF are numbers too. False if it is none. */
 bool stp_number_parse(const char *begin, const char *end, double *value);
 
+/* Reads a number in digits, as long as it goes on from begin; returns where it ends, NULL if there
+ * is none (or one of the special ones above). Never reads at or behind end. Up to 19 digits that
+ * count and 27 places either way are done in integers, the rare others by the C library. */
+const char *stp_number_scan(const char *begin, const char *end, double *value);
+
 /* Reads the whole of [begin, end) as an unsigned decimal integer; false if it is none or overflows.
  */
 bool stp_number_parse_u64(const char *begin, const char *end, uint64_t *value);

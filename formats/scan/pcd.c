@@ -172,7 +172,7 @@ stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *p
     STP_TRY(find_scale(r, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &r->intensity_scale, err));
     list_left_out(r);
     fill_info(r, info);
-    *out = (stp_scan_reader){r, read_points, close_reader};
+    *out = (stp_scan_reader){.state = r, .read = read_points, .close = close_reader};
     r = NULL;
 done:
     if (r)

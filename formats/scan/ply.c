@@ -2,8 +2,8 @@
 #include "formats/scan/ply.h"
 
 #include "base/memory.h"
+#include "formats/scan/depth.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
@@ -181,17 +181,6 @@ done:
     return status;
 }
 
-/* NaN and negative become 0, what is too great the maximum. */
-static double clamp(double value, double maximum)
-{
-    return value > 0.0 ? fmin(value, maximum) : 0.0;
-}
-
-static uint16_t to_16_bits(double value, double scale)
-{
-    return (uint16_t)(clamp(value * scale, 65535.0) + 0.5);
-}
-
 static void set_stations(const stp_ply *ply, stp_point *points, size_t count)
 {
     const double *numbers = ply->columns[STP_PLY_STATION];
@@ -212,13 +201,13 @@ static void columns_to_points(const stp_ply *ply, stp_point *points, size_t coun
     if (ply->attributes & STP_POINT_HAS_COLOUR)
         for (size_t i = 0; i < count; i++)
             for (int k = 0; k < 3; k++)
-                points[i].rgb[k] = to_16_bits(c[STP_PLY_RED + k][i], ply->colour_scale);
+                points[i].rgb[k] = stp_to_16_bits(c[STP_PLY_RED + k][i], ply->colour_scale);
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
         for (size_t i = 0; i < count; i++)
-            points[i].intensity = to_16_bits(c[STP_PLY_INTENSITY][i], ply->intensity_scale);
+            points[i].intensity = stp_to_16_bits(c[STP_PLY_INTENSITY][i], ply->intensity_scale);
     if (ply->attributes & STP_POINT_HAS_CLASS)
         for (size_t i = 0; i < count; i++)
-            points[i].class_id = (uint8_t)(clamp(c[STP_PLY_CLASS][i], 255.0) + 0.5);
+            points[i].class_id = stp_to_class(c[STP_PLY_CLASS][i]);
     if (ply->attributes & STP_POINT_HAS_STATION)
         set_stations(ply, points, count);
 }

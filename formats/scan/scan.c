@@ -10,7 +10,10 @@
 #include "formats/scan/pcd.h"
 #include "formats/scan/ply.h"
 #include "formats/scan/point_mesh.h"
+#include "formats/scan/pts.h"
+#include "formats/scan/ptx.h"
 #include "formats/scan/scan_reader.h"
+#include "formats/scan/xyz.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -43,9 +46,8 @@ const char *stp_reject_name(stp_reject reject)
 static stp_scan_reader_open *streamed_format(stp_scan_format format)
 {
     static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_LAS] = stp_las_open,
-        [STP_SCAN_PCD] = stp_pcd_open,
-        [STP_SCAN_E57] = stp_e57_open,
+        [STP_SCAN_LAS] = stp_las_open, [STP_SCAN_PCD] = stp_pcd_open, [STP_SCAN_E57] = stp_e57_open,
+        [STP_SCAN_XYZ] = stp_xyz_open, [STP_SCAN_PTS] = stp_pts_open, [STP_SCAN_PTX] = stp_ptx_open,
     };
     return opens[format];
 }
@@ -149,6 +151,17 @@ done:
     return status;
 }
 
+/* Columns can be named where the file does not. */
+static stp_status check_columns(const stp_scan *scan, stp_scan_format format, stp_error *err)
+{
+    if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "%s: says itself what its numbers are: --columns is for XYZ, TXT, CSV and "
+                         "PTS",
+                         scan->path);
+}
+
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err)
 {
@@ -161,6 +174,8 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     memcpy(scan->path, path, strlen(path) + 1);
     if (params)
         scan->params = *params;
+    scan->reader.params = &scan->params;
+    STP_TRY(check_columns(scan, format, err));
     stp_scan_reader_open *open = streamed_format(format);
     if (open)
         STP_TRY(open(&scan->reader, &scan->info, scan->path, err));

@@ -1,13 +1,14 @@
 /* Scans in: a stream of points out of any supported file.
  *
- * Recognised by content first, name second: PLY, LAS, PCD, E57 (our streaming readers); OBJ, OFF,
- * STL (OpenMesh). A mesh's vertices are the points, or sample_count points spread over its faces
- * (area-uniform, seeded). Normals: the file's, else the faces' (area-weighted), else none. Points
- * are given as they are: NaN and infinite ones are the caller's to count and drop, and so are
- * records that the file itself says are none (stp_reject). Coordinates are the file's own, in
- * double. Where scanners stood and which one saw a point is told where the file says so
- * (ply_stations.h, pcd.h, e57.h). Memory: bounded for point files whatever their size; a mesh with
- * faces is held whole. Threads: one at a time per stp_scan. */
+ * Recognised by content first, name second: PLY, LAS, PCD, E57, PTS, PTX, XYZ and other lines of
+ * numbers (xyz.h; our streaming readers); OBJ, OFF, STL (OpenMesh). A mesh's vertices are the
+ * points, or sample_count points spread over its faces (area-uniform, seeded). Normals: the file's,
+ * else the faces' (area-weighted), else none. Points are given as they are: NaN and infinite ones
+ * are the caller's to count and drop, and so are records that the file itself says are none
+ * (stp_reject). Coordinates are the file's own, in double. Where scanners stood and which one saw a
+ * point is told where the file says so (ply_stations.h, pcd.h, e57.h). Memory: bounded for point
+ * files whatever their size; a mesh with faces is held whole. Threads: one at a time per stp_scan.
+ */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -53,11 +54,14 @@ typedef struct stp_scan_params {
     uint64_t sample_count; /* 0: the vertices; else so many points over the faces of a mesh */
     uint64_t seed;
     bool recompute_normals; /* give no normals at all */
+    const char *columns;    /* of XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: found.
+                               Used until the scan is open */
 } stp_scan_params;
 
 /* What a file says of itself beside its points and a model keeps in its metadata. */
 typedef struct stp_scan_note {
-    const char *name; /* "wkt", "geokeys", "left_out" (fields of points that are not read), ... */
+    const char *name; /* "wkt", "geokeys", "left_out" (fields of points that are not read),
+                         "columns" (what the numbers of a line were taken for), ... */
     const char *text;
 } stp_scan_note;
 
@@ -66,7 +70,7 @@ typedef struct stp_scan_info {
     uint64_t point_count; /* what will be read */
     uint64_t face_count;
     uint32_t attributes;    /* STP_POINT_HAS_* */
-    double coordinate_step; /* scale of integer coordinates, 0 where coordinates are floats */
+    double coordinate_step; /* scale of integer or short decimal coordinates, 0: floats */
     bool normals_from_faces;
     const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
     uint32_t station_count;
@@ -79,8 +83,9 @@ typedef struct stp_scan stp_scan;
 /* "not_finite", ...: as in files of figures. */
 const char *stp_reject_name(stp_reject reject);
 
-/* Reads the header (a mesh: everything). Errors: NOT_FOUND, IO, FORMAT, CORRUPT (with line or
- * byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a file without faces), OUT_OF_MEMORY. */
+/* Reads the header (a mesh: everything; lines of numbers: all once, to count them). Errors:
+ * NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a
+ * file without faces), OUT_OF_MEMORY. */
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);

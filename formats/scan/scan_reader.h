@@ -6,6 +6,7 @@
 #include "formats/scan/scan.h"
 
 typedef struct stp_scan_reader {
+    const stp_scan_params *params; /* what is asked for; set before opening, may be NULL */
     void *state;
     /* As stp_scan_read. */
     stp_status (*read)(void *state, stp_point *points, size_t capacity, size_t *count,
