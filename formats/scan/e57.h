@@ -18,7 +18,6 @@
 #include "formats/scan/scan_reader.h"
 
 /* As stp_scan_reader_open. */
-stp_status stp_e57_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        stp_error *err);
+stp_scan_reader_open stp_e57_open;
 
 #endif

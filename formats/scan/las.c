@@ -186,9 +186,11 @@ done:
     return status;
 }
 
-stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *path, stp_error *err)
+stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    (void)params;
     las_reader *las = NULL;
     STP_TRY(stp_alloc(&las, 1, sizeof *las, "LAS reader", err));
     las->source.descriptor = -1;

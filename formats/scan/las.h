@@ -12,7 +12,6 @@
 
 /* A stp_scan_reader_open. Errors: IO, CORRUPT (with the byte), VERSION, UNSUPPORTED (point formats
  * beyond 10; LAZ without LASzip), LIMIT, OUT_OF_MEMORY. */
-stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        stp_error *err);
+stp_scan_reader_open stp_las_open;
 
 #endif

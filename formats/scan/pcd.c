@@ -160,9 +160,11 @@ static void close_reader(void *state)
     free(r);
 }
 
-stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *path, stp_error *err)
+stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    (void)params;
     reader *r = NULL;
     STP_TRY(stp_alloc(&r, 1, sizeof *r, "PCD reader", err));
     r->values.source.descriptor = -1;

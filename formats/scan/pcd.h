@@ -12,7 +12,6 @@
 #include "formats/scan/scan_reader.h"
 
 /* As stp_scan_reader_open. */
-stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        stp_error *err);
+stp_scan_reader_open stp_pcd_open;
 
 #endif

@@ -140,14 +140,14 @@ static void close_pts(void *state)
     free(p);
 }
 
-stp_status stp_pts_open(stp_scan_reader *out, stp_scan_info *info, const char *path, stp_error *err)
+stp_status stp_pts_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     pts *p = NULL;
-    const char *list = out->params ? out->params->columns : NULL;
     STP_TRY(stp_alloc(&p, 1, sizeof *p, "PTS reader", err));
     p->text.source.descriptor = -1;
-    STP_TRY(open_pts(p, info, path, list, err));
+    STP_TRY(open_pts(p, info, path, params->columns, err));
     out->state = p;
     out->read = read_points;
     out->close = close_pts;

@@ -347,9 +347,11 @@ static void close_ptx(void *state)
     free(p);
 }
 
-stp_status stp_ptx_open(stp_scan_reader *out, stp_scan_info *info, const char *path, stp_error *err)
+stp_status stp_ptx_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    (void)params;
     ptx *p = NULL;
     STP_TRY(stp_alloc(&p, 1, sizeof *p, "PTX reader", err));
     p->text.source.descriptor = -1;

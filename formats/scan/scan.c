@@ -174,11 +174,10 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     memcpy(scan->path, path, strlen(path) + 1);
     if (params)
         scan->params = *params;
-    scan->reader.params = &scan->params;
     STP_TRY(check_columns(scan, format, err));
     stp_scan_reader_open *open = streamed_format(format);
     if (open)
-        STP_TRY(open(&scan->reader, &scan->info, scan->path, err));
+        STP_TRY(open(&scan->reader, &scan->info, scan->path, &scan->params, err));
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     settle_normals(scan);

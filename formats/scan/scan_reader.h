@@ -6,7 +6,6 @@
 #include "formats/scan/scan.h"
 
 typedef struct stp_scan_reader {
-    const stp_scan_params *params; /* what is asked for; set before opening, may be NULL */
     void *state;
     /* As stp_scan_read. */
     stp_status (*read)(void *state, stp_point *points, size_t capacity, size_t *count,
@@ -14,9 +13,9 @@ typedef struct stp_scan_reader {
     void (*close)(void *state);
 } stp_scan_reader;
 
-/* Reads the header and fills info, whose lists are the reader's own. path stays valid until close.
- * Errors: as stp_scan_open. */
+/* Reads the header and fills info, whose lists are the reader's own. path stays valid until close,
+ * params what is asked for. Errors: as stp_scan_open. */
 typedef stp_status stp_scan_reader_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                                        stp_error *err);
+                                        const stp_scan_params *params, stp_error *err);
 
 #endif

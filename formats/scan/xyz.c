@@ -212,14 +212,14 @@ static void close_text(void *state)
     free(state);
 }
 
-stp_status stp_xyz_open(stp_scan_reader *out, stp_scan_info *info, const char *path, stp_error *err)
+stp_status stp_xyz_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
+                        const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_text *text = NULL;
-    const char *list = out->params ? out->params->columns : NULL;
     STP_TRY(stp_alloc(&text, 1, sizeof *text, "text reader", err));
     text->source.descriptor = -1;
-    STP_TRY(open_text(text, info, path, list, err));
+    STP_TRY(open_text(text, info, path, params->columns, err));
     out->state = text;
     out->read = read_points;
     out->close = close_text;
