@@ -84,4 +84,30 @@ refuse "no file is named like this" "$scans/*.las"
 refuse "names no file" @/dev/null
 refuse "none.txt" "@$FOLDER/none.txt"
 refuse "gone.ply" "$scans" "$scans/gone.ply"
+
+# A LAS 1.2 file of four points whose GeoTIFF key 1024 is $1: 1 projected, 2 degrees.
+degrees_las() {
+    local las="$FOLDER/keys.las"
+    put() { # offset, bytes
+        printf "$2" | dd of="$las" bs=1 seek="$1" conv=notrunc status=none
+    }
+    head -c $((227 + 54 + 16 + 4 * 20)) /dev/zero >"$las"
+    put 0 'LASF'
+    put 24 '\x01\x02'
+    put 94 '\xe3\x00\x29\x01\x00\x00\x01' # sizes: header, all before the points; one record
+    put 105 '\x14\x00\x04'
+    for at in 131 139 147; do
+        put $at '\xfc\xa9\xf1\xd2\x4d\x62\x50\x3f' # scale 0.001
+    done
+    put 229 'LASF_Projection'
+    put 245 '\xaf\x87\x10'
+    put 281 "\\x01\\x00\\x01\\x00\\x00\\x00\\x01\\x00\\x00\\x04\\x00\\x00\\x01\\x00\\x0$1"
+    for i in 0 1 2 3; do
+        put $((297 + 20 * i)) "\\x0$i\\x00\\x00\\x00\\x0$((i * i))"
+    done
+}
+degrees_las 2
+refuse "degrees of longitude and latitude" "$FOLDER/keys.las"
+degrees_las 1
+prepared 4 4 "$FOLDER/keys.las"
 end_test

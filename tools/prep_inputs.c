@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 
-#include <errno.h>
+#include <ctype.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -139,10 +139,11 @@ static const char *note_of(const stp_scan_info *info, const char *name)
 /* Angles beside lengths have no distances, normals or radii. */
 static stp_status check_lengths(const stp_scan_info *info, const char *path, stp_error *err)
 {
-    const char *wkt = note_of(info, "wkt");
+    static const char model[] = "GTModelTypeGeoKey=2"; /* a line; 2: geographic */
+    const char *wkt = note_of(info, "wkt"), *key = strstr(note_of(info, "geokeys"), model);
     bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
     bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") ||
-                  strstr(note_of(info, "geokeys"), "GTModelTypeGeoKey=2\n");
+                  (key && !isdigit((unsigned char)key[sizeof model - 1]));
     if (projected || !angles)
         return STP_OK;
     return stp_error_set(
