@@ -21,6 +21,9 @@
 #define WATCH_NS 1000000
 #define MARGIN_PART 10
 #define MARGIN_BYTES (64u << 20)
+/* So many bytes at a time, in turn, until half a margin more is free: all at once takes so long
+ * that as much comes back meanwhile. */
+#define SLICE_BYTES ((size_t)16 << 20)
 
 typedef struct mapping {
     void *memory;
@@ -38,6 +41,7 @@ struct stp_spill {
     bool ending;
     mapping *mappings;
     size_t count, capacity;
+    size_t turn, turn_offset; /* where letting go goes on: a mapping, bytes into it */
     uint64_t file_bytes, most_file_bytes;
 };
 
@@ -54,11 +58,23 @@ static uint64_t resident_bytes(void)
     return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
-/* Other threads may be in the middle of these pages: their next touch brings them back. */
-static void let_go(stp_spill *s)
+/* The next slice of all mappings, in turn; returns its size. Other threads may be in the middle of
+ * its pages: their next touch brings them back. */
+static size_t let_go_slice(stp_spill *s)
 {
-    for (size_t i = 0; i < s->count; i++)
-        (void)madvise(s->mappings[i].memory, s->mappings[i].bytes, MADV_DONTNEED);
+    if (s->turn >= s->count)
+        s->turn = s->turn_offset = 0;
+    const mapping *m = &s->mappings[s->turn];
+    size_t left = s->turn_offset < m->bytes ? m->bytes - s->turn_offset : 0;
+    size_t bytes = left < SLICE_BYTES ? left : SLICE_BYTES;
+    if (bytes > 0)
+        (void)madvise((char *)m->memory + s->turn_offset, bytes, MADV_DONTNEED);
+    s->turn_offset += bytes;
+    if (s->turn_offset >= m->bytes) {
+        s->turn++;
+        s->turn_offset = 0;
+    }
+    return bytes;
 }
 
 /* Called with the mutex held. */
@@ -67,8 +83,11 @@ static void relieve(stp_spill *s)
     uint64_t margin = s->memory_bytes / MARGIN_PART;
     margin = margin > MARGIN_BYTES ? margin : MARGIN_BYTES;
     uint64_t most = s->memory_bytes > 2 * margin ? s->memory_bytes - margin : s->memory_bytes / 2;
-    if (s->file_bytes > 0 && resident_bytes() > most)
-        let_go(s);
+    uint64_t gone = 0;
+    if (s->count == 0 || resident_bytes() <= most)
+        return;
+    while (gone < s->file_bytes && resident_bytes() > most - margin / 2)
+        gone += let_go_slice(s);
 }
 
 void stp_spill_relieve(stp_spill *s)

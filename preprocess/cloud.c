@@ -34,6 +34,7 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
 {
     unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
     uint32_t end = node.end;
+    stp_spill_relieve(c->cloud->spill); /* few points, but each on a page of its own */
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
         uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
@@ -117,7 +118,7 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     cutter c = {.cloud = cloud};
-    STP_TRY(stp_morton_sort(cloud->points, cloud->count, &cloud->box, pool, err));
+    STP_TRY(stp_morton_sort(cloud->points, cloud->count, cloud->spill, &cloud->box, pool, err));
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
     STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));

@@ -55,6 +55,12 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
  * them. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
                          void *context, stp_error *err);
+/* At each turn of a loop over all points: keeps to the limit. */
+static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
+{
+    if (i % 65536u == 0)
+        stp_spill_relieve(spill);
+}
 /* Frees what the cloud owns. */
 void stp_cloud_clear(stp_cloud *cloud);
 

@@ -60,7 +60,7 @@ static stp_status list_crumbs(stp_crumbs *out, const stp_forest *forest, uint32_
     stp_spill *spill = out->spill;
     stp_status status = STP_OK;
     uint32_t *numbers = NULL;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++, stp_cloud_step(spill, i))
         out->point_count += on_crumb(forest, i);
     STP_TRY(
         stp_spill_alloc(spill, &out->points, out->point_count, sizeof *out->points, "pieces", err));
@@ -68,7 +68,8 @@ static stp_status list_crumbs(stp_crumbs *out, const stp_forest *forest, uint32_
         stp_spill_alloc(spill, &out->pieces, out->point_count, sizeof *out->pieces, "pieces", err));
     STP_TRY(stp_spill_alloc(spill, &numbers, count, sizeof *numbers, "pieces", err));
     uint32_t at = 0;
-    for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
+    for (uint32_t i = 0; i < count;
+         i++, stp_cloud_step(spill, i)) { /* a root is its piece's first point */
         if (!on_crumb(forest, i))
             continue;
         if (forest->parent[i] == i)
@@ -87,7 +88,8 @@ stp_status stp_crumbs_find(stp_crumbs *out, stp_cloud *cloud, const stp_neighbou
                            stp_forest *forest, stp_error *err)
 {
     stp_crumbs crumbs = {.spill = cloud->spill};
-    for (uint32_t i = 0; i < cloud->count; i++) { /* makes every parent a root */
+    for (uint32_t i = 0; i < cloud->count;
+         i++, stp_cloud_step(cloud->spill, i)) { /* makes every parent a root */
         uint8_t parity = 0;
         (void)stp_forest_find(forest, i, &parity);
     }
@@ -96,7 +98,7 @@ stp_status stp_crumbs_find(stp_crumbs *out, stp_cloud *cloud, const stp_neighbou
         stp_crumbs_clear(&crumbs);
         return status;
     }
-    for (uint32_t i = 0; i < cloud->count; i++) {
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         stp_cloud_point *p = &cloud->points[i];
         p->sheet = on_crumb(forest, i) ? adopt(cloud, neighbours, forest, i) : forest->parent[i];
         if (!(p->flags & STP_SAMPLE_HAS_NORMAL))
@@ -168,7 +170,7 @@ stp_status stp_crumbs_settle(const stp_crumbs *crumbs, stp_cloud *cloud,
         stp_spill_alloc(cloud->spill, &s.odds, crumbs->point_count, sizeof *s.odds, "pieces", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &s.spot, cloud->count, sizeof *s.spot, "pieces", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &sums, crumbs->piece_count, sizeof *sums, "pieces", err));
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         s.spot[i] = STP_SHEET_NONE;
     for (uint32_t i = 0; i < crumbs->point_count; i++)
         s.spot[crumbs->points[i]] = crumbs->pieces[i];

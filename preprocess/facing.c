@@ -71,7 +71,7 @@ stp_status stp_facing_settle(stp_cloud *cloud, const stp_neighbours *neighbours,
     STP_TRY(stp_spill_alloc(cloud->spill, &s.wrong, cloud->count, sizeof *s.wrong, "signs", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
         STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, weigh_cell, &s, err));
-        for (uint32_t i = 0; i < cloud->count; i++)
+        for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
             if (s.wrong[i])
                 cloud->points[i].normal = glms_vec3_negate(cloud->points[i].normal);
     }

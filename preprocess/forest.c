@@ -1,6 +1,8 @@
 /* Union-find with signs. */
 #include "preprocess/forest.h"
 
+#include "preprocess/cloud.h"
+
 stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -8,7 +10,7 @@ stp_status stp_forest_create(stp_forest *out, uint32_t count, stp_spill *spill, 
     STP_TRY(stp_spill_alloc(spill, &f.parent, count, sizeof *f.parent, "pieces", err));
     STP_TRY(stp_spill_alloc(spill, &f.parity, count, sizeof *f.parity, "pieces", err));
     STP_TRY(stp_spill_alloc(spill, &f.size, count, sizeof *f.size, "pieces", err));
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count; i++, stp_cloud_step(spill, i)) {
         f.parent[i] = i;
         f.size[i] = 1;
     }

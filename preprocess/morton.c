@@ -35,6 +35,7 @@ typedef struct order {
 typedef struct room {
     key *keys, *other;
     stp_cloud_point *sorted;
+    stp_spill *spill; /* where the points lie */
 } room;
 
 typedef struct sorter {
@@ -45,6 +46,7 @@ typedef struct sorter {
     uint32_t (*histograms)[PART_COUNT]; /* of each block */
     uint32_t begin[PART_COUNT + 1];     /* of the parts */
     room *rooms;                        /* by worker */
+    stp_spill *spill;
 } sorter;
 
 /* Spreads 21 bits so that two zeros stand between each pair. */
@@ -104,9 +106,9 @@ static void place_parts(uint32_t begin[PART_COUNT + 1])
 /* Moves every point to its part, in place: each swap brings one where it belongs (McIlroy, Bostic
  * and McIlroy 1993). */
 static void move_to_parts(stp_cloud_point *points, const order *o, unsigned shift,
-                          const uint32_t begin[PART_COUNT + 1])
+                          const uint32_t begin[PART_COUNT + 1], stp_spill *spill)
 {
-    uint32_t next[PART_COUNT];
+    uint32_t next[PART_COUNT], moved = 0;
     memcpy(next, begin, sizeof next);
     for (uint32_t part = 0; part < PART_COUNT; part++) {
         while (next[part] < begin[part + 1]) {
@@ -116,6 +118,7 @@ static void move_to_parts(stp_cloud_point *points, const order *o, unsigned shif
                 stp_cloud_point there = points[next[to]];
                 points[next[to]++] = moving;
                 moving = there;
+                stp_cloud_step(spill, moved++);
             }
             points[next[part]++] = moving;
         }
@@ -167,8 +170,10 @@ static void sort_ties(stp_cloud_point *points, uint32_t count, const room *r)
         return;
     }
     stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        stp_cloud_step(r->spill, i);
         stp_dbox_add(&box, points[i].position);
+    }
     order own = {.grid = stp_morton_grid_of(&box)};
     own.by_source = own.grid.scale == 0.0;
     sort_range(points, count, &own, CODE_BITS, r);
@@ -208,6 +213,7 @@ static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, 
 {
     if (count < 2)
         return;
+    stp_spill_relieve(r->spill);
     if (count <= KEYED_POINTS) {
         sort_keyed(points, count, o, top, r);
         return;
@@ -218,10 +224,12 @@ static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, 
     }
     uint32_t begin[PART_COUNT + 1] = {0};
     unsigned shift = top > PART_BITS ? top - PART_BITS : 0;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        stp_cloud_step(r->spill, i);
         begin[part_of(o, &points[i], shift)]++;
+    }
     place_parts(begin);
-    move_to_parts(points, o, shift, begin);
+    move_to_parts(points, o, shift, begin, r->spill);
     for (uint32_t part = 0; part < PART_COUNT; part++)
         sort_range(points + begin[part], begin[part + 1] - begin[part], o, shift, r);
 }
@@ -235,6 +243,7 @@ static stp_status find_box(void *context, size_t block, unsigned worker, stp_err
 {
     sorter *s = context;
     uint32_t begin = (uint32_t)block * BLOCK;
+    stp_spill_relieve(s->spill);
     (void)worker;
     (void)err;
     s->boxes[block] = stp_dbox_empty();
@@ -247,6 +256,7 @@ static stp_status count_parts(void *context, size_t block, unsigned worker, stp_
 {
     sorter *s = context;
     uint32_t begin = (uint32_t)block * BLOCK;
+    stp_spill_relieve(s->spill);
     (void)worker;
     (void)err;
     for (uint32_t i = begin; i < block_end(s, begin); i++)
@@ -270,6 +280,7 @@ static stp_status sort_part(void *context, size_t part, unsigned worker, stp_err
     sorter *s = context;
     room *r = &s->rooms[worker];
     uint32_t begin = s->begin[part], count = s->begin[part + 1] - begin;
+    r->spill = s->spill;
     if (count > 1 && !r->sorted)
         STP_TRY(make_room(r, err));
     sort_range(s->points + begin, count, &s->order, CODE_BITS - PART_BITS, r);
@@ -285,11 +296,11 @@ static void add_blocks(sorter *s, uint32_t block_count)
     place_parts(s->begin);
 }
 
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_dbox *box, stp_pool *pool,
-                           stp_error *err)
+stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill, stp_dbox *box,
+                           stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    sorter s = {.points = points, .count = count};
+    sorter s = {.points = points, .count = count, .spill = spill};
     unsigned workers = stp_pool_thread_count(pool);
     uint32_t block_count = (uint32_t)(((uint64_t)count + BLOCK - 1) / BLOCK);
     STP_TRY(stp_alloc(&s.boxes, block_count, sizeof *s.boxes, "sort keys", err));
@@ -304,7 +315,7 @@ stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_dbox *bo
     s.order.grid = stp_morton_grid_of(box);
     STP_TRY(stp_pool_run(pool, block_count, count_parts, &s, err));
     add_blocks(&s, block_count);
-    move_to_parts(points, &s.order, CODE_BITS - PART_BITS, s.begin);
+    move_to_parts(points, &s.order, CODE_BITS - PART_BITS, s.begin, spill);
     STP_TRY(stp_pool_run(pool, PART_COUNT, sort_part, &s, err));
 done:
     for (unsigned i = 0; s.rooms && i < workers; i++) {

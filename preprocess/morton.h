@@ -22,8 +22,8 @@ typedef struct stp_morton_grid {
 stp_morton_grid stp_morton_grid_of(const stp_dbox *box);
 uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 position);
 
-/* Sorts; *box: of all points. Errors: OUT_OF_MEMORY. */
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_dbox *box, stp_pool *pool,
-                           stp_error *err);
+/* Sorts; *box: of all points. spill: where they lie, NULL in memory. Errors: OUT_OF_MEMORY. */
+stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill, stp_dbox *box,
+                           stp_pool *pool, stp_error *err);
 
 #endif

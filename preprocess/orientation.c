@@ -7,7 +7,7 @@
 
 static void mark_all(stp_cloud *cloud)
 {
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->points[i].flags & STP_SAMPLE_HAS_NORMAL)
             cloud->points[i].flags |= STP_SAMPLE_ORIENTED;
 }
@@ -15,7 +15,7 @@ static void mark_all(stp_cloud *cloud)
 static uint32_t count_normals(const stp_cloud *cloud)
 {
     uint32_t count = 0;
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         count += (cloud->points[i].flags & STP_SAMPLE_HAS_NORMAL) != 0;
     return count;
 }
@@ -50,7 +50,7 @@ static const stp_dvec3 *choose_stations(stp_cloud *cloud, const stp_orient_param
         return params->stations;
     if (params->mode != STP_ORIENT_POSITION)
         return NULL;
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         cloud->points[i].station = 1;
     return &params->position;
 }

@@ -155,7 +155,7 @@ static uint32_t attributes_of(const stp_prep_source *source)
 /* A cloud without colours is drawn in a neutral light grey. */
 static void default_colour(stp_cloud *cloud)
 {
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         for (int c = 0; c < 3; c++)
             cloud->points[i].rgb[c] = 200u * 257u;
 }

@@ -198,7 +198,7 @@ stp_status stp_sheets_cross(stp_sheets *s, stp_error *err)
     STP_TRY(stp_spill_alloc(s->cloud->spill, &s->parts, s->cloud->count, sizeof *s->parts, "pieces",
                             err));
     STP_TRY(join_open(s, STP_RANK_NONE, true, err));
-    for (uint32_t i = 0; i < s->cloud->count; i++)
+    for (uint32_t i = 0; i < s->cloud->count; i++, stp_cloud_step(s->cloud->spill, i))
         s->parts[i] = stp_forest_find(&s->forest, i, &parity);
     STP_TRY(join_open(s, STP_RANK_NONE, false, err));
 done:

@@ -27,7 +27,8 @@ typedef struct piece {
 static uint32_t number_pieces(stp_forest *f, uint32_t count, uint32_t *numbers)
 {
     uint32_t piece_count = 0;
-    for (uint32_t i = 0; i < count; i++) { /* a root is its piece's first point */
+    for (uint32_t i = 0; i < count;
+         i++, stp_cloud_step(f->spill, i)) { /* a root is its piece's first point */
         uint8_t parity = 0;
         uint32_t root = stp_forest_find(f, i, &parity);
         if (root == i)
@@ -54,7 +55,7 @@ static void add_to_piece(piece *c, const stp_cloud_point *p, const stp_dvec3 *st
 static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *numbers,
                        const stp_dvec3 *stations, piece *pieces)
 {
-    for (uint32_t i = 0; i < cloud->count; i++) {
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         stp_cloud_point *p = &cloud->points[i];
         if (f->parity[i])
             p->normal = glms_vec3_negate(p->normal);
@@ -98,7 +99,7 @@ stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *sta
     STP_TRY(stp_spill_alloc(cloud->spill, &pieces, piece_count, sizeof *pieces, "pieces", err));
     sum_pieces(cloud, f, numbers, stations, pieces);
     *oriented = 0;
-    for (uint32_t i = 0; i < cloud->count; i++) {
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         piece lone = {.count = 0};
         if (numbers[i] == LONE)
             add_to_piece(&lone, &cloud->points[i], stations);
@@ -121,10 +122,10 @@ stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool
     STP_TRY(stp_spill_alloc(cloud->spill, &votes, cloud->count, sizeof *votes, "votes", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &sums, cloud->count, sizeof *sums, "votes", err));
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
             sums[parts[i]] += votes[i];
-    for (uint32_t i = 0; i < cloud->count; i++) {
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         stp_cloud_point *p = &cloud->points[i];
         if (p->flags & STP_SAMPLE_ORIENTED && sums[parts[i]] < 0)
             p->normal = glms_vec3_negate(p->normal);

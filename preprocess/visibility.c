@@ -124,7 +124,7 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     stp_status status = STP_OK;
     unsigned workers = stp_pool_thread_count(pool);
     double spacing = 0.0;
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         spacing += (double)cloud->points[i].spacing;
     spacing /= cloud->count;
     vote_job job = {
