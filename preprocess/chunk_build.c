@@ -178,7 +178,7 @@ stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surrounding
     stp_chunk *chunk = built->chunk;
     stp_overhang *overhang = NULL;
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, STP_OVERHANG_BOUND, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
         for (int l = 0; l < STP_LEVEL_COUNT; l++)

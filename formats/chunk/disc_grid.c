@@ -2,84 +2,179 @@
 #include "formats/chunk/disc_grid.h"
 
 #include "base/memory.h"
-#include "formats/chunk/patch_bounds.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* A cell is so many mean radii wide. */
+/* A cell is so many mean radii wide, and discs may reach so many out of theirs. */
 #define CELL_RADII 2.0
+#define MARGIN_RADII 1.25
 /* A disc that reaches farther than so many cells from its centre's is large. */
-#define REACH_CELLS 4
+#define REACH_CELLS 4.0f
 /* A point looks no farther than so many cells, and at no more discs than this. */
-#define RING_MAX 2
+#define RING_MAX 3
 #define TRIES_MAX 1024
-#define CELLS_MAX 4e15
-/* A search within the hint's squared distance finds the hint at least, in spite of its floats. */
-#define HINT_SLACK 1.0001
+/* So many discs a block of 64 cells. */
+#define DISCS_A_BLOCK 32
+/* No radius is taken for less: a float tells a cell then. */
+#define RADIUS_MIN 0x1p-18
+/* What floats may err in coordinates, units, and in squared distances. */
+#define FLOAT_SLACK 0x1p-21f
+#define REACH_SLACK 1.0001f
 
 typedef struct cell {
-    int64_t at[3];
+    int at[3];
 } cell;
 
-/* Blocks of 4 x 4 x 4 cells are hashed; the cells of a block lie together. */
-static uint32_t bucket_of(const stp_disc_grid *g, int64_t i, int64_t j, int64_t k)
+/* Blocks of 4 x 4 x 4 cells are hashed; the cells of a block lie together. A bucket is made of
+ * what each axis gives; the parts combine by exclusive or. */
+typedef struct bucket_part {
+    uint32_t block, cell;
+} bucket_part;
+
+static bucket_part part_of(int axis, int at)
 {
-    uint64_t h = (uint64_t)(i >> 2) * 0x9e3779b97f4a7c15u ^
-                 (uint64_t)(j >> 2) * 0xc2b2ae3d27d4eb4fu ^
-                 (uint64_t)(k >> 2) * 0x165667b19e3779f9u;
-    uint32_t block = (uint32_t)(h >> 32 ^ h) & g->mask;
-    return block << 6 | (uint32_t)((i & 3) << 4 | (j & 3) << 2 | (k & 3));
+    static const uint32_t factors[3] = {0x9e3779b1u, 0x85ebca6bu, 0xc2b2ae35u};
+    uint32_t h = (uint32_t)(at >> 2) * factors[axis];
+    return (bucket_part){h ^ h >> 15, (uint32_t)(at & 3) << 2 * (2 - axis)};
 }
 
-/* Farther out than doubles count whole cells, all is one cell. */
-static int64_t step_of(double cells)
+static uint32_t bucket_of(const stp_disc_grid *g, bucket_part x, bucket_part y, bucket_part z)
 {
-    return (int64_t)stp_max(-CELLS_MAX, stp_min(CELLS_MAX, floor(cells)));
+    return ((x.block ^ y.block ^ z.block) & g->mask) << 6 | x.cell | y.cell | z.cell;
 }
 
-static cell cell_of(const stp_disc_grid *g, stp_dvec3 p)
+static int floor_of(float cells)
 {
-    return (cell){{step_of(p.x / g->width), step_of(p.y / g->width), step_of(p.z / g->width)}};
+    int i = (int)cells;
+    return i - (cells < (float)i);
 }
 
-/* Cells are as wide as the chunk's own discs ask: the geometric mean keeps a few large discs from
- * making the cells of many small ones wide. */
-static void fill_discs(stp_disc_grid *g, const stp_chunk *chunk, const stp_surroundings *around)
+static stp_flat_disc scaled(const stp_disc_grid *g, const stp_flat_disc *d)
 {
-    double sum = 0.0;
+    return (stp_flat_disc){stp_dvec3_scale(d->centre, g->scale), d->normal, d->radius * g->scale};
+}
+
+/* The patch that a level-0 sample is in. */
+static uint32_t patch_of(const stp_chunk *chunk, uint32_t sample)
+{
+    uint32_t low = 0, high = chunk->patch_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (chunk->level_begin[0][middle] <= sample)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static stp_flat_disc disc_of(const stp_disc_grid *g, uint32_t disc)
+{
+    if (disc >= g->own_count)
+        return scaled(g, &g->around[disc - g->own_count]);
+    stp_flat_disc own = stp_flat_disc_from_sample(&g->chunk->samples[0][disc],
+                                                  &g->chunk->patches[patch_of(g->chunk, disc)]);
+    return scaled(g, &own);
+}
+
+/* World units. */
+static stp_carry carry_of(const stp_disc_grid *g, uint32_t disc)
+{
+    const stp_carry none = {0.0, 0.0};
+    if (disc < g->own_count)
+        return g->carry ? g->carry[disc] : none;
+    return g->carry_around ? g->carry_around[disc - g->own_count] : none;
+}
+
+/* The greatest coordinate of a rim of the patch's level-0 discs, or more. */
+static double extent_of_patch(const stp_patch *patch, const stp_sample *samples)
+{
+    int64_t greatest = 0;
+    uint8_t radius = 0;
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        radius = samples[i].radius > radius ? samples[i].radius : radius;
+        for (int a = 0; a < 3; a++) {
+            int64_t at = llabs((int64_t)patch->origin[a] + samples[i].position[a]);
+            greatest = at > greatest ? at : greatest;
+        }
+    }
+    return ldexp((double)greatest, patch->exponent) + stp_radius_decode(radius, patch->exponent);
+}
+
+static double extent_of_disc(const stp_flat_disc *d)
+{
+    stp_dvec3 c = d->centre;
+    return stp_max(fabs(c.x), stp_max(fabs(c.y), fabs(c.z))) + d->radius;
+}
+
+/* Chooses unit and cells. Cells are as wide as the chunk's own discs ask: the geometric mean keeps
+ * a few large discs from making the cells of many small ones wide. */
+static void choose_scale(stp_disc_grid *g)
+{
+    const stp_chunk *chunk = g->chunk;
+    double extent = 0.0;
+    int64_t sum = 0; /* of logarithms, in codes */
     uint32_t wide = 0;
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-            stp_flat_disc *disc = &g->discs[i];
-            *disc = stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
-            if (disc->radius > 0.0) {
-                sum += log(disc->radius);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
+        extent = stp_max(extent, extent_of_patch(patch, samples));
+        for (unsigned i = 0; i < patch->counts[0]; i++)
+            if (samples[i].radius > 0) {
+                sum += samples[i].radius - 1 + patch->exponent * STP_RADIUS_CODES_PER_OCTAVE;
                 wide++;
             }
+    }
+    for (uint32_t d = 0; d < g->count - g->own_count; d++)
+        extent = stp_max(extent, extent_of_disc(&g->around[d]));
+    g->scale = extent > 0.0 ? ldexp(1.0, -ilogb(extent) - 1) : 1.0;
+    g->radius = RADIUS_MIN;
+    if (wide) {
+        double mean = exp2((double)sum / (STP_RADIUS_CODES_PER_OCTAVE * (double)wide));
+        g->radius = stp_max(RADIUS_MIN, g->scale * mean);
+    }
+    g->width = (float)(CELL_RADII * g->radius);
+    g->margin = (float)(MARGIN_RADII * g->radius) + FLOAT_SLACK;
+}
+
+static void take_disc(stp_disc_grid *g, uint32_t disc, const stp_flat_disc *world)
+{
+    const stp_flat_disc d = scaled(g, world);
+    const stp_carry carry = carry_of(g, disc);
+    const stp_dvec3 c = d.centre, n = d.normal;
+    g->numbers[disc] = (stp_lane_disc){
+        {(float)c.x, (float)c.y, (float)c.z, (float)n.x, (float)n.y, (float)n.z, (float)d.radius,
+         (float)(carry.tangential_error * g->scale), (float)(carry.error * g->scale)}};
+}
+
+static void take_discs(stp_disc_grid *g)
+{
+    const stp_chunk *chunk = g->chunk;
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
+            stp_flat_disc own =
+                stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
+            take_disc(g, i, &own);
         }
-    g->width = wide ? CELL_RADII * exp(sum / wide) : 1.0;
-    if (around && around->count > 0)
-        memcpy(g->discs + g->own_count, around->discs, around->count * sizeof *g->discs);
+    for (uint32_t d = g->own_count; d < g->count; d++)
+        take_disc(g, d, &g->around[d - g->own_count]);
 }
 
-/* Half the box of a disc; of a ball its radius. */
-static stp_dvec3 half_box(const stp_flat_disc *d)
+/* The cells that a disc's box, without the margin, touches; false if it is large. */
+static bool cells_of_disc(const stp_disc_grid *g, const stp_lane_disc *d, cell *low, cell *high)
 {
-    stp_dvec3 n = d->normal;
-    return (stp_dvec3){d->radius * sqrt(stp_max(0.0, 1.0 - n.x * n.x)),
-                       d->radius * sqrt(stp_max(0.0, 1.0 - n.y * n.y)),
-                       d->radius * sqrt(stp_max(0.0, 1.0 - n.z * n.z))};
-}
-
-/* The cells that the disc's box touches; false if it is large. */
-static bool cells_of_disc(const stp_disc_grid *g, const stp_flat_disc *d, cell *low, cell *high)
-{
-    stp_dvec3 half = half_box(d);
-    double reach = REACH_CELLS * g->width;
-    *low = cell_of(g, stp_dvec3_sub(d->centre, half));
-    *high = cell_of(g, stp_dvec3_add(d->centre, half));
-    return half.x <= reach && half.y <= reach && half.z <= reach;
+    const float radius = d->numbers[STP_LANE_RADIUS], inverse = 1.0f / g->width;
+    bool large = false;
+    for (int a = 0; a < 3; a++) {
+        float c = d->numbers[STP_LANE_CENTRE + a], n = d->numbers[STP_LANE_NORMAL + a], half = 0.0f;
+        if (radius > g->margin)
+            half = fmaxf(radius * sqrtf(fmaxf(0.0f, 1.0f - n * n)) - g->margin, 0.0f);
+        low->at[a] = floor_of((c - half) * inverse);
+        high->at[a] = half > 0.0f ? floor_of((c + half) * inverse) : low->at[a];
+        large |= half > REACH_CELLS * g->width;
+    }
+    return !large;
 }
 
 static void note_large(stp_disc_grid *g, uint32_t disc)
@@ -89,64 +184,73 @@ static void note_large(stp_disc_grid *g, uint32_t disc)
     g->large_count++;
 }
 
-static void enter(stp_disc_grid *g, uint32_t entry, uint32_t disc)
+/* Counts an entry in begin, or, once there is room for entries, writes it before begin. */
+static void enter(stp_disc_grid *g, uint32_t bucket, uint32_t disc)
 {
-    const stp_flat_disc *d = &g->discs[disc];
-    float *const *column = g->columns.of;
-    column[0][entry] = (float)d->centre.x;
-    column[1][entry] = (float)d->centre.y;
-    column[2][entry] = (float)d->centre.z;
-    column[3][entry] = (float)d->normal.x;
-    column[4][entry] = (float)d->normal.y;
-    column[5][entry] = (float)d->normal.z;
-    column[6][entry] = (float)d->radius;
-    g->disc_of_entry[entry] = disc;
+    if (g->columns.disc)
+        g->columns.disc[--g->begin[bucket]] = disc;
+    else
+        g->begin[bucket]++;
 }
 
-/* Counts each disc's entries in begin and notes the large ones, or, once there is room for entries,
- * writes them before begin. */
-static void enter_discs(stp_disc_grid *g)
+#define SEVERAL UINT32_MAX
+
+/* Enters all discs but the large ones. bucket: by disc, of those of one cell; found in the first
+ * round. */
+static void enter_discs(stp_disc_grid *g, uint32_t *bucket)
 {
+    const bool first_round = !g->columns.disc;
     for (uint32_t d = g->count; d-- > 0;) {
         cell low, high;
-        if (!cells_of_disc(g, &g->discs[d], &low, &high)) {
-            if (!g->disc_of_entry)
-                note_large(g, d);
+        if (!first_round && bucket[d] != SEVERAL) {
+            enter(g, bucket[d], d);
             continue;
         }
-        for (int64_t i = low.at[0]; i <= high.at[0]; i++)
-            for (int64_t j = low.at[1]; j <= high.at[1]; j++)
-                for (int64_t k = low.at[2]; k <= high.at[2]; k++) {
-                    uint32_t *begin = &g->begin[bucket_of(g, i, j, k)];
-                    if (g->disc_of_entry)
-                        enter(g, --*begin, d);
-                    else
-                        ++*begin;
+        bool large = !cells_of_disc(g, &g->numbers[d], &low, &high);
+        if (large && first_round)
+            note_large(g, d);
+        bucket[d] = SEVERAL;
+        for (int i = low.at[0]; i <= high.at[0] && !large; i++)
+            for (int j = low.at[1]; j <= high.at[1]; j++)
+                for (int k = low.at[2]; k <= high.at[2]; k++) {
+                    bucket[d] = bucket_of(g, part_of(0, i), part_of(1, j), part_of(2, k));
+                    enter(g, bucket[d], d);
                 }
+        if (memcmp(&low, &high, sizeof low) != 0)
+            bucket[d] = SEVERAL;
     }
 }
 
-stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk,
+stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, const stp_carry *carry,
                                 const stp_surroundings *around, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_disc_grid g = {.own_count = chunk->level_begin[0][chunk->patch_count]};
+    stp_disc_grid g = {.chunk = chunk,
+                       .own_count = chunk->level_begin[0][chunk->patch_count],
+                       .around = around ? around->discs : NULL,
+                       .carry = carry,
+                       .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
-    uint32_t size = 1, sum = 0;
-    while (8 * size < g.count)
+    uint32_t size = 1, sum = 0, *bucket = NULL;
+    while (DISCS_A_BLOCK * size < g.count)
         size *= 2;
     g.mask = size - 1;
     size *= 64;
-    STP_TRY(stp_alloc(&g.discs, g.count, sizeof *g.discs, "discs", err));
+    STP_TRY(stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err));
     STP_TRY(stp_alloc(&g.begin, (size_t)size + 1, sizeof *g.begin, "discs", err));
-    fill_discs(&g, chunk, around);
-    enter_discs(&g);
+    STP_TRY(stp_alloc(&bucket, g.count, sizeof *bucket, "discs", err));
+    choose_scale(&g);
+    take_discs(&g);
+    enter_discs(&g, bucket);
     for (uint32_t b = 0; b <= size; b++)
         g.begin[b] = sum += g.begin[b];
-    STP_TRY(stp_disc_columns_create(&g.columns, sum, err));
-    STP_TRY(stp_alloc(&g.disc_of_entry, (size_t)sum + 1, sizeof *g.disc_of_entry, "discs", err));
-    enter_discs(&g);
+    g.entries = sum;
+    STP_TRY(stp_alloc(&g.columns.disc, (size_t)sum + STP_LANE_STEP, sizeof *g.columns.disc, "discs",
+                      err));
+    enter_discs(&g, bucket);
+    STP_TRY(stp_disc_columns_fill(&g.columns, g.numbers, sum, g.carry || g.carry_around, err));
 done:
+    free(bucket);
     if (status != STP_OK)
         stp_disc_grid_clear(&g);
     *out = g;
@@ -156,130 +260,229 @@ done:
 void stp_disc_grid_clear(stp_disc_grid *g)
 {
     stp_disc_columns_clear(&g->columns);
-    free(g->discs);
+    free(g->numbers);
     free(g->begin);
-    free(g->disc_of_entry);
     *g = (stp_disc_grid){0};
 }
 
-stp_disc_position stp_disc_grid_position(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x)
+double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x,
+                           const stp_merged_disc *merged)
 {
-    const stp_flat_disc *d = &grid->discs[disc];
-    stp_dvec3 v = stp_dvec3_sub(x, d->centre);
-    double height = stp_dvec3_dot(v, d->normal);
-    double across = sqrt(stp_max(0.0, stp_dvec3_dot(v, v) - height * height));
-    double overhang = stp_max(0.0, across - d->radius);
-    return (stp_disc_position){disc, height * height + overhang * overhang, fabs(height), overhang};
+    stp_flat_disc d = disc_of(grid, disc);
+    stp_carry carry = carry_of(grid, disc);
+    stp_dvec3 v = stp_dvec3_sub(x, d.centre);
+    double height = stp_dvec3_dot(v, d.normal);
+    v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, height));
+    double overhang = stp_max(0.0, stp_dvec3_length(v) - d.radius);
+    double counted = overhang + carry.tangential_error * grid->scale;
+    height = fabs(height);
+    if (height + carry.error * grid->scale > merged->error)
+        return counted + height;
+    if (disc - merged->begin < merged->end - merged->begin)
+        return counted;
+    double cosine = stp_dvec3_dot(merged->normal, d.normal);
+    stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
+    return counted + height * stp_dvec3_length(aside);
+}
+
+double stp_disc_grid_overhang(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x)
+{
+    stp_flat_disc d = disc_of(grid, disc);
+    stp_dvec3 v = stp_dvec3_sub(x, d.centre);
+    v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, stp_dvec3_dot(v, d.normal)));
+    return stp_max(0.0, stp_dvec3_length(v) - d.radius) +
+           carry_of(grid, disc).tangential_error * grid->scale;
+}
+
+static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
+{
+    const float *d = g->numbers[disc].numbers, *n = d + STP_LANE_NORMAL;
+    float x = p[0] - d[0], y = p[1] - d[1], z = p[2] - d[2];
+    float height = x * n[0] + y * n[1] + z * n[2];
+    x -= height * n[0];
+    y -= height * n[1];
+    z -= height * n[2];
+    float overhang = fmaxf(sqrtf(x * x + y * y + z * z) - d[STP_LANE_RADIUS], 0.0f);
+    return height * height + overhang * overhang;
+}
+
+uint32_t stp_disc_grid_nearest(const stp_disc_grid *grid, uint32_t first, uint32_t last,
+                               stp_dvec3 x, double *squared)
+{
+    const float p[3] = {(float)x.x, (float)x.y, (float)x.z};
+    float least = squared_distance(grid, first, p);
+    uint32_t nearest = first;
+    for (uint32_t d = first + 1; d < last; d++) {
+        float away = squared_distance(grid, d, p);
+        nearest = away < least ? d : nearest;
+        least = fminf(least, away);
+    }
+    *squared = (double)least;
+    return nearest;
 }
 
 /* A point's search. */
 typedef struct search {
     const stp_disc_grid *grid;
+    stp_over over;
     float x[3];
-    float enough;
-    uint32_t tries; /* left */
-    float squared;  /* distance of the nearest so far */
-    uint32_t entry; /* of it, UINT32_MAX for what was given */
+    float stop, least; /* so far */
+    float reach;       /* squared: no disc farther counts less */
+    uint32_t tries;    /* left */
+    uint32_t disc;     /* over which it is least */
 } search;
 
 static bool has_ended(const search *s)
 {
-    return s->tries == 0 || s->squared <= s->enough;
+    return s->tries == 0 || s->least <= s->stop;
 }
 
-static void try_cell(search *s, int64_t i, int64_t j, int64_t k)
+/* Of a disc farther than this the overhang, or what is not covered of the height, would be as much
+ * as the least so far. */
+static void set_reach(search *s)
+{
+    float height = fmaxf(s->least, s->over.error);
+    s->reach = s->least;
+    if (s->over.what == STP_OVER_COUNT)
+        s->reach = fminf(s->least * s->least + height * height, s->over.near_squared);
+    s->reach *= REACH_SLACK;
+}
+
+/* Along one axis, the cells about x, by their steps from the middle one's. */
+typedef struct row {
+    int middle;
+    float in; /* of x from the middle cell's lower face */
+    bucket_part part[2 * RING_MAX + 1];
+    float squared[2 * RING_MAX + 1]; /* distance of what their discs reach */
+} row;
+
+static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
+{
+    float near_face = (float)(abs(steps) - 1) * g->width;
+    float away = steps < 0 ? r->in + near_face : near_face + g->width - r->in;
+    away = steps != 0 ? fmaxf(0.0f, away - g->margin) : 0.0f;
+    r->part[RING_MAX + steps] = part_of(axis, r->middle + steps);
+    r->squared[RING_MAX + steps] = away * away;
+}
+
+/* The nth of the steps from the middle, the near side first. */
+static int nth_step(const row *r, const stp_disc_grid *g, int n)
+{
+    int far = (n + 1) / 2;
+    return (n & 1) == (r->in < g->width / 2.0f) ? -far : far;
+}
+
+/* The discs of buckets that follow each other. */
+static void try_buckets(search *s, uint32_t first, uint32_t last)
 {
     const stp_disc_grid *g = s->grid;
-    uint32_t bucket = bucket_of(g, i, j, k);
-    uint32_t begin = g->begin[bucket], count = g->begin[bucket + 1] - begin;
+    uint32_t begin = g->begin[first], count = g->begin[last + 1] - begin;
     count = count < s->tries ? count : s->tries;
     s->tries -= count;
-    uint32_t entry = stp_disc_columns_nearest(&g->columns, begin, count, s->x, &s->squared);
-    if (entry != UINT32_MAX)
-        s->entry = entry;
+    uint32_t entry = stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->least);
+    if (entry != UINT32_MAX) {
+        s->disc = g->columns.disc[entry];
+        set_reach(s);
+    }
 }
 
-/* From a place in its cell to the cell `steps` beside it, along one axis. */
-static double axis_distance(double in, int steps, double width)
+/* The cells [low, high], in steps along the third axis, of the column that lies i and j steps
+ * along the others, where they come near enough. Within a block they follow each other. */
+static void try_column(search *s, const row rows[3], int i, int j, int low, int high)
 {
-    return steps < 0 ? in - (steps + 1) * width : steps > 0 ? steps * width - in : 0.0;
+    const row *z = &rows[2];
+    const float squared = rows[0].squared[RING_MAX + i] + rows[1].squared[RING_MAX + j];
+    while (low <= high && squared + z->squared[RING_MAX + low] >= s->reach)
+        low++;
+    while (low <= high && squared + z->squared[RING_MAX + high] >= s->reach)
+        high--;
+    while (low <= high && !has_ended(s)) {
+        int end = low + (3 - ((z->middle + low) & 3));
+        end = end < high ? end : high;
+        const bucket_part x = rows[0].part[RING_MAX + i], y = rows[1].part[RING_MAX + j];
+        try_buckets(s, bucket_of(s->grid, x, y, z->part[RING_MAX + low]),
+                    bucket_of(s->grid, x, y, z->part[RING_MAX + end]));
+        low = end + 1;
+    }
 }
 
-/* The cells whose greatest step from the middle is `ring`, where they come nearer than the best. */
-static void try_ring(search *s, const cell *middle, const double in[3], int ring)
+/* The cells whose greatest step from the middle is `ring`. */
+static void try_ring(search *s, row rows[3], int ring)
 {
-    double width = s->grid->width, x[3];
-    for (int i = -ring; i <= ring; i++) {
-        x[0] = axis_distance(in[0], i, width);
-        for (int j = -ring; j <= ring; j++) {
-            bool side = abs(i) == ring || abs(j) == ring;
-            x[1] = axis_distance(in[1], j, width);
-            for (int k = -ring; k <= ring; k += side || ring == 0 ? 1 : 2 * ring) {
-                x[2] = axis_distance(in[2], k, width);
-                if (has_ended(s))
-                    return;
-                if (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] < (double)s->squared)
-                    try_cell(s, middle->at[0] + i, middle->at[1] + j, middle->at[2] + k);
+    for (int axis = 0; axis < 3; axis++) {
+        row_add(&rows[axis], s->grid, axis, ring);
+        row_add(&rows[axis], s->grid, axis, -ring);
+    }
+    for (int a = 0; a <= 2 * ring; a++) {
+        int i = nth_step(&rows[0], s->grid, a);
+        for (int b = 0; b <= 2 * ring; b++) {
+            int j = nth_step(&rows[1], s->grid, b);
+            if (abs(i) == ring || abs(j) == ring) {
+                try_column(s, rows, i, j, -ring, ring);
+                continue;
             }
+            try_column(s, rows, i, j, -ring, -ring);
+            try_column(s, rows, i, j, ring, ring);
         }
     }
 }
 
-/* The cells around x. True if the best is the nearest of all that are entered, or near enough. */
-static bool try_cells(search *s, stp_dvec3 x)
+/* The cells around x. True if there is none of less, or the least is small enough. */
+static bool try_cells(search *s)
 {
-    double width = s->grid->width;
-    cell middle = cell_of(s->grid, x);
-    double in[3] = {x.x - (double)middle.at[0] * width, x.y - (double)middle.at[1] * width,
-                    x.z - (double)middle.at[2] * width};
-    double room = INFINITY; /* to the nearest face of the cell */
-    for (int a = 0; a < 3; a++)
-        room = stp_min(room, stp_min(in[a], width - in[a]));
+    const float width = s->grid->width;
+    float room = width; /* to the nearest face of the cell */
+    row rows[3];
+    for (int a = 0; a < 3; a++) {
+        rows[a].middle = floor_of(s->x[a] / width);
+        rows[a].in = s->x[a] - (float)rows[a].middle * width;
+        room = fminf(room, fminf(rows[a].in, width - rows[a].in));
+    }
     for (int ring = 0; ring <= RING_MAX && !has_ended(s); ring++) {
-        double seen = room + ring * width;
-        try_ring(s, &middle, in, ring);
-        if ((double)s->squared <= seen * seen)
+        float seen = room + (float)ring * width - s->grid->margin;
+        try_ring(s, rows, ring);
+        if (s->tries > 0 && seen > 0.0f && s->reach <= seen * seen)
             return true;
     }
-    return s->squared <= s->enough;
+    return s->least <= s->stop;
 }
 
-/* Searches what is nearer than `within`, squared. */
-static bool search_within(const stp_disc_grid *grid, stp_dvec3 x, double enough, double within,
-                          uint32_t *entry)
+bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merged_disc *merged,
+                         double stop, bool whole, double *least, uint32_t *disc)
 {
+    stp_dvec3 n = merged->normal;
     search s = {.grid = grid,
+                .over = {merged->what,
+                         {(float)n.x, (float)n.y, (float)n.z},
+                         (float)merged->error,
+                         (float)merged->near_squared,
+                         merged->begin,
+                         merged->end},
                 .x = {(float)x.x, (float)x.y, (float)x.z},
-                .enough = (float)enough,
+                .stop = (float)stop,
+                .least = (float)*least,
                 .tries = TRIES_MAX,
-                .squared = (float)within,
-                .entry = UINT32_MAX};
-    bool found = try_cells(&s, x);
-    *entry = s.entry;
-    return found;
-}
-
-bool stp_disc_grid_nearest(const stp_disc_grid *grid, stp_dvec3 x, double enough, uint32_t hint,
-                           stp_disc_position *best)
-{
-    uint32_t entry = UINT32_MAX;
+                .disc = *disc};
     if (grid->large_count > STP_DISC_LARGE_MAX)
         return false;
     for (uint32_t i = 0; i < grid->large_count; i++) {
-        stp_disc_position large = stp_disc_grid_position(grid, grid->large[i], x);
-        if (large.squared < best->squared)
-            *best = large;
+        float value = (float)(merged->what == STP_OVER_SQUARED
+                                  ? (double)squared_distance(grid, grid->large[i], s.x)
+                                  : stp_disc_grid_value(grid, grid->large[i], x, merged));
+        if (value < s.least) {
+            s.least = value;
+            s.disc = grid->large[i];
+        }
     }
-    stp_disc_position hinted = stp_disc_grid_position(grid, hint, x);
-    if (hinted.squared <= enough) {
-        *best = hinted;
-        return true;
+    set_reach(&s);
+    bool found = try_cells(&s);
+    if (!found && whole && s.least > s.stop) {
+        uint32_t entry =
+            stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, &s.least);
+        s.disc = entry == UINT32_MAX ? s.disc : grid->columns.disc[entry];
+        found = true;
     }
-    double within = hinted.squared * HINT_SLACK;
-    bool found = within < best->squared && search_within(grid, x, enough, within, &entry);
-    if (entry == UINT32_MAX) /* no hint, or its float lies */
-        found = search_within(grid, x, enough, best->squared, &entry);
-    if (entry != UINT32_MAX)
-        *best = stp_disc_grid_position(grid, grid->disc_of_entry[entry], x);
+    *least = (double)s.least;
+    *disc = s.disc;
     return found;
 }

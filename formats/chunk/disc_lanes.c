@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #define FAR 1e30f
-#define STEP 8u /* discs at a time */
+#define STEP STP_LANE_STEP
 
 void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
                           stp_dvec3 origin, double unit, uint32_t first)
@@ -49,55 +49,148 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
     }
 }
 
-stp_status stp_disc_columns_create(stp_disc_columns *out, uint32_t count, stp_error *err)
+stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
+                                 bool carried, stp_error *err)
 {
     stp_status status = STP_OK;
-    *out = (stp_disc_columns){{0}};
-    for (int i = 0; i < STP_DISC_COLUMNS; i++)
-        STP_TRY(stp_alloc(&out->of[i], (size_t)count + STEP, sizeof **out->of, "discs", err));
+    const int columns = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
+    for (int c = 0; c < columns; c++)
+        STP_TRY(stp_alloc(&out->of[c], (size_t)count + STEP, sizeof **out->of, "discs", err));
+    for (uint32_t i = 0; i < count; i++) {
+        const float *d = discs[out->disc[i]].numbers;
+        for (int c = 0; c < columns; c++)
+            out->of[c][i] = d[c];
+    }
 done:
     return status;
 }
 
 void stp_disc_columns_clear(stp_disc_columns *columns)
 {
-    for (int i = 0; i < STP_DISC_COLUMNS; i++)
+    for (int i = 0; i < STP_LANE_NUMBERS; i++)
         free(columns->of[i]);
-    *columns = (stp_disc_columns){{0}};
+    free(columns->disc);
+    *columns = (stp_disc_columns){{0}, NULL};
 }
 
-/* Squared distances of STEP discs from a point. */
-static void step(const stp_disc_columns *columns, uint32_t first, const float point[3],
-                 float squared[STEP])
+/* How much a point counts over a disc: what it hangs over, what the disc brings, and what of the
+ * height is not covered; or its squared distance. No difference of squares is taken, in which
+ * floats would lose all. */
+static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
+                          stp_over_what what, const stp_over *over)
 {
-    const float *cx = columns->of[0] + first, *cy = columns->of[1] + first;
-    const float *cz = columns->of[2] + first, *nx = columns->of[3] + first;
-    const float *ny = columns->of[4] + first, *nz = columns->of[5] + first;
-    const float *radius = columns->of[6] + first;
-    const float px = point[0], py = point[1], pz = point[2];
+    const float *n = disc + STP_LANE_NORMAL;
+    float x = point[0] - disc[0], y = point[1] - disc[1], z = point[2] - disc[2];
+    float height = x * n[0] + y * n[1] + z * n[2];
+    x -= height * n[0];
+    y -= height * n[1];
+    z -= height * n[2];
+    float overhang = fmaxf(sqrtf(x * x + y * y + z * z) - disc[STP_LANE_RADIUS], 0.0f);
+    float squared = height * height + overhang * overhang;
+    if (what == STP_OVER_SQUARED)
+        return squared;
+    const float *m = over->normal;
+    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
+    x = n[0] - cosine * m[0];
+    y = n[1] - cosine * m[1];
+    z = n[2] - cosine * m[2];
+    height = fabsf(height);
+    float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
+    float open = height + disc[STP_LANE_CARRIED_ERROR] > over->error ? height : aside;
+    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
+}
+
+/* Whether a disc is one of the patch's own. */
+static inline bool is_own(uint32_t disc, const stp_over *over)
+{
+    return disc - over->begin < over->end - over->begin;
+}
+
+/* What a point counts over STEP discs. */
+static inline void step(const stp_disc_columns *columns, uint32_t first, bool carried,
+                        stp_over_what what, const stp_over *over, const float point[3],
+                        float out[STEP])
+{
+    const int numbers = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
+    const float *column[STP_LANE_NUMBERS];
+    const uint32_t *index = columns->disc + first;
+    const stp_over o = *over;
+    const float p[3] = {point[0], point[1], point[2]};
+    for (int c = 0; c < numbers; c++)
+        column[c] = columns->of[c] + first;
     for (unsigned i = 0; i < STEP; i++) {
-        float x = px - cx[i], y = py - cy[i], z = pz - cz[i];
-        float height = x * nx[i] + y * ny[i] + z * nz[i];
-        float across = x * x + y * y + z * z - height * height;
-        float overhang = fmaxf(sqrtf(fmaxf(across, 0.0f)) - radius[i], 0.0f);
-        squared[i] = height * height + overhang * overhang;
+        float disc[STP_LANE_NUMBERS] = {0.0f};
+        for (int c = 0; c < numbers; c++)
+            disc[c] = column[c][i];
+        out[i] = value(p, disc, is_own(index[i], &o), what, &o);
     }
 }
 
-uint32_t stp_disc_columns_nearest(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                  const float point[3], float *squared)
+uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                const stp_over *over, const float point[3], float *least)
 {
-    uint32_t nearest = UINT32_MAX;
-    float best = *squared;
+    uint32_t found = UINT32_MAX;
     for (uint32_t at = 0; at < count; at += STEP) {
-        float found[STEP];
-        step(columns, begin + at, point, found);
+        float values[STEP];
+        if (over->what == STP_OVER_SQUARED)
+            step(columns, begin + at, false, STP_OVER_SQUARED, over, point, values);
+        else if (columns->of[STP_LANE_CARRIED])
+            step(columns, begin + at, true, STP_OVER_COUNT, over, point, values);
+        else
+            step(columns, begin + at, false, STP_OVER_COUNT, over, point, values);
         for (uint32_t i = 0; i < STEP && at + i < count; i++)
-            if (found[i] < best) {
-                best = found[i];
-                nearest = begin + at + i;
+            if (values[i] < *least) {
+                *least = values[i];
+                found = begin + at + i;
             }
     }
-    *squared = best;
-    return nearest;
+    return found;
+}
+
+#define COS_1 0.92387953251128674f /* of an eighth of pi */
+#define SIN_1 0.38268343236508977f
+#define COS_2 0.70710678118654752f /* of a quarter of pi */
+
+/* The centre, the rim as patch_bounds.c has it, and the centre again where lanes are left. */
+static const float around[2][STP_DISC_LANES] = {
+    {0.0f, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1, -1.0f, -COS_1, -COS_2, -SIN_1,
+     0.0f, SIN_1, COS_2, COS_1},
+    {0.0f, 0.0f, SIN_1, COS_2, COS_1, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1,
+     -1.0f, -COS_1, -COS_2, -SIN_1}};
+
+void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
+                             float radius)
+{
+    for (int c = 0; c < 3; c++) {
+        const float middle = centre[c], u = axes[0][c] * radius, v = axes[1][c] * radius;
+        for (unsigned i = 0; i < STP_DISC_LANES; i++)
+            out->point[c][i] = middle + (u * around[0][i] + v * around[1][i]);
+    }
+}
+
+static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what what,
+                                const stp_over *over, float counted[STP_DISC_LANES])
+{
+    const stp_over o = *over;
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        float point[3], disc[STP_LANE_NUMBERS];
+        for (int c = 0; c < 3; c++)
+            point[c] = lanes->point[c][i];
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            disc[c] = lanes->disc[c][i];
+        counted[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+    }
+}
+
+uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
+                                float counted[STP_DISC_LANES])
+{
+    uint32_t bits = 0;
+    if (over->what == STP_OVER_SQUARED)
+        count_paired(lanes, STP_OVER_SQUARED, over, counted);
+    else
+        count_paired(lanes, STP_OVER_COUNT, over, counted);
+    for (unsigned i = 0; i < STP_DISC_LANES; i++)
+        bits |= (counted[i] <= limit ? 0u : 1u) << i;
+    return bits;
 }

@@ -1,15 +1,16 @@
-/* The nearest disc of several points at once: the centre and rim of a merged disc over the discs
- * under it; and the nearest of several discs to one point.
+/* Several points against one disc, several discs against one point, and points each against a disc
+ * of its own: the centre and rim of merged discs over those they stand for.
  *
- * Points, or discs, lie in lanes of floats, relative to an origin and a unit, so that the compiler
- * takes four or more a step: ten times faster than one by one. The choice is as exact as floats
- * are; whoever wants the distance computes it of the disc chosen. Threads: any. */
+ * Points, or discs, lie in lanes of floats, so that the compiler takes four or more a step: ten
+ * times faster than one by one. What is chosen is as exact as floats are; whoever wants exact
+ * numbers computes them of the disc chosen. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_DISC_LANES_H
 #define STP_FORMATS_CHUNK_DISC_LANES_H
 
 #include "base/error.h"
 #include "base/vec.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Room for 17 points, in whole steps of four. */
@@ -32,19 +33,63 @@ void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned
 void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
                         uint32_t index);
 
-/* Discs as columns: centre x y z, normal x y z, radius. A zero normal makes a ball. */
-#define STP_DISC_COLUMNS 7
+/* What is asked of points over discs: what they count, or the square of their distance. */
+typedef enum stp_over_what { STP_OVER_COUNT, STP_OVER_SQUARED } stp_over_what;
+
+/* What decides how much a height over another disc counts: overhang.h. */
+typedef struct stp_over {
+    stp_over_what what;
+    float normal[3];     /* of the merged disc whose points are asked */
+    float error;         /* heights up to it are covered */
+    float near_squared;  /* a disc farther than that is out of the question: it counts for 1e30 */
+    uint32_t begin, end; /* discs over which covered heights count nothing: the patch's own */
+} stp_over;
+
+/* A disc and what it brings from below. A zero normal makes it a ball. */
+#define STP_LANE_NUMBERS 9
+enum {
+    STP_LANE_CENTRE = 0, /* x y z */
+    STP_LANE_NORMAL = 3, /* x y z */
+    STP_LANE_RADIUS = 6,
+    STP_LANE_CARRIED = 7, /* tangential */
+    STP_LANE_CARRIED_ERROR = 8
+};
+
+typedef struct stp_lane_disc {
+    float numbers[STP_LANE_NUMBERS];
+} stp_lane_disc;
+
+/* Discs as columns, and which they are. */
 typedef struct stp_disc_columns {
-    float *of[STP_DISC_COLUMNS];
+    float *of[STP_LANE_NUMBERS];
+    uint32_t *disc;
 } stp_disc_columns;
 
-/* Room for count discs, and what a last step reads behind them. Errors: OUT_OF_MEMORY. */
-stp_status stp_disc_columns_create(stp_disc_columns *out, uint32_t count, stp_error *err);
+/* Columns of the discs that out->disc[count] names, which must have room for a step of 8 more;
+ * those of what they bring are NULL if nothing is `carried`. Errors: OUT_OF_MEMORY. */
+#define STP_LANE_STEP 8u
+stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
+                                 bool carried, stp_error *err);
 void stp_disc_columns_clear(stp_disc_columns *columns);
 
-/* The nearest of the discs [begin, begin + count) to a point, if its squared distance is less than
- * *squared, which it then becomes; else UINT32_MAX. */
-uint32_t stp_disc_columns_nearest(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                  const float point[3], float *squared);
+/* The one of the entries [begin, begin + count) over which a point counts least, or to which it is
+ * nearest, if that is less than *least, which it then becomes; else UINT32_MAX. */
+uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                const stp_over *over, const float point[3], float *least);
+
+/* Points, each with a disc of its own. */
+typedef struct stp_paired_lanes {
+    float point[3][STP_DISC_LANES];
+    float disc[STP_LANE_NUMBERS][STP_DISC_LANES];
+    uint32_t index[STP_DISC_LANES]; /* of the disc */
+} stp_paired_lanes;
+
+/* The points of a disc, like stp_disc_points. axes: the two in its plane. */
+void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
+                             float radius);
+/* What each point counts over its disc, or its squared distance; returns a bit for each of more
+ * than `limit`. */
+uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
+                                float counted[STP_DISC_LANES]);
 
 #endif

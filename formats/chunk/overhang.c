@@ -2,134 +2,343 @@
 #include "formats/chunk/overhang.h"
 
 #include "formats/chunk/disc_grid.h"
+#include "formats/chunk/disc_hints.h"
 #include "formats/chunk/patch_bounds.h"
 
-/* A merged disc over the discs under it, and the greatest error of its quarter or patch so far. */
+#include <string.h>
+
+/* Of a point's coordinates, what it counts as floats tell may be so much wrong: 128 roundings. */
+#define FLOAT_SLACK 0x1p-17
+/* So many times the error, a disc is near. */
+#define NEAR 3.0
+/* A stored error holds what is greater by rounding. */
+#define STORED_SLACK 1.000001
+
+/* A point of which a hint does not tell enough. */
+typedef struct suspect {
+    stp_dvec3 x, normal;  /* its merged disc's */
+    double slack;         /* of floats */
+    double counted;       /* over the hint, at most; great if that is not near */
+    uint32_t disc;        /* the hint */
+    uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
+} suspect;
+
+/* A check that would refute what is stored may so often look at all discs of a chunk. */
+#define WHOLE_SEARCHES 64
+
+/* Level-1 discs of a quarter. */
+#define QUARTER_DISCS 4
+
+/* The merged discs that are measured, and the greatest error of their quarter or patch so far; of a
+ * check the stored one. */
 typedef struct measure {
     const stp_disc_grid *grid;
-    const stp_carry *carry, *carry_around;
-    stp_overhang_doubt doubt;
-    stp_dvec3 normal;
-    double error;    /* the perpendicular error that is stored */
-    uint32_t latest; /* the disc nearest to an earlier point */
+    const stp_disc_hints *hints;
+    const stp_patch *patch;
+    bool check;
+    stp_merged_disc merged;
     double greatest;
+    bool exceeded; /* a check: by what a point counts */
+    unsigned whole_searches;
+    unsigned suspect_count;
+    suspect suspects[QUARTER_DISCS * STP_DISC_POINTS];
 } measure;
 
-/* What a disc brings from below. */
-static stp_carry carry_of(const measure *m, uint32_t disc)
+/* Raises the greatest to an error that can be stored: all that is no greater is settled. */
+static void raise_to(measure *m, double units)
 {
-    const stp_carry none = {0.0, 0.0};
-    uint32_t own = m->grid->own_count;
-    if (disc < own)
-        return m->carry ? m->carry[disc] : none;
-    return m->carry_around ? m->carry_around[disc - own] : none;
+    const stp_patch *patch = m->patch;
+    double error = units / m->grid->scale;
+    uint8_t code = stp_error_encode(error, patch->exponent);
+    m->greatest = stp_max(error, stp_error_decode(code, patch->exponent)) * m->grid->scale;
 }
 
-/* What of the height over a disc the stored perpendicular error does not cover. */
-static double uncovered(const measure *m, const stp_disc_position *at)
+/* A check: whether over all discs the point counts more than what is stored. */
+static void check_point(measure *m, const suspect *s)
 {
-    double carried = carry_of(m, at->disc).error;
-    double cosine = stp_dvec3_dot(m->normal, m->grid->discs[at->disc].normal);
-    if (at->height + carried > m->error)
-        return at->height;
-    return at->height * sqrt(stp_max(0.0, 1.0 - cosine * cosine));
+    stp_merged_disc merged = m->merged;
+    uint32_t disc = s->disc;
+    double least = stp_min(s->counted, m->greatest + 3.0 * s->slack);
+    merged.normal = s->normal;
+    merged.error += s->slack;
+    merged.near_squared = INFINITY;
+    merged.begin = s->first;
+    merged.end = s->last;
+    bool whole = m->whole_searches < WHOLE_SEARCHES;
+    bool found =
+        stp_disc_grid_least(m->grid, s->x, &merged, m->greatest - s->slack, whole, &least, &disc);
+    m->whole_searches += !found || least > m->greatest;
+    m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
 }
 
-static double carried_overhang(const measure *m, uint32_t disc)
+/* How far a disc may be that settles a point, though it may not be the nearest. */
+static double near_squared(const measure *m, double slack)
 {
-    return carry_of(m, disc).tangential_error;
+    double near = NEAR * stp_max(0.0, m->greatest - slack);
+    return m->check ? INFINITY : near * near;
 }
 
-/* Both overhang and height are at most the distance, so their sum is at most 1.42 times that: no
- * more than the greatest where the distance is small enough. own: the nearest disc under the
- * point's merged disc. */
-static void measure_point(measure *m, stp_dvec3 x, uint32_t own)
+/* Both overhang and height are at most the distance, so their sum is at most the root of 2 times
+ * that: no more than the greatest where the distance is small enough. */
+static double enough(const measure *m, double slack)
 {
-    double enough = m->carry ? 0.0 : m->greatest * m->greatest / 2.02;
-    stp_disc_position best = stp_disc_grid_position(m->grid, own, x);
-    double over_own = best.overhang + carried_overhang(m, own);
-    if (over_own <= m->greatest || best.squared <= enough)
+    double root = m->grid->carry || m->grid->carry_around ? 0.0 : m->greatest - slack;
+    return root > 0.0 ? root * root / 2.01 : 0.0;
+}
+
+/* Whether some disc near enough settles the point. */
+static bool is_settled(const measure *m, const suspect *s)
+{
+    stp_merged_disc merged = m->merged;
+    uint32_t disc = s->disc;
+    double stop = m->greatest - s->slack, least = INFINITY;
+    merged.normal = s->normal;
+    merged.error -= s->slack;
+    merged.near_squared = near_squared(m, s->slack);
+    stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
+    return least <= stop;
+}
+
+/* Takes what a point counts over its nearest disc, or over its nearest own if that is less. */
+static void measure_point(measure *m, const suspect *s)
+{
+    stp_merged_disc merged = m->merged;
+    double squared = 0.0, over_all = INFINITY;
+    if (is_settled(m, s))
         return;
-    bool found = stp_disc_grid_nearest(m->grid, x, enough, m->latest, &best);
-    m->latest = best.disc;
-    if (!found && m->doubt == STP_OVERHANG_LEAST)
+    const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+    const double over_own = stp_disc_grid_overhang(m->grid, own, s->x);
+    if (over_own <= m->greatest)
         return;
-    double over_all = INFINITY;
+    uint32_t disc = own;
+    merged.what = STP_OVER_SQUARED;
+    merged.normal = s->normal;
+    bool found =
+        stp_disc_grid_least(m->grid, s->x, &merged, enough(m, s->slack), false, &squared, &disc);
+    if (found && squared <= enough(m, s->slack))
+        return;
     if (found)
-        over_all = best.overhang + carried_overhang(m, best.disc) + uncovered(m, &best);
-    m->greatest = stp_max(m->greatest, stp_min(over_own, over_all));
+        over_all = stp_disc_grid_value(m->grid, disc, s->x, &merged);
+    double value = stp_min(over_all, over_own);
+    if (value > m->greatest)
+        raise_to(m, value);
 }
 
-static void measure_disc(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
+/* The points of a merged disc that reaches farther out than the grid tells. */
+static void measure_far(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
     stp_dvec3 points[STP_DISC_POINTS];
-    stp_disc_lanes lanes;
-    unsigned count = stp_disc_points(disc, points);
-    stp_disc_lanes_begin(&lanes, points, count, disc->centre, disc->radius, first);
-    for (uint32_t i = first; i < last; i++) {
-        const stp_flat_disc *own = &m->grid->discs[i];
-        stp_disc_lanes_try(&lanes, own->centre, own->normal, own->radius, i);
+    unsigned count = m->check ? 0 : stp_disc_points(disc, points);
+    for (unsigned i = 0; i < count; i++) {
+        double value = INFINITY;
+        for (uint32_t d = first; d < last; d++)
+            value = stp_min(value, stp_disc_grid_overhang(m->grid, d, points[i]));
+        if (value > m->greatest)
+            raise_to(m, value);
     }
-    m->normal = disc->normal;
-    m->latest = first;
-    for (unsigned i = 0; i < count; i++)
-        measure_point(m, points[i], lanes.nearest[i]);
+}
+
+static stp_disc in_units(const stp_disc *disc, double scale)
+{
+    return (stp_disc){.centre = stp_dvec3_scale(disc->centre, scale),
+                      .normal = disc->normal,
+                      .radius = disc->radius * scale};
+}
+
+/* A bit for each point of a merged disc of which its hint does not show that it counts no more than
+ * the greatest. told: what it counts over the hint, or the squared distance. */
+static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
+                          stp_paired_lanes *lanes, float told[STP_DISC_LANES])
+{
+    const stp_dvec3 n = disc->normal, c = disc->centre;
+    stp_dvec3 u = {0.0, 0.0, 0.0}, v = u;
+    bool known = n.x != 0.0 || n.y != 0.0 || n.z != 0.0;
+    if (known)
+        stp_disc_axes(n, &u, &v);
+    const float centre[3] = {(float)c.x, (float)c.y, (float)c.z};
+    const float axes[2][3] = {{(float)u.x, (float)u.y, (float)u.z},
+                              {(float)v.x, (float)v.y, (float)v.z}};
+    const stp_over over = {m->merged.what,
+                           {(float)n.x, (float)n.y, (float)n.z},
+                           (float)(m->merged.error - slack),
+                           (float)near_squared(m, slack),
+                           0,
+                           0};
+    stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
+    stp_disc_hints_pair(m->hints, lanes);
+    uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
+    return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
+}
+
+/* Keeps the points that are not settled by their hints of a merged disc over the level-0 discs
+ * [first, last). */
+static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
+{
+    stp_paired_lanes lanes;
+    stp_dvec3 points[STP_DISC_POINTS], c = disc->centre;
+    float told[STP_DISC_LANES];
+    double extent = stp_max(fabs(c.x), stp_max(fabs(c.y), fabs(c.z))) + disc->radius;
+    double slack = FLOAT_SLACK * stp_max(1.0, extent);
+    if (!(extent < STP_DISC_GRID_REACH)) {
+        measure_far(m, disc, first, last);
+        return;
+    }
+    uint32_t above = unsettled(m, disc, slack, &lanes, told);
+    if (above)
+        stp_disc_points(disc, points);
+    for (unsigned i = 0; above >> i; i++)
+        if (above >> i & 1)
+            m->suspects[m->suspect_count++] =
+                (suspect){points[i],      disc->normal, slack, (double)told[i] + slack,
+                          lanes.index[i], first,        last};
+}
+
+/* The most suspicious first: what it counts may settle the others. */
+static void measure_suspects(measure *m)
+{
+    while (m->suspect_count > 0) {
+        unsigned most = 0;
+        for (unsigned i = 1; i < m->suspect_count; i++)
+            most = m->suspects[i].counted > m->suspects[most].counted ? i : most;
+        const suspect *s = &m->suspects[most];
+        if (s->counted > m->greatest && m->check)
+            check_point(m, s);
+        else if (s->counted > m->greatest)
+            measure_point(m, s);
+        m->suspects[most] = m->suspects[--m->suspect_count];
+    }
+}
+
+/* Whether a sample stands for one alone, which it is. */
+static bool is_its_own(const stp_sample *sample, const stp_sample *first, unsigned count)
+{
+    return count == 1 && memcmp(sample, first, sizeof *sample) == 0;
 }
 
 /* The samples of a quarter at a level. */
-static void measure_level(measure *m, const stp_chunk *chunk, uint32_t p, int level, unsigned q)
+static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigned q)
 {
-    const stp_patch *patch = &chunk->patches[p];
+    const stp_patch *patch = m->patch;
+    const uint32_t p = (uint32_t)(patch - chunk->patches), own = chunk->level_begin[0][p];
     const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
-    uint32_t begin = chunk->level_begin[0][p];
     unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
-    m->error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) * (1.0 + 1e-6);
+    m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
+                      STORED_SLACK * m->grid->scale;
+    m->merged.what = STP_OVER_COUNT;
     for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
+        unsigned first = stp_covered_begin(patch->counts, level, i, 0);
+        unsigned count = stp_covered_begin(patch->counts, level, i + 1, 0) - first;
+        if (is_its_own(&samples[i], &chunk->samples[0][own + first], count))
+            continue;
         stp_disc disc = stp_disc_from_sample(&samples[i], patch);
-        measure_disc(m, &disc, begin + stp_covered_begin(patch->counts, level, i, 0),
-                     begin + stp_covered_begin(patch->counts, level, i + 1, 0));
+        disc = in_units(&disc, m->grid->scale);
+        suspect_points(m, &disc, own + first, own + first + count);
     }
+    measure_suspects(m);
 }
 
-static void measure_patch(stp_overhang *out, const measure *blank, const stp_chunk *chunk,
-                          uint32_t p)
+/* The greatest that a quarter's level-0 samples bring. */
+static double carried_by(const stp_chunk *chunk, const stp_carry *carry, uint32_t p, unsigned q)
 {
     const stp_patch *patch = &chunk->patches[p];
-    measure m = *blank;
+    double carried = 0.0;
+    unsigned end = stp_quarter_begin(patch->counts, 0, q + 1);
+    for (unsigned i = stp_quarter_begin(patch->counts, 0, q); carry && i < end; i++)
+        carried = stp_max(carried, carry[chunk->level_begin[0][p] + i].tangential_error);
+    return carried;
+}
+
+static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    const double scale = m->grid->scale;
     double least = patch->counts[0] > 1
                        ? stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS
                        : 0.0;
+    m->patch = patch;
     *out = (stp_overhang){0};
     for (unsigned q = 0; q < patch->counts[2]; q++) {
-        double carried = 0.0;
-        unsigned end = stp_quarter_begin(patch->counts, 0, q + 1);
-        for (unsigned i = stp_quarter_begin(patch->counts, 0, q); i < end; i++)
-            carried = stp_max(carried, carried_overhang(&m, chunk->level_begin[0][p] + i));
+        double carried = carried_by(chunk, m->grid->carry, p, q);
         out->level[0] = stp_max(out->level[0], carried);
-        m.greatest = stp_max(carried, least);
+        raise_to(m, stp_max(carried, least) * scale);
         for (int level = 1; level <= 2; level++) {
-            measure_level(&m, chunk, p, level, q);
-            out->quarter[level - 1][q] = m.greatest;
-            out->level[level] = stp_max(out->level[level], m.greatest);
+            measure_level(m, chunk, level, q);
+            out->quarter[level - 1][q] = m->greatest / scale;
+            out->level[level] = stp_max(out->level[level], out->quarter[level - 1][q]);
         }
     }
-    m.greatest = out->level[2];
-    measure_level(&m, chunk, p, 3, 0);
-    out->level[3] = m.greatest;
+    m->greatest = out->level[2] * scale;
+    measure_level(m, chunk, 3, 0);
+    out->level[3] = m->greatest / scale;
+}
+
+/* What may not be exceeded where `code` is stored. */
+static double stored(uint8_t code, const stp_patch *patch)
+{
+    return stp_error_decode(code, patch->exponent) * STORED_SLACK + ldexp(1e-9, patch->exponent);
+}
+
+static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    m->patch = patch;
+    for (int level = 1; level < STP_LEVEL_COUNT; level++)
+        for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]) && !m->exceeded; q++) {
+            m->greatest =
+                stored(stp_quarter_tangential_error(patch, level, q), patch) * m->grid->scale;
+            measure_level(m, chunk, level, q);
+        }
+    return m->exceeded;
+}
+
+/* What all patches of a chunk are measured with. */
+typedef struct ground {
+    stp_disc_grid grid;
+    stp_disc_hints hints;
+} ground;
+
+static stp_status ground_create(ground *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_error *err)
+{
+    stp_status status = STP_OK;
+    *out = (ground){0};
+    STP_TRY(stp_disc_grid_create(&out->grid, chunk, carry, around, err));
+    STP_TRY(stp_disc_hints_create(&out->hints, out->grid.numbers, out->grid.count, out->grid.radius,
+                                  err));
+done:
+    return status;
+}
+
+static void ground_clear(ground *g)
+{
+    stp_disc_hints_clear(&g->hints);
+    stp_disc_grid_clear(&g->grid);
 }
 
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
-                                const stp_surroundings *around, stp_overhang_doubt doubt,
-                                stp_error *err)
+                                const stp_surroundings *around, stp_error *err)
 {
-    stp_disc_grid grid;
-    stp_status status = stp_disc_grid_create(&grid, chunk, around, err);
-    const measure blank = {.grid = &grid,
-                           .carry = carry,
-                           .carry_around = around ? around->carry : NULL,
-                           .doubt = doubt};
+    ground g;
+    stp_status status = ground_create(&g, chunk, carry, around, err);
+    measure m = {.grid = &g.grid, .hints = &g.hints};
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
-        measure_patch(&out[p], &blank, chunk, p);
-    stp_disc_grid_clear(&grid);
+        measure_patch(&out[p], &m, chunk, p);
+    ground_clear(&g);
+    return status;
+}
+
+stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
+                              const stp_surroundings *around, stp_error *err)
+{
+    ground g;
+    stp_status status = ground_create(&g, chunk, NULL, around, err);
+    measure m = {.grid = &g.grid, .hints = &g.hints, .check = true};
+    uint32_t found = STP_CHUNK_NONE;
+    for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count && found == STP_CHUNK_NONE; p++)
+        if (exceeds_stored(&m, chunk, p))
+            found = p;
+    if (status == STP_OK)
+        *patch = found;
+    ground_clear(&g);
     return status;
 }

@@ -3,8 +3,17 @@
  *
  * A rim that leaves the discs under it is no error where a neighbour's discs go on: only an open
  * border's overhang is (ALGORITHMS "Tangential error"). So each centre and rim point is compared
- * with its nearest level-0 disc in the chunk and what surrounds it. Threads: any, one chunk each.
- */
+ * with level-0 discs of the chunk and what surrounds it. Over a disc it counts
+ *   - how far it lies outside the disc, in the disc's plane,
+ *   - what the disc brings from below, and
+ *   - of its height over the disc what the perpendicular error of its quarter, at level 3 of the
+ *     patch, does not cover: all of a height that, with what the disc brings, exceeds the error;
+ *     else nothing over the nearest disc under its own merged disc, and over others what is aside
+ *     from the merged disc's normal.
+ * A stored error must hold the least over all discs (SPEC.md). Measured is more: what the point
+ * counts over its nearest disc or its nearest own, or over one that is near in terms of the error,
+ * so that the point is drawn near what is nearest to it, too.
+ * Threads: any, one chunk each. */
 #ifndef STP_FORMATS_CHUNK_OVERHANG_H
 #define STP_FORMATS_CHUNK_OVERHANG_H
 
@@ -21,22 +30,17 @@ typedef struct stp_overhang {
     double quarter[2][STP_PATCH_QUARTERS];
 } stp_overhang;
 
-/* What a point counts whose nearest disc cannot be told in bounded time. */
-typedef enum stp_overhang_doubt {
-    STP_OVERHANG_BOUND, /* its overhang over its own discs: for who stores what it finds */
-    STP_OVERHANG_LEAST  /* nothing: for who would refute what is stored */
-} stp_overhang_doubt;
-
-/* Measures all patches, out[patch_count]. The overhang of a point is the lesser of
- *   - the overhang over the nearest disc under its own merged disc, and
- *   - that over the nearest disc of all, and of the height there what the perpendicular error of
- *     the quarter, at level 3 of the patch, which counts along the merged disc's normal, does not
- *     cover.
- * carry: by level-0 sample, or NULL for none. around: what reaches in from other chunks, with
- * carries if the chunk has them; NULL for nothing. The chunk has all levels and its patches'
- * perpendicular errors. Errors: OUT_OF_MEMORY. */
+/* Measures all patches, out[patch_count], rounded up to what can be stored; a point whose nearest
+ * disc cannot be told in bounded time counts what it does over its nearest own. carry: by level-0
+ * sample, or NULL for none. around: what reaches in from other chunks, with carries if the chunk
+ * has them; NULL for nothing. The chunk has all levels and its patches' perpendicular errors.
+ * Errors: OUT_OF_MEMORY. */
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
-                                const stp_surroundings *around, stp_overhang_doubt doubt,
-                                stp_error *err);
+                                const stp_surroundings *around, stp_error *err);
+
+/* Sets *patch to the first whose stored tangential errors of merged levels are surely less than
+ * what its points count without carries; STP_CHUNK_NONE if none is. Errors: OUT_OF_MEMORY. */
+stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
+                              const stp_surroundings *around, stp_error *err);
 
 #endif

@@ -1,6 +1,8 @@
 /* Codes of normals, radii, errors and angles, and the decoding of a sample. */
 #include "formats/chunk/sample.h"
 
+#include <string.h>
+
 #define OCT_MAX 4095.0f
 
 static float sign_not_zero(float v)
@@ -54,13 +56,32 @@ static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
     return (uint8_t)(code > 255.0 ? 255.0 : code);
 }
 
+/* 2^exponent; ldexp without its call where a double holds it plainly. */
+static double power_of_two(int exponent)
+{
+    if (exponent < -1022 || exponent > 1023)
+        return ldexp(1.0, exponent);
+    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double out;
+    memcpy(&out, &bits, sizeof out);
+    return out;
+}
+
+/* 2^(i / 16), rounded to the nearest double. */
+static const double fractions[16] = {
+    0x1.0000000000000p+0, 0x1.0b5586cf9890fp+0, 0x1.172b83c7d517bp+0, 0x1.2387a6e756238p+0,
+    0x1.306fe0a31b715p+0, 0x1.3dea64c123422p+0, 0x1.4bfdad5362a27p+0, 0x1.5ab07dd485429p+0,
+    0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
+    0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
+
+/* per_octave: 8 or 16. */
 static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
 {
     if (code == 0)
         return 0.0;
     int index = code - 1;
-    double fraction = exp2((double)(index % per_octave) / (double)per_octave);
-    return ldexp(fraction, index / per_octave - bias + exponent);
+    double fraction = fractions[index % per_octave * (16 / per_octave)];
+    return fraction * power_of_two(index / per_octave - bias + exponent);
 }
 
 uint8_t stp_radius_encode(double radius, int exponent)
@@ -96,7 +117,7 @@ double stp_cone_angle_decode(uint8_t code)
 
 stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
 {
-    double step = ldexp(1.0, patch->exponent);
+    double step = power_of_two(patch->exponent);
     return (stp_dvec3){((double)patch->origin[0] + sample->position[0]) * step,
                        ((double)patch->origin[1] + sample->position[1]) * step,
                        ((double)patch->origin[2] + sample->position[2]) * step};

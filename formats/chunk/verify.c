@@ -78,26 +78,20 @@ static stp_status verify_errors(const place *at, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk *chunk = at->chunk;
-    stp_overhang *overhang = NULL;
+    uint32_t refuted = STP_CHUNK_NONE;
     stp_surroundings around = {0};
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const char *what = stp_verify_patch_errors(chunk, i);
         if (what)
             return fault(at, i, what, err);
     }
-    STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
     STP_TRY(find_surroundings(at, &around, err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, NULL, &around, STP_OVERHANG_LEAST, err));
-    for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        if (!stp_verify_overhang(&chunk->patches[i], &overhang[i])) {
-            status =
-                fault(at, i, "the tangential error of a merged sample exceeds the stored one", err);
-            goto done;
-        }
-    }
+    STP_TRY(stp_overhang_check(&refuted, chunk, &around, err));
+    if (refuted != STP_CHUNK_NONE)
+        status = fault(at, refuted,
+                       "the tangential error of a merged sample exceeds the stored one", err);
 done:
     stp_surroundings_clear(&around);
-    free(overhang);
     return status;
 }
 

@@ -59,16 +59,6 @@ static bool quarters_grow(const stp_patch *patch)
     return true;
 }
 
-bool stp_verify_overhang(const stp_patch *patch, const stp_overhang *found)
-{
-    for (int level = 1; level <= 2; level++)
-        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
-            if (exceeds(found->quarter[level - 1][q], patch->quarter_tangential_error[level - 1][q],
-                        patch))
-                return false;
-    return !exceeds(found->level[3], patch->tangential_error[3], patch);
-}
-
 static const char *check_bounds(const levels *l, const stp_patch *patch)
 {
     stp_sample at = {
