@@ -23,7 +23,7 @@ typedef struct suspect {
     uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
 } suspect;
 
-/* A check that would refute what is stored may so often look at all discs of a chunk. */
+/* Where the grid gives up, a check looks at all discs of a chunk, but no more often than this. */
 #define WHOLE_SEARCHES 64
 
 /* Level-1 discs of a quarter. */
@@ -58,16 +58,20 @@ static void check_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     uint32_t disc = s->disc;
+    const double stop = m->greatest - s->slack;
     double least = stp_min(s->counted, m->greatest + 3.0 * s->slack);
     merged.normal = s->normal;
     merged.error += s->slack;
     merged.near_squared = INFINITY;
     merged.begin = s->first;
     merged.end = s->last;
-    bool whole = m->whole_searches < WHOLE_SEARCHES;
-    bool found =
-        stp_disc_grid_least(m->grid, s->x, &merged, m->greatest - s->slack, whole, &least, &disc);
-    m->whole_searches += !found || least > m->greatest;
+    if (stp_disc_grid_value(m->grid, disc, s->x, &merged) <= m->greatest)
+        return;
+    bool found = stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
+    if (!found && m->whole_searches < WHOLE_SEARCHES) {
+        m->whole_searches++;
+        found = stp_disc_grid_least(m->grid, s->x, &merged, stop, true, &least, &disc);
+    }
     m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
 }
 
