@@ -157,7 +157,7 @@ static void default_colour(stp_cloud *cloud)
 {
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
         for (int c = 0; c < 3; c++)
-            cloud->points[i].rgb[c] = 200u * 257u;
+            cloud->points[i].rgb[c] = STP_POINT_GREY;
 }
 
 /* Notes the stage's time and memory and says that the next begins. Errors: CANCELLED. */

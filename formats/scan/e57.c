@@ -13,9 +13,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* As a cloud without colours is drawn. */
-#define NO_COLOUR (200u * 257u)
-
 typedef struct reader {
     stp_e57_pages pages;
     stp_e57_document document;
@@ -238,7 +235,7 @@ static void set_colours(const reader *r, stp_point *points, size_t count)
         for (int k = 0; k < 3; k++)
             points[i].rgb[k] =
                 valid ? stp_value_range_map(r->vector.columns[STP_E57_RED + k][i], low, scale)
-                      : NO_COLOUR;
+                      : STP_POINT_GREY;
     }
 }
 
@@ -256,8 +253,7 @@ static void set_scalars(const reader *r, stp_point *points, size_t count)
     }
     if (scan->fields[STP_E57_CLASS].present)
         for (size_t i = 0; i < count; i++)
-            points[i].class_id =
-                (uint8_t)((class_id[i] > 0.0 ? fmin(class_id[i], 255.0) : 0.0) + 0.5);
+            points[i].class_id = stp_class_of(class_id[i]);
 }
 
 static void columns_to_points(const reader *r, stp_point *points, size_t count)
@@ -320,26 +316,22 @@ static void close_reader(void *state)
     stp_e57_pages_close(&r->pages);
     stp_e57_document_free(&r->document);
     free(r->stations);
-    free(r);
 }
 
-stp_status stp_e57_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    reader *r = state;
     (void)params;
-    reader *r = NULL;
-    STP_TRY(stp_alloc(&r, 1, sizeof *r, "E57 reader", err));
     r->pages.descriptor = -1;
     STP_TRY(stp_e57_pages_open(&r->pages, path, err));
     STP_TRY(stp_e57_xml_read(&r->document, &r->pages, err));
     STP_TRY(settle_scans(r, err));
     r->vector.scan = NULL; /* the ranges looked ahead */
     fill_info(r, info);
-    *out = (stp_scan_reader){.state = r, .read = read_points, .close = close_reader};
-    r = NULL;
 done:
-    if (r)
-        close_reader(r);
     return status;
 }
+
+const stp_scan_reader stp_e57_reader = {sizeof(reader), open_reader, read_points, close_reader};

@@ -17,7 +17,6 @@
 
 #include "formats/scan/scan_reader.h"
 
-/* As stp_scan_reader_open. */
-stp_scan_reader_open stp_e57_open;
+extern const stp_scan_reader stp_e57_reader;
 
 #endif

@@ -6,6 +6,7 @@
 #include "formats/scan/las_depth.h"
 #include "formats/scan/las_notes.h"
 #include "formats/scan/laz.h"
+#include "formats/scan/value_range.h"
 
 #include <assert.h>
 #include <math.h>
@@ -70,7 +71,7 @@ static stp_status find_depth(las_reader *las, stp_error *err)
     const uint64_t total = las->header.point_count;
     stp_las_seen seen = {0};
     for (unsigned block = 0; block < blocks; block++) {
-        uint64_t first = stp_las_depth_block(total, block, blocks);
+        uint64_t first = stp_spread_begin(total, block, blocks);
         first = first > las->next ? first : las->next; /* blocks of small files would overlap */
         uint64_t end =
             total - first < STP_LAS_SAMPLE_POINTS ? total : first + STP_LAS_SAMPLE_POINTS;
@@ -161,7 +162,6 @@ static void close_reader(void *state)
     stp_las_records_free(&las->records);
     stp_las_notes_free(&las->notes);
     free(las->unpacked);
-    free(las);
 }
 
 static stp_status open_file(las_reader *las, const char *path, stp_error *err)
@@ -186,13 +186,12 @@ done:
     return status;
 }
 
-stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    las_reader *las = state;
     (void)params;
-    las_reader *las = NULL;
-    STP_TRY(stp_alloc(&las, 1, sizeof *las, "LAS reader", err));
     las->source.descriptor = -1;
     STP_TRY(open_file(las, path, err));
     const bool colour = las->header.format->rgb > 0 && las->depth.colour != STP_LAS_COLOUR_NONE;
@@ -204,10 +203,8 @@ stp_status stp_las_open(stp_scan_reader *out, stp_scan_info *info, const char *p
         fmin(las->header.scale[0], fmin(las->header.scale[1], las->header.scale[2]));
     info->notes = las->notes.list;
     info->note_count = las->notes.count;
-    *out = (stp_scan_reader){.state = las, .read = read_points, .close = close_reader};
-    las = NULL;
 done:
-    if (las)
-        close_reader(las);
     return status;
 }
+
+const stp_scan_reader stp_las_reader = {sizeof(las_reader), open_reader, read_points, close_reader};

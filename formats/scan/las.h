@@ -10,8 +10,8 @@
 
 #include "formats/scan/scan_reader.h"
 
-/* A stp_scan_reader_open. Errors: IO, CORRUPT (with the byte), VERSION, UNSUPPORTED (point formats
+/* Errors of open: IO, CORRUPT (with the byte), VERSION, UNSUPPORTED (point formats
  * beyond 10; LAZ without LASzip), LIMIT, OUT_OF_MEMORY. */
-stp_scan_reader_open stp_las_open;
+extern const stp_scan_reader stp_las_reader;
 
 #endif

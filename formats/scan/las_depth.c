@@ -32,9 +32,3 @@ stp_las_depth stp_las_depth_decide(const stp_las_seen *seen)
         depth.colour = seen->colour_low == 0 ? STP_LAS_COLOUR_8_TIMES_256 : STP_LAS_COLOUR_16;
     return depth;
 }
-
-uint64_t stp_las_depth_block(uint64_t point_count, unsigned block, unsigned blocks)
-{
-    /* Divided first: the product of a hostile count would overflow. */
-    return point_count / blocks * block + point_count % blocks * block / blocks;
-}

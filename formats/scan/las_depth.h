@@ -42,8 +42,6 @@ typedef struct stp_las_depth {
 void stp_las_depth_look(stp_las_seen *seen, const stp_las_header *header,
                         const unsigned char *records, size_t count);
 stp_las_depth stp_las_depth_decide(const stp_las_seen *seen);
-/* First point of a block of `blocks`, for any count. */
-uint64_t stp_las_depth_block(uint64_t point_count, unsigned block, unsigned blocks);
 
 /* File value to 0..65535. */
 static inline uint16_t stp_las_widen(uint16_t value)

@@ -106,10 +106,8 @@ static void set_scalars(const reader *r, stp_point *points, size_t count)
             points[i].intensity =
                 stp_value_range_map(c[STP_PCD_INTENSITY][i], 0.0, r->intensity_scale);
     if (r->attributes & STP_POINT_HAS_CLASS)
-        for (size_t i = 0; i < count; i++) {
-            const double id = c[STP_PCD_CLASS][i];
-            points[i].class_id = (uint8_t)((id > 0.0 ? fmin(id, 255.0) : 0.0) + 0.5);
-        }
+        for (size_t i = 0; i < count; i++)
+            points[i].class_id = stp_class_of(c[STP_PCD_CLASS][i]);
 }
 
 static void columns_to_points(const reader *r, stp_point *points, size_t count)
@@ -157,16 +155,14 @@ static void close_reader(void *state)
 {
     reader *r = state;
     stp_pcd_values_close(&r->values);
-    free(r);
 }
 
-stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    reader *r = state;
     (void)params;
-    reader *r = NULL;
-    STP_TRY(stp_alloc(&r, 1, sizeof *r, "PCD reader", err));
     r->values.source.descriptor = -1;
     STP_TRY(stp_pcd_values_open(&r->values, path, err));
     find_attributes(r);
@@ -174,10 +170,8 @@ stp_status stp_pcd_open(stp_scan_reader *out, stp_scan_info *info, const char *p
     STP_TRY(find_scale(r, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &r->intensity_scale, err));
     list_left_out(r);
     fill_info(r, info);
-    *out = (stp_scan_reader){.state = r, .read = read_points, .close = close_reader};
-    r = NULL;
 done:
-    if (r)
-        close_reader(r);
     return status;
 }
+
+const stp_scan_reader stp_pcd_reader = {sizeof(reader), open_reader, read_points, close_reader};

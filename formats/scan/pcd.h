@@ -11,7 +11,6 @@
 
 #include "formats/scan/scan_reader.h"
 
-/* As stp_scan_reader_open. */
-stp_scan_reader_open stp_pcd_open;
+extern const stp_scan_reader stp_pcd_reader;
 
 #endif

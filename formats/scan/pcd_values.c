@@ -4,6 +4,7 @@
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/scan/number.h"
+#include "formats/scan/value_range.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -341,8 +342,7 @@ static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd
     const uint64_t total = v->header.points, blocks = SAMPLE_BLOCKS;
     uint64_t next = 0;
     for (uint64_t block = 0; block < blocks && next < total; block++) {
-        /* total / blocks first: no product of a large total. */
-        uint64_t at = total / blocks * block + total % blocks * block / blocks;
+        uint64_t at = stp_spread_begin(total, block, blocks);
         at = at > next ? at : next; /* blocks of small files would overlap */
         const size_t count = block_of(v, total - at);
         stp_source_seek(&v->source, v->header.data_offset + at * v->header.stride, 0);

@@ -2,7 +2,7 @@
 #include "formats/scan/ply.h"
 
 #include "base/memory.h"
-#include "formats/scan/depth.h"
+#include "formats/scan/value_range.h"
 
 #include <stdlib.h>
 
@@ -201,13 +201,15 @@ static void columns_to_points(const stp_ply *ply, stp_point *points, size_t coun
     if (ply->attributes & STP_POINT_HAS_COLOUR)
         for (size_t i = 0; i < count; i++)
             for (int k = 0; k < 3; k++)
-                points[i].rgb[k] = stp_to_16_bits(c[STP_PLY_RED + k][i], ply->colour_scale);
+                points[i].rgb[k] =
+                    stp_value_range_map(c[STP_PLY_RED + k][i], 0.0, ply->colour_scale);
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
         for (size_t i = 0; i < count; i++)
-            points[i].intensity = stp_to_16_bits(c[STP_PLY_INTENSITY][i], ply->intensity_scale);
+            points[i].intensity =
+                stp_value_range_map(c[STP_PLY_INTENSITY][i], 0.0, ply->intensity_scale);
     if (ply->attributes & STP_POINT_HAS_CLASS)
         for (size_t i = 0; i < count; i++)
-            points[i].class_id = stp_to_class(c[STP_PLY_CLASS][i]);
+            points[i].class_id = stp_class_of(c[STP_PLY_CLASS][i]);
     if (ply->attributes & STP_POINT_HAS_STATION)
         set_stations(ply, points, count);
 }

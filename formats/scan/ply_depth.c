@@ -1,5 +1,6 @@
 /* Are wide colours 8-bit values in disguise? Finds out from the data. */
 #include "formats/scan/ply.h"
+#include "formats/scan/value_range.h"
 
 #include <math.h>
 
@@ -36,8 +37,7 @@ static stp_status sample_spread(stp_ply *ply, depth_maxima *maxima, stp_error *e
     const uint64_t blocks = STP_PLY_SAMPLE_BLOCKS;
     uint64_t next = 0;
     for (uint64_t block = 0; block < blocks; block++) {
-        /* total / blocks first: the product of a hostile total would overflow. */
-        uint64_t first = total / blocks * block + total % blocks * block / blocks;
+        uint64_t first = stp_spread_begin(total, block, blocks);
         first = first > next ? first : next; /* blocks of small files would overlap */
         const uint64_t left = total - first;
         const size_t count = left < STP_PLY_BLOCK_POINTS ? (size_t)left : STP_PLY_BLOCK_POINTS;
@@ -68,20 +68,13 @@ done:
 
 static bool is_eight_bit(stp_ply_type type)
 {
-    return type == STP_PLY_INT8 || type == STP_PLY_UINT8;
+    return stp_ply_type_size(type) == 1;
 }
 
 static double find_scale(stp_ply_type type, double maximum)
 {
-    if (is_eight_bit(type))
-        return 257.0;
-    if (type >= STP_PLY_FLOAT32 && maximum <= 1.0)
-        return 65535.0;
-    /* Nothing but zeros says nothing: then a 16-bit type is what it claims to be. */
-    const bool claims_16_bits = type == STP_PLY_INT16 || type == STP_PLY_UINT16;
-    if (maximum <= 255.0 && !(maximum <= 0.0 && claims_16_bits))
-        return 257.0;
-    return 1.0;
+    return stp_value_range_scale(
+        stp_value_range_guess(type >= STP_PLY_FLOAT32, (unsigned)stp_ply_type_size(type), maximum));
 }
 
 static bool is_wide(const stp_ply *ply, stp_ply_target target)

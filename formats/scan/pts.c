@@ -84,20 +84,22 @@ done:
     return status;
 }
 
-static stp_status open_pts(pts *p, stp_scan_info *info, const char *path, const char *list,
-                           stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    pts *p = state;
     stp_text *text = &p->text;
     first_point *first = NULL;
     stp_columns_sample *sample = NULL;
+    text->source.descriptor = -1;
     STP_TRY(stp_alloc(&first, 1, sizeof *first, "lines", err));
     STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
     STP_TRY(stp_text_open(text, path, err));
     const uint64_t start = text->source.offset;
     STP_TRY(survey(text, &info->point_count, first, err));
     if (first->length > 0)
-        STP_TRY(find_columns(text, first, list, sample, err));
+        STP_TRY(find_columns(text, first, params->columns, sample, err));
     stp_text_settle(text, sample);
     stp_text_fill_info(text, info);
     info->coordinate_step = stp_text_step(text, sample);
@@ -133,27 +135,10 @@ done:
     return status;
 }
 
-static void close_pts(void *state)
+static void close_reader(void *state)
 {
     pts *p = state;
     stp_text_close(&p->text);
-    free(p);
 }
 
-stp_status stp_pts_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
-{
-    stp_status status = STP_OK;
-    pts *p = NULL;
-    STP_TRY(stp_alloc(&p, 1, sizeof *p, "PTS reader", err));
-    p->text.source.descriptor = -1;
-    STP_TRY(open_pts(p, info, path, params->columns, err));
-    out->state = p;
-    out->read = read_points;
-    out->close = close_pts;
-    p = NULL;
-done:
-    if (p)
-        close_pts(p);
-    return status;
-}
+const stp_scan_reader stp_pts_reader = {sizeof(pts), open_reader, read_points, close_reader};

@@ -10,6 +10,6 @@
 #include "formats/scan/scan_reader.h"
 
 /* Goes through all lines once. Errors: as stp_xyz_open. */
-stp_scan_reader_open stp_pts_open;
+extern const stp_scan_reader stp_pts_reader;
 
 #endif

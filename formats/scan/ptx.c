@@ -253,10 +253,14 @@ static void settle_columns(ptx *p)
     p->has_colour = all & STP_POINT_HAS_COLOUR;
 }
 
-static stp_status open_ptx(ptx *p, stp_scan_info *info, const char *path, stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    ptx *p = state;
     stp_text *text = &p->text;
+    (void)params;
+    text->source.descriptor = -1;
     for (uint32_t fields = 0; fields <= STP_PTX_FIELDS_MAX; fields++)
         p->samples[fields].count = fields;
     STP_TRY(stp_text_open(text, path, err));
@@ -311,7 +315,7 @@ static stp_status read_point(ptx *p, stp_point *out, stp_error *err)
         STP_TRY(stp_text_point(&p->text, begin, end, out, err));
         to_world(&p->scans[p->current - 1], &out->position);
         if (p->has_colour && !(p->text.attributes & STP_POINT_HAS_COLOUR))
-            out->rgb[0] = out->rgb[1] = out->rgb[2] = 200u * 257u;
+            out->rgb[0] = out->rgb[1] = out->rgb[2] = STP_POINT_GREY;
     }
     out->station = (uint16_t)p->current;
 done:
@@ -338,30 +342,12 @@ done:
     return status;
 }
 
-static void close_ptx(void *state)
+static void close_reader(void *state)
 {
     ptx *p = state;
     stp_text_close(&p->text);
     free(p->scans);
     free(p->stations);
-    free(p);
 }
 
-stp_status stp_ptx_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
-{
-    stp_status status = STP_OK;
-    (void)params;
-    ptx *p = NULL;
-    STP_TRY(stp_alloc(&p, 1, sizeof *p, "PTX reader", err));
-    p->text.source.descriptor = -1;
-    STP_TRY(open_ptx(p, info, path, err));
-    out->state = p;
-    out->read = read_points;
-    out->close = close_ptx;
-    p = NULL;
-done:
-    if (p)
-        close_ptx(p);
-    return status;
-}
+const stp_scan_reader stp_ptx_reader = {sizeof(ptx), open_reader, read_points, close_reader};

@@ -19,6 +19,6 @@
 /* Goes through all lines once. info's stations are the scans' scanners, in their order, and every
  * point names its own. Errors: IO, CORRUPT, LIMIT (more than STP_STATION_LIMIT scans),
  * UNSUPPORTED, OUT_OF_MEMORY. */
-stp_scan_reader_open stp_ptx_open;
+extern const stp_scan_reader stp_ptx_reader;
 
 #endif

@@ -22,10 +22,11 @@ struct stp_scan {
     char *path;
     stp_scan_params params;
     stp_scan_info info;
-    stp_ply *ply;           /* streamed; NULL where the mesh is held */
-    stp_scan_reader reader; /* of another streamed format; without read where there is none */
-    stp_point_mesh mesh;    /* empty where the file is streamed */
-    size_t next_point;      /* of the mesh */
+    stp_ply *ply;                  /* streamed; NULL where the mesh is held */
+    const stp_scan_reader *reader; /* of another streamed format; NULL where it is none */
+    void *reader_state;
+    stp_point_mesh mesh; /* empty where the file is streamed */
+    size_t next_point;   /* of the mesh */
     bool sampling;
     stp_mesh_sampler sampler;
     stp_dvec3 *stations;
@@ -43,13 +44,14 @@ const char *stp_reject_name(stp_reject reject)
 }
 
 /* Formats of points alone, by stp_scan_format. */
-static stp_scan_reader_open *streamed_format(stp_scan_format format)
+static const stp_scan_reader *streamed_format(stp_scan_format format)
 {
-    static stp_scan_reader_open *const opens[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_LAS] = stp_las_open, [STP_SCAN_PCD] = stp_pcd_open, [STP_SCAN_E57] = stp_e57_open,
-        [STP_SCAN_XYZ] = stp_xyz_open, [STP_SCAN_PTS] = stp_pts_open, [STP_SCAN_PTX] = stp_ptx_open,
+    static const stp_scan_reader *const readers[STP_SCAN_FORMAT_COUNT] = {
+        [STP_SCAN_LAS] = &stp_las_reader, [STP_SCAN_PCD] = &stp_pcd_reader,
+        [STP_SCAN_E57] = &stp_e57_reader, [STP_SCAN_XYZ] = &stp_xyz_reader,
+        [STP_SCAN_PTS] = &stp_pts_reader, [STP_SCAN_PTX] = &stp_ptx_reader,
     };
-    return opens[format];
+    return readers[format];
 }
 
 static const char *ply_name(stp_ply_encoding encoding)
@@ -121,6 +123,17 @@ done:
     return status;
 }
 
+/* From here on the reader is closed with the scan. */
+static stp_status open_streamed(stp_scan *scan, const stp_scan_reader *reader, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&scan->reader_state, 1, reader->state_bytes, "a reader", err));
+    scan->reader = reader;
+    STP_TRY(reader->open(scan->reader_state, &scan->info, scan->path, &scan->params, err));
+done:
+    return status;
+}
+
 /* Normals from the faces where the file has none, and no normals where none are wanted. */
 static void settle_normals(stp_scan *scan)
 {
@@ -175,9 +188,9 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     if (params)
         scan->params = *params;
     STP_TRY(check_columns(scan, format, err));
-    stp_scan_reader_open *open = streamed_format(format);
-    if (open)
-        STP_TRY(open(&scan->reader, &scan->info, scan->path, &scan->params, err));
+    const stp_scan_reader *reader = streamed_format(format);
+    if (reader)
+        STP_TRY(open_streamed(scan, reader, err));
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     settle_normals(scan);
@@ -210,8 +223,8 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
 {
     stp_status status = STP_OK;
     size_t got = 0;
-    if (scan->reader.read)
-        STP_TRY(scan->reader.read(scan->reader.state, points, capacity, &got, err));
+    if (scan->reader)
+        STP_TRY(scan->reader->read(scan->reader_state, points, capacity, &got, err));
     else if (scan->ply)
         STP_TRY(stp_ply_read(scan->ply, points, capacity, &got, err));
     else if (scan->sampling)
@@ -231,8 +244,9 @@ void stp_scan_close(stp_scan **scan)
     stp_scan *s = *scan;
     if (!s)
         return;
-    if (s->reader.close)
-        s->reader.close(s->reader.state);
+    if (s->reader)
+        s->reader->close(s->reader_state);
+    free(s->reader_state);
     stp_ply_close(&s->ply);
     stp_point_mesh_free(&s->mesh);
     free(s->stations);

@@ -29,6 +29,9 @@ typedef enum stp_reject {
     STP_REJECT_COUNT
 } stp_reject;
 
+/* Red, green and blue of what has no colour: a neutral light grey. */
+#define STP_POINT_GREY (200u * 257u)
+
 typedef struct stp_point {
     stp_dvec3 position;
     vec3s normal;    /* unit, or zero where unknown */

@@ -1,9 +1,9 @@
 /* Lines of text as points. */
 #include "formats/scan/text.h"
 
-#include "formats/scan/depth.h"
 #include "formats/scan/number.h"
 #include "formats/scan/point_mesh.h"
+#include "formats/scan/value_range.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -162,9 +162,7 @@ done:
 
 static double scale_of(double greatest, bool written_whole)
 {
-    if (greatest <= 1.0 && !written_whole)
-        return 65535.0;
-    return greatest <= 255.0 ? 257.0 : 1.0;
+    return stp_value_range_scale(stp_value_range_guess(!written_whole, 0, greatest));
 }
 
 static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
@@ -184,12 +182,12 @@ static void find_intensity_scale(stp_text *text, const stp_columns_sample *sampl
 {
     const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_INTENSITY);
     const stp_column_range *range = &sample->ranges[place];
-    text->intensity_offset = 0.0;
+    text->intensity_low = 0.0;
     if (range->min < 0.0) {
         const bool leica = range->whole && range->min >= -2048.0 && range->max <= 2047.0;
         const double least = leica ? -2048.0 : range->min;
         const double extent = leica ? 4095.0 : range->max - range->min;
-        text->intensity_offset = -least;
+        text->intensity_low = least;
         text->intensity_scale = extent > 0.0 ? 65535.0 / extent : 1.0;
     } else if (range->max > 65535.0) {
         text->intensity_scale = 65535.0 / range->max;
@@ -317,23 +315,22 @@ static bool rest_is_empty(stp_separator separator, const char *at, const char *e
 /* Whether a line may end before its last column: that is not read, and was begun by a separator. */
 static bool may_miss_last(const stp_columns *columns, const char *begin, const char *end)
 {
-    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', '\0'};
     return columns->targets[columns->count - 1] == STP_COLUMN_NONE && end > begin &&
-           end[-1] == characters[columns->separator];
+           columns->separator != STP_SEPARATOR_SPACE &&
+           end[-1] == stp_separator_character(columns->separator);
 }
 
 /* A number and the separator behind it in one go; NULL where it takes a closer look. */
 static const char *fast_number(stp_separator separator, const char *at, const char *end,
                                double *value)
 {
-    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', ' '};
     const bool tabs = separator == STP_SEPARATOR_SPACE;
     while (at < end && (*at == ' ' || (tabs && *at == '\t')))
         at++;
     const char *stop = stp_number_scan(at, end, value);
     if (!stop || stop == end)
         return stop;
-    return *stop == characters[separator] || (tabs && *stop == '\t') ? stop + 1 : NULL;
+    return *stop == stp_separator_character(separator) || (tabs && *stop == '\t') ? stop + 1 : NULL;
 }
 
 static stp_status read_values(const stp_text *text, const char *begin, const char *end,
@@ -380,12 +377,12 @@ stp_status stp_text_point(const stp_text *text, const char *begin, const char *e
             stp_unit_normal((stp_dvec3){v[STP_COLUMN_NX], v[STP_COLUMN_NY], v[STP_COLUMN_NZ]});
     if (text->attributes & STP_POINT_HAS_COLOUR)
         for (int k = 0; k < 3; k++)
-            out->rgb[k] = stp_to_16_bits(v[STP_COLUMN_RED + k], text->colour_scale);
+            out->rgb[k] = stp_value_range_map(v[STP_COLUMN_RED + k], 0.0, text->colour_scale);
     if (text->attributes & STP_POINT_HAS_INTENSITY)
-        out->intensity =
-            stp_to_16_bits(v[STP_COLUMN_INTENSITY] + text->intensity_offset, text->intensity_scale);
+        out->intensity = stp_value_range_map(v[STP_COLUMN_INTENSITY], text->intensity_low,
+                                             text->intensity_scale);
     if (text->attributes & STP_POINT_HAS_CLASS)
-        out->class_id = stp_to_class(v[STP_COLUMN_CLASS]);
+        out->class_id = stp_class_of(v[STP_COLUMN_CLASS]);
 done:
     return status;
 }

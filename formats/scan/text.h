@@ -24,8 +24,8 @@ typedef struct stp_text {
     stp_source source;
     uint64_t first_offset, first_line; /* where points begin, and the number of the line before */
     stp_columns columns;
-    uint32_t attributes;                                    /* STP_POINT_HAS_* of the columns */
-    double colour_scale, intensity_scale, intensity_offset; /* (value + offset) * scale */
+    uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
+    double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
     char left_out[512], order[512];
     stp_scan_note notes[2];
 } stp_text;

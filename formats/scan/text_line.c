@@ -8,15 +8,10 @@
 /* Longer than any number that anyone wrote on purpose. */
 #define STP_FIELD_CHARS_MAX 64
 
-static char separator_character(stp_separator separator)
-{
-    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', ' '};
-    return characters[separator];
-}
-
 static bool separates(stp_separator separator, char c)
 {
-    return c == separator_character(separator) || (separator == STP_SEPARATOR_SPACE && c == '\t');
+    return c == stp_separator_character(separator) ||
+           (separator == STP_SEPARATOR_SPACE && c == '\t');
 }
 
 /* Blank, and not itself what separates. */

@@ -19,6 +19,12 @@ typedef enum stp_separator {
     STP_SEPARATOR_COUNT
 } stp_separator;
 
+static inline char stp_separator_character(stp_separator separator)
+{
+    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', ' '};
+    return characters[separator];
+}
+
 typedef struct stp_field {
     const char *begin, *end;
 } stp_field;
@@ -55,7 +61,7 @@ static inline bool stp_line_counts(const char *begin, const char *end)
 {
     while (begin < end && stp_is_blank(*begin))
         begin++;
-    return begin < end && *begin != '#' && (*begin != '/' || end - begin < 2 || begin[1] != '/');
+    return begin < end && !stp_line_is_comment(begin, end);
 }
 
 #endif

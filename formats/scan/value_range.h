@@ -1,4 +1,5 @@
-/* Intensities and colours of any range, brought to the full 16 bits.
+/* Intensities, colours and classes of any range, brought to what points have; told from a look at
+ * records spread over the file.
  *
  * What a value means is said by the file, or told from the greatest of a sample: whole numbers of 8
  * bits are what they are; floats up to 1 are fractions; any values up to 255 are 8-bit ones that
@@ -40,11 +41,29 @@ static inline double stp_value_range_scale(stp_value_range range)
     return 65535.0 / (range.high - range.low);
 }
 
-/* NaN and what is too small become 0, what is too great 65535. scale is the range's. */
+/* NaN and negative become 0, what is too great the maximum. */
+static inline double stp_value_clamp(double value, double maximum)
+{
+    return value > 0.0 ? fmin(value, maximum) : 0.0;
+}
+
+/* scale is the range's. */
 static inline uint16_t stp_value_range_map(double value, double low, double scale)
 {
-    const double x = (value - low) * scale;
-    return (uint16_t)((x > 0.0 ? fmin(x, 65535.0) : 0.0) + 0.5);
+    return (uint16_t)(stp_value_clamp((value - low) * scale, 65535.0) + 0.5);
+}
+
+static inline uint8_t stp_class_of(double value)
+{
+    return (uint8_t)(stp_value_clamp(value, 255.0) + 0.5);
+}
+
+/* Where a look at `blocks` places spread over `total` records begins its nth; total may be any
+ * number that a file gives. */
+static inline uint64_t stp_spread_begin(uint64_t total, uint64_t block, uint64_t blocks)
+{
+    /* Divided first: the product of a hostile total would overflow. */
+    return total / blocks * block + total % blocks * block / blocks;
 }
 
 #endif

@@ -162,18 +162,20 @@ done:
     return status;
 }
 
-static stp_status open_text(stp_text *text, stp_scan_info *info, const char *path, const char *list,
-                            stp_error *err)
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_text *text = state;
     beginning *b = NULL;
     stp_columns_sample *sample = NULL;
     uint64_t count = 0;
+    text->source.descriptor = -1;
     STP_TRY(stp_alloc(&b, 1, sizeof *b, "lines", err));
     STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
     STP_TRY(stp_text_open(text, path, err));
     STP_TRY(read_beginning(text, b, err));
-    STP_TRY(find_columns(text, b, list, sample, err));
+    STP_TRY(find_columns(text, b, params->columns, sample, err));
     stp_text_settle(text, sample);
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
@@ -206,26 +208,9 @@ done:
     return status;
 }
 
-static void close_text(void *state)
+static void close_reader(void *state)
 {
     stp_text_close(state);
-    free(state);
 }
 
-stp_status stp_xyz_open(stp_scan_reader *out, stp_scan_info *info, const char *path,
-                        const stp_scan_params *params, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_text *text = NULL;
-    STP_TRY(stp_alloc(&text, 1, sizeof *text, "text reader", err));
-    text->source.descriptor = -1;
-    STP_TRY(open_text(text, info, path, params->columns, err));
-    out->state = text;
-    out->read = read_points;
-    out->close = close_text;
-    text = NULL;
-done:
-    if (text)
-        close_text(text);
-    return status;
-}
+const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points, close_reader};

@@ -12,6 +12,6 @@
 
 /* Counts the lines: reads the whole file once. Errors: IO, FORMAT (no columns are to be found),
  * CORRUPT, INVALID_ARGUMENT (params->columns), UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
-stp_scan_reader_open stp_xyz_open;
+extern const stp_scan_reader stp_xyz_reader;
 
 #endif
