@@ -11,7 +11,6 @@
 #include <string.h>
 
 #define READ_POINTS 65536u
-#define DEFAULT_NEIGHBOURS 16u
 #define DEFAULT_LAMBDA 1.7
 
 enum {
@@ -238,7 +237,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_cloud cloud = {0};
     stp_neighbours neighbours = {0};
     stp_spill *spill = NULL;
-    unsigned k = params->neighbour_count ? params->neighbour_count : DEFAULT_NEIGHBOURS;
+    unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     stp_tree_params tree = {.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
                             .precision = params->precision > 0.0 ? params->precision
                                                                  : 0.5 * source->coordinate_step,

@@ -11,6 +11,9 @@
 #include "preprocess/orientation.h"
 #include "preprocess/tree.h"
 
+/* Neighbours asked for of each point, where the caller does not say. */
+#define STP_PREP_NEIGHBOURS 16u
+
 /* A file that points come from, for the metadata. */
 typedef struct stp_prep_file {
     const char *name;     /* without its folder */
@@ -37,7 +40,7 @@ typedef struct stp_prep_source {
 } stp_prep_source;
 
 typedef struct stp_prep_params {
-    unsigned neighbour_count; /* 0: 16 */
+    unsigned neighbour_count; /* 0: STP_PREP_NEIGHBOURS */
     double lambda;            /* 0: 1.7 */
     double precision;         /* 0: half the source's scale, if it has one */
     stp_orient_mode orient;

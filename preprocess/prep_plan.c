@@ -17,7 +17,6 @@
 #define STAGE_BYTES 65u
 /* In files, of each thread: its depth buffers (visibility.c). */
 #define THREAD_FILE_BYTES (64u << 20)
-#define DEFAULT_NEIGHBOURS 16u
 
 static uint64_t machine_bytes(void)
 {
@@ -57,7 +56,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
                               const stp_prep_params *params, unsigned thread_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    unsigned k = params->neighbour_count ? params->neighbour_count : DEFAULT_NEIGHBOURS;
+    unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     uint64_t by_point = sizeof(stp_cloud_point) + k * sizeof(uint32_t) + STAGE_BYTES;
     uint64_t needed = point_count * by_point; /* counts are below 2^32 */
