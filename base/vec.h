@@ -102,6 +102,15 @@ static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
            b->min.y <= a->max.y && a->min.z <= b->max.z && b->min.z <= a->max.z;
 }
 
+/* Square of the distance from the box; 0 inside. */
+static inline double stp_dbox_distance_squared(const stp_dbox *box, stp_dvec3 p)
+{
+    double dx = stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x));
+    double dy = stp_max(0.0, stp_max(box->min.y - p.y, p.y - box->max.y));
+    double dz = stp_max(0.0, stp_max(box->min.z - p.z, p.z - box->max.z));
+    return dx * dx + dy * dy + dz * dz;
+}
+
 static inline bool stp_dbox_is_empty(const stp_dbox *box)
 {
     return !(box->min.x <= box->max.x && box->min.y <= box->max.y && box->min.z <= box->max.z);

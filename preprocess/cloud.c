@@ -122,6 +122,11 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
     STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));
+    STP_TRY(stp_box_tree_create(&cloud->tree, cloud, pool, err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->sheets, cloud->count, sizeof *cloud->sheets,
+                            "sheets", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->marks, cloud->count, sizeof *cloud->marks,
+                            "marks", err));
 done:
     return status;
 }
@@ -148,7 +153,10 @@ stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, s
 
 void stp_cloud_clear(stp_cloud *cloud)
 {
+    stp_box_tree_clear(&cloud->tree, cloud->spill);
     stp_spill_free(cloud->spill, cloud->points);
+    stp_spill_free(cloud->spill, cloud->sheets);
+    stp_spill_free(cloud->spill, cloud->marks);
     free(cloud->cells);
     *cloud = (stp_cloud){0};
 }

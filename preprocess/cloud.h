@@ -8,6 +8,7 @@
 #include "base/pool.h"
 #include "base/spill.h"
 #include "base/vec.h"
+#include "preprocess/box_tree.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,16 +21,14 @@
 
 typedef struct stp_cloud_point {
     stp_dvec3 position;
-    vec3s normal;    /* unit or zero */
+    vec3s normal;    /* unit, or zero where unknown; its sign is its mark's to turn */
     float spacing;   /* local sample spacing, world units */
     uint32_t source; /* place in the input */
-    uint32_t sheet;  /* group of points that lie on one smooth piece of surface */
     uint16_t rgb[3];
     uint16_t intensity;
-    uint8_t class_id;
-    uint8_t flags;    /* STP_SAMPLE_* */
     uint16_t station; /* whose point it is, counted from 1; 0: unknown */
-    uint8_t padding[4];
+    uint8_t class_id;
+    bool given; /* the normal is the input's */
 } stp_cloud_point;
 
 typedef struct stp_cell {
@@ -37,19 +36,27 @@ typedef struct stp_cell {
     stp_dbox box;
 } stp_cell;
 
+/* What is found of a point: bits. */
+#define STP_MARK_TURNED 1u   /* its normal's sign is the other one */
+#define STP_MARK_ORIENTED 2u /* which side is the outside is known */
+
 typedef struct stp_cloud {
     stp_cloud_point *points;
+    uint32_t *sheets; /* by point: which smooth piece of surface it lies on; STP_SHEET_NONE */
+    uint8_t *marks;   /* by point: STP_MARK_* */
     uint32_t count, capacity;
     stp_spill *spill; /* where arrays by point lie, borrowed; NULL: plain memory */
     stp_dbox box;
     stp_cell *cells;
     uint32_t cell_count;
+    stp_box_tree tree; /* over the sorted points */
 } stp_cloud;
 
 /* Room for so many points, none yet. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err);
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
- * source) and cuts the order into cells. Errors: OUT_OF_MEMORY. */
+ * source), cuts the order into cells and makes room for what will be found of each point. Errors:
+ * OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 /* stp_pool_run for tasks that walk through arrays by point: keeps to the spill's limit between
  * them. */
@@ -61,6 +68,27 @@ static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
     if (i % 65536u == 0)
         stp_spill_relieve(spill);
 }
+/* Whether the point lies where the one before it does: equal positions follow each other. */
+static inline bool stp_cloud_repeats(const stp_cloud *cloud, uint32_t i)
+{
+    if (i == 0)
+        return false;
+    stp_dvec3 p = cloud->points[i].position, q = cloud->points[i - 1].position;
+    return p.x == q.x && p.y == q.y && p.z == q.z;
+}
+
+static inline bool stp_has_normal(const stp_cloud_point *p)
+{
+    return p->normal.x != 0.0f || p->normal.y != 0.0f || p->normal.z != 0.0f;
+}
+
+/* The normal with its sign. */
+static inline vec3s stp_cloud_normal(const stp_cloud *cloud, uint32_t i)
+{
+    vec3s normal = cloud->points[i].normal;
+    return cloud->marks[i] & STP_MARK_TURNED ? glms_vec3_negate(normal) : normal;
+}
+
 /* Frees what the cloud owns. */
 void stp_cloud_clear(stp_cloud *cloud);
 

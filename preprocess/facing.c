@@ -1,11 +1,6 @@
 /* Normals to the stations that saw their points. */
 #include "preprocess/facing.h"
 
-#include "base/memory.h"
-#include "formats/chunk/sample.h"
-#include "preprocess/relation.h"
-
-#include <stdlib.h>
 
 /* Logarithm of the odds that a normal leans to its station, over the cosine: as measured on the
  * statue and the sheet, 1 M points each, with several stations. */
@@ -16,66 +11,88 @@
 #define SWEEPS 3
 
 typedef struct settling {
-    stp_cloud *cloud;
-    const stp_neighbours *neighbours;
+    const stp_sheets *sheets;
     const stp_dvec3 *stations;
-    uint8_t *wrong; /* by point: turned after the sweep */
+    uint8_t *wrong; /* by kept point: turned after the sweep */
 } settling;
 
-double stp_facing(const stp_cloud_point *p, const stp_dvec3 *stations)
+double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stations)
 {
     if (!stations || p->station == 0)
         return 0.0;
     stp_dvec3 d = stp_dvec3_sub(stations[p->station - 1], p->position);
-    double cosine = stp_dvec3_dot(stp_dvec3_normalize(d), stp_dvec3_from_float(p->normal));
+    double cosine = stp_dvec3_dot(stp_dvec3_normalize(d), stp_dvec3_from_float(normal));
     return isfinite(cosine) ? cosine : 0.0; /* too far away for a double */
 }
 
-static float own_odds(const settling *s, uint32_t point)
+static bool is_plain(float odds)
 {
-    return ODDS_OF_COSINE * (float)stp_facing(&s->cloud->points[point], s->stations);
+    return fabsf(odds) >= PLAIN_ODDS;
+}
+
+bool stp_facing_plainly(const stp_cloud_point *p, const stp_dvec3 *stations)
+{
+    return is_plain(ODDS_OF_COSINE * (float)stp_facing(p, p->normal, stations));
+}
+
+static float own_odds(const settling *settle, uint32_t point)
+{
+    const stp_cloud *cloud = settle->sheets->cloud;
+    return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point],
+                                              stp_cloud_normal(cloud, point), settle->stations);
 }
 
 /* What a neighbour says is no surer than the neighbour itself. */
-static float said_odds(const settling *s, uint32_t self, uint32_t other)
+static float said_odds(const settling *settle, uint32_t self, uint32_t other)
 {
-    stp_relation r = stp_relate(s->cloud, self, other);
+    stp_relation r = stp_relate_marked(settle->sheets->cloud, self, other);
     if (r.rank >= STP_RANK_NONE)
         return 0.0f;
-    float sure = fabsf(own_odds(s, other)), odds = stp_relation_odds(r);
+    float sure = fabsf(own_odds(settle, other)), odds = stp_relation_odds(r);
     return fmaxf(-sure, fminf(odds, sure));
 }
 
 static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    settling *s = context;
-    const stp_cell *cell = &s->cloud->cells[index];
+    settling *settle = context;
+    const stp_sheets *s = settle->sheets;
+    const stp_graph *graph = &s->graphs[index];
     (void)worker;
     (void)err;
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
-        float sum = own_odds(s, i);
-        const uint32_t *list = s->neighbours->indices + (size_t)i * s->neighbours->k;
-        bool asked = fabsf(sum) < PLAIN_ODDS && s->cloud->points[i].flags & STP_SAMPLE_ORIENTED;
-        for (unsigned n = 0; asked && n < s->neighbours->k && list[n] != STP_NEIGHBOUR_NONE; n++)
-            sum += said_odds(s, i, list[n]);
-        s->wrong[i] = asked && sum < 0.0f;
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        const uint32_t *list = graph->lists + (size_t)i * s->k;
+        float sum = own_odds(settle, self);
+        bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
+        for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)
+            sum += said_odds(settle, self, list[n]);
+        settle->wrong[s->kept_begin[index] + i] = asked && sum < 0.0f;
     }
     return STP_OK;
 }
 
-stp_status stp_facing_settle(stp_cloud *cloud, const stp_neighbours *neighbours,
-                             const stp_dvec3 *stations, stp_pool *pool, stp_error *err)
+static void turn_wrong(const settling *settle)
+{
+    const stp_sheets *s = settle->sheets;
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++)
+        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
+            if (settle->wrong[s->kept_begin[c] + i])
+                s->cloud->marks[s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
+}
+
+stp_status stp_facing_settle(const stp_sheets *s, const stp_dvec3 *stations, stp_pool *pool,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
-    settling s = {.cloud = cloud, .neighbours = neighbours, .stations = stations};
-    STP_TRY(stp_spill_alloc(cloud->spill, &s.wrong, cloud->count, sizeof *s.wrong, "signs", err));
+    uint32_t cell_count = s->cloud->cell_count;
+    settling settle = {.sheets = s, .stations = stations};
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &settle.wrong, s->kept_begin[cell_count],
+                            sizeof *settle.wrong, "signs", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, weigh_cell, &s, err));
-        for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-            if (s.wrong[i])
-                cloud->points[i].normal = glms_vec3_negate(cloud->points[i].normal);
+        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &settle, err));
+        turn_wrong(&settle);
     }
 done:
-    stp_spill_free(cloud->spill, s.wrong);
+    stp_spill_free(s->cloud->spill, settle.wrong);
     return status;
 }

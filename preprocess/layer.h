@@ -3,7 +3,7 @@
 #ifndef STP_PREPROCESS_LAYER_H
 #define STP_PREPROCESS_LAYER_H
 
-#include "preprocess/neighbours.h"
+#include "preprocess/cloud.h"
 
 /* Spacings without a point between two sheets. */
 #define STP_LAYER_GAP 0.35f

@@ -1,32 +1,27 @@
-/* The k nearest distinct positions of every point, cell by cell with a halo.
+/* The k nearest distinct positions of points, exactly.
  *
- * FLANN's kd-tree gives candidates by float distances, once for a few points that follow each
- * other; the lists are made of them in double, ties by source index, and a point for which nearer
- * ones may lie beyond its candidates is searched alone: where more points might tie with the last
- * one, all as near are compared, and where the k-th distance passes the cell's halo, every cell its
- * ball meets. Duplicates share one list. Threads: cells run on the pool; the result does not depend
- * on their number. */
+ * FLANN's kd-tree over a locale gives candidates by float distances, once for a few points that
+ * follow each other; the lists are made of them in double, ties by source index. A point for which
+ * nearer ones may lie beyond its candidates is searched alone: where more points might tie with the
+ * last one, all as near are compared, and where the k-th distance passes what the locale holds, the
+ * boxes over the whole cloud are (box_tree.h). So the lists depend on the cloud alone. Duplicates
+ * share one list. Threads: any, a locale each. */
 #ifndef STP_PREPROCESS_NEIGHBOURS_H
 #define STP_PREPROCESS_NEIGHBOURS_H
 
-#include "base/progress.h"
-#include "preprocess/cloud.h"
+#include "preprocess/locale.h"
 
-/* Most neighbours of a point. */
-#define STP_NEIGHBOURS_LIMIT 64
-#define STP_NEIGHBOUR_NONE UINT32_MAX
-
+/* Lists of points that are numbered from 0. */
 typedef struct stp_neighbours {
     unsigned k;
-    uint32_t
-        *indices; /* count * k places in the cloud, nearest first, STP_NEIGHBOUR_NONE at the end */
-    stp_spill *spill; /* where they lie: the cloud's */
+    uint32_t *indices; /* k numbers by point, nearest first, STP_NEIGHBOUR_NONE at the end */
 } stp_neighbours;
 
-/* Fills out and every point's spacing, s = d_k sqrt(pi / k) (ALGORITHMS "Radius"; 0 where a point
- * has no distinct neighbour). Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (k), CANCELLED. */
-stp_status stp_neighbours_find(stp_neighbours *out, stp_cloud *cloud, unsigned k, stp_pool *pool,
-                               const stp_progress *progress, stp_error *err);
-void stp_neighbours_clear(stp_neighbours *neighbours);
+/* Writes the lists of the points at count places of the locale's cloud, ascending: to lists k places
+ * each (NULL: not wanted), and to points[i].spacing s = d_k sqrt(pi / k) (ALGORITHMS "Radius"; 0
+ * where a point has no distinct neighbour). Errors: OUT_OF_MEMORY. */
+stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint32_t *places,
+                               uint32_t count, uint32_t *lists, stp_cloud_point *points,
+                               stp_error *err);
 
 #endif

@@ -2,22 +2,19 @@
 #include "preprocess/normals.h"
 
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
 #include "preprocess/layer.h"
 
 #include <stdlib.h>
 
-#define BLOCK 8192u
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
 /* Fewer neighbours are no second sheet. */
 #define LAYER_POINTS 4u
 
 typedef struct estimation {
-    stp_cloud *cloud;
+    const stp_cloud *cloud;
     const stp_neighbours *neighbours;
-    const stp_progress *progress;
-    vec3s *normals; /* result of a pass, copied to the points after it */
+    vec3s *normals; /* as fitted */
 } estimation;
 
 typedef struct covariance {
@@ -144,20 +141,6 @@ static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint3
     return normal_of(&c, &thickness);
 }
 
-static stp_status fit_block(void *context, size_t block, unsigned worker, stp_error *err)
-{
-    estimation *e = context;
-    stp_cloud *cloud = e->cloud;
-    uint32_t begin = (uint32_t)block * BLOCK;
-    uint32_t end = cloud->count - begin < BLOCK ? cloud->count : begin + BLOCK;
-    (void)worker;
-    for (uint32_t i = begin; i < end; i++)
-        e->normals[i] = cloud->points[i].flags & STP_SAMPLE_HAS_NORMAL
-                            ? cloud->points[i].normal
-                            : fit(cloud, e->neighbours, i);
-    return stp_progress_update(e->progress, "normals", end, cloud->count, err);
-}
-
 /* Weight of a neighbour's normal: falls with the distance (squared, in spacings), with the offset
  * from the tangent plane and with the angle; negative where the signs disagree. */
 static float weight_of(float cosine, float offset, float distance)
@@ -201,34 +184,22 @@ static vec3s smooth(const estimation *e, uint32_t self)
     return glms_vec3_normalize(n);
 }
 
-static stp_status smooth_block(void *context, size_t block, unsigned worker, stp_error *err)
-{
-    estimation *e = context;
-    stp_cloud *cloud = e->cloud;
-    uint32_t begin = (uint32_t)block * BLOCK;
-    uint32_t end = cloud->count - begin < BLOCK ? cloud->count : begin + BLOCK;
-    (void)worker;
-    for (uint32_t i = begin; i < end; i++) {
-        stp_cloud_point *p = &cloud->points[i];
-        if (p->flags & STP_SAMPLE_HAS_NORMAL || glms_vec3_norm2(e->normals[i]) == 0.0f)
-            continue;
-        p->normal = p->spacing > 0.0f ? smooth(e, i) : e->normals[i];
-        p->flags |= STP_SAMPLE_HAS_NORMAL;
-    }
-    return stp_progress_update(e->progress, "normals", end, cloud->count, err);
-}
-
-stp_status stp_normals_estimate(stp_cloud *cloud, const stp_neighbours *neighbours, stp_pool *pool,
-                                const stp_progress *progress, stp_error *err)
+stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
 {
     stp_status status = STP_OK;
-    estimation e = {.cloud = cloud, .neighbours = neighbours, .progress = progress};
-    size_t block_count = ((size_t)cloud->count + BLOCK - 1) / BLOCK;
-    STP_TRY(
-        stp_spill_alloc(cloud->spill, &e.normals, cloud->count, sizeof *e.normals, "normals", err));
-    STP_TRY(stp_cloud_run(cloud, pool, block_count, fit_block, &e, err));
-    STP_TRY(stp_cloud_run(cloud, pool, block_count, smooth_block, &e, err));
+    estimation e = {.cloud = &unit->cloud, .neighbours = &unit->neighbours};
+    stp_cloud_point *points = unit->cloud.points;
+    uint32_t fitted = stp_unit_inner(unit, 2), smoothed = stp_unit_inner(unit, 3);
+    STP_TRY(stp_alloc(&e.normals, fitted, sizeof *e.normals, "normals", err));
+    for (uint32_t i = 0; i < fitted; i++)
+        e.normals[i] =
+            points[i].given ? points[i].normal : fit(&unit->cloud, &unit->neighbours, i);
+    for (uint32_t i = 0; i < smoothed; i++) {
+        if (points[i].given || glms_vec3_norm2(e.normals[i]) == 0.0f)
+            continue;
+        points[i].normal = points[i].spacing > 0.0f ? smooth(&e, i) : e.normals[i];
+    }
 done:
-    stp_spill_free(cloud->spill, e.normals);
+    free(e.normals);
     return status;
 }

@@ -13,7 +13,7 @@
 #define STP_PREPROCESS_ORIENTATION_H
 
 #include "formats/chunk/chunk_file.h"
-#include "preprocess/neighbours.h"
+#include "preprocess/graph.h"
 
 typedef enum stp_orient_mode {
     STP_ORIENT_AUTO = 0, /* the file's normals, else the points' stations, else propagation */
@@ -30,10 +30,16 @@ typedef struct stp_orient_params {
     const stp_dvec3 *stations; /* of the points, borrowed; NULL if no point's is known */
 } stp_orient_params;
 
-/* Sets signs, STP_SAMPLE_ORIENTED and every point's sheet (points connected by edges between
- * neighbours of like normals and small plane offset). Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (mode
- * FILE without normals). */
-stp_status stp_orientation_find(stp_cloud *cloud, const stp_neighbours *neighbours,
+/* Whether the input's normals say it all: no graphs are needed. */
+bool stp_orient_by_file(const stp_orient_params *params);
+/* The positions that points' stations number, NULL if none; a given position is that of station 1,
+ * which all points are then to have. */
+const stp_dvec3 *stp_orient_stations(const stp_orient_params *params);
+
+/* Sets the cloud's marks and sheets (points connected by edges between neighbours of like normals
+ * and small plane offset). *graphs: of its cells, NULL if by file; taken. Errors: OUT_OF_MEMORY, IO,
+ * INVALID_ARGUMENT (mode FILE without normals). */
+stp_status stp_orientation_find(stp_cloud *cloud, unsigned k, stp_graph **graphs,
                                 const stp_orient_params *params, stp_pool *pool,
                                 stp_orientation *found, stp_error *err);
 

@@ -3,8 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "preprocess/normals.h"
-#include "preprocess/spacing.h"
+#include "preprocess/surface.h"
 
 #include <cjson/cJSON.h>
 #include <stdlib.h>
@@ -12,19 +11,17 @@
 
 #define READ_POINTS 65536u
 #define DEFAULT_LAMBDA 1.7
+/* What a unit takes for each of its points, and which part of the memory all of them take. */
+#define UNIT_POINT_BYTES 256u
+#define UNIT_ROOM 8u
+#define UNIT_POINTS_MAX (4u * STP_CELL_POINTS)
+/* At least, so that threads end at about the same time. */
+#define UNITS_BY_THREAD 16u
 
-enum {
-    STAGE_READ,
-    STAGE_SORT,
-    STAGE_NEIGHBOURS,
-    STAGE_SPACING,
-    STAGE_NORMALS,
-    STAGE_ORIENTATION,
-    STAGE_PATCHES
-};
+enum { STAGE_READ, STAGE_SORT, STAGE_SURFACE, STAGE_ORIENTATION, STAGE_PATCHES };
 
-const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
-    "read", "sort", "neighbours", "spacing", "normals", "orientation", "patches"};
+const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {"read", "sort", "surface",
+                                                                "orientation", "patches"};
 
 static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, const stp_point *point,
                             stp_prep_stats *stats, stp_error *err)
@@ -55,13 +52,14 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
-        out->flags = STP_SAMPLE_HAS_NORMAL;
+        out->given = true;
     }
     return STP_OK;
 }
 
-static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, stp_spill *spill,
-                           const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+/* one_station: all points are its. */
+static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool one_station,
+                           stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_point *points = NULL;
@@ -75,6 +73,8 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, stp_
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
+            if (one_station)
+                points[i].station = 1;
             STP_TRY(add_point(cloud, source, &points[i], stats, err));
         }
         stp_spill_relieve(spill);
@@ -214,19 +214,50 @@ static stp_status write_tree(const char *path, const stp_cloud *cloud,
     return status;
 }
 
-/* Room for what is kept by point. */
-static stp_status open_spill(stp_spill **out, const char *path, const stp_prep_source *source,
-                             const stp_prep_params *params, stp_pool *pool, stp_error *err)
+/* How much a unit may be for all to fit beside everything else; they are the smaller, the fewer
+ * there would be for each thread. */
+static uint32_t unit_points(const stp_prep_plan *plan, const stp_cloud *cloud, unsigned threads)
 {
-    stp_prep_plan plan = {0};
-    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
-                                           stp_pool_thread_count(pool), err);
-    stp_spill_params spill = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
-                              .folder = plan.folder};
-    if (status == STP_OK)
-        status = stp_spill_create(out, &spill, err);
-    stp_prep_plan_clear(&plan);
+    uint64_t room = plan->memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
+    uint64_t share = cloud->count / (UNITS_BY_THREAD * threads);
+    uint64_t points = room < share ? room : share;
+    return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
+}
+
+/* Spacings, normals, their signs and sheets. */
+static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_params *orient,
+                               uint32_t points_in_unit, stp_pool *pool,
+                               const stp_progress *progress, stp_prep_stats *stats, double *since,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_graph *graphs = NULL;
+    const stp_surface_params params = {.k = k,
+                                       .pieces = !stp_orient_by_file(orient),
+                                       .stations = stp_orient_stations(orient),
+                                       .unit_points = points_in_unit};
+    STP_TRY(stp_surface_find(&graphs, cloud, &params, pool, progress, err));
+    STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
+    STP_TRY(
+        stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
+    if (stats->orientation == STP_ORIENTATION_UNKNOWN)
+        stats->station_count = 0; /* there was no normal to turn */
+    STP_TRY(end_stage(stats, STAGE_ORIENTATION, since, progress, err));
+done:
+    stp_surface_clear(&graphs, cloud);
     return status;
+}
+
+static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
+                         const stp_prep_source *source, const stp_prep_params *params)
+{
+    *tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+                              .precision = params->precision > 0.0 ? params->precision
+                                                                   : 0.5 * source->coordinate_step,
+                              .codec = params->codec};
+    *orient = (stp_orient_params){.mode = params->orient,
+                                  .position = params->orient_position,
+                                  .from_file = source->attributes & STP_POINT_HAS_NORMAL};
 }
 
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
@@ -235,16 +266,12 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
 {
     stp_status status = STP_OK;
     stp_cloud cloud = {0};
-    stp_neighbours neighbours = {0};
     stp_spill *spill = NULL;
+    stp_prep_plan plan = {0};
+    stp_tree_params tree;
+    stp_orient_params orient;
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    stp_tree_params tree = {.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-                            .precision = params->precision > 0.0 ? params->precision
-                                                                 : 0.5 * source->coordinate_step,
-                            .codec = params->codec};
-    stp_orient_params orient = {.mode = params->orient,
-                                .position = params->orient_position,
-                                .from_file = source->attributes & STP_POINT_HAS_NORMAL};
+    unsigned threads = stp_pool_thread_count(pool);
     double start = stp_clock_seconds();
     double since = start;
     *stats = (stp_prep_stats){0};
@@ -252,8 +279,13 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
         return stp_error_set(err, STP_LIMIT,
                              "%s: more than %u points: split the input into several models",
                              source->files[0].name, UINT32_MAX - 1);
-    STP_TRY(open_spill(&spill, path, source, params, pool, err));
-    STP_TRY(read_all(&cloud, source, spill, progress, stats, err));
+    set_defaults(&tree, &orient, source, params);
+    STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params, threads, err));
+    const stp_spill_params room = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
+                                   .folder = plan.folder};
+    STP_TRY(stp_spill_create(&spill, &room, err));
+    bool one_station = orient.mode == STP_ORIENT_POSITION;
+    STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
     choose_stations(&orient, source, stats);
     tree.intensity_max = stats->intensity_max;
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
@@ -261,24 +293,15 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     STP_TRY(stp_cloud_sort(&cloud, pool, err));
     STP_TRY(end_stage(stats, STAGE_SORT, &since, progress, err));
-    STP_TRY(stp_neighbours_find(&neighbours, &cloud, k, pool, progress, err));
-    STP_TRY(end_stage(stats, STAGE_NEIGHBOURS, &since, progress, err));
-    STP_TRY(stp_spacing_smooth(&cloud, &neighbours, pool, err));
-    STP_TRY(end_stage(stats, STAGE_SPACING, &since, progress, err));
-    STP_TRY(stp_normals_estimate(&cloud, &neighbours, pool, progress, err));
-    STP_TRY(end_stage(stats, STAGE_NORMALS, &since, progress, err));
-    STP_TRY(stp_orientation_find(&cloud, &neighbours, &orient, pool, &stats->orientation, err));
-    if (stats->orientation == STP_ORIENTATION_UNKNOWN)
-        stats->station_count = 0; /* there was no normal to turn */
-    STP_TRY(end_stage(stats, STAGE_ORIENTATION, &since, progress, err));
-    stp_neighbours_clear(&neighbours);
+    STP_TRY(find_surface(&cloud, k, &orient, unit_points(&plan, &cloud, threads), pool, progress,
+                         stats, &since, err));
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
     STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));
     stats->seconds = since - start;
     stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:
-    stp_neighbours_clear(&neighbours);
     stp_cloud_clear(&cloud);
     stp_spill_destroy(&spill);
+    stp_prep_plan_clear(&plan);
     return status;
 }

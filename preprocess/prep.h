@@ -1,7 +1,7 @@
 /* The whole of preprocessing: scans in, one chunk file out.
  *
- * Stages: read, sort, neighbours, spacing, normals, orientation, patches (with errors, tree and
- * writing). Memory: what is given; where the points and what is known of them, about 190 bytes each
+ * Stages: read, sort, surface (neighbours, spacings, normals, pieces), orientation, patches (with
+ * errors, tree and writing). Memory: what is given; where the points and what is known of them, about 190 bytes each
  * with k = 16, do not fit there, they lie in temporary files (base/spill.h). A failure or a kill
  * leaves no file. Threads: those of the pool; the same bytes for any number, and for any memory. */
 #ifndef STP_PREPROCESS_PREP_H
@@ -51,7 +51,7 @@ typedef struct stp_prep_params {
     const char *temp_folder; /* NULL: where the output goes */
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 7
+#define STP_PREP_STAGE_COUNT 5
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;

@@ -1,8 +1,6 @@
 /* What two points' normals say of each other. */
 #include "preprocess/relation.h"
 
-#include "formats/chunk/sample.h"
-
 #define SHEET_COSINE 0.7f
 #define SHEET_OFFSET 0.5f /* spacings off each other's plane */
 #define CRUMB_OFFSET 1.0f /* so far off, a point may be noise on a sheet, or on another sheet */
@@ -15,11 +13,9 @@ static float greater(float a, float b)
 /* Signs agree plainly on a smooth piece; across a crease, after reflection in the plane between the
  * two points, which says the less the nearer the reflected normal is to a right angle with the
  * other. */
-stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b)
+stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
 {
-    const stp_cloud_point *p = &cloud->points[a];
-    const stp_cloud_point *q = &cloud->points[b];
-    if (!(p->flags & q->flags & STP_SAMPLE_HAS_NORMAL))
+    if (!stp_has_normal(p) || !stp_has_normal(q))
         return (stp_relation){.rank = STP_RANK_NONE};
     vec3s d = stp_dvec3_to_float(stp_dvec3_sub(q->position, p->position));
     float cosine = glms_vec3_dot(p->normal, q->normal);
@@ -41,6 +37,13 @@ stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b)
         (uint16_t)(STP_RANK_SMOOTH +
                    (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
         reflected < 0.0f, parallel};
+}
+
+stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b)
+{
+    stp_relation r = stp_relate(&cloud->points[a], &cloud->points[b]);
+    r.turned ^= ((cloud->marks[a] ^ cloud->marks[b]) & STP_MARK_TURNED) != 0;
+    return r;
 }
 
 /* As measured on the statue, 300 k points with noise of 0.1 spacings. */

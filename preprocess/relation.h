@@ -17,7 +17,10 @@ typedef struct stp_relation {
     bool narrow; /* may lead from a sheet to one parallel to it */
 } stp_relation;
 
-stp_relation stp_relate(const stp_cloud *cloud, uint32_t a, uint32_t b);
+/* Of their normals as they are, without marks. */
+stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q);
+/* With the signs their marks say. */
+stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b);
 /* Logarithm of the odds that the signs of both agree as they are, of a rank below STP_RANK_NONE. */
 float stp_relation_odds(stp_relation relation);
 

@@ -5,12 +5,11 @@
 
 #include <stdlib.h>
 
-#define BLOCK 8192u
 /* Fewer mutual neighbours make no surface. */
 #define SURFACE_POINTS 3u
 
 typedef struct smoother {
-    stp_cloud *cloud;
+    const stp_cloud *cloud;
     const stp_neighbours *neighbours;
     float *held;      /* spacings without outliers */
     uint64_t *mutual; /* of each point, which of its neighbours have it as theirs: one bit each */
@@ -47,11 +46,6 @@ static float median(float *values, unsigned count)
     return values[middle];
 }
 
-static uint32_t block_end(const stp_cloud *cloud, uint32_t begin)
-{
-    return cloud->count - begin < BLOCK ? cloud->count : begin + BLOCK;
-}
-
 /* The greatest spacing believed: by the nearest third of the mutual neighbours, or, if hardly any
  * neighbour knows the point, by their median spacing. */
 static float limit(smoother *s, uint32_t self)
@@ -81,17 +75,6 @@ static float limit(smoother *s, uint32_t self)
     return STP_SPACING_EXCESS * (float)sqrt(mutual[third - 1] * M_PI / (double)third);
 }
 
-static stp_status hold_block(void *context, size_t block, unsigned worker, stp_error *err)
-{
-    smoother *s = context;
-    uint32_t begin = (uint32_t)block * BLOCK;
-    (void)worker;
-    (void)err;
-    for (uint32_t i = begin; i < block_end(s->cloud, begin); i++)
-        s->held[i] = fminf(s->cloud->points[i].spacing, limit(s, i));
-    return STP_OK;
-}
-
 /* Harmonic, so that the finer side of a step in density does not swell. */
 static float average(const smoother *s, uint32_t self)
 {
@@ -110,30 +93,20 @@ static float average(const smoother *s, uint32_t self)
     return (float)count / sum;
 }
 
-static stp_status average_block(void *context, size_t block, unsigned worker, stp_error *err)
-{
-    const smoother *s = context;
-    uint32_t begin = (uint32_t)block * BLOCK;
-    (void)worker;
-    (void)err;
-    for (uint32_t i = begin; i < block_end(s->cloud, begin); i++)
-        s->cloud->points[i].spacing = average(s, i);
-    return STP_OK;
-}
-
-stp_status stp_spacing_smooth(stp_cloud *cloud, const stp_neighbours *neighbours, stp_pool *pool,
-                              stp_error *err)
+stp_status stp_spacing_smooth(stp_unit *unit, stp_error *err)
 {
     stp_status status = STP_OK;
-    smoother s = {.cloud = cloud, .neighbours = neighbours};
-    size_t block_count = ((size_t)cloud->count + BLOCK - 1) / BLOCK;
-    STP_TRY(stp_spill_alloc(cloud->spill, &s.held, cloud->count, sizeof *s.held, "spacings", err));
-    STP_TRY(
-        stp_spill_alloc(cloud->spill, &s.mutual, cloud->count, sizeof *s.mutual, "spacings", err));
-    STP_TRY(stp_cloud_run(cloud, pool, block_count, hold_block, &s, err));
-    STP_TRY(stp_cloud_run(cloud, pool, block_count, average_block, &s, err));
+    smoother s = {.cloud = &unit->cloud, .neighbours = &unit->neighbours};
+    stp_cloud_point *points = unit->cloud.points;
+    uint32_t held = stp_unit_inner(unit, 1), smoothed = stp_unit_inner(unit, 2);
+    STP_TRY(stp_alloc(&s.held, held, sizeof *s.held, "spacings", err));
+    STP_TRY(stp_alloc(&s.mutual, held, sizeof *s.mutual, "spacings", err));
+    for (uint32_t i = 0; i < held; i++)
+        s.held[i] = fminf(points[i].spacing, limit(&s, i));
+    for (uint32_t i = 0; i < smoothed; i++)
+        points[i].spacing = average(&s, i);
 done:
-    stp_spill_free(cloud->spill, s.mutual);
-    stp_spill_free(cloud->spill, s.held);
+    free(s.mutual);
+    free(s.held);
     return status;
 }

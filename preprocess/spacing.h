@@ -5,12 +5,11 @@
  * hardly any, a small group of them only each other, nearby; but a point of a sparse surface beside
  * a dense one has those of its own surface, so that its disc still reaches them. Each spacing is
  * held to what the mutual neighbours allow, then averaged with theirs. Duplicates share neighbours
- * and keep equal spacings. Threads: those of the pool; the result does not depend on their number.
- */
+ * and keep equal spacings. Threads: a unit each. */
 #ifndef STP_PREPROCESS_SPACING_H
 #define STP_PREPROCESS_SPACING_H
 
-#include "preprocess/neighbours.h"
+#include "preprocess/unit.h"
 
 /* A spacing is held to this many times what the nearest third of the mutual neighbours give; on a
  * line of points, all spacings are 1.7 times that. */
@@ -20,8 +19,8 @@
  * between a sparse surface and a dense one still closes the seam. */
 #define STP_SPACING_MEDIANS 3.0f
 
-/* Replaces every point's spacing; 0 (no distinct neighbour) stays. Errors: OUT_OF_MEMORY. */
-stp_status stp_spacing_smooth(stp_cloud *cloud, const stp_neighbours *neighbours, stp_pool *pool,
-                              stp_error *err);
+/* Replaces the spacings of all points that have two rings around them; 0 (no distinct neighbour)
+ * stays. Errors: OUT_OF_MEMORY. */
+stp_status stp_spacing_smooth(stp_unit *unit, stp_error *err);
 
 #endif

@@ -62,22 +62,31 @@ static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
     return greatest ? (uint8_t)((point->intensity * 255u + greatest / 2) / greatest) : 0;
 }
 
-static stp_item item_of(const stp_cloud_point *point, const stp_tree_params *params)
+static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
 {
+    bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
+    return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
+                     (oriented ? STP_SAMPLE_ORIENTED : 0));
+}
+
+static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_params *params)
+{
+    const stp_cloud_point *point = &cloud->points[i];
+    vec3s normal = stp_cloud_normal(cloud, i);
     double radius = params->lambda * (double)point->spacing;
     stp_item item = {.area = (double)point->spacing * (double)point->spacing,
                      .exponent = stp_lattice_exponent((double)point->spacing, radius,
                                                       params->precision, point->position),
-                     .sheet = point->sheet,
+                     .sheet = cloud->sheets[i],
                      .intensity = intensity_of(point, params->intensity_max),
                      .class_id = point->class_id,
-                     .flags = point->flags};
+                     .flags = flags_of(cloud, i)};
     item.disc = (stp_disc){.centre = point->position,
-                           .normal = stp_dvec3_from_float(point->normal),
+                           .normal = stp_dvec3_from_float(normal),
                            .radius = radius,
                            .reach = radius,
                            .bound = radius};
-    stp_normal_encode(point->normal, item.normal);
+    stp_normal_encode(normal, item.normal);
     for (int c = 0; c < 3; c++)
         item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
     return item;
@@ -100,7 +109,7 @@ static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, st
     uint32_t count = cell->end - cell->begin;
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
     for (uint32_t i = 0; i < count; i++)
-        items[i] = item_of(&t->cloud->points[cell->begin + i], t->params);
+        items[i] = item_of(t->cloud, cell->begin + i, t->params);
     stp_item_group group = {items, count};
     STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
     out->entry.points_under = count;

@@ -1,12 +1,8 @@
 /* Turns pieces by volume, by scanners' positions and by what is seen of them. */
 #include "preprocess/turning.h"
 
-#include "base/memory.h"
-#include "formats/chunk/sample.h"
 #include "preprocess/facing.h"
 #include "preprocess/visibility.h"
-
-#include <stdlib.h>
 
 /* A piece whose summed area vectors are below this part of its area is closed. */
 #define CLOSED_RATIO 0.25
@@ -23,44 +19,47 @@ typedef struct piece {
 /* Of points that are a piece of their own: there may be as many as points. */
 #define LONE UINT32_MAX
 
-/* Points' pieces of several, numbered from 0 in the order of their roots; returns how many. */
-static uint32_t number_pieces(stp_forest *f, uint32_t count, uint32_t *numbers)
+/* Numbers by piece of a cell, of the pieces of several points they have come to be part of, in the
+ * order of their roots; returns how many. */
+static uint32_t number_pieces(stp_sheets *s, uint32_t *numbers)
 {
-    uint32_t piece_count = 0;
-    for (uint32_t i = 0; i < count;
-         i++, stp_cloud_step(f->spill, i)) { /* a root is its piece's first point */
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < s->piece_count; i++, stp_cloud_step(s->forest.spill, i)) {
         uint8_t parity = 0;
-        uint32_t root = stp_forest_find(f, i, &parity);
-        if (root == i)
-            numbers[i] = f->size[i] > 1 ? piece_count++ : LONE;
+        uint32_t root = stp_forest_find(&s->forest, i, &parity);
+        if (root == i) /* it comes before its other pieces */
+            numbers[i] = s->forest.size[i] > 1 ? count++ : LONE;
         else
             numbers[i] = numbers[root];
     }
-    return piece_count;
+    return count;
 }
 
-static void add_to_piece(piece *c, const stp_cloud_point *p, const stp_dvec3 *stations)
+static void add_to_piece(piece *c, const stp_cloud_point *p, vec3s normal,
+                         const stp_dvec3 *stations)
 {
     if (c->count++ == 0)
         c->first = p->position;
     double area = (double)p->spacing * (double)p->spacing;
-    stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(p->normal), area);
+    stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(normal), area);
     c->area = stp_dvec3_add(c->area, vector);
     c->total += area;
     c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
-    c->facing += stp_facing(p, stations);
+    c->facing += stp_facing(p, normal, stations);
 }
 
 /* Makes signs agree with the piece's first point and sums the pieces up. */
-static void sum_pieces(stp_cloud *cloud, const stp_forest *f, const uint32_t *numbers,
-                       const stp_dvec3 *stations, piece *pieces)
+static void sum_pieces(const stp_sheets *s, const uint32_t *numbers, const stp_dvec3 *stations,
+                       piece *pieces)
 {
+    stp_cloud *cloud = s->cloud;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        stp_cloud_point *p = &cloud->points[i];
-        if (f->parity[i])
-            p->normal = glms_vec3_negate(p->normal);
-        if (numbers[i] != LONE)
-            add_to_piece(&pieces[numbers[i]], p, stations);
+        uint32_t own = cloud->sheets[i];
+        if (s->forest.parity[own])
+            cloud->marks[i] ^= STP_MARK_TURNED;
+        if (numbers[own] != LONE)
+            add_to_piece(&pieces[numbers[own]], &cloud->points[i], stp_cloud_normal(cloud, i),
+                         stations);
     }
 }
 
@@ -76,36 +75,42 @@ static bool outside_of(const piece *c, double *sign)
 
 /* Either sign will do of which nothing is known; octahedral codes are contiguous around +z, not
  * around -z. */
-static void turn_point(stp_cloud_point *p, const piece *c, const stp_dvec3 *stations)
+static void turn_point(stp_cloud *cloud, uint32_t i, const piece *c, const stp_dvec3 *stations)
 {
-    double sign = stp_facing(p, stations);
-    bool known = p->flags & STP_SAMPLE_HAS_NORMAL && (sign != 0.0 || outside_of(c, &sign));
+    const stp_cloud_point *p = &cloud->points[i];
+    double sign = stp_facing(p, stp_cloud_normal(cloud, i), stations);
+    bool known = stp_has_normal(p) && (sign != 0.0 || outside_of(c, &sign));
     if (!known)
         sign = c->area.z;
     if (sign < 0.0)
-        p->normal = glms_vec3_negate(p->normal);
+        cloud->marks[i] ^= STP_MARK_TURNED;
     if (known)
-        p->flags |= STP_SAMPLE_ORIENTED;
+        cloud->marks[i] |= STP_MARK_ORIENTED;
 }
 
-stp_status stp_turn_pieces(stp_cloud *cloud, stp_forest *f, const stp_dvec3 *stations,
-                           uint32_t *oriented, stp_error *err)
+stp_status stp_turn_pieces(stp_sheets *s, const stp_dvec3 *stations, stp_turned *out,
+                           stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_cloud *cloud = s->cloud;
+    stp_turned turned = {0};
     uint32_t *numbers = NULL;
     piece *pieces = NULL;
-    STP_TRY(stp_spill_alloc(cloud->spill, &numbers, cloud->count, sizeof *numbers, "pieces", err));
-    uint32_t piece_count = number_pieces(f, cloud->count, numbers);
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &numbers, s->piece_count, sizeof *numbers, "pieces", err));
+    uint32_t piece_count = number_pieces(s, numbers);
     STP_TRY(stp_spill_alloc(cloud->spill, &pieces, piece_count, sizeof *pieces, "pieces", err));
-    sum_pieces(cloud, f, numbers, stations, pieces);
-    *oriented = 0;
+    sum_pieces(s, numbers, stations, pieces);
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        uint32_t number = numbers[cloud->sheets[i]];
         piece lone = {.count = 0};
-        if (numbers[i] == LONE)
-            add_to_piece(&lone, &cloud->points[i], stations);
-        turn_point(&cloud->points[i], numbers[i] == LONE ? &lone : &pieces[numbers[i]], stations);
-        *oriented += (cloud->points[i].flags & STP_SAMPLE_ORIENTED) != 0;
+        if (number == LONE)
+            add_to_piece(&lone, &cloud->points[i], stp_cloud_normal(cloud, i), stations);
+        turn_point(cloud, i, number == LONE ? &lone : &pieces[number], stations);
+        turned.with_normal += stp_has_normal(&cloud->points[i]);
+        turned.oriented += (cloud->marks[i] & STP_MARK_ORIENTED) != 0;
     }
+    *out = turned;
 done:
     stp_spill_free(cloud->spill, pieces);
     stp_spill_free(cloud->spill, numbers);
@@ -114,22 +119,23 @@ done:
 
 /* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
  * wrong, but what a closed surface shows to the outside is its outside. */
-stp_status stp_turn_seen(stp_cloud *cloud, const uint32_t *parts, stp_pool *pool, stp_error *err)
+stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_cloud *cloud = s->cloud;
     _Atomic int *votes = NULL;
     int64_t *sums = NULL;
-    STP_TRY(stp_spill_alloc(cloud->spill, &votes, cloud->count, sizeof *votes, "votes", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &sums, cloud->count, sizeof *sums, "votes", err));
+    uint32_t stride = stp_visibility_stride(cloud);
+    STP_TRY(stp_spill_alloc(cloud->spill, &votes, (cloud->count - 1) / stride + 1, sizeof *votes,
+                            "votes", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &sums, s->piece_count, sizeof *sums, "votes", err));
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
+    for (uint64_t i = 0; i < cloud->count; i += stride)
+        if (cloud->marks[i] & STP_MARK_ORIENTED)
+            sums[s->parts[cloud->sheets[i]]] += votes[i / stride];
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        if (cloud->points[i].flags & STP_SAMPLE_ORIENTED)
-            sums[parts[i]] += votes[i];
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        stp_cloud_point *p = &cloud->points[i];
-        if (p->flags & STP_SAMPLE_ORIENTED && sums[parts[i]] < 0)
-            p->normal = glms_vec3_negate(p->normal);
-    }
+        if (cloud->marks[i] & STP_MARK_ORIENTED && sums[s->parts[cloud->sheets[i]]] < 0)
+            cloud->marks[i] ^= STP_MARK_TURNED;
 done:
     stp_spill_free(cloud->spill, sums);
     stp_spill_free(cloud->spill, (void *)votes);

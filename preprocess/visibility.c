@@ -2,7 +2,6 @@
 #include "preprocess/visibility.h"
 
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
 
 #include <stdlib.h>
 
@@ -88,11 +87,11 @@ static void draw(const vote_job *job, view v, pixel *pixels)
 
 static void vote(const vote_job *job, uint32_t drawn, vec3s towards)
 {
-    uint32_t point = (drawn - 1) * job->stride;
-    const stp_cloud_point *p = &job->cloud->points[point];
-    float cosine = glms_vec3_dot(p->normal, towards);
-    if (p->flags & STP_SAMPLE_HAS_NORMAL && fabsf(cosine) >= GRAZING_COSINE)
-        atomic_fetch_add_explicit(&job->votes[point], cosine > 0.0f ? 1 : -1, memory_order_relaxed);
+    vec3s normal = stp_cloud_normal(job->cloud, (drawn - 1) * job->stride);
+    float cosine = glms_vec3_dot(normal, towards);
+    if (fabsf(cosine) >= GRAZING_COSINE)
+        atomic_fetch_add_explicit(&job->votes[drawn - 1], cosine > 0.0f ? 1 : -1,
+                                  memory_order_relaxed);
 }
 
 static stp_status vote_task(void *context, size_t index, unsigned worker, stp_error *err)
@@ -118,6 +117,11 @@ static stp_status vote_task(void *context, size_t index, unsigned worker, stp_er
     return STP_OK;
 }
 
+uint32_t stp_visibility_stride(const stp_cloud *cloud)
+{
+    return (cloud->count - 1) / DRAWN_POINTS + 1;
+}
+
 stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err)
 {
@@ -131,7 +135,7 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
         .votes = votes,
         .cloud = cloud,
         .centre = stp_dvec3_scale(stp_dvec3_add(cloud->box.min, cloud->box.max), 0.5),
-        .stride = (cloud->count - 1) / DRAWN_POINTS + 1,
+        .stride = stp_visibility_stride(cloud),
         .radius =
             0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
     };

@@ -21,8 +21,7 @@ typedef struct prep_options {
 
 /* What part of the time stages take, for the time left: 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0},    {"sort", 3.0},        {"neighbours", 17.0}, {"spacing", 2.0},
-    {"normals", 7.0}, {"orientation", 8.0}, {"patches", 60.0}};
+    {"read", 3.0}, {"sort", 3.0}, {"surface", 30.0}, {"orientation", 4.0}, {"patches", 60.0}};
 
 static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
 {

@@ -1,0 +1,92 @@
+/* Units on the pool. */
+#include "preprocess/surface.h"
+
+#include "base/memory.h"
+#include "preprocess/normals.h"
+#include "preprocess/spacing.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+typedef struct finding {
+    stp_cloud *cloud;
+    const stp_surface_params *params;
+    const stp_progress *progress;
+    atomic_uint_fast64_t done_count;
+    uint32_t *unit_ends; /* by unit: the cell after its last */
+    uint32_t unit_count;
+    stp_graph *graphs; /* by cell */
+} finding;
+
+/* Puts cells that follow each other together. */
+static stp_status make_units(finding *f, stp_error *err)
+{
+    const stp_cloud *cloud = f->cloud;
+    stp_status status =
+        stp_alloc(&f->unit_ends, cloud->cell_count, sizeof *f->unit_ends, "cells", err);
+    for (uint32_t c = 0, begin = 0; status == STP_OK && c < cloud->cell_count; c++) {
+        bool last = c + 1 == cloud->cell_count;
+        if (last || cloud->cells[c + 1].end - cloud->cells[begin].begin > f->params->unit_points) {
+            f->unit_ends[f->unit_count++] = c + 1;
+            begin = c + 1;
+        }
+    }
+    return status;
+}
+
+static void write_back(stp_cloud *cloud, const stp_unit *unit)
+{
+    for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
+        stp_cloud_point *out = &cloud->points[unit->places[i]];
+        out->spacing = unit->cloud.points[i].spacing;
+        if (!out->given)
+            out->normal = unit->cloud.points[i].normal;
+    }
+}
+
+static stp_status find_unit(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    finding *f = context;
+    stp_unit unit = {0};
+    uint32_t first = index > 0 ? f->unit_ends[index - 1] : 0, end = f->unit_ends[index];
+    unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
+    (void)worker;
+    STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
+    STP_TRY(stp_spacing_smooth(&unit, err));
+    STP_TRY(stp_normals_estimate(&unit, err));
+    for (uint32_t c = first; f->graphs && c < end; c++)
+        STP_TRY(stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations,
+                                 err));
+    write_back(f->cloud, &unit);
+    uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
+    status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);
+done:
+    stp_unit_clear(&unit);
+    return status;
+}
+
+void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud)
+{
+    for (uint32_t c = 0; *graphs && c < cloud->cell_count; c++)
+        stp_graph_clear(&(*graphs)[c], cloud->spill);
+    free(*graphs);
+    *graphs = NULL;
+}
+
+stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
+                            stp_pool *pool, const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    finding f = {.cloud = cloud, .params = params, .progress = progress};
+    STP_TRY(make_units(&f, err));
+    if (params->pieces)
+        STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
+    STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
+    *graphs = f.graphs;
+    f.graphs = NULL;
+done:
+    stp_surface_clear(&f.graphs, cloud);
+    free(f.unit_ends);
+    return status;
+}
