@@ -56,7 +56,8 @@ stp_status stp_box_tree_create(stp_box_tree *out, const stp_cloud *cloud, stp_po
 {
     planting p = {.cloud = cloud};
     uint32_t count = parts(cloud->count, LEAF_POINTS);
-    for (uint32_t in_tier = count; in_tier > 0; in_tier = in_tier > 1 ? parts(in_tier, FANOUT) : 0) {
+    for (uint32_t in_tier = count; in_tier > 0;
+         in_tier = in_tier > 1 ? parts(in_tier, FANOUT) : 0) {
         unsigned tier = p.tree.tier_count++;
         p.tree.begin[tier + 1] = p.tree.begin[tier] + in_tier;
     }
@@ -141,8 +142,8 @@ static void search_node(nearest_search *s, unsigned tier, uint32_t i)
     }
     uint32_t count = children_of(tree, tier, i, &first);
     for (uint32_t c = 0; c < count; c++) {
-        double distance = stp_dbox_distance_squared(
-            &tree->boxes[tree->begin[tier - 1] + first + c], s->from);
+        double distance =
+            stp_dbox_distance_squared(&tree->boxes[tree->begin[tier - 1] + first + c], s->from);
         uint32_t at = c;
         for (; at > 0 && distance < distances[at - 1]; at--) {
             distances[at] = distances[at - 1];

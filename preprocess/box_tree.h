@@ -20,9 +20,9 @@
 struct stp_cloud;
 
 typedef struct stp_box_tree {
-    stp_dbox *boxes;                    /* tier by tier, leaves first */
-    uint32_t begin[STP_BOX_TIERS + 1];  /* of each tier; the end of the last */
-    unsigned tier_count;                /* 0: no points */
+    stp_dbox *boxes;                   /* tier by tier, leaves first */
+    uint32_t begin[STP_BOX_TIERS + 1]; /* of each tier; the end of the last */
+    unsigned tier_count;               /* 0: no points */
 } stp_box_tree;
 
 /* Over the points as they are sorted. Errors: OUT_OF_MEMORY, IO. */

@@ -1,7 +1,6 @@
 /* Normals to the stations that saw their points. */
 #include "preprocess/facing.h"
 
-
 /* Logarithm of the odds that a normal leans to its station, over the cosine: as measured on the
  * statue and the sheet, 1 M points each, with several stations. */
 #define ODDS_OF_COSINE 25.0f
@@ -38,8 +37,8 @@ bool stp_facing_plainly(const stp_cloud_point *p, const stp_dvec3 *stations)
 static float own_odds(const settling *settle, uint32_t point)
 {
     const stp_cloud *cloud = settle->sheets->cloud;
-    return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point],
-                                              stp_cloud_normal(cloud, point), settle->stations);
+    return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point], stp_cloud_normal(cloud, point),
+                                              settle->stations);
 }
 
 /* What a neighbour says is no surer than the neighbour itself. */

@@ -67,6 +67,7 @@ static bool is_repeated(const connection *c, uint32_t a, uint32_t b)
     return found;
 }
 
+/* A cell has at most half a million edges. */
 static stp_status add_open(stp_graph *graph, stp_edge edge, stp_error *err)
 {
     stp_status status = stp_grow(&graph->edges, &graph->edge_capacity, graph->edge_count + 1,
@@ -88,14 +89,14 @@ static stp_status relate_cell(connection *c, stp_error *err)
                 continue;
             stp_relation r = relate_layers(c, a, b);
             if (r.rank < STP_RANK_SURE && b - c->begin < c->count) {
-                c->sure[sure_count++] =
-                    (cell_edge){a - c->begin, b - c->begin, r.rank, r.turned};
+                c->sure[sure_count++] = (cell_edge){a - c->begin, b - c->begin, r.rank, r.turned};
                 c->counts[r.rank]++;
                 continue;
             }
             if (r.rank >= STP_RANK_NONE)
                 continue;
-            stp_edge edge = {c->unit->places[a], c->unit->places[b], r};
+            stp_edge edge = {c->unit->places[a], c->unit->places[b], (uint32_t)c->out->edge_count,
+                             r};
             stp_status status = add_open(c->out, edge, err);
             if (status != STP_OK)
                 return status;
@@ -210,8 +211,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
                     .stations = stations,
                     .begin = cell->begin - unit->places[0],
                     .count = cell->end - cell->begin,
-                    .edge_count = unit->neighbours.k < EDGE_NEIGHBOURS ? unit->neighbours.k
-                                                                       : EDGE_NEIGHBOURS,
+                    .edge_count =
+                        unit->neighbours.k < EDGE_NEIGHBOURS ? unit->neighbours.k : EDGE_NEIGHBOURS,
                     .out = &graph};
     size_t edges = (size_t)c.count * c.edge_count;
     STP_TRY(stp_forest_create(&c.forest, c.count, NULL, err));
@@ -234,9 +235,9 @@ done:
 }
 
 /* By the pieces, those that are not narrow apart, then by rank; of equals the earlier first. */
-static int compare_edges(const void *a, const void *b)
+static int compare_pieces(const void *a, const void *b)
 {
-    const stp_edge *p = *(const stp_edge *const *)a, *q = *(const stp_edge *const *)b;
+    const stp_edge *p = a, *q = b;
     if (p->a != q->a)
         return p->a < q->a ? -1 : 1;
     if (p->b != q->b)
@@ -245,7 +246,15 @@ static int compare_edges(const void *a, const void *b)
         return p->relation.narrow ? 1 : -1;
     if (p->relation.rank != q->relation.rank)
         return p->relation.rank < q->relation.rank ? -1 : 1;
-    return p < q ? -1 : p > q;
+    return p->number < q->number ? -1 : p->number > q->number;
+}
+
+static int compare_ranks(const void *a, const void *b)
+{
+    const stp_edge *p = a, *q = b;
+    if (p->relation.rank != q->relation.rank)
+        return p->relation.rank < q->relation.rank ? -1 : 1;
+    return p->number < q->number ? -1 : p->number > q->number;
 }
 
 static bool same_pieces(const stp_edge *p, const stp_edge *q)
@@ -253,14 +262,9 @@ static bool same_pieces(const stp_edge *p, const stp_edge *q)
     return p->a == q->a && p->b == q->b && p->relation.narrow == q->relation.narrow;
 }
 
-stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, stp_error *err)
+void stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud)
 {
-    stp_status status = STP_OK;
-    const stp_edge **order = NULL;
-    bool *surest = NULL;
     size_t kept = 0;
-    STP_TRY(stp_alloc((void *)&order, graph->edge_count, sizeof *order, "edges", err));
-    STP_TRY(stp_alloc(&surest, graph->edge_count, sizeof *surest, "edges", err));
     for (size_t e = 0; e < graph->edge_count; e++) {
         stp_edge *edge = &graph->edges[e];
         uint32_t a = cloud->sheets[edge->a], b = cloud->sheets[edge->b];
@@ -268,20 +272,15 @@ stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, stp_error
             ((cloud->marks[edge->a] ^ cloud->marks[edge->b]) & STP_MARK_TURNED) != 0;
         edge->a = a < b ? a : b;
         edge->b = a < b ? b : a;
-        order[e] = edge;
     }
-    if (graph->edge_count > 0)
-        qsort((void *)order, graph->edge_count, sizeof *order, compare_edges);
+    if (graph->edge_count == 0)
+        return;
+    qsort(graph->edges, graph->edge_count, sizeof *graph->edges, compare_pieces);
     for (size_t e = 0; e < graph->edge_count; e++)
-        surest[order[e] - graph->edges] = e == 0 || !same_pieces(order[e], order[e - 1]);
-    for (size_t e = 0; e < graph->edge_count; e++)
-        if (surest[e])
+        if (kept == 0 || !same_pieces(&graph->edges[kept - 1], &graph->edges[e]))
             graph->edges[kept++] = graph->edges[e];
     graph->edge_count = kept;
-done:
-    free(surest);
-    free((void *)order);
-    return status;
+    qsort(graph->edges, kept, sizeof *graph->edges, compare_ranks);
 }
 
 void stp_graph_clear(stp_graph *graph, stp_spill *spill)

@@ -17,6 +17,7 @@
 /* Between points of the cloud, then between pieces; the relation is that of signs as marked. */
 typedef struct stp_edge {
     uint32_t a, b;
+    uint32_t number; /* in the order in which the cell's points have them */
     stp_relation relation;
 } stp_edge;
 
@@ -36,9 +37,9 @@ typedef struct stp_graph {
 stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell *cell,
                             const stp_dvec3 *stations, stp_error *err);
 /* Makes the edges, whose ends are points, ones between pieces: of all that join the same two, the
- * surest alone, and the surest that is not narrow. The cloud's sheets number the pieces of all
- * cells. Errors: OUT_OF_MEMORY. */
-stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, stp_error *err);
+ * surest alone, and the surest that is not narrow; surest first, then by number. The cloud's sheets
+ * number the pieces of all cells. */
+void stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud);
 void stp_graph_clear(stp_graph *graph, stp_spill *spill);
 
 #endif

@@ -251,9 +251,9 @@ static uint32_t group_gather(group *g, const search *s, const uint32_t *ats, uin
     for (; i < count && g->count < GROUP; i++) {
         if (ats[i] == STP_LOCALE_NONE || ats[i] == AT_REPEATED)
             continue;
-        if (g->count > 0 && (double)glms_vec3_distance(tree_point(l, g->ats[0]),
-                                                       tree_point(l, ats[i])) >
-                                GROUP_SIZE * s->last)
+        if (g->count > 0 &&
+            (double)glms_vec3_distance(tree_point(l, g->ats[0]), tree_point(l, ats[i])) >
+                GROUP_SIZE * s->last)
             break;
         g->members[g->count] = i;
         g->ats[g->count++] = ats[i];

@@ -17,9 +17,9 @@ typedef struct stp_neighbours {
     uint32_t *indices; /* k numbers by point, nearest first, STP_NEIGHBOUR_NONE at the end */
 } stp_neighbours;
 
-/* Writes the lists of the points at count places of the locale's cloud, ascending: to lists k places
- * each (NULL: not wanted), and to points[i].spacing s = d_k sqrt(pi / k) (ALGORITHMS "Radius"; 0
- * where a point has no distinct neighbour). Errors: OUT_OF_MEMORY. */
+/* Writes the lists of the points at count places of the locale's cloud, ascending: to lists k
+ * places each (NULL: not wanted), and to points[i].spacing s = d_k sqrt(pi / k) (ALGORITHMS
+ * "Radius"; 0 where a point has no distinct neighbour). Errors: OUT_OF_MEMORY. */
 stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint32_t *places,
                                uint32_t count, uint32_t *lists, stp_cloud_point *points,
                                stp_error *err);

@@ -192,8 +192,7 @@ stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
     uint32_t fitted = stp_unit_inner(unit, 2), smoothed = stp_unit_inner(unit, 3);
     STP_TRY(stp_alloc(&e.normals, fitted, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < fitted; i++)
-        e.normals[i] =
-            points[i].given ? points[i].normal : fit(&unit->cloud, &unit->neighbours, i);
+        e.normals[i] = points[i].given ? points[i].normal : fit(&unit->cloud, &unit->neighbours, i);
     for (uint32_t i = 0; i < smoothed; i++) {
         if (points[i].given || glms_vec3_norm2(e.normals[i]) == 0.0f)
             continue;

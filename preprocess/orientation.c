@@ -68,7 +68,8 @@ stp_status stp_orientation_find(stp_cloud *cloud, unsigned k, stp_graph **graphs
         return status;
     *found = STP_ORIENTATION_UNKNOWN;
     if (turned.oriented > 0 && turned.oriented == turned.with_normal)
-        *found = stp_orient_stations(params) ? STP_ORIENTATION_POSITION : STP_ORIENTATION_PROPAGATED;
+        *found =
+            stp_orient_stations(params) ? STP_ORIENTATION_POSITION : STP_ORIENTATION_PROPAGATED;
     else if (turned.oriented > 0)
         *found = STP_ORIENTATION_MIXED;
     return STP_OK;

@@ -37,8 +37,8 @@ bool stp_orient_by_file(const stp_orient_params *params);
 const stp_dvec3 *stp_orient_stations(const stp_orient_params *params);
 
 /* Sets the cloud's marks and sheets (points connected by edges between neighbours of like normals
- * and small plane offset). *graphs: of its cells, NULL if by file; taken. Errors: OUT_OF_MEMORY, IO,
- * INVALID_ARGUMENT (mode FILE without normals). */
+ * and small plane offset). *graphs: of its cells, NULL if by file; taken. Errors: OUT_OF_MEMORY,
+ * IO, INVALID_ARGUMENT (mode FILE without normals). */
 stp_status stp_orientation_find(stp_cloud *cloud, unsigned k, stp_graph **graphs,
                                 const stp_orient_params *params, stp_pool *pool,
                                 stp_orientation *found, stp_error *err);

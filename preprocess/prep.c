@@ -59,7 +59,8 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
 
 /* one_station: all points are its. */
 static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool one_station,
-                           stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+                           stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats,
+                           stp_error *err)
 {
     stp_status status = STP_OK;
     stp_point *points = NULL;
@@ -238,8 +239,7 @@ static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_pa
                                        .unit_points = points_in_unit};
     STP_TRY(stp_surface_find(&graphs, cloud, &params, pool, progress, err));
     STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
-    STP_TRY(
-        stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
+    STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* there was no normal to turn */
     STP_TRY(end_stage(stats, STAGE_ORIENTATION, since, progress, err));

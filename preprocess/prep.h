@@ -1,9 +1,10 @@
 /* The whole of preprocessing: scans in, one chunk file out.
  *
  * Stages: read, sort, surface (neighbours, spacings, normals, pieces), orientation, patches (with
- * errors, tree and writing). Memory: what is given; where the points and what is known of them, about 190 bytes each
- * with k = 16, do not fit there, they lie in temporary files (base/spill.h). A failure or a kill
- * leaves no file. Threads: those of the pool; the same bytes for any number, and for any memory. */
+ * errors, tree and writing). Memory: what is given; where the points and what is known of them,
+ * about 90 bytes each, do not fit there, they lie in temporary files (base/spill.h). A failure or a
+ * kill leaves no file. Threads: those of the pool; the same bytes for any number, and for any
+ * memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
@@ -72,10 +73,11 @@ extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
 /* What a run will take, before it begins. */
 typedef struct stp_prep_plan {
-    uint64_t memory_bytes;    /* the limit */
-    uint64_t temporary_bytes; /* of files, at most; 0: everything fits in memory */
-    uint64_t free_bytes;      /* in the folder, where temporary_bytes is not 0 */
-    char *folder;             /* of temporary files, owned */
+    uint64_t memory_bytes;         /* the limit */
+    uint64_t temporary_bytes;      /* of files, for a surface; 0: everything fits in memory */
+    uint64_t most_temporary_bytes; /* where nothing but crumbs is found, such as of leaves */
+    uint64_t free_bytes;           /* in the folder, where temporary_bytes is not 0 */
+    char *folder;                  /* of temporary files, owned */
 } stp_prep_plan;
 
 /* Errors: IO (no such folder, not enough room in it), LIMIT (too little memory for any model),

@@ -11,12 +11,19 @@
 /* Beside the arrays by point: the program, and what each thread works with. */
 #define FIXED_BYTES (48u << 20)
 #define THREAD_BYTES (40u << 20)
-/* By point, beside the point itself and its neighbours, where nearly all points are on crumbs:
- * trees and sizes of pieces (9), crumbs (8), sums of pieces of two (40), numbers and parts (8);
- * other stages take less. */
-#define STAGE_BYTES 65u
-/* In files, of each thread: its depth buffers (visibility.c). */
-#define THREAD_FILE_BYTES (64u << 20)
+/* By point: the point, its sheet and mark, and its share of the boxes. */
+#define POINT_BYTES (sizeof(stp_cloud_point) + 6u)
+/* What else is kept of a surface: its edges at cells' borders and the neighbours of points on
+ * crumbs while pieces are joined, its chunks while they are measured. Half of the points' own size:
+ * the statue takes 26 bytes. */
+#define SURFACE_BYTES 31u
+/* What else is kept where each point is a crumb, beside its neighbours: 8 edges (128), the pieces'
+ * trees, sizes, numbers and sums (30). */
+#define CRUMBS_BYTES 158u
+/* Of a million points that are looked at from outside, and in the worst case the depth buffers of
+ * each thread (visibility.c). */
+#define VIEW_BYTES (32u << 20)
+#define THREAD_VIEW_BYTES (64u << 20)
 
 static uint64_t machine_bytes(void)
 {
@@ -46,7 +53,7 @@ static stp_status check_room(stp_prep_plan *plan, stp_error *err)
     if (plan->free_bytes < plan->temporary_bytes)
         return stp_error_set(
             err, STP_IO,
-            "%s has %.1f GB free, but up to %.1f GB of temporary files are needed: "
+            "%s has %.1f GB free, but about %.1f GB of temporary files are needed: "
             "free some, give another folder (--temp) or more memory (--memory)",
             plan->folder, 1e-9 * (double)plan->free_bytes, 1e-9 * (double)plan->temporary_bytes);
     return STP_OK;
@@ -58,8 +65,9 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
     stp_status status = STP_OK;
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
-    uint64_t by_point = sizeof(stp_cloud_point) + k * sizeof(uint32_t) + STAGE_BYTES;
-    uint64_t needed = point_count * by_point; /* counts are below 2^32 */
+    uint64_t surface = point_count * (POINT_BYTES + SURFACE_BYTES); /* counts are below 2^32 */
+    uint64_t most = point_count * (POINT_BYTES + CRUMBS_BYTES + (k + 1) * sizeof(uint32_t)) +
+                    VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
     if (params->temp_folder) {
@@ -77,8 +85,9 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
                           1e-6 * (double)plan.memory_bytes, thread_count, 1e-6 * (double)fixed);
         goto done;
     }
-    if (fixed + needed > plan.memory_bytes) {
-        plan.temporary_bytes = needed + (uint64_t)thread_count * THREAD_FILE_BYTES;
+    if (fixed + most > plan.memory_bytes) {
+        plan.temporary_bytes = surface + VIEW_BYTES;
+        plan.most_temporary_bytes = most;
         STP_TRY(check_room(&plan, err));
     }
     *out = plan;

@@ -2,7 +2,6 @@
 #include "preprocess/sheets.h"
 
 #include "base/memory.h"
-#include "base/prefix_sum.h"
 
 #include <stdlib.h>
 
@@ -27,7 +26,9 @@ static stp_status resolve_cell(void *context, size_t index, unsigned worker, stp
 {
     stp_sheets *s = context;
     (void)worker;
-    return stp_graph_resolve(&s->graphs[index], s->cloud, err);
+    (void)err;
+    stp_graph_resolve(&s->graphs[index], s->cloud);
+    return STP_OK;
 }
 
 /* A forest of the pieces of all cells, and edges between them. */
@@ -37,8 +38,8 @@ static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
     numbering n = {.sheets = s};
     uint32_t cell_count = s->cloud->cell_count;
     STP_TRY(stp_alloc(&n.piece_begin, cell_count, sizeof *n.piece_begin, "pieces", err));
-    STP_TRY(stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces",
-                      err));
+    STP_TRY(
+        stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces", err));
     for (uint32_t c = 0; c < cell_count; c++) {
         n.piece_begin[c] = s->piece_count;
         s->piece_count += s->graphs[c].piece_count;
@@ -61,31 +62,30 @@ static bool is_crumb(stp_sheets *s, uint32_t piece)
     return s->forest.size[stp_forest_find(&s->forest, piece, &parity)] <= STP_CRUMB_POINTS;
 }
 
-/* Joins the open edges of all cells with ranks below `end`, surest first; crumbs_only: no two
- * pieces greater than crumbs, for which narrow edges will do. */
+/* Joins the open edges of all cells with ranks below `end`, surest first, of equals those of the
+ * first cells; crumbs_only: no two pieces greater than crumbs, for which narrow edges will do. */
 static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_error *err)
 {
-    size_t counts[STP_RANK_NONE] = {0};
-    stp_edge *order = NULL;
     const uint32_t cell_count = s->cloud->cell_count;
-    for (uint32_t c = 0; c < cell_count; c++)
-        for (size_t e = 0; e < s->graphs[c].edge_count; e++)
-            counts[s->graphs[c].edges[e].relation.rank]++;
-    size_t sum = stp_prefix_sum(counts, end);
-    stp_spill *spill = s->cloud->spill;
-    stp_status status = stp_spill_alloc(spill, &order, sum, sizeof *order, "edges", err);
+    size_t *next = NULL; /* edge, by cell */
+    stp_status status = stp_alloc(&next, cell_count, sizeof *next, "edges", err);
     if (status != STP_OK)
         return status;
-    for (uint32_t c = 0; c < cell_count; c++)
-        for (size_t e = 0; e < s->graphs[c].edge_count; e++)
-            if (s->graphs[c].edges[e].relation.rank < end)
-                order[counts[s->graphs[c].edges[e].relation.rank]++] = s->graphs[c].edges[e];
-    for (size_t e = 0; e < sum; e++) {
-        stp_edge edge = order[e];
-        if (crumbs_only ? is_crumb(s, edge.a) || is_crumb(s, edge.b) : !edge.relation.narrow)
-            stp_forest_join(&s->forest, edge.a, edge.b, edge.relation.turned);
+    for (uint32_t rank = 0; rank < end; rank++) {
+        for (uint32_t c = 0; c < cell_count; c++) {
+            const stp_graph *graph = &s->graphs[c];
+            for (; next[c] < graph->edge_count; next[c]++) {
+                stp_edge edge = graph->edges[next[c]];
+                if (edge.relation.rank != rank)
+                    break;
+                if (crumbs_only ? is_crumb(s, edge.a) || is_crumb(s, edge.b)
+                                : !edge.relation.narrow)
+                    stp_forest_join(&s->forest, edge.a, edge.b, edge.relation.turned);
+            }
+        }
+        stp_spill_relieve(s->cloud->spill);
     }
-    stp_spill_free(spill, order);
+    free(next);
     return STP_OK;
 }
 

@@ -56,8 +56,8 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     STP_TRY(stp_spacing_smooth(&unit, err));
     STP_TRY(stp_normals_estimate(&unit, err));
     for (uint32_t c = first; f->graphs && c < end; c++)
-        STP_TRY(stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations,
-                                 err));
+        STP_TRY(
+            stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
     write_back(f->cloud, &unit);
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);

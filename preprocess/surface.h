@@ -1,7 +1,7 @@
 /* What is found of points by their neighbourhoods: spacings, normals, the pieces of each cell.
  *
- * Works unit by unit (unit.h), each of which touches a run of the cloud once. The result is the same
- * for any number of threads and any size of units. */
+ * Works unit by unit (unit.h), each of which touches a run of the cloud once. The result is the
+ * same for any number of threads and any size of units. */
 #ifndef STP_PREPROCESS_SURFACE_H
 #define STP_PREPROCESS_SURFACE_H
 
@@ -15,9 +15,9 @@ typedef struct stp_surface_params {
     uint32_t unit_points;      /* about so many to a unit; 0: one cell */
 } stp_surface_params;
 
-/* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers of
- * pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs is
- * NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
+/* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers
+ * of pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs
+ * is NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
                             stp_pool *pool, const stp_progress *progress, stp_error *err);
 /* Frees graphs that nobody took. */

@@ -29,6 +29,7 @@ typedef struct vote_job {
     uint32_t stride; /* points from one drawn to the next */
     uint32_t drawn_count;
     vec3s *positions; /* by drawn point: in pixels, from the centre */
+    vec3s *normals;   /* likewise: seen points lie anywhere, and the cloud may not be in memory */
     pixel **pixels;   /* by worker: all zero between axes */
     int size;         /* pixels */
 } vote_job;
@@ -57,9 +58,12 @@ static stp_status place_block(void *context, size_t block, unsigned worker, stp_
     double scale = 0.5 * (double)job->size / job->radius;
     (void)worker;
     (void)err;
-    for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++)
-        job->positions[i] = stp_dvec3_to_float(stp_dvec3_scale(
-            stp_dvec3_sub(job->cloud->points[i * job->stride].position, job->centre), scale));
+    for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++) {
+        stp_dvec3 p = job->cloud->points[i * job->stride].position;
+        job->positions[i] =
+            stp_dvec3_to_float(stp_dvec3_scale(stp_dvec3_sub(p, job->centre), scale));
+        job->normals[i] = stp_cloud_normal(job->cloud, i * job->stride);
+    }
     return STP_OK;
 }
 
@@ -87,8 +91,7 @@ static void draw(const vote_job *job, view v, pixel *pixels)
 
 static void vote(const vote_job *job, uint32_t drawn, vec3s towards)
 {
-    vec3s normal = stp_cloud_normal(job->cloud, (drawn - 1) * job->stride);
-    float cosine = glms_vec3_dot(normal, towards);
+    float cosine = glms_vec3_dot(job->normals[drawn - 1], towards);
     if (fabsf(cosine) >= GRAZING_COSINE)
         atomic_fetch_add_explicit(&job->votes[drawn - 1], cosine > 0.0f ? 1 : -1,
                                   memory_order_relaxed);
@@ -146,6 +149,8 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     job.drawn_count = (cloud->count - 1) / job.stride + 1;
     STP_TRY(stp_spill_alloc(cloud->spill, &job.positions, job.drawn_count, sizeof *job.positions,
                             "views", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &job.normals, job.drawn_count, sizeof *job.normals,
+                            "views", err));
     STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
     STP_TRY(stp_cloud_run(cloud, pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block,
                           &job, err));
@@ -155,5 +160,6 @@ done:
         stp_spill_free(cloud->spill, job.pixels[i]);
     free(job.pixels);
     stp_spill_free(cloud->spill, job.positions);
+    stp_spill_free(cloud->spill, job.normals);
     return status;
 }

@@ -14,9 +14,9 @@
 
 /* Of large clouds every so-manieth point is looked at, the first included. The cloud has points. */
 uint32_t stp_visibility_stride(const stp_cloud *cloud);
-/* Adds to votes[i], for each direction from which the i-th point that is looked at is seen, 1 if its
- * normal faces the viewer and -1 if it turns away; grazing views do not count. votes: zero at first.
- * The same for any number of threads. Errors: OUT_OF_MEMORY, IO. */
+/* Adds to votes[i], for each direction from which the i-th point that is looked at is seen, 1 if
+ * its normal faces the viewer and -1 if it turns away; grazing views do not count. votes: zero at
+ * first. The same for any number of threads. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err);
 

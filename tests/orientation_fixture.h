@@ -2,7 +2,6 @@
 #ifndef STP_TESTS_ORIENTATION_FIXTURE_H
 #define STP_TESTS_ORIENTATION_FIXTURE_H
 
-#include "formats/chunk/sample.h"
 #include "tests/surface_fixture.h"
 
 /* Share of points that are known to point outward and do; prints what the others are. */
@@ -10,11 +9,11 @@ static inline double right_share(const surface_cloud *s)
 {
     uint32_t right = 0, known = 0;
     for (uint32_t i = 0; i < s->cloud.count; i++) {
-        const stp_cloud_point *p = &s->cloud.points[i];
-        if (!(p->flags & STP_SAMPLE_ORIENTED))
+        if (!surface_is_oriented(s, i))
             continue;
         known++;
-        right += glms_vec3_dot(p->normal, s->truth[p->source].normal) > 0.0f;
+        right += glms_vec3_dot(stp_cloud_normal(&s->cloud, i),
+                               s->truth[s->cloud.points[i].source].normal) > 0.0f;
     }
     double count = s->cloud.count;
     print_message("%.4f %% right, %.4f %% wrong, %.4f %% unknown\n", 100.0 * right / count,

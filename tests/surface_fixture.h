@@ -2,9 +2,8 @@
 #ifndef STP_TESTS_SURFACE_FIXTURE_H
 #define STP_TESTS_SURFACE_FIXTURE_H
 
-#include "preprocess/normals.h"
 #include "preprocess/orientation.h"
-#include "preprocess/spacing.h"
+#include "preprocess/surface.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/visibility.h"
 
@@ -19,23 +18,24 @@
 
 typedef struct surface_cloud {
     stp_cloud cloud;
-    stp_neighbours neighbours;
+    unsigned k;
     gen_hit *truth; /* by source */
     stp_dvec3 stations[GEN_STATION_LIMIT];
     stp_orientation orientation;
     stp_pool *pool;
 } surface_cloud;
 
-/* Sorts the points, finds neighbours, spacings and normals as prep does; cloud.points is given with
- * positions alone. */
+/* Sorts the points, finds spacings and normals as prep does; cloud.points is given with positions
+ * and stations alone. */
 static inline void surface_prepare(surface_cloud *s, unsigned k)
 {
     stp_error err = {0};
+    stp_graph *none = NULL;
+    const stp_surface_params params = {.k = k};
+    s->k = k;
     assert_int_equal(stp_pool_create(&s->pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(&s->cloud, s->pool, &err), STP_OK);
-    assert_int_equal(stp_neighbours_find(&s->neighbours, &s->cloud, k, s->pool, NULL, &err), 0);
-    assert_int_equal(stp_spacing_smooth(&s->cloud, &s->neighbours, s->pool, &err), 0);
-    assert_int_equal(stp_normals_estimate(&s->cloud, &s->neighbours, s->pool, NULL, &err), 0);
+    assert_int_equal(stp_surface_find(&none, &s->cloud, &params, s->pool, NULL, &err), STP_OK);
 }
 
 /* As scanned from so many stations around; 0: all of it, from none. */
@@ -87,17 +87,29 @@ static inline void surface_keep_facing(surface_cloud *s, stp_dvec3 scanner)
     s->cloud.count = kept;
 }
 
+/* After surface_prepare; may be called again. */
 static inline void surface_orient(surface_cloud *s, stp_orient_params params)
 {
     stp_error err = {0};
+    stp_graph *graphs = NULL;
+    const stp_surface_params surface = {.k = s->k,
+                                        .pieces = !stp_orient_by_file(&params),
+                                        .stations = stp_orient_stations(&params)};
+    for (uint32_t i = 0; params.mode == STP_ORIENT_POSITION && i < s->cloud.count; i++)
+        s->cloud.points[i].station = 1;
+    assert_int_equal(stp_surface_find(&graphs, &s->cloud, &surface, s->pool, NULL, &err), STP_OK);
     assert_int_equal(
-        stp_orientation_find(&s->cloud, &s->neighbours, &params, s->pool, &s->orientation, &err),
+        stp_orientation_find(&s->cloud, s->k, &graphs, &params, s->pool, &s->orientation, &err),
         STP_OK);
+}
+
+static inline bool surface_is_oriented(const surface_cloud *s, uint32_t i)
+{
+    return s->cloud.marks[i] & STP_MARK_ORIENTED;
 }
 
 static inline void surface_clear(surface_cloud *s)
 {
-    stp_neighbours_clear(&s->neighbours);
     stp_cloud_clear(&s->cloud);
     stp_pool_destroy(&s->pool);
     free(s->truth);

@@ -1,6 +1,6 @@
 /* The neighbour search against brute force, on sets that trip searches up. */
 #include "base/random.h"
-#include "preprocess/neighbours.h"
+#include "preprocess/unit.h"
 #include "tests/cloud_fixture.h"
 #include "tests/size.h"
 
@@ -47,30 +47,40 @@ static unsigned brute_force(const stp_cloud *cloud, const uint8_t *first, uint32
     return count;
 }
 
-/* Compares every stride-th point's list; frees the cloud. */
-static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
+/* Compares every stride-th point's list, in units of so many cells; frees the cloud. */
+static void check_units(stp_cloud *cloud, unsigned k, uint32_t stride, uint32_t unit_cells)
 {
     stp_error err = {0};
     stp_pool *pool = NULL;
-    stp_neighbours found = {0};
     assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(cloud, pool, &err), STP_OK);
-    assert_int_equal(stp_neighbours_find(&found, cloud, k, pool, NULL, &err), STP_OK);
     uint8_t *first = malloc(cloud->count);
     assert_non_null(first);
     for (uint32_t i = 0; i < cloud->count; i++)
         first[i] = is_first(cloud, i);
-    for (uint32_t i = 0; i < cloud->count; i += stride) {
-        uint32_t expected[STP_NEIGHBOURS_LIMIT];
-        unsigned count = brute_force(cloud, first, i, k, expected);
-        for (unsigned j = 0; j < k; j++)
-            assert_int_equal(found.indices[(size_t)i * k + j],
-                             j < count ? expected[j] : STP_NEIGHBOUR_NONE);
+    for (uint32_t c = 0; c < cloud->cell_count; c += unit_cells) {
+        uint32_t end = cloud->cell_count - c < unit_cells ? cloud->cell_count : c + unit_cells;
+        stp_unit unit;
+        assert_int_equal(stp_unit_create(&unit, cloud, c, end, k, 1, &err), STP_OK);
+        for (uint32_t i = 0; i < unit.ring_end[0]; i += stride) {
+            uint32_t expected[STP_NEIGHBOURS_LIMIT];
+            unsigned count = brute_force(cloud, first, unit.places[i], k, expected);
+            for (unsigned j = 0; j < k; j++) {
+                uint32_t found = unit.neighbours.indices[(size_t)i * k + j];
+                assert_int_equal(found == STP_NEIGHBOUR_NONE ? found : unit.places[found],
+                                 j < count ? expected[j] : STP_NEIGHBOUR_NONE);
+            }
+        }
+        stp_unit_clear(&unit);
     }
     free(first);
-    stp_neighbours_clear(&found);
     stp_cloud_clear(cloud);
     stp_pool_destroy(&pool);
+}
+
+static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
+{
+    check_units(cloud, k, stride, 1);
 }
 
 /* Two clusters of very different density and a few points far away: halos are never right. */

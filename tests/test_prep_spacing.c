@@ -5,21 +5,21 @@
 
 #define NEIGHBOURS 16u
 
-/* Spacings by source before and after, with so many threads. */
-static void find(stp_cloud *cloud, unsigned threads, float *before, float *after)
+/* Spacings by source before and after. */
+static void find(stp_cloud *cloud, float *before, float *after)
 {
     stp_error err = {0};
     stp_pool *pool = NULL;
-    stp_neighbours found = {0};
-    assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
+    stp_unit all;
+    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(cloud, pool, &err), STP_OK);
-    assert_int_equal(stp_neighbours_find(&found, cloud, NEIGHBOURS, pool, NULL, &err), STP_OK);
+    assert_int_equal(stp_unit_create(&all, cloud, 0, cloud->cell_count, NEIGHBOURS, 2, &err), 0);
     for (uint32_t i = 0; before && i < cloud->count; i++)
-        before[cloud->points[i].source] = cloud->points[i].spacing;
-    assert_int_equal(stp_spacing_smooth(cloud, &found, pool, &err), STP_OK);
+        before[cloud->points[i].source] = all.cloud.points[i].spacing;
+    assert_int_equal(stp_spacing_smooth(&all, &err), STP_OK);
     for (uint32_t i = 0; i < cloud->count; i++)
-        after[cloud->points[i].source] = cloud->points[i].spacing;
-    stp_neighbours_clear(&found);
+        after[cloud->points[i].source] = all.cloud.points[i].spacing;
+    stp_unit_clear(&all);
     stp_pool_destroy(&pool);
 }
 
@@ -43,11 +43,11 @@ static void noise_is_less(void **state)
 {
     (void)state;
     enum { COUNT = 20000 };
-    static float before[COUNT], after[COUNT], inner[COUNT], single[COUNT];
+    static float before[COUNT], after[COUNT], inner[COUNT];
     stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), 0.0};
-    find(&cloud, 3, before, after);
+    find(&cloud, before, after);
     for (uint32_t i = 0; i < COUNT; i++) /* spacings grow at the border, and rightly */
         if (fabs(stp_random_unit(1, i) - 0.5) > 0.45 || fabs(stp_random_unit(2, i) - 0.5) > 0.45)
             before[i] = inner[i] = -1.0f;
@@ -57,11 +57,6 @@ static void noise_is_less(void **state)
     double scatter_before = scatter(before, COUNT, &mean_before);
     assert_true(scatter(inner, COUNT, &mean) < 0.8 * scatter_before);
     assert_true(fabs(mean * sqrt(COUNT) - 1.0) < 0.1);
-    free(cloud.cells); /* once more, from the sorted points */
-    cloud.cells = NULL;
-    cloud.cell_count = 0;
-    find(&cloud, 1, NULL, single);
-    assert_memory_equal(single, after, sizeof single);
     stp_cloud_clear(&cloud);
 }
 
@@ -82,7 +77,7 @@ static void outliers_are_small(void **state)
             p = (stp_dvec3){i % 2 ? 50.0 : 60.0, 50.0 + 0.1 * i, 100.0 + 0.01 * i * i};
         cloud.points[GRID + i].position = p;
     }
-    find(&cloud, 2, before, after);
+    find(&cloud, before, after);
     for (uint32_t i = GRID; i < GRID + FAR; i++) {
         assert_true(before[i] > 4.0f);
         assert_true(after[i] > 0.0f && after[i] < 3.5f);
@@ -107,7 +102,7 @@ static void density_step_stays_closed(void **state)
                                 : (stp_dvec3){step * (0.5 + j % COARSE), step * (j / COARSE), 0.0};
         cloud.points[i].position = at[i];
     }
-    find(&cloud, 2, NULL, after);
+    find(&cloud, NULL, after);
     for (double x = -5.0; x < 60.0; x += 0.5) {
         for (double y = 60.0; y < 100.0; y += 0.5) {
             bool covered = false;
@@ -130,7 +125,7 @@ static void scan_lines_keep_their_spacing(void **state)
     stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position = (stp_dvec3){0.1 * (i % ALONG), i / ALONG, 0.0};
-    find(&cloud, 2, before, after);
+    find(&cloud, before, after);
     for (uint32_t i = 0; i < COUNT; i++)
         if (i % ALONG > 20 && i % ALONG < ALONG - 20)
             assert_true(fabsf(after[i] / before[i] - 1.0f) < 1e-4f);
@@ -148,7 +143,7 @@ static void duplicates_agree(void **state)
         uint32_t j = i % (COUNT / 5);
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
     }
-    find(&cloud, 2, NULL, after);
+    find(&cloud, NULL, after);
     for (uint32_t i = COUNT / 5; i < COUNT; i++) {
         assert_true(after[i] > 0.0f);
         assert_true(after[i] == after[i % (COUNT / 5)]);
@@ -156,14 +151,14 @@ static void duplicates_agree(void **state)
     stp_cloud_clear(&cloud);
     for (uint32_t count = 1; count < 5; count++) {
         cloud = cloud_fixture_make(count);
-        find(&cloud, 2, NULL, after);
+        find(&cloud, NULL, after);
         for (uint32_t i = 0; i < count; i++)
             assert_true(after[i] == 0.0f);
         stp_cloud_clear(&cloud);
     }
     cloud = cloud_fixture_make(2);
     cloud.points[1].position.x = 1.0;
-    find(&cloud, 2, NULL, after);
+    find(&cloud, NULL, after);
     assert_true(after[0] > 0.0f && after[1] == after[0] && isfinite(after[0]));
     stp_cloud_clear(&cloud);
 }

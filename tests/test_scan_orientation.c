@@ -23,11 +23,11 @@ static surface_cloud strip(const stp_point *points, uint64_t count)
 }
 
 /* Whether the mesh turns back on itself here: one of the neighbours faces the other way. */
-static bool is_folded(const surface_cloud *s, uint32_t self)
+static bool is_folded(const surface_cloud *s, const stp_neighbours *neighbours, uint32_t self)
 {
-    const uint32_t *list = s->neighbours.indices + (size_t)self * s->neighbours.k;
+    const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
     vec3s normal = s->truth[s->cloud.points[self].source].normal;
-    for (unsigned i = 0; i < s->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++)
+    for (unsigned i = 0; i < neighbours->k && list[i] != STP_NEIGHBOUR_NONE; i++)
         if (glms_vec3_dot(normal, s->truth[s->cloud.points[list[i]].source].normal) < -0.3f)
             return true;
     return false;
@@ -37,13 +37,17 @@ static bool is_folded(const surface_cloud *s, uint32_t self)
 static double unfolded_share(const surface_cloud *s)
 {
     uint32_t count[2] = {0}, right[2] = {0};
+    stp_unit all;
+    assert_int_equal(stp_unit_create(&all, &s->cloud, 0, s->cloud.cell_count, s->k, 1, NULL),
+                     STP_OK);
     for (uint32_t i = 0; i < s->cloud.count; i++) {
-        const stp_cloud_point *p = &s->cloud.points[i];
-        bool folded = is_folded(s, i);
+        bool folded = is_folded(s, &all.neighbours, i);
         count[folded]++;
-        right[folded] += p->flags & STP_SAMPLE_ORIENTED &&
-                         glms_vec3_dot(p->normal, s->truth[p->source].normal) > 0.0f;
+        right[folded] += surface_is_oriented(s, i) &&
+                         glms_vec3_dot(stp_cloud_normal(&s->cloud, i),
+                                       s->truth[s->cloud.points[i].source].normal) > 0.0f;
     }
+    stp_unit_clear(&all);
     print_message("right: %u of %u, and %u of %u where the mesh folds onto itself\n", right[0],
                   count[0], right[1], count[1]);
     return (double)right[0] / count[0];

@@ -106,8 +106,11 @@ stp_status prep_report_plan(const char *path, const stp_prep_source *source,
     stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
                                            stp_pool_thread_count(pool), err);
     if (status == STP_OK && plan.temporary_bytes > 0)
-        fprintf(stderr, "temporary files: up to %.1f GB in %s (%.1f GB free)\n",
-                1e-9 * (double)plan.temporary_bytes, plan.folder, 1e-9 * (double)plan.free_bytes);
+        fprintf(stderr,
+                "temporary files: about %.1f GB, at most %.1f GB if hardly any surface is found, "
+                "in %s (%.1f GB free)\n",
+                1e-9 * (double)plan.temporary_bytes, 1e-9 * (double)plan.most_temporary_bytes,
+                plan.folder, 1e-9 * (double)plan.free_bytes);
     stp_prep_plan_clear(&plan);
     return status;
 }
