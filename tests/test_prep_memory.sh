@@ -36,7 +36,8 @@ check_bytes() { # threads, memory, temporary files (yes or no)
 check_bytes 1 90M yes
 check_bytes 2 130M yes
 check_bytes 4 210M yes
-check_bytes 2 256M no
+check_bytes 2 256M yes
+check_bytes 1 1G no
 check_bytes 4 8G no
 rm -f "$FOLDER/models"/*
 
