@@ -25,9 +25,16 @@
  * that as much comes back meanwhile. */
 #define SLICE_BYTES ((size_t)16 << 20)
 
+/* Arrays up to SMALL_BYTES share files of FILE_BYTES: a system has some ten thousands of mappings
+ * for a process, and a large model more chunks. */
+#define FILE_BYTES ((size_t)8 << 20)
+#define SMALL_BYTES ((size_t)2 << 20)
+#define ALIGN_BYTES ((size_t)64)
+
 typedef struct mapping {
     void *memory;
-    size_t bytes;
+    size_t bytes, used;
+    uint32_t array_count; /* that are in use; the file goes with the last */
 } mapping;
 
 struct stp_spill {
@@ -41,6 +48,7 @@ struct stp_spill {
     bool ending;
     mapping *mappings;
     size_t count, capacity;
+    void *shared;             /* memory of the mapping where small arrays go, NULL for none */
     size_t turn, turn_offset; /* where letting go goes on: a mapping, bytes into it */
     uint64_t file_bytes, most_file_bytes;
 };
@@ -148,7 +156,7 @@ static int open_nameless(const char *folder)
 }
 
 /* Called with the mutex held. */
-static stp_status map_file(stp_spill *s, size_t bytes, const char *what, void **out, stp_error *err)
+static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_error *err)
 {
     stp_status status = stp_grow(&s->mappings, &s->capacity, s->count + 1, sizeof *s->mappings,
                                  "temporary files", err);
@@ -166,10 +174,32 @@ static stp_status map_file(stp_spill *s, size_t bytes, const char *what, void **
     close(descriptor); /* the mapping keeps the file */
     if (code != 0)
         return io_error(s, "growing", code, bytes, what, err);
-    s->mappings[s->count++] = (mapping){memory, bytes};
+    s->mappings[s->count++] = (mapping){.memory = memory, .bytes = bytes};
     s->file_bytes += bytes;
     s->most_file_bytes = s->file_bytes > s->most_file_bytes ? s->file_bytes : s->most_file_bytes;
-    *out = memory;
+    return STP_OK;
+}
+
+/* Room for an array in a file of its own, or in the shared one. Called with the mutex held. */
+static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void **out,
+                            stp_error *err)
+{
+    bool small = bytes <= SMALL_BYTES;
+    size_t padded = small ? (bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES : bytes;
+    mapping *m = NULL;
+    for (size_t i = s->count; small && s->shared && i-- > 0 && !m;)
+        if (s->mappings[i].memory == s->shared)
+            m = &s->mappings[i];
+    if (!m || m->bytes - m->used < padded) {
+        stp_status status = map_file(s, small ? FILE_BYTES : bytes, what, err);
+        if (status != STP_OK)
+            return status;
+        m = &s->mappings[s->count - 1];
+        s->shared = small ? m->memory : s->shared;
+    }
+    *out = (char *)m->memory + m->used;
+    m->used += padded;
+    m->array_count++;
     return STP_OK;
 }
 
@@ -240,7 +270,7 @@ stp_status stp_spill_alloc(stp_spill *s, void *out, size_t count, size_t size, c
     if (!stp_mul_size(count, size, &bytes))
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu %s", count, what);
     pthread_mutex_lock(&s->mutex);
-    stp_status status = map_file(s, bytes, what, &memory, err);
+    stp_status status = take_room(s, bytes, what, &memory, err);
     pthread_mutex_unlock(&s->mutex);
     if (status == STP_OK)
         memcpy(out, &memory, sizeof memory);
@@ -264,14 +294,20 @@ done:
     return status;
 }
 
-/* Unmaps it; false if it is no array of files. */
-static bool unmap(stp_spill *s, void *array)
+/* Gives its room up; false if it is no array of files. */
+static bool give_room(stp_spill *s, const void *array)
 {
     for (size_t i = s->count; i-- > 0;) {
-        if (s->mappings[i].memory != array)
+        mapping *m = &s->mappings[i];
+        size_t offset = (size_t)((uintptr_t)array - (uintptr_t)m->memory);
+        if (offset >= m->bytes)
             continue;
-        munmap(array, s->mappings[i].bytes);
-        s->file_bytes -= s->mappings[i].bytes;
+        if (--m->array_count > 0)
+            return true;
+        if (m->memory == s->shared)
+            s->shared = NULL;
+        munmap(m->memory, m->bytes);
+        s->file_bytes -= m->bytes;
         s->mappings[i] = s->mappings[--s->count];
         return true;
     }
@@ -280,13 +316,13 @@ static bool unmap(stp_spill *s, void *array)
 
 void stp_spill_free(stp_spill *s, void *array)
 {
-    bool unmapped = false;
+    bool in_file = false;
     if (s && s->folder && array) {
         pthread_mutex_lock(&s->mutex);
-        unmapped = unmap(s, array);
+        in_file = give_room(s, array);
         pthread_mutex_unlock(&s->mutex);
     }
-    if (!unmapped)
+    if (!in_file)
         free(array);
 }
 

@@ -87,6 +87,37 @@ static void files(void **state)
     stp_spill_destroy(&spill);
 }
 
+/* Many small arrays, freed in another order, share few files, and all of them go in the end. */
+static void small_arrays_share_files(void **state)
+{
+    (void)state;
+    enum { ARRAYS = 3000 };
+    static uint32_t *arrays[ARRAYS];
+    stp_error err = {0};
+    stp_spill *spill = make(LIMIT_BYTES, ".");
+    uint64_t bytes = 0;
+    for (uint32_t a = 0; a < ARRAYS; a++) {
+        uint32_t count = a % 100 == 99 ? 600000 : 1 + a * 7 % 5000;
+        assert_int_equal(stp_spill_alloc(spill, &arrays[a], count, 4, "numbers", &err), STP_OK);
+        assert_int_equal((uintptr_t)arrays[a] % 64, 0);
+        assert_int_equal(arrays[a][0] | arrays[a][count - 1], 0);
+        arrays[a][0] = arrays[a][count - 1] = a;
+        bytes += 4 * count;
+    }
+    uint64_t taken = stp_spill_most_file_bytes(spill);
+    assert_true(taken >= bytes && taken < bytes + bytes / 10 + (16u << 20));
+    for (uint32_t i = 0; i < ARRAYS; i++) {
+        uint32_t a = (uint32_t)((uint64_t)i * 1009 % ARRAYS);
+        assert_int_equal(arrays[a][0], a);
+        stp_spill_free(spill, arrays[a]);
+    }
+    uint32_t *large = NULL; /* as large as all of them: there is room again */
+    assert_int_equal(stp_spill_alloc(spill, &large, taken, 1, "a large one", &err), STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), taken);
+    stp_spill_free(spill, large);
+    stp_spill_destroy(&spill);
+}
+
 static void a_folder_must_be_there(void **state)
 {
     (void)state;
@@ -168,6 +199,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(plain_memory),
         cmocka_unit_test(files),
+        cmocka_unit_test(small_arrays_share_files),
         cmocka_unit_test(a_folder_must_be_there),
         cmocka_unit_test(more_than_the_limit),
     };
