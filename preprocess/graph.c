@@ -120,9 +120,8 @@ static stp_status number_pieces(connection *c, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graph = c->out;
-    stp_cloud whole = *c->unit->whole;
-    uint32_t *sheets = whole.sheets + c->unit->places[c->begin];
-    uint8_t *marks = whole.marks + c->unit->places[c->begin];
+    uint32_t *sheets = c->unit->whole->sheets + c->unit->places[c->begin];
+    uint8_t *marks = c->unit->whole->marks + c->unit->places[c->begin];
     for (uint32_t i = 0; i < c->count; i++)
         graph->piece_count += c->forest.parent[i] == i;
     STP_TRY(stp_alloc(&graph->sizes, graph->piece_count, sizeof *graph->sizes, "pieces", err));

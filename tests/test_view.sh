@@ -46,6 +46,7 @@ wait_for() {
 
 title() { xdotool getwindowname "$window" 2>/dev/null; }
 title_has() { [[ $(title) == *"$1"* ]]; }
+title_lacks() { [[ $(title) != *"$1"* ]]; }
 expect_title() { wait_for 60 title_has "$1" || fail "$2: no '$1' in the title '$(title)'"; }
 find_window() {
     window=$(xdotool search --all --onlyvisible --pid "$viewer" --name 'ms, ' 2>/dev/null) &&
@@ -120,6 +121,18 @@ test_keys() {
     xdotool key s key s key s
     expect_title "normal" s
     wait_for 30 screen_changed || fail "normals look like phong"
+    xdotool key c # the sphere has neither intensities nor classes
+    expect_title "normal, none" c
+    xdotool key c
+    expect_title "normal, elevation in auto" "c twice"
+    before=$(screen_sum)
+    xdotool key shift+s key shift+s key p
+    expect_title "phong, elevation in grey" p
+    wait_for 30 screen_changed || fail "elevation looks like normals"
+    xdotool key shift+p key shift+p
+    expect_title "elevation in heat" "shift and p"
+    xdotool key c
+    wait_for 30 title_lacks elevation || fail "c: still elevation"
     expect_kill_by_key q
 }
 

@@ -59,21 +59,57 @@ static stp_status go_home(viewer *v, stp_error *err)
     return draw_options_camera(&o, v->model, &v->control.camera, size, err);
 }
 
+/* What --colour-range gives is of the colour it began with. */
+static stp_status set_range(viewer *v, stp_error *err)
+{
+    stp_draw_params *p = &v->control.params, first;
+    if ((int)p->colour == v->options->colour) {
+        stp_status status = draw_options_params(v->options, v->model, &first, err);
+        memcpy(p->colour_range, first.colour_range, sizeof p->colour_range);
+        return status;
+    }
+    if (p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION)
+        return stp_model_colour_range(v->model, p->colour, p->colour_range, err);
+    return STP_OK;
+}
+
+static uint32_t colours_of(const stp_model *model)
+{
+    uint32_t colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION;
+    colours |= model->info->attributes & STP_HAS_INTENSITY ? 1u << STP_COLOUR_INTENSITY : 0;
+    colours |= model->info->attributes & STP_HAS_CLASS ? 1u << STP_COLOUR_CLASS : 0;
+    return colours;
+}
+
+/* Nothing for the samples' own colours. */
+static void colour_words(const stp_draw_params *p, char out[40])
+{
+    char colour[16], palette[16];
+    draw_options_word(DRAW_COLOURS, (int)p->colour, colour);
+    draw_options_word(DRAW_PALETTES, (int)p->palette, palette);
+    bool graded = p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION;
+    out[0] = '\0';
+    if (p->colour != STP_COLOUR_RGB)
+        snprintf(out, 40, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
+}
+
 static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
-    char title[TITLE_BYTES], lod[16], reconstruct[16], shade[16], threshold[32], missing[40] = "";
+    char title[TITLE_BYTES], lod[16], reconstruct[16], shade[16], threshold[32], colour[40],
+        missing[40] = "";
     draw_options_word(DRAW_LODS, (int)p->lod, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
+    colour_words(p, colour);
     snprintf(threshold, sizeof threshold, "threshold %.4g px", p->threshold_px);
     if (p->every_sample || p->lod == STP_LOD_FULL)
         snprintf(threshold, sizeof threshold, "every sample");
     if (v->stats.chunks_missing > 0)
         snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
-    snprintf(title, sizeof title, "%.200s: %.1f ms, %llu points, %s, %s, %s, %s%s", v->name,
+    snprintf(title, sizeof title, "%.200s: %.1f ms, %llu points, %s, %s, %s, %s%s%s", v->name,
              v->stats.frame_ms, (unsigned long long)v->stats.points_drawn, threshold, lod,
-             reconstruct, shade, missing);
+             reconstruct, shade, colour, missing);
     stp_window_set_title(v->window, title);
 }
 
@@ -133,6 +169,9 @@ static stp_status loop(viewer *v, stp_error *err)
         if (c->wants_home)
             STP_TRY(go_home(v, err));
         c->wants_home = false;
+        if (c->wants_range)
+            STP_TRY(set_range(v, err));
+        c->wants_range = false;
         stp_window_size(v->window, &width, &height);
         bool seen = width > 0 && height > 0;
         if (seen && !c->wants_quit && (c->changed || v->loading))
@@ -151,6 +190,7 @@ static stp_status open_viewer(viewer *v, const char *path, const cli_common *com
     int size[2];
     STP_TRY(stp_model_open(&v->model, path, err));
     v->control.ball = v->model->ball;
+    v->control.colours = colours_of(v->model);
     STP_TRY(draw_options_camera(v->options, v->model, &v->control.camera, size, err));
     STP_TRY(draw_options_params(v->options, v->model, &v->control.params, err));
     bool has_size = v->options->camera.has_size;

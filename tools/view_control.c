@@ -70,6 +70,17 @@ static int cycle(int value, int count, bool back)
     return (value + (back ? count - 1 : 1)) % count;
 }
 
+/* The next colour that the model has; RGB and NONE always are. */
+static void cycle_colour(view_control *c, bool back)
+{
+    int colour = (int)c->params.colour;
+    do
+        colour = cycle(colour, STP_COLOUR_ELEVATION + 1, back);
+    while (!(c->colours >> colour & 1));
+    c->params.colour = (stp_colour)colour;
+    c->wants_range = true;
+}
+
 static void handle_key(view_control *c, uint32_t character)
 {
     stp_draw_params *p = &c->params;
@@ -94,6 +105,12 @@ static void handle_key(view_control *c, uint32_t character)
         break;
     case 's':
         p->shade = (stp_shade)cycle((int)p->shade, STP_SHADE_CONFIDENCE + 1, back);
+        break;
+    case 'c':
+        cycle_colour(c, back);
+        break;
+    case 'p':
+        p->palette = (stp_palette)cycle((int)p->palette, STP_PALETTE_HEAT + 1, back);
         break;
     case 'h':
         c->wants_home = true;

@@ -19,6 +19,9 @@
     "  L        who chooses levels: geometry shader, cpu, full (every sample), compute shader\n"   \
     "  R        how gaps are closed: gauss, box, points (not at all)\n"                            \
     "  S        what is shown: phong, lambert, normal, depth, level, chunk, error, confidence\n"   \
+    "  C        what colours samples: rgb, none, intensity, class, elevation, as the model has "   \
+    "them\n"                                                                                       \
+    "  P        palette of intensity and elevation: auto, grey, viridis, heat\n"                   \
     "  H        home: the view it began with\n"                                                    \
     "  Q Esc    quit"
 
@@ -39,7 +42,9 @@ typedef struct view_control {
     double x, y;     /* where the cursor was last */
     stp_dvec3 pivot; /* what the drag holds */
     double pivot_depth;
+    uint32_t colours;                     /* bits by stp_colour: what the model has */
     bool changed, wants_home, wants_quit; /* set here, reset by the caller */
+    bool wants_range;                     /* likewise: of another colour */
 } view_control;
 
 void view_control_handle(view_control *control, const stp_window_event *event);
