@@ -377,6 +377,8 @@ static void try_buckets(search *s, uint32_t first, uint32_t last)
 {
     const stp_disc_grid *g = s->grid;
     uint32_t begin = g->begin[first], count = g->begin[last + 1] - begin;
+    if (count == 0)
+        return;
     count = count < s->tries ? count : s->tries;
     s->tries -= count;
     uint32_t entry = stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->least);

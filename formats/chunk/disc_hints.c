@@ -89,3 +89,15 @@ void stp_disc_hints_pair(const stp_disc_hints *h, stp_paired_lanes *lanes)
             lanes->disc[c][i] = d[c];
     }
 }
+
+void stp_disc_hints_about(const stp_disc_hints *h, const float point[3],
+                          uint32_t disc[STP_LANE_STEP])
+{
+    int low[3];
+    for (int a = 0; a < 3; a++)
+        low[a] = floor_of(point[a] * h->scale - 0.5f);
+    for (int i = 0; i < (int)STP_LANE_STEP; i++)
+        disc[i] =
+            h->slots[slot_of(h->mask, low[0] + (i >> 2), low[1] + (i >> 1 & 1), low[2] + (i & 1))] &
+            (STP_DISC_HINTS_LIMIT - 1);
+}

@@ -21,6 +21,7 @@ typedef struct suspect {
     double counted;       /* over the hint, at most; great if that is not near */
     uint32_t disc;        /* the hint */
     uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
+    bool settled;
 } suspect;
 
 /* Where the grid gives up, a check looks at all discs of a chunk, but no more often than this. */
@@ -88,6 +89,26 @@ static double enough(const measure *m, double slack)
 {
     double root = m->grid->carry || m->grid->carry_around ? 0.0 : m->greatest - slack;
     return root > 0.0 ? root * root / 2.01 : 0.0;
+}
+
+/* What counts over a disc that is not the nearest. */
+static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
+{
+    return (stp_over){STP_OVER_COUNT,
+                      {(float)n.x, (float)n.y, (float)n.z},
+                      (float)(m->merged.error - slack),
+                      (float)near_squared(m, slack),
+                      0,
+                      0};
+}
+
+/* Whether one of some discs is near enough and settles the point. */
+static bool one_settles(const measure *m, const uint32_t disc[STP_LANE_STEP], stp_dvec3 x,
+                        stp_dvec3 normal, double slack)
+{
+    const stp_over over = over_near(m, normal, slack);
+    const float point[3] = {(float)x.x, (float)x.y, (float)x.z};
+    return stp_lane_discs_reach(m->grid->numbers, disc, &over, point, (float)(m->greatest - slack));
 }
 
 /* Whether some disc near enough settles the point. */
@@ -162,16 +183,22 @@ static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
     const float centre[3] = {(float)c.x, (float)c.y, (float)c.z};
     const float axes[2][3] = {{(float)u.x, (float)u.y, (float)u.z},
                               {(float)v.x, (float)v.y, (float)v.z}};
-    const stp_over over = {m->merged.what,
-                           {(float)n.x, (float)n.y, (float)n.z},
-                           (float)(m->merged.error - slack),
-                           (float)near_squared(m, slack),
-                           0,
-                           0};
+    const stp_over over = over_near(m, n, slack);
     stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
     stp_disc_hints_pair(m->hints, lanes);
     uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
     return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
+}
+
+/* Whether the hints of the cells about a point settle it. */
+static bool is_settled_about(const measure *m, const stp_disc *disc, stp_dvec3 x, double slack)
+{
+    const float point[3] = {(float)x.x, (float)x.y, (float)x.z};
+    uint32_t about[STP_LANE_STEP];
+    if (m->check)
+        return false;
+    stp_disc_hints_about(m->hints, point, about);
+    return one_settles(m, about, x, disc->normal, slack);
 }
 
 /* Keeps the points that are not settled by their hints of a merged disc over the level-0 discs
@@ -192,9 +219,16 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
         stp_disc_points(disc, points);
     for (unsigned i = 0; above >> i; i++)
         if (above >> i & 1)
-            m->suspects[m->suspect_count++] =
-                (suspect){points[i],      disc->normal, slack, (double)told[i] + slack,
-                          lanes.index[i], first,        last};
+            m->suspects[m->suspect_count++] = (suspect){
+                .x = points[i],
+                .normal = disc->normal,
+                .slack = slack,
+                .counted = (double)told[i] + slack,
+                .disc = lanes.index[i],
+                .first = first,
+                .last = last,
+                .settled = is_settled_about(m, disc, points[i], slack),
+            };
 }
 
 /* The most suspicious first: what it counts may settle the others. */
@@ -207,7 +241,7 @@ static void measure_suspects(measure *m)
         const suspect *s = &m->suspects[most];
         if (s->counted > m->greatest && m->check)
             check_point(m, s);
-        else if (s->counted > m->greatest)
+        else if (s->counted > m->greatest && !s->settled)
             measure_point(m, s);
         m->suspects[most] = m->suspects[--m->suspect_count];
     }
