@@ -151,12 +151,15 @@ static void take_disc(stp_disc_grid *g, uint32_t disc, const stp_flat_disc *worl
 static void take_discs(stp_disc_grid *g)
 {
     const stp_chunk *chunk = g->chunk;
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-            stp_flat_disc own =
-                stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
-            take_disc(g, i, &own);
+    stp_sample_lanes lanes;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
+        stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);
+        for (uint32_t i = 0; i < count; i++) {
+            stp_flat_disc own = stp_flat_disc_from_lanes(&lanes, i);
+            take_disc(g, first + i, &own);
         }
+    }
     for (uint32_t d = g->own_count; d < g->count; d++)
         take_disc(g, d, &g->around[d - g->own_count]);
 }

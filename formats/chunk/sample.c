@@ -1,11 +1,13 @@
 /* Codes of normals, radii, errors and angles, and the decoding of a sample. */
 #include "formats/chunk/sample.h"
 
+#include "base/wide.h"
+
 #include <string.h>
 
 #define OCT_MAX 4095.0f
 
-static float sign_not_zero(float v)
+static inline float sign_not_zero(float v)
 {
     return v < 0.0f ? -1.0f : 1.0f;
 }
@@ -32,16 +34,31 @@ void stp_normal_encode(vec3s normal, uint8_t out[3])
     out[2] = (uint8_t)(word >> 16);
 }
 
+/* Unpacks two codes of 12 bits. */
+static inline void decode_normal(uint32_t word, float out[3])
+{
+    float u = (float)(int32_t)(word & 4095u) / OCT_MAX * 2.0f - 1.0f;
+    float v = (float)(int32_t)(word >> 12 & 4095u) / OCT_MAX * 2.0f - 1.0f;
+    float z = 1.0f - fabsf(u) - fabsf(v);
+    float fold = z < 0.0f ? -z : 0.0f;
+    u -= sign_not_zero(u) * fold;
+    v -= sign_not_zero(v) * fold;
+    float scale = 1.0f / sqrtf(u * u + v * v + z * z);
+    out[0] = u * scale;
+    out[1] = v * scale;
+    out[2] = z * scale;
+}
+
+static inline uint32_t normal_word(const uint8_t code[3])
+{
+    return (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
+}
+
 vec3s stp_normal_decode(const uint8_t code[3])
 {
-    uint32_t word = (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
-    float u = (float)(word & 4095u) / OCT_MAX * 2.0f - 1.0f;
-    float v = (float)(word >> 12) / OCT_MAX * 2.0f - 1.0f;
-    vec3s n = {{u, v, 1.0f - fabsf(u) - fabsf(v)}};
-    float fold = fmaxf(-n.z, 0.0f);
-    n.x -= sign_not_zero(n.x) * fold;
-    n.y -= sign_not_zero(n.y) * fold;
-    return glms_vec3_normalize(n);
+    vec3s n;
+    decode_normal(normal_word(code), n.raw);
+    return n;
 }
 
 /* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. */
@@ -126,4 +143,38 @@ stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch)
 {
     return stp_radius_decode(sample->radius, patch->exponent);
+}
+
+/* A sample is known by a word of its normal and whether it has one. */
+STP_WIDE
+static void decode_normals(const uint32_t word[STP_PATCH_SAMPLES],
+                           const double known[STP_PATCH_SAMPLES], unsigned count,
+                           stp_sample_lanes *out)
+{
+    for (unsigned i = 0; i < count; i++) {
+        float n[3];
+        decode_normal(word[i], n);
+        double x = (double)n[0], y = (double)n[1], z = (double)n[2];
+        double scale = known[i] / sqrt(x * x + y * y + z * z);
+        out->normal[0][i] = x * scale;
+        out->normal[1][i] = y * scale;
+        out->normal[2][i] = z * scale;
+    }
+}
+
+void stp_samples_decode(const stp_sample *samples, unsigned count, const stp_patch *patch,
+                        stp_sample_lanes *out)
+{
+    const double step = power_of_two(patch->exponent);
+    uint32_t word[STP_PATCH_SAMPLES];
+    double known[STP_PATCH_SAMPLES];
+    for (unsigned i = 0; i < count; i++) {
+        const stp_sample *s = &samples[i];
+        word[i] = normal_word(s->normal);
+        known[i] = s->flags & STP_SAMPLE_HAS_NORMAL ? 1.0 : 0.0;
+        out->radius[i] = stp_radius_decode(s->radius, patch->exponent);
+        for (int a = 0; a < 3; a++)
+            out->centre[a][i] = ((double)patch->origin[a] + s->position[a]) * step;
+    }
+    decode_normals(word, known, count, out);
 }
