@@ -61,18 +61,6 @@ vec3s stp_normal_decode(const uint8_t code[3])
     return n;
 }
 
-/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. */
-static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
-{
-    if (!(value > 0.0))
-        return 0;
-    double octaves = log2(value) - (double)exponent + (double)bias;
-    double code = ceil(octaves * (double)per_octave - 1e-9) + 1.0;
-    if (code < 1.0)
-        return 1;
-    return (uint8_t)(code > 255.0 ? 255.0 : code);
-}
-
 /* 2^exponent; ldexp without its call where a double holds it plainly. */
 static double power_of_two(int exponent)
 {
@@ -90,6 +78,25 @@ static const double fractions[16] = {
     0x1.306fe0a31b715p+0, 0x1.3dea64c123422p+0, 0x1.4bfdad5362a27p+0, 0x1.5ab07dd485429p+0,
     0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
     0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
+
+/* A value that exceeds a code's by no more than this part of it still has that code. */
+#define CODE_SLACK 0x1.3p-34
+
+/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. per_octave: 8 or
+ * 16. */
+static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
+{
+    int octave = 0, part = 0;
+    if (!(value > 0.0))
+        return 0;
+    if (isinf(value))
+        return 255;
+    const double mantissa = 2.0 * frexp(value, &octave) * (1.0 - CODE_SLACK); /* 1 to 2 */
+    for (int i = 0; i < 16; i += 16 / per_octave)
+        part += mantissa > fractions[i];
+    int64_t code = (int64_t)(octave - 1 - exponent + bias) * per_octave + part + 1;
+    return (uint8_t)(code < 1 ? 1 : code > 255 ? 255 : code);
+}
 
 /* per_octave: 8 or 16. */
 static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
