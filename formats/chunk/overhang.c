@@ -21,7 +21,6 @@ typedef struct suspect {
     double counted;       /* over the hint, at most; great if that is not near */
     uint32_t disc;        /* the hint */
     uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
-    bool settled;
 } suspect;
 
 /* Where the grid gives up, a check looks at all discs of a chunk, but no more often than this. */
@@ -102,13 +101,15 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
                       0};
 }
 
-/* Whether one of some discs is near enough and settles the point. */
-static bool one_settles(const measure *m, const uint32_t disc[STP_LANE_STEP], stp_dvec3 x,
-                        stp_dvec3 normal, double slack)
+/* Whether a disc that the cells about a point name settles it. */
+static bool is_settled_about(const measure *m, const suspect *s)
 {
-    const stp_over over = over_near(m, normal, slack);
-    const float point[3] = {(float)x.x, (float)x.y, (float)x.z};
-    return stp_lane_discs_reach(m->grid->numbers, disc, &over, point, (float)(m->greatest - slack));
+    const stp_over over = over_near(m, s->normal, s->slack);
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    uint32_t about[STP_LANE_STEP];
+    stp_disc_hints_about(m->hints, point, about);
+    return stp_lane_discs_reach(m->grid->numbers, about, &over, point,
+                                (float)(m->greatest - s->slack));
 }
 
 /* Whether some disc near enough settles the point. */
@@ -129,7 +130,7 @@ static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     double squared = 0.0, over_all = INFINITY;
-    if (is_settled(m, s))
+    if (is_settled_about(m, s) || is_settled(m, s))
         return;
     const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
     const double over_own = stp_disc_grid_overhang(m->grid, own, s->x);
@@ -190,17 +191,6 @@ static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
     return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
 }
 
-/* Whether the hints of the cells about a point settle it. */
-static bool is_settled_about(const measure *m, const stp_disc *disc, stp_dvec3 x, double slack)
-{
-    const float point[3] = {(float)x.x, (float)x.y, (float)x.z};
-    uint32_t about[STP_LANE_STEP];
-    if (m->check)
-        return false;
-    stp_disc_hints_about(m->hints, point, about);
-    return one_settles(m, about, x, disc->normal, slack);
-}
-
 /* Keeps the points that are not settled by their hints of a merged disc over the level-0 discs
  * [first, last). */
 static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
@@ -227,7 +217,6 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
                 .disc = lanes.index[i],
                 .first = first,
                 .last = last,
-                .settled = is_settled_about(m, disc, points[i], slack),
             };
 }
 
@@ -241,7 +230,7 @@ static void measure_suspects(measure *m)
         const suspect *s = &m->suspects[most];
         if (s->counted > m->greatest && m->check)
             check_point(m, s);
-        else if (s->counted > m->greatest && !s->settled)
+        else if (s->counted > m->greatest)
             measure_point(m, s);
         m->suspects[most] = m->suspects[--m->suspect_count];
     }
