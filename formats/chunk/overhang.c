@@ -11,8 +11,6 @@
 #define FLOAT_SLACK 0x1p-17
 /* So many times the error, a disc is near. */
 #define NEAR 3.0
-/* A stored error holds what is greater by rounding. */
-#define STORED_SLACK 1.000001
 
 /* A point of which a hint does not tell enough. */
 typedef struct suspect {
@@ -250,7 +248,7 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
     unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
     m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
-                      STORED_SLACK * m->grid->scale;
+                      STP_STORED_SLACK * m->grid->scale;
     m->merged.what = STP_OVER_COUNT;
     for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
         unsigned first = stp_covered_begin(patch->counts, level, i, 0);
@@ -299,20 +297,14 @@ static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk,
     out->level[3] = m->greatest / scale;
 }
 
-/* What may not be exceeded where `code` is stored. */
-static double stored(uint8_t code, const stp_patch *patch)
-{
-    return stp_error_decode(code, patch->exponent) * STORED_SLACK + ldexp(1e-9, patch->exponent);
-}
-
 static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
 {
     const stp_patch *patch = &chunk->patches[p];
     m->patch = patch;
     for (int level = 1; level < STP_LEVEL_COUNT; level++)
         for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]) && !m->exceeded; q++) {
-            m->greatest =
-                stored(stp_quarter_tangential_error(patch, level, q), patch) * m->grid->scale;
+            m->greatest = stp_error_held(stp_quarter_tangential_error(patch, level, q), patch) *
+                          m->grid->scale;
             measure_level(m, chunk, level, q);
         }
     return m->exceeded;
