@@ -116,7 +116,6 @@ static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place
         vec3s n = stp_dvec3_to_float(item->disc.normal);
         places[i] = (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z},
                                 .spacing = (float)sqrt(item->area),
-                                .index = i,
                                 .sheet = item->sheet};
     }
 }
@@ -126,20 +125,22 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
 {
     stp_status status = STP_OK;
     stp_place *places = NULL;
-    uint32_t *ends = NULL;
+    uint32_t *order = NULL, *ends = NULL;
+    uint64_t *scratch = NULL;
     STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
+    STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
+    STP_TRY(stp_alloc(&scratch, group->count, sizeof *scratch, "samples", err));
     STP_TRY(stp_alloc(&ends, group->count, sizeof *ends, "patches", err));
     fill_places(group, a->origin, places);
-    uint32_t run_count = stp_partition(places, group->count, ends);
+    uint32_t run_count = stp_partition(places, group->count, order, scratch, ends);
     for (uint32_t run = 0; run < run_count; run++) {
         uint32_t begin = run ? ends[run - 1] : 0;
-        uint32_t order[STP_PATCH_SAMPLES] = {0};
-        for (uint32_t i = begin; i < ends[run]; i++)
-            order[i - begin] = places[i].index;
-        STP_TRY(build_run(a, group->items, order, ends[run] - begin, child, err));
+        STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, err));
     }
 done:
     free(ends);
+    free(scratch);
+    free(order);
     free(places);
     return status;
 }

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Sets larger than this are split by position alone. */
 #define NORMAL_SPLIT_COUNT 512u
@@ -16,45 +17,66 @@
 /* How far apart, in box diagonals, a normal's unit counts when groups inside a patch are made. */
 #define NORMAL_WEIGHT 0.5f
 
-static float key_of(const stp_place *p, int axis)
+/* What is halved: runs of `order` are sets of places. */
+typedef struct sets {
+    const stp_place *places;
+    uint32_t *order, *ends;
+    uint64_t *keys; /* of a set while it is halved */
+    uint32_t run_count;
+} sets;
+
+static float key_of(const sets *s, uint32_t index, int axis)
 {
-    return p->key[axis];
+    return s->places[index].key[axis];
 }
 
-static bool before(const stp_place *a, const stp_place *b, int axis)
+/* A place's key on an axis as a number of the same order, and its index: no two are equal. */
+static uint64_t packed_key(const sets *s, uint32_t index, int axis)
 {
-    float ka = key_of(a, axis);
-    float kb = key_of(b, axis);
-    return ka < kb || (ka == kb && a->index < b->index);
+    float key = key_of(s, index, axis) + 0.0f; /* of the two zeros one */
+    uint32_t bits;
+    memcpy(&bits, &key, sizeof bits);
+    bits ^= bits >> 31 ? UINT32_MAX : 1u << 31;
+    return (uint64_t)bits << 32 | index;
 }
 
-static void swap(stp_place *a, stp_place *b)
+static void swap_keys(uint64_t *a, uint64_t *b)
 {
-    stp_place t = *a;
+    uint64_t t = *a;
     *a = *b;
     *b = t;
 }
 
-/* Quickselect: afterwards the first n places are those with the n least keys. */
-static void select_first(stp_place *places, uint32_t count, uint32_t n, int axis)
+static void swap(uint32_t *a, uint32_t *b)
+{
+    uint32_t t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Quickselect: afterwards the first n keys are the n least. */
+static void select_keys(uint64_t *keys, uint32_t count, uint32_t n)
 {
     uint32_t low = 0;
     uint32_t high = count;
     while (high - low > 1 && n > low && n < high) {
         uint32_t middle = low + (high - low) / 2;
         /* median of three as the pivot, moved to the end */
-        if (before(&places[middle], &places[low], axis))
-            swap(&places[middle], &places[low]);
-        if (before(&places[high - 1], &places[low], axis))
-            swap(&places[high - 1], &places[low]);
-        if (before(&places[middle], &places[high - 1], axis))
-            swap(&places[middle], &places[high - 1]);
-        stp_place pivot = places[high - 1];
+        if (keys[middle] < keys[low])
+            swap_keys(&keys[middle], &keys[low]);
+        if (keys[high - 1] < keys[low])
+            swap_keys(&keys[high - 1], &keys[low]);
+        if (keys[middle] < keys[high - 1])
+            swap_keys(&keys[middle], &keys[high - 1]);
+        uint64_t pivot = keys[high - 1];
         uint32_t store = low;
-        for (uint32_t i = low; i < high - 1; i++)
-            if (before(&places[i], &pivot, axis))
-                swap(&places[i], &places[store++]);
-        swap(&places[store], &places[high - 1]);
+        for (uint32_t i = low; i < high - 1; i++) { /* no branch: which side is a coin toss */
+            uint64_t key = keys[i];
+            keys[i] = keys[store];
+            keys[store] = key;
+            store += key < pivot;
+        }
+        swap_keys(&keys[store], &keys[high - 1]);
         if (n <= store)
             high = store;
         else
@@ -62,17 +84,29 @@ static void select_first(stp_place *places, uint32_t count, uint32_t n, int axis
     }
 }
 
-static void extents(const stp_place *places, uint32_t count, float low[6], float high[6])
+/* Afterwards the first n of a set are those with the n least keys on the axis. */
+static void select_first(sets *s, uint32_t *order, uint32_t count, uint32_t n, int axis)
+{
+    for (uint32_t i = 0; i < count; i++)
+        s->keys[i] = packed_key(s, order[i], axis);
+    select_keys(s->keys, count, n);
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = (uint32_t)s->keys[i];
+}
+
+/* Of the first `axes` axes. */
+static void extents(const sets *s, const uint32_t *order, uint32_t count, int axes, float low[6],
+                    float high[6])
 {
     for (int axis = 0; axis < 6; axis++) {
         low[axis] = INFINITY;
         high[axis] = -INFINITY;
     }
     for (uint32_t i = 0; i < count; i++) {
-        for (int axis = 0; axis < 6; axis++) {
-            float key = key_of(&places[i], axis);
-            low[axis] = key < low[axis] ? key : low[axis];
-            high[axis] = key > high[axis] ? key : high[axis];
+        const float *key = s->places[order[i]].key;
+        for (int axis = 0; axis < axes; axis++) {
+            low[axis] = key[axis] < low[axis] ? key[axis] : low[axis];
+            high[axis] = key[axis] > high[axis] ? key[axis] : high[axis];
         }
     }
 }
@@ -87,10 +121,10 @@ static int longest(const float low[6], const float high[6], int first, int last)
 }
 
 /* Axis along which a set inside a patch is halved: positions, or normals scaled by the diagonal. */
-static int group_axis(const stp_place *places, uint32_t count)
+static int group_axis(const sets *s, const uint32_t *order, uint32_t count)
 {
     float low[6], high[6];
-    extents(places, count, low, high);
+    extents(s, order, count, 6, low, high);
     float diagonal = 0.0f;
     for (int axis = 0; axis < 3; axis++)
         diagonal += (high[axis] - low[axis]) * (high[axis] - low[axis]);
@@ -100,39 +134,43 @@ static int group_axis(const stp_place *places, uint32_t count)
     return (high[n] - low[n]) * diagonal * NORMAL_WEIGHT > high[p] - low[p] ? n : p;
 }
 
-/* Orders one patch: ends[0, n) are the ends of the groups of some level among its places. */
-static void order_groups(stp_place *places, const uint32_t *bounds, uint32_t group_count)
+/* Orders one patch: bounds[0, group_count] are the ends of the groups of some level. */
+static void order_groups(sets *s, uint32_t *order, const uint32_t *bounds, uint32_t group_count)
 {
     if (group_count < 2)
         return;
     uint32_t half = group_count / 2;
     uint32_t count = bounds[group_count] - bounds[0];
     uint32_t at = bounds[half] - bounds[0];
-    select_first(places, count, at, group_axis(places, count));
-    order_groups(places, bounds, half);
-    order_groups(places + at, bounds + half, group_count - half);
+    select_first(s, order, count, at, group_axis(s, order, count));
+    order_groups(s, order, bounds, half);
+    order_groups(s, order + at, bounds + half, group_count - half);
 }
 
 /* Orders the samples under one of level 1 along an axis of their surface: the file stores what is
  * left of a guess from those before, and it need not store on which side it is. */
-static void order_family(stp_place *places, uint32_t count)
+static void order_family(const sets *s, uint32_t *order, uint32_t count)
 {
     float normal[3] = {0.0f, 0.0f, 0.0f};
     int main_axis = 0;
+    uint64_t keys[4];
     for (uint32_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++)
-            normal[axis] += key_of(&places[i], 3 + axis);
+            normal[axis] += key_of(s, order[i], 3 + axis);
     for (int axis = 1; axis < 3; axis++)
         if (fabsf(normal[axis]) > fabsf(normal[main_axis]))
             main_axis = axis;
-    int along = (main_axis + 1) % 3;
-    for (uint32_t i = 1; i < count; i++)
-        for (uint32_t j = i; j > 0 && before(&places[j], &places[j - 1], along); j--)
-            swap(&places[j], &places[j - 1]);
+    for (uint32_t i = 0; i < count; i++) {
+        keys[i] = packed_key(s, order[i], (main_axis + 1) % 3);
+        for (uint32_t j = i; j > 0 && keys[j] < keys[j - 1]; j--)
+            swap_keys(&keys[j], &keys[j - 1]);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = (uint32_t)keys[i];
 }
 
 /* Ends of the level's groups in terms of level-0 samples, and ordering, coarse to fine. */
-static void order_patch(stp_place *places, uint32_t count)
+static void order_patch(sets *s, uint32_t *order, uint32_t count)
 {
     unsigned counts[STP_LEVEL_COUNT] = {count};
     for (int level = 1; level < STP_LEVEL_COUNT; level++)
@@ -143,36 +181,36 @@ static void order_patch(stp_place *places, uint32_t count)
         first[j] = stp_level_children_begin(j, counts[1], counts[0]);
     for (unsigned j = 0; j <= counts[2]; j++)
         coarse[j] = first[stp_level_children_begin(j, counts[2], counts[1])];
-    order_groups(places, coarse, counts[2]);
+    order_groups(s, order, coarse, counts[2]);
     for (unsigned j = 0; j < counts[2]; j++) {
         unsigned begin = stp_level_children_begin(j, counts[2], counts[1]);
         unsigned end = stp_level_children_begin(j + 1, counts[2], counts[1]);
-        order_groups(places + first[begin], first + begin, end - begin);
+        order_groups(s, order + first[begin], first + begin, end - begin);
     }
     for (unsigned j = 0; j < counts[1]; j++)
-        order_family(places + first[j], first[j + 1] - first[j]);
+        order_family(s, order + first[j], first[j + 1] - first[j]);
 }
 
-/* Moves the places for which the predicate holds to the front; returns their number. */
-static uint32_t gather(stp_place *places, uint32_t count, int axis, float limit)
+/* Moves the places below the limit to the front; returns their number. */
+static uint32_t gather(const sets *s, uint32_t *order, uint32_t count, int axis, float limit)
 {
     uint32_t front = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (key_of(&places[i], axis) < limit)
-            swap(&places[i], &places[front++]);
+        if (key_of(s, order[i], axis) < limit)
+            swap(&order[i], &order[front++]);
     return front;
 }
 
-/* Places of the least sheet number to the front; 0 or count if there is one sheet only. */
-static uint32_t gather_sheet(stp_place *places, uint32_t count)
+/* Places of the least sheet number to the front; count if there is one sheet only. */
+static uint32_t gather_sheet(const sets *s, uint32_t *order, uint32_t count)
 {
     uint32_t least = UINT32_MAX;
     for (uint32_t i = 0; i < count; i++)
-        least = places[i].sheet < least ? places[i].sheet : least;
+        least = s->places[order[i]].sheet < least ? s->places[order[i]].sheet : least;
     uint32_t front = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (places[i].sheet == least)
-            swap(&places[i], &places[front++]);
+        if (s->places[order[i]].sheet == least)
+            swap(&order[i], &order[front++]);
     return front;
 }
 
@@ -182,11 +220,11 @@ static int compare_sheets(const void *a, const void *b)
     return p < q ? -1 : p > q;
 }
 
-static bool one_sheet(const stp_place *places, uint32_t count)
+static bool one_sheet(const sets *s, const uint32_t *order, uint32_t count)
 {
     uint32_t differ = 0;
     for (uint32_t i = 1; i < count; i++)
-        differ |= places[i].sheet ^ places[0].sheet;
+        differ |= s->places[order[i]].sheet ^ s->places[order[0]].sheet;
     return differ == 0;
 }
 
@@ -196,12 +234,12 @@ static bool are_crumbs(uint32_t parts, uint32_t count)
     return parts > 2 && parts * THICKET_POINTS > count;
 }
 
-static bool is_thicket(const stp_place *places, uint32_t count)
+static bool is_thicket(const sets *s, const uint32_t *order, uint32_t count)
 {
     uint32_t sheets[NORMAL_SPLIT_COUNT];
     uint32_t distinct = 1;
     for (uint32_t i = 0; i < count; i++)
-        sheets[i] = places[i].sheet;
+        sheets[i] = s->places[order[i]].sheet;
     // cppcheck-suppress uninitvar ; the count that are sorted have been set
     qsort(sheets, count, sizeof *sheets, compare_sheets);
     for (uint32_t i = 1; i < count; i++)
@@ -210,40 +248,32 @@ static bool is_thicket(const stp_place *places, uint32_t count)
 }
 
 /* Places of the first piece to the front; 0 if there is one only, or nothing but crumbs. */
-static uint32_t gather_piece(stp_place *places, uint32_t count)
+static uint32_t gather_piece(const sets *s, uint32_t *order, uint32_t count)
 {
-    uint8_t piece[STP_PATCH_SAMPLES];
-    unsigned pieces = stp_pieces_number(places, count, piece);
+    uint64_t first = 0;
+    unsigned pieces = stp_pieces_count(s->places, order, count, &first);
     if (pieces == 1 || are_crumbs(pieces, count))
         return 0;
     uint32_t front = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        if (piece[i] == 0) {
-            uint8_t other = piece[front];
-            piece[front] = 0;
-            piece[i] = other;
-            swap(&places[i], &places[front++]);
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (first >> i & 1)
+            swap(&order[i], &order[front++]);
     return front;
 }
 
-typedef struct runs {
-    uint32_t *ends;
-    uint32_t count;
-} runs;
-
-static void split(stp_place *places, uint32_t offset, uint32_t count, runs *out)
+/* How many of a set are split off, moved to its front; 0: it is one patch. */
+static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
 {
+    bool small = count <= NORMAL_SPLIT_COUNT;
     float low[6], high[6];
     uint32_t at = 0;
-    extents(places, count, low, high);
-    if (count <= NORMAL_SPLIT_COUNT && count > 1) {
+    extents(s, order, count, small ? 6 : 3, low, high);
+    if (small && count > 1) {
         int axis = longest(low, high, 3, 6);
         if (high[axis] - low[axis] > NORMAL_EXTENT)
-            at = gather(places, count, axis, 0.5f * (low[axis] + high[axis]));
-        if ((at == 0 || at == count) && !one_sheet(places, count) && !is_thicket(places, count))
-            at = gather_sheet(places, count);
+            at = gather(s, order, count, axis, 0.5f * (low[axis] + high[axis]));
+        if ((at == 0 || at == count) && !one_sheet(s, order, count) && !is_thicket(s, order, count))
+            at = gather_sheet(s, order, count);
         if (at == count)
             at = 0;
     }
@@ -252,24 +282,30 @@ static void split(stp_place *places, uint32_t offset, uint32_t count, runs *out)
         uint32_t half = patches / 2;
         /* full patches in large sets, even ones where a set does not fill its last */
         at = patches > 8 ? half * STP_PATCH_SAMPLES : (uint32_t)((uint64_t)count * half / patches);
-        select_first(places, count, at, longest(low, high, 0, 3));
+        select_first(s, order, count, at, longest(low, high, 0, 3));
     }
-    if (at == 0 && count > 1)
-        at = gather_piece(places, count);
-    if (at == 0) {
-        order_patch(places, count);
-        out->ends[out->count++] = offset + count;
-        return;
-    }
-    split(places, offset, at, out);
-    split(places + at, offset + at, count - at, out);
+    return at == 0 && count > 1 ? gather_piece(s, order, count) : at;
 }
 
-/* ends is written through runs: NOLINTNEXTLINE(readability-non-const-parameter) */
-uint32_t stp_partition(stp_place *places, uint32_t count, uint32_t *ends)
+static void split(sets *s, uint32_t *order, uint32_t count)
 {
-    runs out = {.ends = ends};
+    uint32_t at = split_at(s, order, count);
+    if (at == 0) {
+        order_patch(s, order, count);
+        s->ends[s->run_count++] = (uint32_t)(order - s->order) + count;
+        return;
+    }
+    split(s, order, at);
+    split(s, order + at, count - at);
+}
+
+uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t *order, uint64_t *scratch,
+                       uint32_t *ends)
+{
+    sets s = {.places = places, .order = order, .ends = ends, .keys = scratch};
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = i;
     if (count > 0)
-        split(places, 0, count, &out);
-    return out.count;
+        split(&s, order, count);
+    return s.run_count;
 }

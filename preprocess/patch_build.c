@@ -1,6 +1,8 @@
 /* One patch: quantised samples, merged levels and their errors. */
 #include "preprocess/patch_build.h"
 
+#include "formats/chunk/surroundings.h"
+
 #include <string.h>
 
 #define LATTICE_MIN (-160)
@@ -44,6 +46,16 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
     return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
 }
 
+/* Multiples of a power of two, and how many of the patch's steps that is. */
+typedef struct spacing {
+    double inverse, ratio;
+} spacing;
+
+static spacing spacing_of(const builder *b, int exponent)
+{
+    return (spacing){ldexp(1.0, -exponent), ldexp(1.0, exponent - b->patch->exponent)};
+}
+
 static int32_t lattice_floor(double value, double step)
 {
     return (int32_t)floor(value / step);
@@ -75,14 +87,20 @@ static bool place(builder *b, int vertex_exponent)
     return true;
 }
 
-/* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
-static void encode_position(const builder *b, stp_dvec3 p, int lattice, stp_sample *out)
+/* To the nearest whole number, halves to the even one; |x| < 2^51. */
+static double nearest_whole(double x)
 {
-    double coarse = ldexp(1.0, lattice);
-    double ratio = ldexp(1.0, lattice - b->patch->exponent);
+    const double shift = 0x1.8p52;
+    return x + shift - shift;
+}
+
+/* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
+static void encode_position(const builder *b, stp_dvec3 p, spacing on, stp_sample *out)
+{
     double v[3] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; axis++) {
-        double steps = nearbyint(v[axis] / coarse) * ratio - (double)b->patch->origin[axis];
+        double steps =
+            nearest_whole(v[axis] * on.inverse) * on.ratio - (double)b->patch->origin[axis];
         out->position[axis] = (uint16_t)stp_max(0.0, stp_min(65535.0, steps));
     }
 }
@@ -92,40 +110,61 @@ static uint8_t byte(double value)
     return (uint8_t)lrint(stp_max(0.0, stp_min(255.0, value)));
 }
 
-/* Quantises a disc into the sample and reads it back: everything after sees the decoded one. */
-static void store(builder *b, int level, unsigned index, stp_disc *disc, int lattice,
+/* Quantises a disc into the sample. */
+static void encode(const builder *b, const stp_disc *disc, spacing on, stp_sample *out)
+{
+    encode_position(b, disc->centre, on, out);
+    out->radius = stp_radius_encode(disc->radius, b->patch->exponent);
+    for (int i = 0; i < 3; i++)
+        out->rgb[i] = byte(disc->rgb[i]);
+}
+
+/* What is kept of a disc whose sample reads back as `decoded`: everything after sees that. */
+static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp_sample *sample)
+{
+    disc->centre = decoded->centre;
+    disc->normal = decoded->normal;
+    disc->radius = decoded->radius;
+    for (int i = 0; i < 3; i++)
+        disc->rgb[i] = sample->rgb[i];
+    disc->reach = stp_max(disc->reach, decoded->radius);
+    disc->bound = stp_max(disc->bound, decoded->radius);
+}
+
+/* Quantises a merged disc into the sample, of which `like` holds the rest, and reads it back. */
+static void store(builder *b, int level, unsigned index, const stp_disc *disc, spacing on,
                   stp_sample like)
 {
     stp_sample *out = &b->samples->level[level][index];
     *out = like;
-    encode_position(b, disc->centre, lattice, out);
-    out->radius = stp_radius_encode(disc->radius, b->patch->exponent);
-    if (level > 0)
-        stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
-    for (int i = 0; i < 3; i++)
-        out->rgb[i] = byte(disc->rgb[i]);
-    stp_disc decoded = stp_disc_from_sample(out, b->patch);
-    disc->centre = decoded.centre;
-    disc->normal = decoded.normal;
-    disc->radius = decoded.radius;
-    memcpy(disc->rgb, decoded.rgb, sizeof disc->rgb);
-    disc->reach = stp_max(disc->reach, decoded.reach);
-    disc->bound = stp_max(disc->bound, decoded.bound);
+    encode(b, disc, on, out);
+    stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
+    stp_flat_disc decoded = stp_flat_disc_from_sample(out, b->patch);
     b->discs[level][index] = *disc;
+    take_decoded(&b->discs[level][index], &decoded, out);
 }
 
 static void store_items(builder *b)
 {
+    const spacing on = spacing_of(b, b->patch->exponent);
+    stp_sample *samples = b->samples->level[0];
+    stp_sample_lanes lanes;
     for (unsigned i = 0; i < b->count; i++) {
         const stp_item *item = &b->items[b->order[i]];
-        stp_disc disc = item->disc;
-        disc.centre = stp_dvec3_sub(disc.centre, b->chunk_origin);
-        stp_sample like = {.normal = {item->normal[0], item->normal[1], item->normal[2]},
-                           .flags = item->flags,
-                           .intensity = item->intensity,
-                           .class_id = item->class_id};
-        store(b, 0, i, &disc, b->patch->exponent, like);
+        stp_disc *disc = &b->discs[0][i];
+        *disc = item->disc;
+        disc->centre = stp_dvec3_sub(disc->centre, b->chunk_origin);
+        samples[i] = (stp_sample){.normal = {item->normal[0], item->normal[1], item->normal[2]},
+                                  .flags = item->flags,
+                                  .intensity = item->intensity,
+                                  .class_id = item->class_id};
+        encode(b, disc, on, &samples[i]);
         b->areas[0][i] = item->area;
+    }
+    stp_samples_decode(samples, b->count, b->patch, &lanes);
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_flat_disc decoded = stp_flat_disc_from_lanes(&lanes, i);
+        take_decoded(&b->discs[0][i], &decoded, &samples[i]);
     }
     b->patch->counts[0] = (uint8_t)b->count;
 }
@@ -191,6 +230,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
 {
     unsigned finer_count = b->patch->counts[level - 1];
     unsigned count = b->patch->counts[level];
+    const spacing on = spacing_of(b, lattice);
     stp_merge_error worst = {0};
     for (unsigned j = from; j < to; j++) {
         unsigned begin = stp_level_children_begin(j, count, finer_count);
@@ -199,7 +239,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         double area = 0.0;
         stp_disc disc = merge(b, level, begin, end, &like, &area);
         disc.radius = merged_radius(b, &disc, level, begin, end, area);
-        store(b, level, j, &disc, lattice, like);
+        store(b, level, j, &disc, on, like);
         unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
         unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
         b->areas[level][j] = area;
@@ -366,12 +406,13 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
                      stp_dvec3 chunk_origin, stp_patch *patch, stp_patch_samples *samples,
                      stp_item *vertex)
 {
-    builder b = {.items = items,
-                 .order = order,
-                 .count = count,
-                 .chunk_origin = chunk_origin,
-                 .patch = patch,
-                 .samples = samples};
+    builder b; /* its discs are as many as are built */
+    b.items = items;
+    b.order = order;
+    b.count = count;
+    b.chunk_origin = chunk_origin;
+    b.patch = patch;
+    b.samples = samples;
     int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
     if (!place(&b, vertex_lattice))

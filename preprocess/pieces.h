@@ -6,8 +6,10 @@
 #include "formats/chunk/sample.h"
 #include "preprocess/partition.h"
 
-/* Numbers the pieces of at most STP_PATCH_SAMPLES places, piece[i] of places[i]; returns how many.
- * The first place's piece is 0. The time grows with the square of the count. */
-unsigned stp_pieces_number(const stp_place *places, uint32_t count, uint8_t *piece);
+/* Returns in how many pieces the places order[0, count) lie, at most STP_PATCH_SAMPLES, and sets a
+ * bit in *first for each that is in the piece of the first. The time grows with the square of the
+ * count. */
+unsigned stp_pieces_count(const stp_place *places, const uint32_t *order, uint32_t count,
+                          uint64_t *first);
 
 #endif

@@ -2,6 +2,7 @@
 #include "formats/chunk/disc_grid.h"
 
 #include "base/memory.h"
+#include "formats/chunk/disc_cells.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -25,30 +26,6 @@
 typedef struct cell {
     int at[3];
 } cell;
-
-/* Blocks of 4 x 4 x 4 cells are hashed; the cells of a block lie together. A bucket is made of
- * what each axis gives; the parts combine by exclusive or. */
-typedef struct bucket_part {
-    uint32_t block, cell;
-} bucket_part;
-
-static bucket_part part_of(int axis, int at)
-{
-    static const uint32_t factors[3] = {0x9e3779b1u, 0x85ebca6bu, 0xc2b2ae35u};
-    uint32_t h = (uint32_t)(at >> 2) * factors[axis];
-    return (bucket_part){h ^ h >> 15, (uint32_t)(at & 3) << 2 * (2 - axis)};
-}
-
-static uint32_t bucket_of(const stp_disc_grid *g, bucket_part x, bucket_part y, bucket_part z)
-{
-    return ((x.block ^ y.block ^ z.block) & g->mask) << 6 | x.cell | y.cell | z.cell;
-}
-
-static int floor_of(float cells)
-{
-    int i = (int)cells;
-    return i - (cells < (float)i);
-}
 
 static stp_flat_disc scaled(const stp_disc_grid *g, const stp_flat_disc *d)
 {
@@ -151,12 +128,15 @@ static void take_disc(stp_disc_grid *g, uint32_t disc, const stp_flat_disc *worl
 static void take_discs(stp_disc_grid *g)
 {
     const stp_chunk *chunk = g->chunk;
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-            stp_flat_disc own =
-                stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
-            take_disc(g, i, &own);
+    stp_sample_lanes lanes;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
+        stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);
+        for (uint32_t i = 0; i < count; i++) {
+            stp_flat_disc own = stp_flat_disc_from_lanes(&lanes, i);
+            take_disc(g, first + i, &own);
         }
+    }
     for (uint32_t d = g->own_count; d < g->count; d++)
         take_disc(g, d, &g->around[d - g->own_count]);
 }
@@ -170,8 +150,8 @@ static bool cells_of_disc(const stp_disc_grid *g, const stp_lane_disc *d, cell *
         float c = d->numbers[STP_LANE_CENTRE + a], n = d->numbers[STP_LANE_NORMAL + a], half = 0.0f;
         if (radius > g->margin)
             half = fmaxf(radius * sqrtf(fmaxf(0.0f, 1.0f - n * n)) - g->margin, 0.0f);
-        low->at[a] = floor_of((c - half) * inverse);
-        high->at[a] = half > 0.0f ? floor_of((c + half) * inverse) : low->at[a];
+        low->at[a] = stp_cell_floor((c - half) * inverse);
+        high->at[a] = half > 0.0f ? stp_cell_floor((c + half) * inverse) : low->at[a];
         large |= half > REACH_CELLS * g->width;
     }
     return !large;
@@ -213,7 +193,8 @@ static void enter_discs(stp_disc_grid *g, uint32_t *bucket)
         for (int i = low.at[0]; i <= high.at[0] && !large; i++)
             for (int j = low.at[1]; j <= high.at[1]; j++)
                 for (int k = low.at[2]; k <= high.at[2]; k++) {
-                    bucket[d] = bucket_of(g, part_of(0, i), part_of(1, j), part_of(2, k));
+                    bucket[d] = stp_cell_bucket(g->mask, stp_cell_part_of(0, i),
+                                                stp_cell_part_of(1, j), stp_cell_part_of(2, k));
                     enter(g, bucket[d], d);
                 }
         if (memcmp(&low, &high, sizeof low) != 0)
@@ -352,7 +333,7 @@ static void set_reach(search *s)
 typedef struct row {
     int middle;
     float in; /* of x from the middle cell's lower face */
-    bucket_part part[2 * RING_MAX + 1];
+    stp_cell_part part[2 * RING_MAX + 1];
     float squared[2 * RING_MAX + 1]; /* distance of what their discs reach */
 } row;
 
@@ -361,7 +342,7 @@ static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
     float near_face = (float)(abs(steps) - 1) * g->width;
     float away = steps < 0 ? r->in + near_face : near_face + g->width - r->in;
     away = steps != 0 ? fmaxf(0.0f, away - g->margin) : 0.0f;
-    r->part[RING_MAX + steps] = part_of(axis, r->middle + steps);
+    r->part[RING_MAX + steps] = stp_cell_part_of(axis, r->middle + steps);
     r->squared[RING_MAX + steps] = away * away;
 }
 
@@ -377,6 +358,8 @@ static void try_buckets(search *s, uint32_t first, uint32_t last)
 {
     const stp_disc_grid *g = s->grid;
     uint32_t begin = g->begin[first], count = g->begin[last + 1] - begin;
+    if (count == 0)
+        return;
     count = count < s->tries ? count : s->tries;
     s->tries -= count;
     uint32_t entry = stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->least);
@@ -399,9 +382,9 @@ static void try_column(search *s, const row rows[3], int i, int j, int low, int 
     while (low <= high && !has_ended(s)) {
         int end = low + (3 - ((z->middle + low) & 3));
         end = end < high ? end : high;
-        const bucket_part x = rows[0].part[RING_MAX + i], y = rows[1].part[RING_MAX + j];
-        try_buckets(s, bucket_of(s->grid, x, y, z->part[RING_MAX + low]),
-                    bucket_of(s->grid, x, y, z->part[RING_MAX + end]));
+        const stp_cell_part x = rows[0].part[RING_MAX + i], y = rows[1].part[RING_MAX + j];
+        try_buckets(s, stp_cell_bucket(s->grid->mask, x, y, z->part[RING_MAX + low]),
+                    stp_cell_bucket(s->grid->mask, x, y, z->part[RING_MAX + end]));
         low = end + 1;
     }
 }
@@ -434,7 +417,7 @@ static bool try_cells(search *s)
     float room = width; /* to the nearest face of the cell */
     row rows[3];
     for (int a = 0; a < 3; a++) {
-        rows[a].middle = floor_of(s->x[a] / width);
+        rows[a].middle = stp_cell_floor(s->x[a] / width);
         rows[a].in = s->x[a] - (float)rows[a].middle * width;
         room = fminf(room, fminf(rows[a].in, width - rows[a].in));
     }

@@ -2,6 +2,7 @@
 #include "formats/chunk/disc_hints.h"
 
 #include "base/memory.h"
+#include "formats/chunk/disc_cells.h"
 
 #include <stdlib.h>
 
@@ -19,19 +20,10 @@
 
 _Static_assert(STP_DISC_HINTS_LIMIT == 1u << DISC_BITS, "a slot holds a disc's index");
 
-static inline int floor_of(float x)
-{
-    int i = (int)x;
-    return i - (x < (float)i);
-}
-
-/* Blocks of 4 x 4 x 4 cells are hashed; the cells of a block lie together. */
 static inline uint32_t slot_of(uint32_t mask, int i, int j, int k)
 {
-    uint32_t h = (uint32_t)(i >> 2) * 0x9e3779b1u ^ (uint32_t)(j >> 2) * 0x85ebca6bu ^
-                 (uint32_t)(k >> 2) * 0xc2b2ae35u;
-    h ^= h >> 15;
-    return (h & mask) << 6 | (uint32_t)((i & 3) << 4 | (j & 3) << 2 | (k & 3));
+    return stp_cell_bucket(mask, stp_cell_part_of(0, i), stp_cell_part_of(1, j),
+                           stp_cell_part_of(2, k));
 }
 
 /* In the cell that is `up` widths along the normal from the centre. */
@@ -39,7 +31,8 @@ static void enter(stp_disc_hints *h, uint32_t disc, float up)
 {
     const float *d = h->discs[disc].numbers;
     const float x = d[0] * h->scale, y = d[1] * h->scale, z = d[2] * h->scale;
-    const int i = floor_of(x + d[3] * up), j = floor_of(y + d[4] * up), k = floor_of(z + d[5] * up);
+    const int i = stp_cell_floor(x + d[3] * up), j = stp_cell_floor(y + d[4] * up),
+              k = stp_cell_floor(z + d[5] * up);
     const float a = (float)i + 0.5f - x, b = (float)j + 0.5f - y, c = (float)k + 0.5f - z;
     float score = SCORE_MAX - (a * a + b * b + c * c) * SCORE_UNIT;
     uint32_t *slot = &h->slots[slot_of(h->mask, i, j, k)];
@@ -78,9 +71,9 @@ void stp_disc_hints_pair(const stp_disc_hints *h, stp_paired_lanes *lanes)
     const uint32_t mask = h->mask;
     uint32_t slot[STP_DISC_LANES];
     for (unsigned i = 0; i < STP_DISC_LANES; i++)
-        slot[i] =
-            slot_of(mask, floor_of(lanes->point[0][i] * scale),
-                    floor_of(lanes->point[1][i] * scale), floor_of(lanes->point[2][i] * scale));
+        slot[i] = slot_of(mask, stp_cell_floor(lanes->point[0][i] * scale),
+                          stp_cell_floor(lanes->point[1][i] * scale),
+                          stp_cell_floor(lanes->point[2][i] * scale));
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         uint32_t disc = h->slots[slot[i]] & (STP_DISC_HINTS_LIMIT - 1);
         const float *d = h->discs[disc].numbers;
@@ -88,4 +81,16 @@ void stp_disc_hints_pair(const stp_disc_hints *h, stp_paired_lanes *lanes)
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             lanes->disc[c][i] = d[c];
     }
+}
+
+void stp_disc_hints_about(const stp_disc_hints *h, const float point[3],
+                          uint32_t disc[STP_LANE_STEP])
+{
+    int low[3];
+    for (int a = 0; a < 3; a++)
+        low[a] = stp_cell_floor(point[a] * h->scale - 0.5f);
+    for (int i = 0; i < (int)STP_LANE_STEP; i++)
+        disc[i] =
+            h->slots[slot_of(h->mask, low[0] + (i >> 2), low[1] + (i >> 1 & 1), low[2] + (i & 1))] &
+            (STP_DISC_HINTS_LIMIT - 1);
 }

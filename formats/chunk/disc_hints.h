@@ -26,4 +26,8 @@ void stp_disc_hints_clear(stp_disc_hints *hints);
 /* Gives each point of the lanes a disc. */
 void stp_disc_hints_pair(const stp_disc_hints *hints, stp_paired_lanes *lanes);
 
+/* Discs of the eight cells about the cell's corner that is nearest to a point. */
+void stp_disc_hints_about(const stp_disc_hints *hints, const float point[3],
+                          uint32_t disc[STP_LANE_STEP]);
+
 #endif

@@ -2,6 +2,7 @@
 #include "formats/chunk/disc_lanes.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -26,6 +27,7 @@ void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned
     }
 }
 
+STP_WIDE
 void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
                         uint32_t index)
 {
@@ -106,45 +108,77 @@ static inline bool is_own(uint32_t disc, const stp_over *over)
     return disc - over->begin < over->end - over->begin;
 }
 
-/* What a point counts over STEP discs. */
-static inline void step(const stp_disc_columns *columns, uint32_t first, bool carried,
-                        stp_over_what what, const stp_over *over, const float point[3],
-                        float out[STEP])
+/* What a point counts over the first `count` of STEP discs; says whether one is less. */
+static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_t count,
+                        bool carried, stp_over_what what, const stp_over *over,
+                        const float point[3], float least, float out[STEP])
 {
     const int numbers = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
-    const float *column[STP_LANE_NUMBERS];
     const uint32_t *index = columns->disc + first;
-    const stp_over o = *over;
-    const float p[3] = {point[0], point[1], point[2]};
+    const float *column[STP_LANE_NUMBERS];
+    int less = 0;
     for (int c = 0; c < numbers; c++)
         column[c] = columns->of[c] + first;
-    for (unsigned i = 0; i < STEP; i++) {
+    for (uint32_t i = 0; i < STEP; i++) {
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        out[i] = value(p, disc, is_own(index[i], &o), what, &o);
+        float counted = value(point, disc, is_own(index[i], over), what, over);
+        out[i] = i < count ? counted : FAR;
+        less |= out[i] < least;
     }
+    return less;
 }
 
-uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                const stp_over *over, const float point[3], float *least)
+static inline uint32_t least_of(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                bool carried, stp_over_what what, const stp_over *over,
+                                const float point[3], float *least)
 {
+    const stp_over o = *over;
+    const float p[3] = {point[0], point[1], point[2]};
     uint32_t found = UINT32_MAX;
     for (uint32_t at = 0; at < count; at += STEP) {
         float values[STEP];
-        if (over->what == STP_OVER_SQUARED)
-            step(columns, begin + at, false, STP_OVER_SQUARED, over, point, values);
-        else if (columns->of[STP_LANE_CARRIED])
-            step(columns, begin + at, true, STP_OVER_COUNT, over, point, values);
-        else
-            step(columns, begin + at, false, STP_OVER_COUNT, over, point, values);
-        for (uint32_t i = 0; i < STEP && at + i < count; i++)
+        if (!step(columns, begin + at, count - at, carried, what, &o, p, *least, values))
+            continue;
+        for (uint32_t i = 0; i < STEP; i++)
             if (values[i] < *least) {
                 *least = values[i];
                 found = begin + at + i;
             }
     }
     return found;
+}
+
+STP_WIDE
+uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                const stp_over *over, const float point[3], float *least)
+{
+    if (over->what == STP_OVER_SQUARED)
+        return least_of(columns, begin, count, false, STP_OVER_SQUARED, over, point, least);
+    if (columns->of[STP_LANE_CARRIED])
+        return least_of(columns, begin, count, true, STP_OVER_COUNT, over, point, least);
+    return least_of(columns, begin, count, false, STP_OVER_COUNT, over, point, least);
+}
+
+STP_WIDE
+bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
+                          const stp_over *over, const float point[3], float limit)
+{
+    float column[STP_LANE_NUMBERS][STEP];
+    const stp_over o = *over;
+    const float p[3] = {point[0], point[1], point[2]};
+    int reached = 0;
+    for (uint32_t i = 0; i < STEP; i++)
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            column[c][i] = discs[index[i]].numbers[c];
+    for (uint32_t i = 0; i < STEP; i++) {
+        float disc[STP_LANE_NUMBERS];
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            disc[c] = column[c][i];
+        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COUNT, &o) <= limit;
+    }
+    return reached;
 }
 
 #define COS_1 0.92387953251128674f /* of an eighth of pi */
@@ -182,6 +216,7 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
     }
 }
 
+STP_WIDE
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
                                 float counted[STP_DISC_LANES])
 {

@@ -15,6 +15,8 @@
 
 /* Room for 17 points, in whole steps of four. */
 #define STP_DISC_LANES 20
+/* So many discs are tried at a time. */
+#define STP_LANE_STEP 8u
 
 typedef struct stp_disc_lanes {
     float x[STP_DISC_LANES], y[STP_DISC_LANES], z[STP_DISC_LANES];
@@ -65,9 +67,8 @@ typedef struct stp_disc_columns {
     uint32_t *disc;
 } stp_disc_columns;
 
-/* Columns of the discs that out->disc[count] names, which must have room for a step of 8 more;
- * those of what they bring are NULL if nothing is `carried`. Errors: OUT_OF_MEMORY. */
-#define STP_LANE_STEP 8u
+/* Columns of the discs that out->disc[count] names, which must have room for a step more; those of
+ * what they bring are NULL if nothing is `carried`. Errors: OUT_OF_MEMORY. */
 stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
                                  bool carried, stp_error *err);
 void stp_disc_columns_clear(stp_disc_columns *columns);
@@ -76,6 +77,11 @@ void stp_disc_columns_clear(stp_disc_columns *columns);
  * nearest, if that is less than *least, which it then becomes; else UINT32_MAX. */
 uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
                                 const stp_over *over, const float point[3], float *least);
+
+/* Whether a point counts at most `limit` over one of the discs that `index` names, or is no farther
+ * from it. */
+bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
+                          const stp_over *over, const float point[3], float limit);
 
 /* Points, each with a disc of its own. */
 typedef struct stp_paired_lanes {

@@ -11,8 +11,6 @@
 #define FLOAT_SLACK 0x1p-17
 /* So many times the error, a disc is near. */
 #define NEAR 3.0
-/* A stored error holds what is greater by rounding. */
-#define STORED_SLACK 1.000001
 
 /* A point of which a hint does not tell enough. */
 typedef struct suspect {
@@ -90,6 +88,28 @@ static double enough(const measure *m, double slack)
     return root > 0.0 ? root * root / 2.01 : 0.0;
 }
 
+/* What counts over a disc that is not the nearest. */
+static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
+{
+    return (stp_over){STP_OVER_COUNT,
+                      {(float)n.x, (float)n.y, (float)n.z},
+                      (float)(m->merged.error - slack),
+                      (float)near_squared(m, slack),
+                      0,
+                      0};
+}
+
+/* Whether a disc that the cells about a point name settles it. */
+static bool is_settled_about(const measure *m, const suspect *s)
+{
+    const stp_over over = over_near(m, s->normal, s->slack);
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    uint32_t about[STP_LANE_STEP];
+    stp_disc_hints_about(m->hints, point, about);
+    return stp_lane_discs_reach(m->grid->numbers, about, &over, point,
+                                (float)(m->greatest - s->slack));
+}
+
 /* Whether some disc near enough settles the point. */
 static bool is_settled(const measure *m, const suspect *s)
 {
@@ -108,7 +128,7 @@ static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     double squared = 0.0, over_all = INFINITY;
-    if (is_settled(m, s))
+    if (is_settled_about(m, s) || is_settled(m, s))
         return;
     const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
     const double over_own = stp_disc_grid_overhang(m->grid, own, s->x);
@@ -162,12 +182,7 @@ static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
     const float centre[3] = {(float)c.x, (float)c.y, (float)c.z};
     const float axes[2][3] = {{(float)u.x, (float)u.y, (float)u.z},
                               {(float)v.x, (float)v.y, (float)v.z}};
-    const stp_over over = {m->merged.what,
-                           {(float)n.x, (float)n.y, (float)n.z},
-                           (float)(m->merged.error - slack),
-                           (float)near_squared(m, slack),
-                           0,
-                           0};
+    const stp_over over = over_near(m, n, slack);
     stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
     stp_disc_hints_pair(m->hints, lanes);
     uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
@@ -192,9 +207,15 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
         stp_disc_points(disc, points);
     for (unsigned i = 0; above >> i; i++)
         if (above >> i & 1)
-            m->suspects[m->suspect_count++] =
-                (suspect){points[i],      disc->normal, slack, (double)told[i] + slack,
-                          lanes.index[i], first,        last};
+            m->suspects[m->suspect_count++] = (suspect){
+                .x = points[i],
+                .normal = disc->normal,
+                .slack = slack,
+                .counted = (double)told[i] + slack,
+                .disc = lanes.index[i],
+                .first = first,
+                .last = last,
+            };
 }
 
 /* The most suspicious first: what it counts may settle the others. */
@@ -227,7 +248,7 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
     unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
     m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
-                      STORED_SLACK * m->grid->scale;
+                      STP_STORED_SLACK * m->grid->scale;
     m->merged.what = STP_OVER_COUNT;
     for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
         unsigned first = stp_covered_begin(patch->counts, level, i, 0);
@@ -276,20 +297,14 @@ static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk,
     out->level[3] = m->greatest / scale;
 }
 
-/* What may not be exceeded where `code` is stored. */
-static double stored(uint8_t code, const stp_patch *patch)
-{
-    return stp_error_decode(code, patch->exponent) * STORED_SLACK + ldexp(1e-9, patch->exponent);
-}
-
 static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
 {
     const stp_patch *patch = &chunk->patches[p];
     m->patch = patch;
     for (int level = 1; level < STP_LEVEL_COUNT; level++)
         for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]) && !m->exceeded; q++) {
-            m->greatest =
-                stored(stp_quarter_tangential_error(patch, level, q), patch) * m->grid->scale;
+            m->greatest = stp_error_held(stp_quarter_tangential_error(patch, level, q), patch) *
+                          m->grid->scale;
             measure_level(m, chunk, level, q);
         }
     return m->exceeded;

@@ -40,8 +40,10 @@ static void measure_cone(double cosine, double own, stp_merge_error *out)
     out->cone = stp_max(out->cone, acos(stp_max(-1.0, stp_min(1.0, cosine))) + own);
 }
 
-/* Takes one disc's extents along and across the merged normal, its bound, cone and colour. */
-static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge_error *out)
+/* Takes one disc's extents along and across the merged normal, its bound, cone and colour; of a
+ * normal that stands for itself alone the cosine. */
+static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge_error *out,
+                         double *least_cosine)
 {
     stp_dvec3 d = stp_dvec3_sub(disc->centre, merged->centre);
     bool known = has_normal(merged) && has_normal(disc);
@@ -57,7 +59,10 @@ static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge
     out->low = stp_min(out->low, height + down - tilt);
     out->reach = stp_max(out->reach, across + disc->reach + thick * sine);
     out->bound = stp_max(out->bound, stp_dvec3_length(d) + disc->bound);
-    measure_cone(known ? cosine : 1.0, disc->cone, out);
+    if (disc->cone > 0.0)
+        measure_cone(known ? cosine : 1.0, disc->cone, out);
+    else
+        *least_cosine = stp_min(*least_cosine, known ? cosine : 1.0);
     for (int i = 0; i < 3; i++)
         out->colour_error =
             stp_max(out->colour_error, fabs(disc->rgb[i] - merged->rgb[i]) + disc->colour_error);
@@ -110,8 +115,10 @@ static double measure_heights(const stp_disc *merged, const stp_disc *discs, uns
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
     stp_merge_error out = {.low = INFINITY, .high = -INFINITY};
+    double least_cosine = 1.0;
     for (unsigned i = 0; i < count; i++)
-        measure_disc(merged, &discs[i], &out);
+        measure_disc(merged, &discs[i], &out, &least_cosine);
+    measure_cone(least_cosine, 0.0, &out);
     out.error = stp_max(out.error, out.high - out.low);
     out.error = stp_max(out.error, measure_heights(merged, discs, count));
     return out;

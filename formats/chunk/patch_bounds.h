@@ -43,6 +43,16 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
  * channel. The tangential error needs the discs around, too: overhang.h. */
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
 
+/* A stored bound holds what is greater by rounding. */
+#define STP_STORED_SLACK 1.000001
+
+/* The greatest error that does not exceed the stored code, world units. */
+static inline double stp_error_held(uint8_t code, const stp_patch *patch)
+{
+    return stp_error_decode(code, patch->exponent) * STP_STORED_SLACK +
+           ldexp(1e-9, patch->exponent);
+}
+
 /* Two unit vectors that span the plane of a unit normal (Duff et al. 2017). */
 void stp_disc_axes(stp_dvec3 normal, stp_dvec3 *u, stp_dvec3 *v);
 

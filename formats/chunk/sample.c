@@ -1,11 +1,13 @@
 /* Codes of normals, radii, errors and angles, and the decoding of a sample. */
 #include "formats/chunk/sample.h"
 
+#include "base/wide.h"
+
 #include <string.h>
 
 #define OCT_MAX 4095.0f
 
-static float sign_not_zero(float v)
+static inline float sign_not_zero(float v)
 {
     return v < 0.0f ? -1.0f : 1.0f;
 }
@@ -32,28 +34,31 @@ void stp_normal_encode(vec3s normal, uint8_t out[3])
     out[2] = (uint8_t)(word >> 16);
 }
 
-vec3s stp_normal_decode(const uint8_t code[3])
+/* Unpacks two codes of 12 bits. */
+static inline void decode_normal(uint32_t word, float out[3])
 {
-    uint32_t word = (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
-    float u = (float)(word & 4095u) / OCT_MAX * 2.0f - 1.0f;
-    float v = (float)(word >> 12) / OCT_MAX * 2.0f - 1.0f;
-    vec3s n = {{u, v, 1.0f - fabsf(u) - fabsf(v)}};
-    float fold = fmaxf(-n.z, 0.0f);
-    n.x -= sign_not_zero(n.x) * fold;
-    n.y -= sign_not_zero(n.y) * fold;
-    return glms_vec3_normalize(n);
+    float u = (float)(int32_t)(word & 4095u) / OCT_MAX * 2.0f - 1.0f;
+    float v = (float)(int32_t)(word >> 12 & 4095u) / OCT_MAX * 2.0f - 1.0f;
+    float z = 1.0f - fabsf(u) - fabsf(v);
+    float fold = z < 0.0f ? -z : 0.0f;
+    u -= sign_not_zero(u) * fold;
+    v -= sign_not_zero(v) * fold;
+    float scale = 1.0f / sqrtf(u * u + v * v + z * z);
+    out[0] = u * scale;
+    out[1] = v * scale;
+    out[2] = z * scale;
 }
 
-/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. */
-static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
+static inline uint32_t normal_word(const uint8_t code[3])
 {
-    if (!(value > 0.0))
-        return 0;
-    double octaves = log2(value) - (double)exponent + (double)bias;
-    double code = ceil(octaves * (double)per_octave - 1e-9) + 1.0;
-    if (code < 1.0)
-        return 1;
-    return (uint8_t)(code > 255.0 ? 255.0 : code);
+    return (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
+}
+
+vec3s stp_normal_decode(const uint8_t code[3])
+{
+    vec3s n;
+    decode_normal(normal_word(code), n.raw);
+    return n;
 }
 
 /* 2^exponent; ldexp without its call where a double holds it plainly. */
@@ -73,6 +78,25 @@ static const double fractions[16] = {
     0x1.306fe0a31b715p+0, 0x1.3dea64c123422p+0, 0x1.4bfdad5362a27p+0, 0x1.5ab07dd485429p+0,
     0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
     0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
+
+/* A value that exceeds a code's by no more than this part of it still has that code. */
+#define CODE_SLACK 0x1.3p-34
+
+/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. per_octave: 8 or
+ * 16. */
+static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
+{
+    int octave = 0, part = 0;
+    if (!(value > 0.0))
+        return 0;
+    if (isinf(value))
+        return 255;
+    const double mantissa = 2.0 * frexp(value, &octave) * (1.0 - CODE_SLACK); /* 1 to 2 */
+    for (int i = 0; i < 16; i += 16 / per_octave)
+        part += mantissa > fractions[i];
+    int64_t code = (int64_t)(octave - 1 - exponent + bias) * per_octave + part + 1;
+    return (uint8_t)(code < 1 ? 1 : code > 255 ? 255 : code);
+}
 
 /* per_octave: 8 or 16. */
 static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
@@ -126,4 +150,38 @@ stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch)
 {
     return stp_radius_decode(sample->radius, patch->exponent);
+}
+
+/* A sample is known by a word of its normal and whether it has one. */
+STP_WIDE
+static void decode_normals(const uint32_t word[STP_PATCH_SAMPLES],
+                           const double known[STP_PATCH_SAMPLES], unsigned count,
+                           stp_sample_lanes *out)
+{
+    for (unsigned i = 0; i < count; i++) {
+        float n[3];
+        decode_normal(word[i], n);
+        double x = (double)n[0], y = (double)n[1], z = (double)n[2];
+        double scale = known[i] / sqrt(x * x + y * y + z * z);
+        out->normal[0][i] = x * scale;
+        out->normal[1][i] = y * scale;
+        out->normal[2][i] = z * scale;
+    }
+}
+
+void stp_samples_decode(const stp_sample *samples, unsigned count, const stp_patch *patch,
+                        stp_sample_lanes *out)
+{
+    const double step = power_of_two(patch->exponent);
+    uint32_t word[STP_PATCH_SAMPLES];
+    double known[STP_PATCH_SAMPLES];
+    for (unsigned i = 0; i < count; i++) {
+        const stp_sample *s = &samples[i];
+        word[i] = normal_word(s->normal);
+        known[i] = s->flags & STP_SAMPLE_HAS_NORMAL ? 1.0 : 0.0;
+        out->radius[i] = stp_radius_decode(s->radius, patch->exponent);
+        for (int a = 0; a < 3; a++)
+            out->centre[a][i] = ((double)patch->origin[a] + s->position[a]) * step;
+    }
+    decode_normals(word, known, count, out);
 }

@@ -140,4 +140,15 @@ stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch);
 /* Radius of a sample, world units. */
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch);
 
+/* Samples of a patch, decoded, as columns: world units relative to the chunk's origin; normals are
+ * unit, or zero where unknown. */
+typedef struct stp_sample_lanes {
+    double centre[3][STP_PATCH_SAMPLES], normal[3][STP_PATCH_SAMPLES], radius[STP_PATCH_SAMPLES];
+} stp_sample_lanes;
+
+/* Decodes up to STP_PATCH_SAMPLES samples, each to what the functions above give, several times as
+ * fast; what lies behind the count is undefined. */
+void stp_samples_decode(const stp_sample *samples, unsigned count, const stp_patch *patch,
+                        stp_sample_lanes *out);
+
 #endif

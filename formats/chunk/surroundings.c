@@ -109,6 +109,7 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
 {
     stp_status status = STP_OK;
     const stp_chunk *chunk = other->chunk;
+    stp_sample_lanes lanes;
     stp_dvec3 offset = stp_dvec3_sub(other->origin, s->middle.origin);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch_ball ball = ball_of(other, p);
@@ -116,11 +117,12 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
             break;
         if (!touches(s, &ball))
             continue;
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-            stp_flat_disc disc =
-                stp_flat_disc_from_sample(&chunk->samples[0][i], &chunk->patches[p]);
+        uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
+        stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);
+        for (uint32_t i = 0; i < count; i++) {
+            stp_flat_disc disc = stp_flat_disc_from_lanes(&lanes, i);
             disc.centre = stp_dvec3_add(disc.centre, offset);
-            STP_TRY(add_disc(s, &disc, other->carry ? &other->carry[i] : NULL, err));
+            STP_TRY(add_disc(s, &disc, other->carry ? &other->carry[first + i] : NULL, err));
         }
     }
 done:

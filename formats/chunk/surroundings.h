@@ -50,6 +50,12 @@ typedef struct stp_surroundings {
 } stp_surroundings;
 
 stp_flat_disc stp_flat_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
+static inline stp_flat_disc stp_flat_disc_from_lanes(const stp_sample_lanes *l, unsigned i)
+{
+    return (stp_flat_disc){{l->centre[0][i], l->centre[1][i], l->centre[2][i]},
+                           {l->normal[0][i], l->normal[1][i], l->normal[2][i]},
+                           l->radius[i]};
+}
 
 /* World box of the bounds of its patches. */
 stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);

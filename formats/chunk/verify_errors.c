@@ -3,9 +3,6 @@
 
 #include "formats/chunk/patch_bounds.h"
 
-/* Recomputation repeats the writer's arithmetic; what is left is rounding. */
-#define SLACK 1.000001
-
 typedef struct levels {
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
 } levels;
@@ -22,7 +19,7 @@ static void decode(const stp_chunk *chunk, uint32_t index, levels *out)
 
 static bool exceeds(double found, uint8_t stored, const stp_patch *patch)
 {
-    return found > stp_error_decode(stored, patch->exponent) * SLACK + ldexp(1e-9, patch->exponent);
+    return found > stp_error_held(stored, patch);
 }
 
 static const char *check_sample(const levels *l, const stp_patch *patch, int level, unsigned q,
@@ -65,8 +62,8 @@ static const char *check_bounds(const levels *l, const stp_patch *patch)
         .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
     stp_dvec3 centre = stp_sample_position(&at, patch);
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
-    double radius = stp_radius_decode(patch->bound_radius, patch->exponent) * SLACK;
-    double angle = stp_cone_angle_decode(patch->cone_angle) * SLACK;
+    double radius = stp_radius_decode(patch->bound_radius, patch->exponent) * STP_STORED_SLACK;
+    double angle = stp_cone_angle_decode(patch->cone_angle) * STP_STORED_SLACK;
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         for (unsigned i = 0; i < patch->counts[level]; i++) {
             const stp_disc *d = &l->discs[level][i];
