@@ -151,12 +151,21 @@ stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, s
     return stp_pool_run(pool, count, run_relieved, &r, err);
 }
 
-void stp_cloud_clear(stp_cloud *cloud)
+void stp_cloud_unsort(stp_cloud *cloud)
 {
     stp_box_tree_clear(&cloud->tree, cloud->spill);
-    stp_spill_free(cloud->spill, cloud->points);
     stp_spill_free(cloud->spill, cloud->sheets);
     stp_spill_free(cloud->spill, cloud->marks);
     free(cloud->cells);
+    cloud->sheets = NULL;
+    cloud->marks = NULL;
+    cloud->cells = NULL;
+    cloud->cell_count = 0;
+}
+
+void stp_cloud_clear(stp_cloud *cloud)
+{
+    stp_cloud_unsort(cloud);
+    stp_spill_free(cloud->spill, cloud->points);
     *cloud = (stp_cloud){0};
 }

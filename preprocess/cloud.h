@@ -39,6 +39,7 @@ typedef struct stp_cell {
 /* What is found of a point: bits. */
 #define STP_MARK_TURNED 1u   /* its normal's sign is the other one */
 #define STP_MARK_ORIENTED 2u /* which side is the outside is known */
+#define STP_MARK_OUTLIER 4u  /* far from everything else */
 
 typedef struct stp_cloud {
     stp_cloud_point *points;
@@ -58,6 +59,8 @@ stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill,
  * source), cuts the order into cells and makes room for what will be found of each point. Errors:
  * OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
+/* Frees what the sort made: the points may change, and be sorted again. */
+void stp_cloud_unsort(stp_cloud *cloud);
 /* stp_pool_run for tasks that walk through arrays by point: keeps to the spill's limit between
  * them. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,

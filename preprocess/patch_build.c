@@ -178,7 +178,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     stp_disc out = {0};
     double sum = 0.0, intensity = 0.0, largest = -1.0;
     stp_dvec3 lead = {0.0, 0.0, 0.0};
-    unsigned flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+    unsigned flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_OUTLIER;
     *area = 0.0;
     for (unsigned i = begin; i < end; i++) {
         double weight = finer[i].radius > 0.0 ? finer[i].radius * finer[i].radius : 1e-300;
@@ -207,7 +207,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     if (out.normal.x == 0.0 && out.normal.y == 0.0 && out.normal.z == 0.0)
         flags &= ~(unsigned)STP_SAMPLE_HAS_NORMAL;
     like->intensity = byte(intensity / sum);
-    like->flags = (uint8_t)(flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL));
+    like->flags = (uint8_t)flags;
     return out;
 }
 

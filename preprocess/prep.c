@@ -18,10 +18,10 @@
 /* At least, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
-enum { STAGE_READ, STAGE_SORT, STAGE_SURFACE, STAGE_ORIENTATION, STAGE_PATCHES };
+enum { STAGE_READ, STAGE_SORT, STAGE_OUTLIERS, STAGE_SURFACE, STAGE_ORIENTATION, STAGE_PATCHES };
 
-const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {"read", "sort", "surface",
-                                                                "orientation", "patches"};
+const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
+    "read", "sort", "outliers", "surface", "orientation", "patches"};
 
 static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, const stp_point *point,
                             stp_prep_stats *stats, stp_error *err)
@@ -46,15 +46,26 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
                              .intensity = point->intensity,
                              .class_id = point->class_id,
                              .station = point->station};
-    stats->points_unstationed += point->station == 0;
-    if (point->intensity > stats->intensity_max)
-        stats->intensity_max = point->intensity;
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
         out->given = true;
     }
     return STP_OK;
+}
+
+/* What is told of the points that are stored. */
+static void count_stored(const stp_cloud *cloud, stp_prep_stats *stats)
+{
+    stats->points_out = cloud->count;
+    stats->points_unstationed = 0;
+    stats->intensity_max = 0;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        const stp_cloud_point *p = &cloud->points[i];
+        stats->points_unstationed += p->station == 0;
+        if (p->intensity > stats->intensity_max)
+            stats->intensity_max = p->intensity;
+    }
 }
 
 /* one_station: all points are its. */
@@ -81,7 +92,7 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         stp_spill_relieve(spill);
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
-    stats->points_out = cloud->count;
+    count_stored(cloud, stats);
     if (cloud->count == 0)
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
@@ -127,6 +138,13 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
         if (stats->rejected[r] > 0 || r == STP_REJECT_NOT_FINITE)
             cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r),
                                     (double)stats->rejected[r]);
+    if (stats->outliers != STP_OUTLIERS_KEEP) {
+        cJSON *outliers = cJSON_AddObjectToObject(root, "outliers");
+        cJSON_AddNumberToObject(outliers, "distance", stats->outlier_distance);
+        cJSON_AddNumberToObject(outliers,
+                                stats->outliers == STP_OUTLIERS_MARK ? "marked" : "dropped",
+                                (double)stats->outlier_count);
+    }
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
@@ -143,9 +161,9 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     return text;
 }
 
-static uint32_t attributes_of(const stp_prep_source *source)
+static uint32_t attributes_of(const stp_prep_source *source, stp_outlier_mode outliers)
 {
-    uint32_t out = 0;
+    uint32_t out = outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
     out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
     out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
@@ -168,10 +186,36 @@ static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
     stats->stage_seconds[stage] = now - *since;
     stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
     *since = now;
-    if (stage + 1 == STP_PREP_STAGE_COUNT)
+    int next = stage + 1;
+    if (next == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP)
+        next++;
+    if (next == STP_PREP_STAGE_COUNT)
         return STP_OK;
-    return stp_progress_update(progress, stp_prep_stage_names[stage + 1], 0, stats->points_out,
-                               err);
+    return stp_progress_update(progress, stp_prep_stage_names[next], 0, stats->points_out, err);
+}
+
+/* Marks outliers, or drops them and tells the source. */
+static stp_status treat_outliers(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
+                                 stp_pool *pool, const stp_progress *progress,
+                                 stp_prep_stats *stats, double *since, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t count = 0, *sources = NULL;
+    if (stats->outliers == STP_OUTLIERS_KEEP)
+        return STP_OK;
+    STP_TRY(stp_outliers_find(cloud, k, stats->outlier_distance, pool, progress, &count, err));
+    stats->outlier_count = count;
+    if (stats->outliers == STP_OUTLIERS_DROP && count > 0) {
+        STP_TRY(stp_outliers_drop(cloud, count, pool, &sources, err));
+        stats->rejected[STP_REJECT_OUTLIER] = count;
+        for (uint32_t i = 0; source->rejected && i < count; i++)
+            STP_TRY(source->rejected(source->context, sources[i], STP_REJECT_OUTLIER, err));
+        count_stored(cloud, stats);
+    }
+    STP_TRY(end_stage(stats, STAGE_OUTLIERS, since, progress, err));
+done:
+    stp_spill_free(cloud->spill, sources);
+    return status;
 }
 
 /* By whose positions normals will be oriented, if anyone's. */
@@ -197,7 +241,7 @@ static stp_status write_tree(const char *path, const stp_cloud *cloud,
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
                                    .codec = params->codec,
-                                   .attributes = attributes_of(source),
+                                   .attributes = attributes_of(source, stats->outliers),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
     stp_status status = stp_chunk_writer_create(&writer, path, &out, err);
@@ -274,7 +318,10 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     unsigned threads = stp_pool_thread_count(pool);
     double start = stp_clock_seconds();
     double since = start;
-    *stats = (stp_prep_stats){0};
+    *stats = (stp_prep_stats){.outliers = params->outliers,
+                              .outlier_distance = params->outlier_distance > 0.0
+                                                      ? params->outlier_distance
+                                                      : STP_OUTLIER_DISTANCE};
     if (source->point_count >= UINT32_MAX - 1)
         return stp_error_set(err, STP_LIMIT,
                              "%s: more than %u points: split the input into several models",
@@ -286,13 +333,14 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(stp_spill_create(&spill, &room, err));
     bool one_station = orient.mode == STP_ORIENT_POSITION;
     STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
-    choose_stations(&orient, source, stats);
-    tree.intensity_max = stats->intensity_max;
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     STP_TRY(stp_cloud_sort(&cloud, pool, err));
     STP_TRY(end_stage(stats, STAGE_SORT, &since, progress, err));
+    STP_TRY(treat_outliers(&cloud, k, source, pool, progress, stats, &since, err));
+    choose_stations(&orient, source, stats);
+    tree.intensity_max = stats->intensity_max;
     STP_TRY(find_surface(&cloud, k, &orient, unit_points(&plan, &cloud, threads), pool, progress,
                          stats, &since, err));
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));

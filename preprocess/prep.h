@@ -1,15 +1,16 @@
 /* The whole of preprocessing: scans in, one chunk file out.
  *
- * Stages: read, sort, surface (neighbours, spacings, normals, pieces), orientation, patches (with
- * errors, tree and writing). Memory: what is given; where the points and what is known of them,
- * about 90 bytes each, do not fit there, they lie in temporary files (base/spill.h). A failure or a
- * kill leaves no file. Threads: those of the pool; the same bytes for any number, and for any
- * memory. */
+ * Stages: read, sort, outliers (where they are looked for), surface (neighbours, spacings, normals,
+ * pieces), orientation, patches (with errors, tree and writing). Memory: what is given; where the
+ * points and what is known of them, about 90 bytes each, do not fit there, they lie in temporary
+ * files (base/spill.h). A failure or a kill leaves no file. Threads: those of the pool; the same
+ * bytes for any number, and for any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
 #include "formats/scan/scan.h"
 #include "preprocess/orientation.h"
+#include "preprocess/outliers.h"
 #include "preprocess/tree.h"
 
 /* Neighbours asked for of each point, where the caller does not say. */
@@ -29,7 +30,8 @@ typedef struct stp_prep_source {
     /* Fills up to capacity points, *count 0 at the end. */
     stp_status (*read)(void *context, stp_point *points, size_t capacity, size_t *count,
                        stp_error *err);
-    /* Hears of each record that is not stored, by its number in all that is read; may be NULL. */
+    /* Hears of each record that is not stored, by its number in all that is read, while it is read
+     * and, of outliers, once more from the first on when all are; may be NULL. */
     stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);
     uint64_t point_count;      /* records, no more will come */
     uint32_t attributes;       /* STP_POINT_HAS_* */
@@ -47,25 +49,31 @@ typedef struct stp_prep_params {
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec;
+    stp_outlier_mode outliers;
+    double outlier_distance; /* spacings; 0: STP_OUTLIER_DISTANCE */
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: where the output goes */
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 5
+#define STP_PREP_STAGE_COUNT 6
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
     uint64_t rejected[STP_REJECT_COUNT]; /* by reason; NONE: 0 */
     stp_tree_stats tree;
     stp_orientation orientation;
+    stp_outlier_mode outliers;   /* what was done with them, */
+    double outlier_distance;     /* and at how many spacings */
+    uint64_t outlier_count;      /* marked, or dropped and among the rejected */
     uint16_t intensity_max;      /* of what is stored; 255 in the file stands for it */
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
-    uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end */
+    uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end; 0: it
+                                                        was left out */
 } stp_prep_stats;
 
 /* Names of the stages, in order. */

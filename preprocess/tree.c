@@ -66,7 +66,8 @@ static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
 {
     bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
     return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
-                     (oriented ? STP_SAMPLE_ORIENTED : 0));
+                     (oriented ? STP_SAMPLE_ORIENTED : 0) |
+                     (cloud->marks[i] & STP_MARK_OUTLIER ? STP_SAMPLE_OUTLIER : 0));
 }
 
 static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_params *params)

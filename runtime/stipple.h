@@ -50,7 +50,8 @@ typedef enum stp_colour {
     STP_COLOUR_NONE = 1, /* every sample in the same light grey */
     STP_COLOUR_INTENSITY = 2,
     STP_COLOUR_CLASS = 3,
-    STP_COLOUR_ELEVATION = 4
+    STP_COLOUR_ELEVATION = 4,
+    STP_COLOUR_OUTLIERS = 5 /* samples marked so magenta, others grey by their brightness */
 } stp_colour;
 
 /* Of intensity and elevation, low to high. The numbers are STP_PALETTE_* of shaders/layout.glsl. */

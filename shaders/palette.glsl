@@ -54,6 +54,12 @@ vec3 stp_palette_class(uint number)
     return number < 23u ? colours[number] : stp_palette_hash(number);
 }
 
+// Outliers magenta, all else grey by its own brightness.
+vec3 stp_palette_outlier(bool outlier, vec3 colour)
+{
+    return outlier ? vec3(0.90, 0.20, 0.80) : vec3(0.2 + 0.5 * dot(colour, vec3(0.299, 0.587, 0.114)));
+}
+
 // Green is the finest level of a patch, then yellow, orange, red; the deeper the chunk, the brighter.
 vec3 stp_palette_level(int level, int depth)
 {

@@ -34,6 +34,7 @@ struct stp_disc {
     float intensity;      // 0 to 1
     float elevation;      // along the scan's z, relative to the eye
     uint class_id;
+    bool outlier;
     uint kind;
     bool has_normal;
     bool oriented;
@@ -125,6 +126,7 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
     disc.elevation = from_eye.z;
     disc.intensity = float(texel.w >> 24) / 255.0;
     disc.class_id = texel.z >> 24;
+    disc.outlier = (texel.y & 0x04000000u) != 0u;
     disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
     disc.oriented = stp_sample_oriented(texel);
     disc.has_normal = (texel.y & 0x02000000u) != 0u;

@@ -73,6 +73,8 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
     return stp_palette_class(disc.class_id);
 #elif STP_COLOUR == STP_COLOUR_ELEVATION
     return stp_palette_ramp((disc.elevation - colour_range.x) * colour_range.y);
+#elif STP_COLOUR == STP_COLOUR_OUTLIERS
+    return stp_palette_outlier(disc.outlier, disc.colour);
 #else
     return disc.colour;
 #endif

@@ -66,13 +66,17 @@ static inline stp_sample fixture_merge(const stp_sample *s, unsigned count)
         out.position[i] = (uint16_t)(position / count);
         out.rgb[i] = (uint8_t)(colour / count);
     }
-    for (unsigned k = 1; k < count; k++)
+    for (unsigned k = 1; k < count; k++) {
         out.radius = s[k].radius > out.radius ? s[k].radius : out.radius;
+        if (!(s[k].flags & STP_SAMPLE_OUTLIER))
+            out.flags &= (uint8_t)~STP_SAMPLE_OUTLIER;
+    }
     out.radius = (uint8_t)(out.radius + 16);
     return out;
 }
 
 #define FIXTURE_LEAF_ERROR 60
+#define FIXTURE_ATTRIBUTES ((uint32_t)(STP_HAS_COLOUR | STP_HAS_INTENSITY | STP_HAS_OUTLIERS))
 
 /* Coarser levels, bound, cone and errors (from `error` at level 0 on) of a patch whose level 0 is
  * there. */
@@ -169,6 +173,8 @@ static inline stp_chunk *fixture_leaf(uint64_t seed, uint32_t patch_count, unsig
             s->position[2] = (uint16_t)(100 + jitter / 256 % 8);
             s->radius = (uint8_t)(1 + 16 * 5 + jitter / 4096 % 8);
             s->flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+            if (k < 5) /* of a merged sample all, of the next one some */
+                s->flags |= STP_SAMPLE_OUTLIER;
             stp_normal_encode(glms_vec3_normalize((vec3s){{tilt, 0.1f, 1.0f}}), s->normal);
             s->rgb[0] = (uint8_t)(100 + i + jitter / 65536 % 8);
             s->rgb[1] = (uint8_t)(80 + k + jitter / 65536 % 8);
@@ -187,6 +193,7 @@ typedef struct fixture_tree {
     uint32_t children[FIXTURE_CHUNK_LIMIT][8];
     uint32_t child_counts[FIXTURE_CHUNK_LIMIT];
     uint32_t count;
+    uint32_t attributes_denied; /* of FIXTURE_ATTRIBUTES, which the file does not say it has */
     stp_dbox box;
 } fixture_tree;
 
@@ -268,7 +275,7 @@ static inline stp_status fixture_write(fixture_tree *tree, const char *path, stp
     const uint32_t *children[FIXTURE_CHUNK_LIMIT];
     stp_chunk_writer_params params = {.force = true,
                                       .codec = codec,
-                                      .attributes = STP_HAS_COLOUR | STP_HAS_INTENSITY,
+                                      .attributes = FIXTURE_ATTRIBUTES & ~tree->attributes_denied,
                                       .orientation = STP_ORIENTATION_FILE,
                                       .lambda = 1.7};
     uint64_t bytes = 0;

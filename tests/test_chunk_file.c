@@ -160,7 +160,7 @@ static void test_tree(void **state)
     assert_int_equal(info->chunk_count, 7);
     assert_int_equal(info->depth, 3);
     assert_int_equal(info->point_count, tree.entries[6].points_under);
-    assert_int_equal(info->attributes, STP_HAS_COLOUR | STP_HAS_INTENSITY);
+    assert_int_equal(info->attributes, STP_HAS_COLOUR | STP_HAS_INTENSITY | STP_HAS_OUTLIERS);
     assert_string_equal(info->metadata_json, FIXTURE_METADATA);
     assert_true(info->box.min.x == tree.box.min.x && info->box.max.z == tree.box.max.z);
     for (uint32_t id = 0; id < 7; id++) {
@@ -312,7 +312,8 @@ static void test_many_pages(void **state)
     }
     uint32_t handle = fixture_add(&tree, root, (stp_dvec3){0, 0, 0}, 4 * LEAVES);
     stp_chunk_writer *writer = NULL;
-    stp_chunk_writer_params params = {.force = true, .codec = STP_CODEC_DRACO, .lambda = 1.7};
+    stp_chunk_writer_params params = {
+        .force = true, .codec = STP_CODEC_DRACO, .attributes = STP_HAS_OUTLIERS, .lambda = 1.7};
     const uint32_t *children[COUNT] = {0};
     uint32_t ids[LEAVES];
     uint32_t child_counts[COUNT] = {0};

@@ -411,7 +411,23 @@ static void spoil_joint_error(fixture_tree *tree)
 
 static void spoil_orientation(fixture_tree *tree)
 {
-    tree->chunks[0]->samples[0][3].flags = STP_SAMPLE_HAS_NORMAL;
+    tree->chunks[0]->samples[0][3].flags &= (uint8_t)~STP_SAMPLE_ORIENTED;
+}
+
+static void spoil_reserved_flag(fixture_tree *tree)
+{
+    tree->chunks[0]->samples[0][3].flags |= 1u << 3;
+}
+
+/* All that it covers are outliers. */
+static void spoil_mark(fixture_tree *tree)
+{
+    tree->chunks[0]->samples[1][0].flags ^= STP_SAMPLE_OUTLIER;
+}
+
+static void spoil_attribute(fixture_tree *tree)
+{
+    tree->attributes_denied = STP_HAS_OUTLIERS;
 }
 
 static void spoil_bound(fixture_tree *tree)
@@ -440,6 +456,9 @@ static void test_verify(void **state)
         {spoil_quarter_overhang, "patch 1: the tangential error of a merged sample exceeds"},
         {spoil_joint_error, "patch 1: its error at level 0"},
         {spoil_orientation, "orientation"},
+        {spoil_reserved_flag, "a reserved flag"},
+        {spoil_mark, "mark as an outlier"},
+        {spoil_attribute, "says it has no marks"},
         {spoil_bound, "radius exceeds"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

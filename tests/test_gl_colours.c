@@ -69,7 +69,9 @@ static uint8_t *draw(prep_cloud *cloud, const char *path, const stp_draw_params 
     stp_view view;
     uint8_t *picture = malloc(SIZE * SIZE * 4);
     assert_non_null(picture);
-    check_ok(prep_cloud_run(cloud, path, 2, NULL, &stats, err));
+    const stp_prep_params marks = {
+        .outliers = params->colour == STP_COLOUR_OUTLIERS ? STP_OUTLIERS_MARK : STP_OUTLIERS_KEEP};
+    check_ok(prep_cloud_run(cloud, path, 2, &marks, &stats, err));
     gl_fixture_open(&f, path, NULL);
     stp_camera camera = stp_camera_default(&f.model->info->box, &f.model->ball, SIZE, SIZE);
     check_ok(stp_view_create(&view, &camera, &f.model->ball, SIZE, SIZE, err));
@@ -136,6 +138,42 @@ static void by_elevation(void **state)
                                     .colour_range = {centre.z - radius, centre.z + radius}});
 }
 
+/* Marked points are magenta, the others a grey by their brightness. Drawn are single pixels. */
+static void by_outliers(void **state)
+{
+    (void)state;
+    enum { FAR = 12 };
+    prep_cloud cloud = make_cloud();
+    stp_draw_params params = {.colour = STP_COLOUR_OUTLIERS,
+                              .reconstruct = STP_RECONSTRUCT_POINTS,
+                              .shade = STP_SHADE_LAMBERT,
+                              .every_sample = true};
+    for (uint32_t i = 0; i < COUNT; i++)
+        for (int c = 0; c < 3; c++)
+            cloud.points[i].rgb[c] = c == 1 ? 65535 : 0; /* green: no grey */
+    for (uint32_t i = 0; i < FAR; i++)
+        cloud.points[i].position =
+            (stp_dvec3){centre.x + 2.0 * radius * cos(0.5 * i),
+                        centre.y + 2.0 * radius * sin(0.5 * i), centre.z + 5.0 * i - 25.0};
+    uint8_t *picture = draw(&cloud, "colours_a.stipple", &params);
+    unsigned magenta = 0, grey_count = 0, other = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        const uint8_t *p = picture + 4 * i;
+        if (p[3] == 0)
+            continue;
+        bool grey_pixel = p[0] == p[1] && p[1] == p[2];
+        bool magenta_pixel = p[0] > p[2] && p[2] > 2 * p[1];
+        grey_count += grey_pixel;
+        magenta += magenta_pixel;
+        other += !grey_pixel && !magenta_pixel;
+    }
+    assert_int_equal(other, 0);
+    assert_true(magenta >= FAR / 3 && magenta <= FAR);
+    assert_true(grey_count > 1000);
+    free(picture);
+    free(cloud.points);
+}
+
 /* Intensities are spread evenly, heights from end to end. */
 static void ranges(void **state)
 {
@@ -159,10 +197,8 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(by_intensity),
-        cmocka_unit_test(by_class),
-        cmocka_unit_test(by_elevation),
-        cmocka_unit_test(ranges),
+        cmocka_unit_test(by_intensity), cmocka_unit_test(by_class), cmocka_unit_test(by_elevation),
+        cmocka_unit_test(by_outliers),  cmocka_unit_test(ranges),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     stp_gl_context_destroy(&context);

@@ -61,6 +61,10 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
     if (params->colour == STP_COLOUR_CLASS && !(model->info->attributes & STP_HAS_CLASS))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--colour class: the model has no classes: give elevation or none");
+    if (params->colour == STP_COLOUR_OUTLIERS && !(model->info->attributes & STP_HAS_OUTLIERS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour outliers: none are marked in the model: prepare it with "
+                             "--outliers mark");
     if (o->colour_range) {
         if (sscanf(o->colour_range, "%lf,%lf%n", &range[0], &range[1], &used) == 2 &&
             !o->colour_range[used] && range[0] < range[1] && isfinite(range[1] - range[0]))

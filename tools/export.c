@@ -16,7 +16,8 @@ const cli_command cli_export = {
     .summary = "write the points of a chunk file as PLY",
     .usage = "stipple export M.stipple -o F.ply [options]",
     .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
-               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.",
+               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
+               "Where prep marked outliers, the property outlier is 1 for them, else 0.",
     .run = run,
 };
 
@@ -68,7 +69,8 @@ static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3
     double intensity = fmin(65535.0, s->intensity * intensity_step + 0.5);
     stp_point p = {.position = stp_dvec3_add(origin, stp_sample_position(s, patch)),
                    .intensity = (uint16_t)intensity,
-                   .class_id = s->class_id};
+                   .class_id = s->class_id,
+                   .outlier = (s->flags & STP_SAMPLE_OUTLIER) != 0};
     if (s->flags & STP_SAMPLE_HAS_NORMAL)
         p.normal = stp_normal_decode(s->normal);
     for (int i = 0; i < 3; i++)
@@ -127,6 +129,7 @@ static uint32_t point_attributes(const stp_chunk_file_info *info)
     out |= info->attributes & STP_HAS_COLOUR ? (uint32_t)STP_POINT_HAS_COLOUR : 0;
     out |= info->attributes & STP_HAS_INTENSITY ? (uint32_t)STP_POINT_HAS_INTENSITY : 0;
     out |= info->attributes & STP_HAS_CLASS ? (uint32_t)STP_POINT_HAS_CLASS : 0;
+    out |= info->attributes & STP_HAS_OUTLIERS ? (uint32_t)STP_POINT_HAS_OUTLIER : 0;
     return out;
 }
 

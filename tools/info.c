@@ -71,9 +71,26 @@ done:
 
 static void print_attributes(uint32_t attributes)
 {
-    printf("attributes     normal%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
+    printf("attributes     normal%s%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
            attributes & STP_HAS_INTENSITY ? " intensity" : "",
-           attributes & STP_HAS_CLASS ? " class" : "");
+           attributes & STP_HAS_CLASS ? " class" : "",
+           attributes & STP_HAS_OUTLIERS ? " outlier" : "");
+}
+
+/* "12 marked, more than 3 local spacings from everything else": as prep counted. */
+static void print_outliers(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *outliers = cJSON_GetObjectItemCaseSensitive(metadata, "outliers");
+    const cJSON *distance = cJSON_GetObjectItemCaseSensitive(outliers, "distance");
+    static const char *const words[] = {"marked", "dropped"};
+    for (size_t i = 0; i < 2; i++) {
+        const cJSON *count = cJSON_GetObjectItemCaseSensitive(outliers, words[i]);
+        if (cJSON_IsNumber(count) && cJSON_IsNumber(distance))
+            printf("outliers       %.0f %s, more than %g local spacings from everything else\n",
+                   count->valuedouble, words[i], distance->valuedouble);
+    }
+    cJSON_Delete(metadata);
 }
 
 static void print_depths(const depth_summary *depths, uint32_t count)
@@ -112,6 +129,7 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
     print_attributes(info->attributes);
+    print_outliers(info);
     printf("orientation    %s\n", stp_orientation_name(info->orientation));
     printf("lambda         %g\n", info->lambda);
     printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
@@ -155,6 +173,8 @@ static cJSON *json_attributes(uint32_t attributes)
         cJSON_AddItemToArray(out, cJSON_CreateString("intensity"));
     if (attributes & STP_HAS_CLASS)
         cJSON_AddItemToArray(out, cJSON_CreateString("class"));
+    if (attributes & STP_HAS_OUTLIERS)
+        cJSON_AddItemToArray(out, cJSON_CreateString("outlier"));
     return out;
 }
 

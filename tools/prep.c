@@ -13,15 +13,18 @@
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns;
     uint64_t neighbours, sample, seed, memory;
-    double precision;
+    double precision, outlier_distance;
     bool recompute_normals, force;
-    int codec, progress;
+    int codec, progress, outliers;
     cli_common common;
 } prep_options;
 
 /* What part of the time stages take, for the time left: 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0}, {"sort", 3.0}, {"surface", 30.0}, {"orientation", 4.0}, {"patches", 60.0}};
+    {"read", 3.0},     {"sort", 3.0},        {"outliers", 0.0},
+    {"surface", 30.0}, {"orientation", 4.0}, {"patches", 60.0}};
+/* Neighbours are searched for once more. */
+#define OUTLIERS_WEIGHT 20.0
 
 static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
 {
@@ -85,12 +88,20 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
+                              .outliers = (stp_outlier_mode)o->outliers,
+                              .outlier_distance = o->outlier_distance,
                               .force = o->force,
                               .memory_bytes = o->memory,
                               .temp_folder = o->temp};
-    const cli_progress_plan plan = {stage_weights, STP_PREP_STAGE_COUNT, o->progress == 1};
+    cli_progress_stage stages[STP_PREP_STAGE_COUNT];
+    const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++) {
+        stages[i] = stage_weights[i];
+        if (strcmp(stages[i].name, "outliers") == 0 && o->outliers != STP_OUTLIERS_KEEP)
+            stages[i].weight = OUTLIERS_WEIGHT;
+    }
     cli_progress_expect(&plan);
     STP_TRY(parse_orient(o->orient, &params, err));
     for (size_t i = 0; i < count; i++)
@@ -120,7 +131,10 @@ const cli_command cli_prep = {
         "quotes, or @list.txt with an input a line.\n"
         "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\n"
-        "the README), else as they are propagated from one to the next (--orient auto).",
+        "the README), else as they are propagated from one to the next (--orient auto).\n"
+        "--outliers looks for points, and groups of at most K of them, that are far from all\n"
+        "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
+        "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
     .run = prep_main,
 };
 
@@ -140,6 +154,10 @@ static int prep_main(int argc, char **argv)
         {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
          "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
+        {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
+         "points far from everything else (keep)", NULL},
+        {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
+         "how far: in local spacings, 1 or more (3)", NULL},
         {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
          "greatest position error (half the input's own scale)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads (draco)", NULL},
@@ -162,6 +180,10 @@ static int prep_main(int argc, char **argv)
         return cli_usage(&cli_prep, "no output: give -o M.stipple");
     if (o.neighbours < 3 || o.neighbours > STP_NEIGHBOURS_LIMIT)
         return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
+    if (o.outlier_distance != 0.0 && o.outliers == STP_OUTLIERS_KEEP)
+        return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
+    if (o.outlier_distance != 0.0 && !(o.outlier_distance >= 1.0))
+        return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
     if (o.precision < 0.0)
         return cli_usage(&cli_prep, "--precision: give a positive length");
     stp_error error = {0};

@@ -36,7 +36,6 @@ static stp_status end_scan(prep_inputs *in, stp_error *err)
     stp_status status = STP_OK;
     STP_TRY(check_unchanged(in, err));
     in->stations_before += stp_scan_get_info(in->scan)->station_count;
-    in->read_before += in->files[in->current].point_count;
     stp_scan_close(&in->scan);
     in->current++;
 done:
@@ -73,7 +72,15 @@ static stp_status write_quoted(stp_output *output, const char *text, stp_error *
     return status == STP_OK ? stp_output_write(output, "\"", 1, err) : status;
 }
 
-/* Batches are of one file, so a rejected record is one of the current file's. */
+/* Goes to the file of a record: places go up, but for outliers, which begin again. */
+static void seek_reject(prep_inputs *in, uint64_t place)
+{
+    if (place < in->reject_before)
+        in->reject_file = in->reject_before = 0;
+    while (place - in->reject_before >= in->files[in->reject_file].point_count)
+        in->reject_before += in->files[in->reject_file++].point_count;
+}
+
 static stp_status note_reject(void *context, uint64_t place, stp_reject reason, stp_error *err)
 {
     prep_inputs *in = context;
@@ -81,9 +88,10 @@ static stp_status note_reject(void *context, uint64_t place, stp_reject reason, 
     char line[64];
     if (!in->rejects)
         return STP_OK;
-    int length = snprintf(line, sizeof line, ",%" PRIu64 ",%s\n", place - in->read_before,
+    seek_reject(in, place);
+    int length = snprintf(line, sizeof line, ",%" PRIu64 ",%s\n", place - in->reject_before,
                           stp_reject_name(reason));
-    STP_TRY(write_quoted(in->rejects, in->paths[in->current], err));
+    STP_TRY(write_quoted(in->rejects, in->paths[in->reject_file], err));
     STP_TRY(stp_output_write(in->rejects, line, (size_t)length, err));
 done:
     return status;

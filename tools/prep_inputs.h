@@ -22,11 +22,12 @@ typedef struct prep_inputs {
     stp_scan *scan;
     prep_input *facts;    /* by file */
     stp_prep_file *files; /* by file: for the metadata; names are the paths' */
-    uint64_t read_before; /* records of the files before the current one */
     stp_dvec3 *stations;  /* of all inputs, one after the other */
     size_t station_count, station_capacity;
     uint32_t stations_before; /* of the inputs before the current one */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
+    size_t reject_file;       /* of the last such record, */
+    uint64_t reject_before;   /* and how many records the files before it have */
 } prep_inputs;
 
 /* What all inputs together are; every file is opened once, so that a wrong one fails at once.

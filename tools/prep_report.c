@@ -16,6 +16,8 @@ cJSON *prep_report_json(const stp_prep_stats *s)
     cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
         cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
+    cJSON_AddNumberToObject(root, "outliers_marked",
+                            s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -26,10 +28,12 @@ cJSON *prep_report_json(const stp_prep_stats *s)
     cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
     cJSON *stages = cJSON_AddObjectToObject(root, "stages");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
-        cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
+        if (s->stage_peak_bytes[i] > 0)
+            cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
     cJSON *peaks = cJSON_AddObjectToObject(root, "stage_peak_rss_bytes");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
-        cJSON_AddNumberToObject(peaks, stp_prep_stage_names[i], (double)s->stage_peak_bytes[i]);
+        if (s->stage_peak_bytes[i] > 0)
+            cJSON_AddNumberToObject(peaks, stp_prep_stage_names[i], (double)s->stage_peak_bytes[i]);
     return root;
 }
 
@@ -55,6 +59,7 @@ static void print_rejects(const stp_prep_stats *s)
         [STP_REJECT_NOT_FINITE] = "not finite",
         [STP_REJECT_NO_RETURN] = "without a return",
         [STP_REJECT_INVALID] = "marked invalid",
+        [STP_REJECT_OUTLIER] = "outliers",
     };
     const char *separator = " (";
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
@@ -64,6 +69,20 @@ static void print_rejects(const stp_prep_stats *s)
         separator = ", ";
     }
     fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
+}
+
+/* "0.012 %"; of what was read and could have been stored. */
+static void print_outliers(const stp_prep_stats *s)
+{
+    bool marked = s->outliers == STP_OUTLIERS_MARK;
+    double points = (double)(s->points_out + (marked ? 0 : s->outlier_count));
+    if (s->outliers == STP_OUTLIERS_KEEP)
+        return;
+    fprintf(stderr,
+            "outliers: %" PRIu64 " %s (%.3g %%), more than %g local spacings from everything else, "
+            "alone or in small groups\n",
+            s->outlier_count, marked ? "marked" : "dropped",
+            100.0 * (double)s->outlier_count / points, s->outlier_distance);
 }
 
 static void print_row(const char *stage, const char *seconds, const char *rate, const char *memory)
@@ -86,14 +105,16 @@ void prep_report_print(const stp_prep_stats *s)
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
     print_rejects(s);
+    print_outliers(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / (double)s->points_out);
     print_orientation(s);
     print_row("stage", "seconds", "points/s", "memory so far");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
-        print_stage(stp_prep_stage_names[i], s->stage_seconds[i], s->points_out,
-                    s->stage_peak_bytes[i]);
+        if (s->stage_peak_bytes[i] > 0)
+            print_stage(stp_prep_stage_names[i], s->stage_seconds[i], s->points_out,
+                        s->stage_peak_bytes[i]);
     print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
     if (s->temporary_bytes > 0)
         fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);

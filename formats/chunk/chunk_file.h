@@ -30,7 +30,12 @@ typedef enum stp_codec {
 } stp_codec;
 
 /* What an attribute bit says the source had; the sample's bytes exist in any case. */
-enum { STP_HAS_COLOUR = 1u << 0, STP_HAS_INTENSITY = 1u << 1, STP_HAS_CLASS = 1u << 2 };
+enum {
+    STP_HAS_COLOUR = 1u << 0,
+    STP_HAS_INTENSITY = 1u << 1,
+    STP_HAS_CLASS = 1u << 2,
+    STP_HAS_OUTLIERS = 1u << 3 /* were looked for, and are marked */
+};
 
 typedef enum stp_orientation {
     STP_ORIENTATION_UNKNOWN = 0,

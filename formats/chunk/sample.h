@@ -31,10 +31,12 @@
 #define STP_ERROR_CODES_PER_OCTAVE 8
 #define STP_ERROR_CODE_BIAS_OCTAVES 8
 
-/* flags of a sample: bit 0 orientation known, bit 1 normal known, bits 4-5 kind */
+/* flags of a sample: bit 0 orientation known, bit 1 normal known, bit 2 far from everything else (a
+ * merged sample: all it stands for are), bits 4-5 kind */
 enum {
     STP_SAMPLE_ORIENTED = 1u << 0,
     STP_SAMPLE_HAS_NORMAL = 1u << 1,
+    STP_SAMPLE_OUTLIER = 1u << 2,
     STP_SAMPLE_KIND_SHIFT = 4,
     STP_SAMPLE_KIND_MASK = 3u << 4
 };

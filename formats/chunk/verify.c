@@ -110,9 +110,11 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     stp_dvec3 p = stp_sample_position(sample, patch);
     stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
     double radius = stp_sample_radius(sample, patch);
-    if (sample->flags &
-        ~(unsigned)(STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_KIND_MASK))
+    if (sample->flags & ~(unsigned)(STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL |
+                                    STP_SAMPLE_OUTLIER | STP_SAMPLE_KIND_MASK))
         return "a sample has a reserved flag set";
+    if (sample->flags & STP_SAMPLE_OUTLIER && !(at->v->info->attributes & STP_HAS_OUTLIERS))
+        return "a sample is marked as an outlier in a file that says it has no marks";
     if (!in_box(p, &box))
         return "a sample lies outside the chunk's box";
     if (sample->radius > patch->radius[level])
@@ -128,8 +130,28 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     return NULL;
 }
 
+/* A merged sample is marked as an outlier where all it covers are. */
+static bool marks_agree(const stp_chunk *chunk, uint32_t index)
+{
+    const uint8_t *counts = chunk->patches[index].counts;
+    for (int l = 1; l < STP_LEVEL_COUNT; l++) {
+        const stp_sample *coarse = chunk->samples[l] + chunk->level_begin[l][index];
+        const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][index];
+        for (unsigned j = 0, i = 0; j < counts[l]; j++) {
+            unsigned mark = STP_SAMPLE_OUTLIER;
+            for (; i < stp_level_children_begin(j + 1, counts[l], counts[l - 1]); i++)
+                mark &= finer[i].flags;
+            if ((coarse[j].flags & STP_SAMPLE_OUTLIER) != mark)
+                return false;
+        }
+    }
+    return true;
+}
+
 static const char *check_samples(const place *at, uint32_t index)
 {
+    if (!marks_agree(at->chunk, index))
+        return "a merged sample's mark as an outlier is not that of all it covers";
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         const uint32_t *begin = at->chunk->level_begin[l];
         for (uint32_t k = begin[index]; k < begin[index + 1]; k++) {

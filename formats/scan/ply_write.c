@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* x y z double, nx ny nz float, rgb, intensity, class, station */
-#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2)
+#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2 + 1)
 /* Above, their numbers need two bytes; the greatest value of either type names none. */
 #define STP_PLY_BYTE_STATIONS 255u
 /* Bytes are gathered here so that stp_output is called per block, not per property. */
@@ -69,6 +69,8 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p,
         if (params->station_count > STP_PLY_BYTE_STATIONS)
             *at++ = (unsigned char)(number >> 8 & 0xff);
     }
+    if (params->attributes & STP_POINT_HAS_OUTLIER)
+        *at++ = p->outlier;
     return at;
 }
 
@@ -120,6 +122,8 @@ static stp_status put_properties(stp_ply_writer *w, stp_error *err)
                          p->station_count > STP_PLY_BYTE_STATIONS ? "property ushort station\n"
                                                                   : "property uchar station\n",
                          err));
+    if (p->attributes & STP_POINT_HAS_OUTLIER)
+        STP_TRY(put_text(w, "property uchar outlier\n", err));
 done:
     return status;
 }

@@ -5,9 +5,10 @@
  * Vertex properties, in this order: x y z; nx ny nz (float); red green blue (uchar: the upper byte
  * of the 16-bit colour, rounded); intensity (ushort); classification (uchar); station (its number,
  * counted from 0, as uchar, or as ushort where there are more than 255; unknown: the type's
- * greatest value). Stations' positions are comments, see ply_stations.h. Faces are `list uchar int
- * vertex_indices` (uint where a vertex index needs it). Does not write lines, textures or ASCII.
- * Coordinates are written as given. Memory: bounded. Threads: one at a time per writer. */
+ * greatest value); outlier (uchar, 1 or 0). Stations' positions are comments, see ply_stations.h.
+ * Faces are `list uchar int vertex_indices` (uint where a vertex index needs it). Does not write
+ * lines, textures or ASCII. Coordinates are written as given. Memory: bounded. Threads: one at a
+ * time per writer. */
 #ifndef STP_FORMATS_SCAN_PLY_WRITE_H
 #define STP_FORMATS_SCAN_PLY_WRITE_H
 

@@ -35,10 +35,9 @@ struct stp_scan {
 const char *stp_reject_name(stp_reject reject)
 {
     static const char *const names[STP_REJECT_COUNT] = {
-        [STP_REJECT_NONE] = "none",
-        [STP_REJECT_NOT_FINITE] = "not_finite",
-        [STP_REJECT_NO_RETURN] = "no_return",
-        [STP_REJECT_INVALID] = "invalid",
+        [STP_REJECT_NONE] = "none",           [STP_REJECT_NOT_FINITE] = "not_finite",
+        [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
+        [STP_REJECT_OUTLIER] = "outlier",
     };
     return names[reject];
 }

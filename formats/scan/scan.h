@@ -26,6 +26,7 @@ typedef enum stp_reject {
     STP_REJECT_NOT_FINITE, /* a coordinate is NaN or infinite: told by who reads the points */
     STP_REJECT_NO_RETURN,  /* the scanner's ray met nothing */
     STP_REJECT_INVALID,    /* the file marks it: withheld, deleted, of unknown position */
+    STP_REJECT_OUTLIER,    /* far from everything else: told when all points are read */
     STP_REJECT_COUNT
 } stp_reject;
 
@@ -40,6 +41,7 @@ typedef struct stp_point {
     uint8_t class_id;
     uint8_t reject;   /* stp_reject; position and all else mean nothing where it is not NONE */
     uint16_t station; /* place among the scan's stations, counted from 1; 0: unknown */
+    uint8_t outlier;  /* 1: marked as one; written alone */
 } stp_point;
 
 enum {
@@ -47,7 +49,8 @@ enum {
     STP_POINT_HAS_COLOUR = 1u << 1,
     STP_POINT_HAS_INTENSITY = 1u << 2,
     STP_POINT_HAS_CLASS = 1u << 3,
-    STP_POINT_HAS_STATION = 1u << 4 /* points name stations, of which positions may be missing */
+    STP_POINT_HAS_STATION = 1u << 4, /* points name stations, of which positions may be missing */
+    STP_POINT_HAS_OUTLIER = 1u << 5  /* of a writer alone */
 };
 
 /* Most stations of a scan. */
