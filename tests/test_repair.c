@@ -352,6 +352,20 @@ static void test_entries(void **state)
     free_bench(b);
 }
 
+/* The directory's end is gone, and with it the checksum of what is left. */
+static void test_cut(void **state)
+{
+    (void)state;
+    bench *b = setup_bench();
+    for (size_t cut = 1; cut < 1100; cut += 333) {
+        unlink(output_path());
+        assert_int_equal(repair_size(b, b->size - cut, output_path(), false), STP_OK);
+        assert_non_null(strstr(b->report, "the file was cut"));
+        assert_int_equal(assert_points(b, 0), 0);
+    }
+    free_bench(b);
+}
+
 /* ---- with loss ---- */
 
 static void assert_named(bench *b, uint32_t id)
@@ -410,6 +424,28 @@ static void test_metadata_names(void **state)
     cJSON_Delete(json);
     stp_chunk_file_close(&file);
     free_bench(b);
+}
+
+/* A payload and, elsewhere, its directory page: what the entry still says of the payload counts,
+ * and no damaged point is taken for a sound one. */
+static void test_leaf_and_page(void **state)
+{
+    (void)state;
+    for (uint32_t id = FIRST_LEAF; id < CHUNKS; id++)
+        for (int spoilt = 0; spoilt < 3; spoilt++) {
+            bench *b = setup_bench();
+            size_t size = 0;
+            uint8_t *bytes = segment(b, id, 2, &size);
+            bytes[size - 1] ^= 3; /* low bits of a colour or position: it still decodes */
+            memset(entry(b, spoilt == 0 ? FIRST_LEAF + CHUNKS - 1 - id : (uint32_t)spoilt), 0,
+                   STP_ENTRY_BYTES);
+            if (spoilt == 2)
+                memset(entry(b, id) + 100, 1, 8);
+            repair(b);
+            bool placed = spoilt < 2 || id < FIRST_LEAF + 2; /* else nothing tells where it was */
+            assert_int_equal(assert_points(b, 1u << id) > 0, placed);
+            free_bench(b);
+        }
 }
 
 /* A parent that is damaged too, as far as it can be read, stands in; the rest is rebuilt. */
@@ -564,7 +600,9 @@ int main(void)
         cmocka_unit_test(test_appended),
         cmocka_unit_test(test_inner),
         cmocka_unit_test(test_entries),
+        cmocka_unit_test(test_cut),
         cmocka_unit_test(test_leaf),
+        cmocka_unit_test(test_leaf_and_page),
         cmocka_unit_test(test_metadata_names),
         cmocka_unit_test(test_leaf_and_parent),
         cmocka_unit_test(test_metadata),

@@ -31,7 +31,11 @@ void stp_damaged_say(const stp_damaged *d, const char *format, ...)
 stp_status stp_damaged_read(const stp_damaged *d, uint64_t offset, void *bytes, size_t size,
                             stp_error *err)
 {
-    stp_status status = stp_file_read_at(d->descriptor, d->path, offset, bytes, size, err);
+    size_t there = offset < d->file_bytes ? size : 0;
+    if (there > 0 && there > d->file_bytes - offset)
+        there = (size_t)(d->file_bytes - offset);
+    stp_status status = stp_file_read_at(d->descriptor, d->path, offset, bytes, there, err);
+    memset((uint8_t *)bytes + there, 0, size - there);
     for (size_t i = 0; status == STP_OK && i < d->mend_count; i++) {
         const stp_mend *m = &d->mends[i];
         uint64_t begin = m->offset > offset ? m->offset : offset;

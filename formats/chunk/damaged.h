@@ -27,6 +27,7 @@ typedef struct stp_damaged {
     stp_header header;
     bool header_rebuilt;      /* from the directory */
     bool header_told;         /* and without a proof */
+    uint32_t entries_told;    /* directory entries taken or rebuilt without a proof */
     char *metadata;           /* ends in a zero byte */
     bool metadata_lost;       /* metadata is what was found */
     stp_chunk_entry *entries; /* by id */
@@ -43,7 +44,7 @@ void stp_damaged_close(stp_damaged *d);
 void stp_damaged_say(const stp_damaged *d, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* Reads with what is mended. Errors: IO, CORRUPT (the end of the file). */
+/* Reads with what is mended; zeros where a cut file has nothing. Errors: IO. */
 stp_status stp_damaged_read(const stp_damaged *d, uint64_t offset, void *bytes, size_t size,
                             stp_error *err);
 /* Lays a copy of the bytes over the file's. Errors: OUT_OF_MEMORY. */

@@ -12,20 +12,28 @@
 
 /* ---- entries that agree with their payloads ---- */
 
-static stp_status payload_matches(const stp_damaged *d, const stp_chunk_entry *e, bool *out,
-                                  stp_error *err)
+static uint64_t entry_offset(const stp_damaged *d, uint32_t id)
+{
+    return stp_page_offset(&d->header, id / STP_PAGE_ENTRIES) +
+           (uint64_t)(id % STP_PAGE_ENTRIES) * d->header.entry_bytes;
+}
+
+/* How many segments of the payload, from the first on, are what the entry says. */
+static stp_status count_sound(const stp_damaged *d, const stp_chunk_entry *e, int *out,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
     size_t size = e->segment_end[STP_SEGMENT_COUNT - 1];
-    *out = stp_range_inside(e->offset, size, d->file_bytes);
-    if (!*out)
+    *out = 0;
+    if (!stp_range_inside(e->offset, size, d->file_bytes))
         return STP_OK;
     STP_TRY(stp_alloc(&bytes, size + 1, 1, "payload", err));
     STP_TRY(stp_damaged_read(d, e->offset, bytes, size, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        *out &= stp_hash(bytes + begin, e->segment_end[s] - begin) == e->segment_hash[s];
+        bool sound = stp_hash(bytes + begin, e->segment_end[s] - begin) == e->segment_hash[s];
+        *out += *out == s && sound;
         begin = e->segment_end[s];
     }
 done:
@@ -62,12 +70,12 @@ static stp_status try_entry(stp_damaged *d, uint32_t id, const uint8_t *bytes, f
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     uint8_t described[STP_ENTRY_BYTES];
-    bool fits = false;
+    int sound = 0;
     *out = FIT_NOT;
     if (stp_entry_read(bytes, id, &d->header, &d->entries[id], NULL) != STP_OK)
         return STP_OK;
-    STP_TRY(payload_matches(d, &d->entries[id], &fits, err));
-    if (!fits)
+    STP_TRY(count_sound(d, &d->entries[id], &sound, err));
+    if (sound < STP_SEGMENT_COUNT)
         return STP_OK;
     stp_status decoded = stp_damaged_chunk(d, id, 0, &chunk, err);
     if (decoded != STP_OK) {
@@ -88,8 +96,7 @@ static stp_status try_entries(stp_damaged *d, fit *fits, stp_error *err)
     stp_status status = STP_OK;
     uint8_t bytes[STP_ENTRY_BYTES];
     for (uint32_t id = 0; id < d->header.chunk_count; id++) {
-        uint64_t at = stp_page_offset(&d->header, id / STP_PAGE_ENTRIES) +
-                      (uint64_t)(id % STP_PAGE_ENTRIES) * d->header.entry_bytes;
+        uint64_t at = entry_offset(d, id);
         if (d->known[id] || !stp_range_inside(at, sizeof bytes, d->file_bytes))
             continue;
         STP_TRY(stp_damaged_read(d, at, bytes, sizeof bytes, err));
@@ -194,11 +201,34 @@ static void blame(place *places, uint32_t count)
     }
 }
 
-static stp_status prove(stp_damaged *d, const fit *fits, stp_error *err)
+/* Whether a chunk's patch vertices lie in the file's box: what can be asked of a place that nothing
+ * proves. */
+static stp_status lies_inside(const stp_damaged *d, uint32_t id, bool *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    const stp_dbox *box = &d->header.box;
+    STP_TRY(stp_damaged_chunk(d, id, 2, &chunk, err));
+    *out = true;
+    for (uint32_t p = 0; p < chunk->patch_count && !d->header_rebuilt; p++) {
+        const stp_sample *sample = &chunk->samples[STP_LEVEL_COUNT - 1][p];
+        double room = stp_sample_radius(sample, &chunk->patches[p]);
+        stp_dvec3 at =
+            stp_dvec3_add(d->entries[id].origin, stp_sample_position(sample, &chunk->patches[p]));
+        *out &= at.x >= box->min.x - room && at.x <= box->max.x + room;
+        *out &= at.y >= box->min.y - room && at.y <= box->max.y + room;
+        *out &= at.z >= box->min.z - room && at.z <= box->max.z + room;
+    }
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* told: by id, set where an entry is taken though nothing proves its place. */
+static stp_status prove(stp_damaged *d, const fit *fits, bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t count = d->header.chunk_count;
-    uint32_t told = 0;
     place *places = NULL;
     STP_TRY(stp_alloc(&places, count, sizeof *places, "directory", err));
     for (uint32_t id = 0; id < count; id++)
@@ -211,17 +241,14 @@ static stp_status prove(stp_damaged *d, const fit *fits, stp_error *err)
     blame(places, count);
     for (uint32_t id = 0; id < count; id++) {
         bool exact = fits[id] == FIT_EXACT && !places[id].refuted;
+        if (exact && !places[id].proven)
+            STP_TRY(lies_inside(d, id, &exact, err));
         if (fits[id] != FIT_NOT && (places[id].proven || exact)) {
             d->known[id] = true;
             d->finest[id] = 0;
-            told += !places[id].proven;
+            told[id] = !places[id].proven;
         }
     }
-    if (told > 0)
-        stp_damaged_say(d,
-                        "%" PRIu32 " directory entries agree with their payloads, but nothing else "
-                        "tells where these lie: taken as they are",
-                        told);
 done:
     free(places);
     return status;
@@ -301,10 +328,33 @@ static stp_dvec3 sign_zeros(const stp_chunk_entry *e)
     return o;
 }
 
+/* A found payload may itself be damaged: the checksums in what is left of the entry tell. Where
+ * some of them match, the entry was not wiped, and a segment of which it does not is lost; where
+ * none does, nothing proves the payload. */
+static stp_status judge_payload(stp_damaged *d, uint32_t id, bool *told, stp_error *err)
+{
+    stp_chunk_entry *e = &d->entries[id];
+    uint8_t bytes[STP_ENTRY_BYTES];
+    stp_status status = stp_damaged_read(d, entry_offset(d, id), bytes, sizeof bytes, err);
+    int sound = 0, matching = 0;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        uint64_t hash = stp_get_u64(bytes + 24 + 8 * s);
+        bool matches = hash == e->segment_hash[s];
+        sound += sound == s && (matches || hash == 0); /* a zero tells of a wiped place */
+        matching += matches;
+    }
+    told[id] = matching < STP_SEGMENT_COUNT;
+    d->known[id] = true;
+    d->finest[id] = (uint8_t)(matching == 0 ? 0 : STP_SEGMENT_COUNT - sound);
+    if (d->finest[id] != 0)
+        stp_damaged_say(d, "chunk %" PRIu32 ": its segment %d is lost", id, sound);
+    return status;
+}
+
 /* Takes the payload at the gap's begin as chunk id's, if it is one and lies where its parent has
  * it. */
 static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap *g, bool *found,
-                              stp_error *err)
+                              bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *above = NULL, *chunk = NULL;
@@ -328,11 +378,10 @@ static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap 
     e.origin = sign_zeros(&e);
     d->entries[id] = e;
     STP_TRY(joins(d, parent, above, id, chunk, found, err));
-    if (*found) {
-        d->known[id] = true;
-        d->finest[id] = 0;
-        g->begin += e.segment_end[STP_SEGMENT_COUNT - 1];
-    }
+    if (!*found)
+        goto done;
+    g->begin += e.segment_end[STP_SEGMENT_COUNT - 1];
+    STP_TRY(judge_payload(d, id, told, err));
 done:
     stp_chunk_destroy(&above);
     stp_chunk_destroy(&chunk);
@@ -349,7 +398,7 @@ static void mark_parents(const stp_damaged *d, bool *inner)
 
 /* Leaves, one after the other as they lie in the gaps. */
 static stp_status fill_gaps(stp_damaged *d, gap *gaps, size_t gap_count, const bool *inner,
-                            stp_error *err)
+                            bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
     for (size_t i = 0; i < gap_count; i++) {
@@ -360,7 +409,7 @@ static stp_status fill_gaps(stp_damaged *d, gap *gaps, size_t gap_count, const b
                 uint32_t parent =
                     d->known[id] || inner[id] ? STP_CHUNK_NONE : listing_parent(d, id);
                 if (parent != STP_CHUNK_NONE)
-                    STP_TRY(try_payload(d, id, parent, &gaps[i], &found, err));
+                    STP_TRY(try_payload(d, id, parent, &gaps[i], &found, told, err));
                 if (found)
                     stp_damaged_say(d,
                                     "chunk %" PRIu32 ": its directory entry is rebuilt from its "
@@ -373,10 +422,61 @@ done:
     return status;
 }
 
+/* Whether a chunk of which some is sound lies where its parent has it or, where that cannot be
+ * asked, where it may. Of a payload that does not decode it does not. */
+static stp_status has_place(const stp_damaged *d, uint32_t id, bool *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *above = NULL, *chunk = NULL;
+    uint32_t parent = listing_parent(d, id);
+    *out = false;
+    stp_status decoded = stp_damaged_chunk(d, id, 2, &chunk, err);
+    if (decoded != STP_OK)
+        return decoded == STP_CORRUPT || decoded == STP_UNSUPPORTED ? STP_OK : decoded;
+    if (parent == STP_CHUNK_NONE) {
+        STP_TRY(lies_inside(d, id, out, err));
+    } else {
+        STP_TRY(stp_damaged_chunk(d, parent, 0, &above, err));
+        STP_TRY(joins(d, parent, above, id, chunk, out, err));
+    }
+done:
+    stp_chunk_destroy(&above);
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* Takes entries of which some of the payload is sound, where nothing better was found. */
+static stp_status take_partial(stp_damaged *d, bool *told, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_ENTRY_BYTES];
+    for (uint32_t id = 0; id < d->header.chunk_count; id++) {
+        stp_chunk_entry *e = &d->entries[id];
+        int sound = 0;
+        bool placed = false;
+        if (d->known[id])
+            continue;
+        STP_TRY(stp_damaged_read(d, entry_offset(d, id), bytes, sizeof bytes, err));
+        if (stp_entry_read(bytes, id, &d->header, e, NULL) != STP_OK)
+            continue;
+        STP_TRY(count_sound(d, e, &sound, err));
+        if (sound > 0 && sound < STP_SEGMENT_COUNT) /* a whole one was refuted */
+            STP_TRY(has_place(d, id, &placed, err));
+        if (!placed)
+            continue;
+        d->known[id] = told[id] = true;
+        d->finest[id] = (uint8_t)(STP_SEGMENT_COUNT - sound);
+        stp_damaged_say(d, "chunk %" PRIu32 ": its segment %d is lost", id, sound);
+    }
+done:
+    return status;
+}
+
 /* ---- pages ---- */
 
+/* A checksum that fits proves all that the entries say, payloads included. */
 static stp_status mend_page(stp_damaged *d, uint32_t page, uint8_t *bytes, size_t hashed,
-                            stp_error *err)
+                            bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t at = stp_page_offset(&d->header, page);
@@ -385,6 +485,8 @@ static stp_status mend_page(stp_damaged *d, uint32_t page, uint8_t *bytes, size_
         STP_TRY(stp_damaged_read(d, at + hashed, stored, sizeof stored, err));
     stp_put_u64(bytes + hashed, stp_hash(bytes, hashed));
     bool proven = memcmp(stored, bytes + hashed, sizeof stored) == 0;
+    for (uint32_t i = 0; proven && i < stp_page_entry_count(&d->header, page); i++)
+        told[page * STP_PAGE_ENTRIES + i] = false;
     STP_TRY(stp_damaged_mend(d, at, bytes, hashed + STP_HASH_BYTES, err));
     stp_damaged_say(d, "directory page %" PRIu32 " is rebuilt%s", page,
                     proven ? "; its checksum proves it" : "");
@@ -393,7 +495,7 @@ done:
 }
 
 /* Writes the damaged pages of which all entries are known. */
-static stp_status mend_pages(stp_damaged *d, const bool *was_known, stp_error *err)
+static stp_status mend_pages(stp_damaged *d, const bool *was_known, bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t bytes[STP_PAGE_ENTRIES * STP_ENTRY_BYTES + STP_HASH_BYTES];
@@ -402,12 +504,12 @@ static stp_status mend_pages(stp_damaged *d, const bool *was_known, stp_error *e
         size_t hashed = (size_t)count * STP_ENTRY_BYTES;
         bool complete = !was_known[first] && d->header.entry_bytes == STP_ENTRY_BYTES;
         for (uint32_t i = 0; i < count; i++) {
-            complete &= d->known[first + i];
+            complete &= d->known[first + i] && d->finest[first + i] == 0;
             stp_entry_write(&d->entries[first + i], bytes + (size_t)i * STP_ENTRY_BYTES);
         }
         if (!complete)
             continue;
-        STP_TRY(mend_page(d, page, bytes, hashed, err));
+        STP_TRY(mend_page(d, page, bytes, hashed, told, err));
     }
 done:
     return status;
@@ -418,22 +520,32 @@ stp_status stp_lost_entries_find(stp_damaged *d, stp_error *err)
     stp_status status = STP_OK;
     const uint32_t count = d->header.chunk_count;
     fit *fits = NULL;
-    bool *was_known = NULL, *inner = NULL;
+    bool *was_known = NULL, *inner = NULL, *told = NULL;
     gap *gaps = NULL;
     STP_TRY(stp_alloc(&fits, count, sizeof *fits, "directory", err));
     STP_TRY(stp_alloc(&was_known, count, sizeof *was_known, "directory", err));
+    STP_TRY(stp_alloc(&told, count, sizeof *told, "directory", err));
     STP_TRY(stp_alloc(&inner, count, sizeof *inner, "directory", err));
     STP_TRY(stp_alloc(&gaps, (size_t)count + 1, sizeof *gaps, "directory", err));
     memcpy(was_known, d->known, count * sizeof *was_known);
     STP_TRY(try_entries(d, fits, err));
-    STP_TRY(prove(d, fits, err));
+    STP_TRY(prove(d, fits, told, err));
     mark_parents(d, inner);
-    STP_TRY(fill_gaps(d, gaps, find_gaps(d, gaps), inner, err));
-    STP_TRY(mend_pages(d, was_known, err));
+    STP_TRY(fill_gaps(d, gaps, find_gaps(d, gaps), inner, told, err));
+    STP_TRY(take_partial(d, told, err));
+    STP_TRY(mend_pages(d, was_known, told, err));
+    for (uint32_t id = 0; id < count; id++)
+        d->entries_told += told[id];
+    if (d->entries_told > 0)
+        stp_damaged_say(d,
+                        "%" PRIu32 " directory entries are taken though no checksum proves them: "
+                        "they agree with their payloads",
+                        d->entries_told);
 done:
     free(fits);
     free(was_known);
     free(inner);
+    free(told);
     free(gaps);
     return status;
 }

@@ -196,6 +196,8 @@ char *stp_repair_note_write(const stp_repair_plan *plan, const stp_repair_result
     cJSON_AddNumberToObject(repair, "stand_ins", (double)result->stand_ins);
     if (d->header_told)
         cJSON_AddTrueToObject(repair, "header_told");
+    if (d->entries_told > 0)
+        cJSON_AddNumberToObject(repair, "entries_told", d->entries_told);
     if (d->metadata_lost)
         add_found(repair, d);
     cJSON *lost = cJSON_AddArrayToObject(repair, "lost");
