@@ -179,7 +179,10 @@ static stp_status prove_single(const stp_damaged *d, place *out, stp_error *err)
             stp_dbox_add(
                 &box, stp_dvec3_add(d->entries[0].origin, stp_sample_position(&chunk->samples[0][i],
                                                                               &chunk->patches[p])));
-    out->proven = memcmp(&box, &d->header.box, sizeof box) == 0;
+    const stp_dbox *should = &d->header.box;
+    out->proven = box.min.x == should->min.x && box.min.y == should->min.y &&
+                  box.min.z == should->min.z && box.max.x == should->max.x &&
+                  box.max.y == should->max.y && box.max.z == should->max.z;
     out->refuted = !out->proven;
 done:
     stp_chunk_destroy(&chunk);

@@ -7,10 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const cJSON *list_of(const cJSON *json, const char *name)
+/* The first item of a list; NULL if there is no such list. */
+static cJSON *first_of(const cJSON *json, const char *name)
 {
     const cJSON *list = cJSON_GetObjectItemCaseSensitive(json, name);
-    return cJSON_IsArray(list) ? list : NULL;
+    return cJSON_IsArray(list) ? list->child : NULL;
 }
 
 /* The chunk that a record names; STP_CHUNK_NONE if it names none. */
@@ -24,14 +25,12 @@ static uint32_t chunk_of(const cJSON *record, uint32_t chunk_count)
 void stp_repair_note_stand_ins(const char *metadata_json, bool *marks, uint32_t chunk_count)
 {
     cJSON *json = cJSON_Parse(metadata_json);
-    const cJSON *repair = NULL, *record = NULL;
-    cJSON_ArrayForEach(repair, list_of(json, "repaired"))
-        cJSON_ArrayForEach(record, list_of(repair, "lost"))
-    {
-        uint32_t id = chunk_of(record, chunk_count);
-        if (id != STP_CHUNK_NONE)
-            marks[id] = true;
-    }
+    for (const cJSON *repair = first_of(json, "repaired"); repair; repair = repair->next)
+        for (const cJSON *record = first_of(repair, "lost"); record; record = record->next) {
+            uint32_t id = chunk_of(record, chunk_count);
+            if (id != STP_CHUNK_NONE)
+                marks[id] = true;
+        }
     cJSON_Delete(json);
 }
 
@@ -46,9 +45,7 @@ stp_repair_sum stp_repair_note_sum(const char *metadata_json)
 {
     stp_repair_sum sum = {0};
     cJSON *json = cJSON_Parse(metadata_json);
-    const cJSON *repair = NULL;
-    cJSON_ArrayForEach(repair, list_of(json, "repaired"))
-    {
+    for (const cJSON *repair = first_of(json, "repaired"); repair; repair = repair->next) {
         sum.repairs++;
         sum.points_lost += number_of(repair, "points_lost");
         sum.stand_ins = number_of(repair, "stand_ins"); /* of the whole file, as it is now */
@@ -68,18 +65,16 @@ static void add_id(cJSON *json, const char *name, uint32_t id)
 }
 
 /* Records of earlier repairs name chunks by their ids then. */
-static void renumber(cJSON *repairs, const stp_repair_plan *plan)
+static void renumber(const cJSON *json, const stp_repair_plan *plan)
 {
-    cJSON *repair = NULL, *record = NULL;
-    cJSON_ArrayForEach(repair, repairs)
-        cJSON_ArrayForEach(record, cJSON_GetObjectItemCaseSensitive(repair, "lost"))
-    {
-        uint32_t id = chunk_of(record, plan->count);
-        if (id == STP_CHUNK_NONE)
-            continue;
-        cJSON_DeleteItemFromObjectCaseSensitive(record, "chunk");
-        add_id(record, "chunk", plan->nodes[id].id);
-    }
+    for (const cJSON *repair = first_of(json, "repaired"); repair; repair = repair->next)
+        for (cJSON *record = first_of(repair, "lost"); record; record = record->next) {
+            uint32_t id = chunk_of(record, plan->count);
+            if (id == STP_CHUNK_NONE)
+                continue;
+            cJSON_DeleteItemFromObjectCaseSensitive(record, "chunk");
+            add_id(record, "chunk", plan->nodes[id].id);
+        }
 }
 
 static stp_dbox world_box(const stp_chunk_entry *e)
@@ -191,7 +186,7 @@ char *stp_repair_note_write(const stp_repair_plan *plan, const stp_repair_result
         cJSON_DeleteItemFromObjectCaseSensitive(json, "repaired");
         repairs = cJSON_AddArrayToObject(json, "repaired");
     }
-    renumber(repairs, plan);
+    renumber(json, plan);
     cJSON_AddNumberToObject(repair, "points_lost", (double)result->points_lost);
     cJSON_AddNumberToObject(repair, "stand_ins", (double)result->stand_ins);
     if (d->header_told)
