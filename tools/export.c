@@ -2,12 +2,15 @@
 #include "tools/cli.h"
 
 #include "base/file.h"
-#include "formats/chunk/chunk_file.h"
+#include "base/memory.h"
+#include "formats/chunk/repair_note.h"
 #include "formats/scan/ply_write.h"
 
 #include <cjson/cJSON.h>
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static int run(int argc, char **argv);
 
@@ -16,8 +19,11 @@ const cli_command cli_export = {
     .summary = "write the points of a chunk file as PLY",
     .usage = "stipple export M.stipple -o F.ply [options]",
     .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
-               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
-               "Where prep marked outliers, the property outlier is 1 for them, else 0.",
+               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.
+"
+               "Where prep marked outliers, the property outlier is 1 for them, else 0.
+"
+               "What stands in for lost points in a repaired file is left out, which is said.",
     .run = run,
 };
 
@@ -28,6 +34,7 @@ const cli_command cli_export = {
 typedef struct sink {
     stp_ply_writer *writer;
     double intensity_step;
+    const bool *stand_ins; /* by chunk: no points, but what a repair put in their place */
 } sink;
 
 /* A positive number of the metadata; `otherwise` if it has none. */
@@ -109,7 +116,7 @@ static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp
     for (uint32_t id = 0; id < info->chunk_count; id++) {
         stp_chunk_entry entry;
         STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
-        if (entry.child_count != 0)
+        if (entry.child_count != 0 || out->stand_ins[id])
             continue;
         STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
         STP_TRY(export_chunk(chunk, entry.origin, out, err));
@@ -119,6 +126,26 @@ static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp
     }
 done:
     stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* Chunks that a repair put in the place of lost ones, and how many samples they have. */
+static stp_status find_stand_ins(stp_chunk_file *file, bool **marks, uint64_t *count,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    STP_TRY(stp_alloc(marks, info->chunk_count, sizeof **marks, "chunks", err));
+    stp_repair_note_stand_ins(info->metadata_json, *marks, info->chunk_count);
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        if (!(*marks)[id])
+            continue;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        (*marks)[id] = entry.child_count == 0;
+        *count += entry.child_count == 0 ? entry.sample_count[0] : 0;
+    }
+done:
     return status;
 }
 
@@ -139,18 +166,34 @@ static stp_status export_file(const char *path, const char *output, bool force,
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
     stp_ply_writer *writer = NULL;
+    bool *stand_ins = NULL;
+    uint64_t stand_in_count = 0;
     STP_TRY(stp_output_check_input(output, path, err));
     STP_TRY(stp_chunk_file_open(&file, path, err));
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
-    stp_ply_writer_params params = {
-        .force = force, .vertex_count = info->point_count, .attributes = point_attributes(info)};
+    STP_TRY(find_stand_ins(file, &stand_ins, &stand_in_count, err));
+    if (stand_in_count >= info->point_count) {
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: all of its points are lost: there is nothing to write", path);
+        goto done;
+    }
+    stp_ply_writer_params params = {.force = force,
+                                    .vertex_count = info->point_count - stand_in_count,
+                                    .attributes = point_attributes(info)};
     STP_TRY(needs_double(file, &params.double_coordinates, err));
     STP_TRY(stp_ply_writer_create(&writer, output, &params, err));
-    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0};
+    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0, stand_ins};
     STP_TRY(export_chunks(file, &out, cli_progress(common), err));
     STP_TRY(stp_ply_writer_finish(&writer, err));
+    cli_progress_end();
+    if (stand_in_count > 0 && !common->quiet)
+        fprintf(stderr,
+                "%s was repaired: %" PRIu64 " samples that stand in for lost points are "
+                "left out\n",
+                path, stand_in_count);
 done:
     cli_progress_end();
+    free(stand_ins);
     stp_ply_writer_destroy(&writer);
     stp_chunk_file_close(&file);
     return status;

@@ -2,7 +2,7 @@
 #include "tools/cli.h"
 
 #include "base/memory.h"
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/repair_note.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -119,12 +119,24 @@ static void print_metadata(const stp_chunk_file_info *info)
     putchar('\n');
 }
 
+/* A repaired file is not to be mistaken for a whole one. */
+static void print_repairs(const stp_chunk_file_info *info)
+{
+    stp_repair_sum sum = stp_repair_note_sum(info->metadata_json);
+    if (sum.repairs > 0)
+        printf("repaired       %" PRIu32
+               " times: %.0f points are lost, %.0f of the points stand in "
+               "for such\n",
+               sum.repairs, sum.points_lost, sum.stand_ins);
+}
+
 static void print_text(const char *path, const stp_chunk_file_info *info,
                        const depth_summary *depths)
 {
     printf("file           %s\n", path);
     printf("version        %u.%u\n", info->version_major, info->version_minor);
     printf("points         %" PRIu64 "\n", info->point_count);
+    print_repairs(info);
     printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);

@@ -137,6 +137,10 @@ typedef struct stp_chunk_writer_params {
     uint32_t attributes;
     stp_orientation orientation;
     double lambda;
+    /* Asked before the file appears, with the name it has until then; a failure is finish's. NULL:
+     * nothing is asked. */
+    stp_status (*check)(void *context, const char *path, stp_error *err);
+    void *check_context;
 } stp_chunk_writer_params;
 
 /* Errors: EXISTS, IO, OUT_OF_MEMORY. The file appears under its name at finish only. */

@@ -204,6 +204,9 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
         goto done;
     }
     STP_TRY(stp_output_write_at(writer->output, 0, bytes, sizeof bytes, err));
+    if (writer->params.check)
+        STP_TRY(writer->params.check(writer->params.check_context,
+                                     stp_output_temporary_path(writer->output), err));
     STP_TRY(stp_output_commit(&writer->output, err));
     *file_bytes = header.file_bytes;
 done:
