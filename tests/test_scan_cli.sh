@@ -113,11 +113,11 @@ printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las
 head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
 refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
 
-# A sparse survey far from the origin, whose centimetres no float holds, comes back to a centimetre.
+# A sparse survey far from the origin, whose centimetres no float holds, comes back to half a one.
 awk 'BEGIN { for (i = 0; i < 400; i++)
     printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
     ply 400 >"$FOLDER/far.ply"
-run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force --precision 0.005
+run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force
 expect_code 0
 run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
 expect_code 0

@@ -2,6 +2,7 @@
 #include "tools/prep_inputs.h"
 
 #include "base/memory.h"
+#include "formats/scan/coordinate_step.h"
 
 #include <ctype.h>
 #include <inttypes.h>
@@ -158,6 +159,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
 {
     stp_status status = STP_OK;
     stp_scan *scan = NULL;
+    double step = 0.0;
     const char *slash = strrchr(in->paths[i], '/');
     in->files[i].name = slash ? slash + 1 : in->paths[i];
     in->facts[i] = facts_of(in->paths[i]);
@@ -170,9 +172,9 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     source->point_count += info->point_count;
     *all &= info->attributes;
     *any |= info->attributes;
-    if (info->coordinate_step > 0.0 &&
-        (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
-        source->coordinate_step = info->coordinate_step;
+    STP_TRY(stp_scan_find_step(scan, &step, err));
+    if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
+        source->coordinate_step = step;
 done:
     stp_scan_close(&scan);
     return status;
