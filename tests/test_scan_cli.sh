@@ -135,6 +135,17 @@ back=$({
 [ "$back" = 400 ] || fail "$back of 400 points came back where they were"
 rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 
+# Squares of these distances are beyond what floats hold.
+awk 'BEGIN { for (i = 1; i <= 40; i++)
+    printf "%d.25e30 %d.5e30 %d.125e30\n", i * 7 % 11, i * 5 % 13, i * 3 % 17 }' |
+    ply 40 >"$FOLDER/huge.ply"
+run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+expect_code 0
+expect_text err "40 points read, 40 stored, 0 rejected"
+run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
+expect_code 0
+rm -f "$FOLDER/m.stipple"
+
 : >"$FOLDER/empty.ply"
 refused "$FOLDER/empty.ply" "0 bytes"
 ply 0 </dev/null >"$FOLDER/none.ply"

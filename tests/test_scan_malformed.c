@@ -216,6 +216,7 @@ static void marks_and_line_ends(void **state)
         {"m.stl", MARK "solid a\nendsolid a\n", STP_UNSUPPORTED, "byte order mark"},
         {"m.pcd", MARK "# .PCD v.7\n", STP_UNSUPPORTED, "byte order mark"},
         {"m.las", MARK "LASF", STP_UNSUPPORTED, "byte order mark"},
+        {"alone.dat", MARK, STP_FORMAT, "no known format"},
         {"cr.obj", "v 0 0 0\rv 1 0 0\rv 0 1 0\r", STP_UNSUPPORTED, "in CR alone"},
         {"cr.ply", "ply\rformat binary_little_endian 1.0\relement vertex 1\r\n\n", STP_UNSUPPORTED,
          "in CR alone"},

@@ -270,8 +270,10 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
     const char *advice = NULL, *other = known_but_unsupported(&p, &advice);
     const bool marked = starts_with(&p, "\xef\xbb\xbf", 3);
     prefix text = p;
-    text.bytes += marked ? 3 : 0;
-    text.length -= marked ? 3 : 0;
+    if (marked) {
+        text.bytes += 3;
+        text.length -= 3;
+    }
     if (p.length == 0)
         status =
             stp_error_set(err, STP_EMPTY, "%s is empty (0 bytes): copy or export it again", path);
