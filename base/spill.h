@@ -1,10 +1,11 @@
 /* Arrays that may be larger than the memory a program is given.
  *
  * With no limit they are plain memory. With one, they lie in nameless files in a folder of the
- * caller's, mapped, small ones together: its pages come when they are touched, and a watching thread lets go of all of
- * them whenever the process holds more than its limit. They stay in the file, so nothing changes
- * but time, and the system may keep them in memory nobody else needs. A killed run leaves nothing.
- * Who walks an array from end to end is as fast as with plain memory; who jumps about is not.
+ * caller's, mapped, small ones together: its pages come when they are touched, and a watching
+ * thread lets go of all of them whenever the process holds more than its limit. They stay in the
+ * file, so nothing changes but time, and the system may keep them in memory nobody else needs. A
+ * killed run leaves nothing. Who walks an array from end to end is as fast as with plain memory;
+ * who jumps about is not.
  *
  * The limit is the whole process's: what else it allocates should be far below it. Threads: any. */
 #ifndef STP_BASE_SPILL_H

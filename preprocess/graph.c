@@ -132,7 +132,7 @@ static stp_status number_pieces(connection *c, stp_error *err)
         if (root == i)
             graph->sizes[number] = c->forest.size[i];
         sheets[i] = root == i ? number++ : sheets[root];
-        marks[i] |= parity ? STP_MARK_TURNED : 0;
+        marks[i] = (uint8_t)((marks[i] & STP_MARK_OUTLIER) | (parity ? STP_MARK_TURNED : 0u));
     }
 done:
     return status;

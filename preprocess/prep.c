@@ -23,6 +23,14 @@ enum { STAGE_READ, STAGE_SORT, STAGE_OUTLIERS, STAGE_SURFACE, STAGE_ORIENTATION,
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "outliers", "surface", "orientation", "patches"};
 
+/* What is told of the points that are stored. */
+static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
+{
+    stats->points_unstationed += p->station == 0;
+    if (p->intensity > stats->intensity_max)
+        stats->intensity_max = p->intensity;
+}
+
 static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, const stp_point *point,
                             stp_prep_stats *stats, stp_error *err)
 {
@@ -46,6 +54,7 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
                              .intensity = point->intensity,
                              .class_id = point->class_id,
                              .station = point->station};
+    count_stored(out, stats);
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
@@ -54,18 +63,14 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
     return STP_OK;
 }
 
-/* What is told of the points that are stored. */
-static void count_stored(const stp_cloud *cloud, stp_prep_stats *stats)
+/* Counts again, where some are gone. */
+static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
 {
     stats->points_out = cloud->count;
     stats->points_unstationed = 0;
     stats->intensity_max = 0;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        const stp_cloud_point *p = &cloud->points[i];
-        stats->points_unstationed += p->station == 0;
-        if (p->intensity > stats->intensity_max)
-            stats->intensity_max = p->intensity;
-    }
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        count_stored(&cloud->points[i], stats);
 }
 
 /* one_station: all points are its. */
@@ -92,7 +97,7 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         stp_spill_relieve(spill);
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
-    count_stored(cloud, stats);
+    stats->points_out = cloud->count;
     if (cloud->count == 0)
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
@@ -210,7 +215,7 @@ static stp_status treat_outliers(stp_cloud *cloud, unsigned k, const stp_prep_so
         stats->rejected[STP_REJECT_OUTLIER] = count;
         for (uint32_t i = 0; source->rejected && i < count; i++)
             STP_TRY(source->rejected(source->context, sources[i], STP_REJECT_OUTLIER, err));
-        count_stored(cloud, stats);
+        recount(cloud, stats);
     }
     STP_TRY(end_stage(stats, STAGE_OUTLIERS, since, progress, err));
 done:

@@ -59,7 +59,7 @@ typedef struct tree {
 /* A byte holds what the scan uses of its range: 12 bits of 16 would leave 4. */
 static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
 {
-    return greatest ? (uint8_t)((point->intensity * 255u + greatest / 2) / greatest) : 0;
+    return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
 }
 
 static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)

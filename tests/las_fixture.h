@@ -73,16 +73,24 @@ static inline uint64_t las_get(const las_file *f, size_t at, size_t bytes)
     return value;
 }
 
+/* Appends a variable length record, whose length has so many bytes. */
+static inline void las_add_record(las_file *f, const char *user, unsigned id, const void *content,
+                                  size_t length, size_t length_bytes)
+{
+    const size_t at = f->size, head = 52 + length_bytes;
+    assert_true(at + head + length <= sizeof f->bytes);
+    memcpy(f->bytes + at + 2, user, strlen(user));
+    las_put(f, at + 18, 2, id);
+    las_put(f, at + 20, length_bytes, length);
+    memcpy(f->bytes + at + head, content, length);
+    f->size += head + length;
+}
+
 /* Appends a record (user id, record id, content) between header and points; before the points. */
 static inline void las_add_vlr(las_file *f, const char *user, unsigned id, const void *content,
                                size_t length)
 {
-    const size_t at = f->size;
-    memcpy(f->bytes + at + 2, user, strlen(user));
-    las_put(f, at + 18, 2, id);
-    las_put(f, at + 20, 2, length);
-    memcpy(f->bytes + at + 54, content, length);
-    f->size += 54 + length;
+    las_add_record(f, user, id, content, length, 2);
     las_put(f, 96, 4, f->size);
     las_put(f, 100, 4, las_get(f, 100, 4) + 1);
 }
@@ -91,15 +99,10 @@ static inline void las_add_vlr(las_file *f, const char *user, unsigned id, const
 static inline void las_add_evlr(las_file *f, const char *user, unsigned id, const void *content,
                                 size_t length)
 {
-    const size_t at = f->size;
-    memcpy(f->bytes + at + 2, user, strlen(user));
-    las_put(f, at + 18, 2, id);
-    las_put(f, at + 20, 8, length);
-    memcpy(f->bytes + at + 60, content, length);
-    f->size += 60 + length;
     if (las_get(f, 243, 4) == 0)
-        las_put(f, 235, 8, at);
+        las_put(f, 235, 8, f->size);
     las_put(f, 243, 4, las_get(f, 243, 4) + 1);
+    las_add_record(f, user, id, content, length, 8);
 }
 
 /* Appends a record of the file's length: X, Y, Z, then zeros; where it begins. */

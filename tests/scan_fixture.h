@@ -101,6 +101,21 @@ static inline void scan_fixture_fails(const char *path, const stp_scan_params *p
     assert_null(strchr(err.message, '\n'));
 }
 
+/* A file and how it fails: names matter where content does not say the format. */
+typedef struct scan_malformed {
+    const char *name, *content;
+    stp_status status;
+    const char *text;
+} scan_malformed;
+
+static inline void scan_fixture_malformed(const scan_malformed *cases, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        scan_fixture_text(cases[i].name, cases[i].content);
+        scan_fixture_fails(cases[i].name, NULL, cases[i].status, cases[i].text);
+    }
+}
+
 static inline void scan_fixture_position(const stp_point *point, double x, double y, double z)
 {
     if (point->position.x != x || point->position.y != y || point->position.z != z)

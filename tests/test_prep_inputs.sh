@@ -84,6 +84,34 @@ refuse "no file is named like this" "$scans/*.las"
 refuse "names no file" @/dev/null
 refuse "none.txt" "@$FOLDER/none.txt"
 refuse "gone.ply" "$scans" "$scans/gone.ply"
+refuse "the list of inputs \`$FOLDER/none.txt\` cannot be opened" "@$FOLDER/none.txt"
+ply 0 </dev/null >"$FOLDER/no points.ply"
+refuse "no points.ply has no points: there is nothing to write" "$FOLDER/no points.ply"
+
+# A list from Windows; and no file twice, whatever it is called.
+printf '\xef\xbb\xbfscäns here/a.ply\r\n' >"$FOLDER/marked.txt"
+prepared 1000 1000 "@$FOLDER/marked.txt"
+refuse "a.ply is the same file as $scans/a.ply: give it once" "$scans/a.ply" "$scans"
+ln -s a.ply "$scans/c.ply"
+refuse "c.ply is the same file as $scans/a.ply" "$scans"
+rm "$scans/c.ply"
+
+# What has the name of a scan and is none is told, and nothing waits for a pipe.
+mkdir -p "$FOLDER/odd/loop"
+cp "$scans/a.ply" "$FOLDER/odd/a.ply"
+ln -s .. "$FOLDER/odd/loop/up"
+prepared 1000 1000 "$FOLDER/odd"
+ln -s gone.las "$FOLDER/odd/link.las"
+refuse "link.las: cannot be opened: No such file" "$FOLDER/odd"
+rm "$FOLDER/odd/link.las"
+mkfifo "$FOLDER/odd/pipe.ply"
+refuse "pipe.ply is not a regular file" "$FOLDER/odd"
+rm "$FOLDER/odd/pipe.ply"
+if [ "$(id -u)" != 0 ]; then # who may read everything cannot be refused
+    chmod 444 "$FOLDER/odd/loop"
+    refuse "cannot be read: Permission denied" "$FOLDER/odd"
+    chmod 755 "$FOLDER/odd/loop"
+fi
 
 # A LAS 1.2 file of four points whose GeoTIFF key 1024 is $1: 1 projected, 2 degrees.
 degrees_las() {

@@ -113,11 +113,11 @@ printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las
 head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
 refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
 
-# A sparse survey far from the origin, whose centimetres no float holds, comes back to a centimetre.
+# A sparse survey far from the origin, whose centimetres no float holds, comes back to half a one.
 awk 'BEGIN { for (i = 0; i < 400; i++)
     printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
     ply 400 >"$FOLDER/far.ply"
-run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force --precision 0.005
+run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force
 expect_code 0
 run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
 expect_code 0
@@ -134,6 +134,17 @@ back=$({
     !far($1, 600000.37) && !far($2, 800000.01)' | wc -l)
 [ "$back" = 400 ] || fail "$back of 400 points came back where they were"
 rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
+
+# Squares of these distances are beyond what floats hold.
+awk 'BEGIN { for (i = 1; i <= 40; i++)
+    printf "%d.25e30 %d.5e30 %d.125e30\n", i * 7 % 11, i * 5 % 13, i * 3 % 17 }' |
+    ply 40 >"$FOLDER/huge.ply"
+run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+expect_code 0
+expect_text err "40 points read, 40 stored, 0 rejected"
+run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
+expect_code 0
+rm -f "$FOLDER/m.stipple"
 
 : >"$FOLDER/empty.ply"
 refused "$FOLDER/empty.ply" "0 bytes"

@@ -347,9 +347,12 @@ static void cut_xml(void **state)
     e57_free(&whole);
 }
 
-static byte_row repeated(const char *text, size_t count, const char *after)
+#define TEN "xxxxxxxxxx"
+
+static byte_row repeated(const char *before, const char *text, size_t count, const char *after)
 {
     byte_row row = {0};
+    bytes_text(&row, before);
     for (size_t i = 0; i < count; i++)
         bytes_text(&row, text);
     bytes_text(&row, after);
@@ -373,37 +376,23 @@ static void hostile_xml(void **state)
     static const char bomb[] =
         "<!DOCTYPE e57Root [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">"
         "<!ENTITY c SYSTEM \"file:///etc/passwd\">]>\n<e57Root version=\"&b;&c;\"";
-    check_hostile("<e57Root", repeated(bomb, 1, ""), STP_CORRUPT, "document type");
-    check_hostile("</data3D>", repeated("<a>", 100, "</data3D>"), STP_LIMIT, "more than 64 levels");
-    check_hostile("</e57Root>", repeated("<a/>", 1100000, "</e57Root>"), STP_LIMIT,
+    check_hostile("<e57Root", repeated(bomb, "", 0, ""), STP_CORRUPT, "document type");
+    check_hostile("</data3D>", repeated("", "<a>", 100, "</data3D>"), STP_LIMIT,
+                  "more than 64 levels");
+    check_hostile("</e57Root>", repeated("", "<a/>", 1100000, "</e57Root>"), STP_LIMIT,
                   "tags and attributes");
-    check_hostile("</data3D>", repeated("<vectorChild/>", 70000, "</data3D>"), STP_LIMIT,
+    check_hostile("</data3D>", repeated("", "<vectorChild/>", 70000, "</data3D>"), STP_LIMIT,
                   "more than 65535 scans");
-    check_hostile("</data3D>", repeated("<!-- ", 1, "</data3D>"), STP_CORRUPT, "XML section");
-    byte_row tag = {0}, comment = {0};
-    bytes_text(&tag, "<a b=\"");
-    bytes_text(&comment, "<!--");
-    for (int i = 0; i < 200000; i++) {
-        bytes_text(&tag, "xxxxxxxxxx");
-        bytes_text(&comment, "xxxxxxxxxx");
-    }
-    bytes_add(&tag, "\"/></data3D>", 13);
-    bytes_add(&comment, "--></data3D>", 13);
-    check_hostile("</data3D>", tag, STP_LIMIT, "a tag or comment of more than");
-    check_hostile("</data3D>", comment, STP_LIMIT, "a tag or comment of more than");
-    check_hostile(">1</w>", repeated("0", 1, "1</w>"), STP_CORRUPT, "not well-formed");
-    byte_row digits = {0};
-    bytes_text(&digits, ">");
-    for (int i = 0; i < 200; i++)
-        bytes_text(&digits, "1");
-    bytes_add(&digits, "</w>", 5);
-    check_hostile(">1</w>", digits, STP_CORRUPT, "a number has more than");
-    byte_row metadata = {0};
-    bytes_text(&metadata, "</data3D><coordinateMetadata>");
-    for (int i = 0; i < 150000; i++)
-        bytes_text(&metadata, "xxxxxxxxxx");
-    bytes_add(&metadata, "</coordinateMetadata>", 22);
-    check_hostile("</data3D>", metadata, STP_LIMIT, "coordinateMetadata is longer");
+    check_hostile("</data3D>", repeated("<!-- ", "", 0, "</data3D>"), STP_CORRUPT, "XML section");
+    check_hostile("</data3D>", repeated("<a b=\"", TEN, 200000, "\"/></data3D>"), STP_LIMIT,
+                  "a tag or comment of more than");
+    check_hostile("</data3D>", repeated("<!--", TEN, 200000, "--></data3D>"), STP_LIMIT,
+                  "a tag or comment of more than");
+    check_hostile(">1</w>", repeated("0", "", 0, "1</w>"), STP_CORRUPT, "not well-formed");
+    check_hostile(">1</w>", repeated(">", "1", 200, "</w>"), STP_CORRUPT, "a number has more than");
+    check_hostile("</data3D>",
+                  repeated("</data3D><coordinateMetadata>", TEN, 150000, "</coordinateMetadata>"),
+                  STP_LIMIT, "coordinateMetadata is longer");
 }
 
 int main(void)

@@ -6,24 +6,10 @@
 #define BINARY "ply\nformat binary_little_endian 1.0\n"
 #define FACES "property list uchar int vertex_indices\n"
 
-typedef struct malformed {
-    const char *name, *content;
-    stp_status status;
-    const char *text;
-} malformed;
-
-static void check_all(const malformed *cases, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        scan_fixture_text(cases[i].name, cases[i].content);
-        scan_fixture_fails(cases[i].name, NULL, cases[i].status, cases[i].text);
-    }
-}
-
 static void headers(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"empty.ply", "", STP_EMPTY, "0 bytes"},
         {"magic.ply", "plx\nformat ascii 1.0\n", STP_CORRUPT, "line 1"},
         {"cut.ply", ASCII "element vertex 1\n" XYZ, STP_CORRUPT, "without end_header"},
@@ -53,13 +39,13 @@ static void headers(void **state)
         {"float-list.ply", ASCII "element vertex 1\nproperty list float int i\n", STP_CORRUPT,
          "length"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void counts(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"header-only.ply", BINARY "element vertex 5\n" XYZ "end_header\n", STP_CORRUPT,
          "declares 5 vertices, but the 0 bytes"},
         {"cut-binary.ply",
@@ -81,13 +67,13 @@ static void counts(void **state)
          ASCII "element camera 2\nproperty float a\nelement vertex 1\n" XYZ "end_header\n1\n",
          STP_CORRUPT, "after 1 of 2 camera"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void values(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"token.ply", ASCII "element vertex 2\n" XYZ "end_header\n0 0 0\n1 abc 1\n", STP_CORRUPT,
          "line 9: `abc` is not a number"},
         {"hex.ply", ASCII "element vertex 1\n" XYZ "end_header\n0x10 0 0\n", STP_CORRUPT, "`0x10`"},
@@ -115,13 +101,13 @@ static void values(void **state)
                 "123456789012",
          STP_CORRUPT, "declares -1 entries"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void faces(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"index.ply",
          ASCII "element vertex 3\n" XYZ "element face 1\n" FACES
                "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
@@ -143,13 +129,13 @@ static void faces(void **state)
                "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
          STP_CORRUPT, "after 1 of 9999999999999999 faces"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void meshes(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"token.obj", "v 0 0 0\nv 1 x 0\n", STP_CORRUPT, "line 2: `x` is not a number"},
         {"short.obj", "v 0 0 0\nv 1 0\n", STP_CORRUPT, "line 2: vertex has 2 of 3 numbers"},
         {"index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4\n", STP_CORRUPT, "line 5"},
@@ -175,7 +161,7 @@ static void meshes(void **state)
          STP_CORRUPT, "line 6: facet 1 does not have 3 corners"},
         {"nan.stl", "solid a\nouter loop\nvertex nan 0 0\n", STP_CORRUPT, "not finite"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void binary_stl(void **state)
@@ -195,14 +181,56 @@ static void binary_stl(void **state)
 static void other_formats(void **state)
 {
     (void)state;
-    const malformed cases[] = {
+    const scan_malformed cases[] = {
         {"a.las", "LASF and more", STP_CORRUPT, "ends at byte 13, within its LAS header"},
         {"a.ply", "\x1f\x8b gzip", STP_UNSUPPORTED, "gunzip"},
+        {"a.pfm", "Pf\n2 2\n-1.0\n", STP_UNSUPPORTED,
+         "a.pfm is a picture of floats (PFM), which is not read here: write what it shows as "
+         "points"},
+        {"a.pcd", "\x89PNG\r\n", STP_UNSUPPORTED, "a picture (PNG)"},
+        {"a.jpg", "\xff\xd8\xff\xe0 JFIF", STP_UNSUPPORTED, "a picture (JPEG)"},
+        {"a.al3d", "AliconaImaging", STP_UNSUPPORTED, "grid of heights (AL3D)"},
+        {"a.vtk", "# vtk DataFile Version 2.0\n", STP_UNSUPPORTED, "a VTK file"},
         {"a.dat", "hello\n", STP_FORMAT, "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ"},
     };
-    check_all(cases, sizeof cases / sizeof *cases);
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    scan_fixture_bytes("a.stipple", "STIPPLE", 8);
+    scan_fixture_fails("a.stipple", NULL, STP_UNSUPPORTED, "a chunk file of ours");
+    scan_fixture_bytes("a.tif", "II*\0\10\0\0", 8);
+    scan_fixture_fails("a.tif", NULL, STP_UNSUPPORTED, "a picture or a grid (TIFF)");
     scan_fixture_fails("no such file.ply", NULL, STP_NOT_FOUND, "");
     scan_fixture_fails(".", NULL, STP_IO, "");
+}
+
+/* What editors and old systems do to text: an OBJ file would lose its first vertex to a mark. */
+static void marks_and_line_ends(void **state)
+{
+    (void)state;
+#define MARK "\xef\xbb\xbf"
+    const scan_malformed cases[] = {
+        {"m.obj", MARK "v 0 0 0\nv 1 0 0\nv 0 1 0\n", STP_UNSUPPORTED, "byte order mark"},
+        {"comment.obj", MARK "# a comment\nv 0 0 0\n", STP_UNSUPPORTED, "byte order mark"},
+        {"m.ply", MARK ASCII "element vertex 1\n" XYZ "end_header\n0 0 0\n", STP_UNSUPPORTED,
+         "byte order mark"},
+        {"m.off", MARK "OFF\n1 0 0\n0 0 0\n", STP_UNSUPPORTED, "byte order mark"},
+        {"m.stl", MARK "solid a\nendsolid a\n", STP_UNSUPPORTED, "byte order mark"},
+        {"m.pcd", MARK "# .PCD v.7\n", STP_UNSUPPORTED, "byte order mark"},
+        {"m.las", MARK "LASF", STP_UNSUPPORTED, "byte order mark"},
+        {"alone.dat", MARK, STP_FORMAT, "no known format"},
+        {"cr.obj", "v 0 0 0\rv 1 0 0\rv 0 1 0\r", STP_UNSUPPORTED, "in CR alone"},
+        {"cr.ply", "ply\rformat binary_little_endian 1.0\relement vertex 1\r\n\n", STP_UNSUPPORTED,
+         "in CR alone"},
+        {"cr.off", "OFF\r1 0 0\r0 0 0\r", STP_UNSUPPORTED, "in CR alone"},
+        {"cr.stl", "solid a\rendsolid a\r", STP_UNSUPPORTED, "in CR alone"},
+        {"cr.pcd", "# .PCD v.7\rVERSION .7\r", STP_UNSUPPORTED, "in CR alone"},
+    };
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    stp_scan_info info;
+    free(scan_fixture_points("both.obj", "v 0 0 0\r\nv 1 0 0\r\n", &info));
+    assert_int_equal(info.point_count, 2);
+    free(scan_fixture_points("one.obj", "# from a\rb\nv 0 0 0\nv 1 0 0\n", &info));
+    assert_int_equal(info.point_count, 2);
+#undef MARK
 }
 
 static void sampling_without_faces(void **state)
@@ -218,10 +246,15 @@ static void sampling_without_faces(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(headers),       cmocka_unit_test(counts),
-        cmocka_unit_test(values),        cmocka_unit_test(faces),
-        cmocka_unit_test(meshes),        cmocka_unit_test(binary_stl),
-        cmocka_unit_test(other_formats), cmocka_unit_test(sampling_without_faces),
+        cmocka_unit_test(headers),
+        cmocka_unit_test(counts),
+        cmocka_unit_test(values),
+        cmocka_unit_test(faces),
+        cmocka_unit_test(meshes),
+        cmocka_unit_test(binary_stl),
+        cmocka_unit_test(other_formats),
+        cmocka_unit_test(marks_and_line_ends),
+        cmocka_unit_test(sampling_without_faces),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

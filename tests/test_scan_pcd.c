@@ -383,82 +383,80 @@ static void large_compressed(void **state)
 
 #define XYZ "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n"
 
-typedef struct malformed {
-    const char *content;
-    stp_status status;
-    const char *text;
-} malformed;
-
 static void malformed_headers(void **state)
 {
     (void)state;
-    static const malformed cases[] = {
-        {"# .PCD v.7\n", STP_CORRUPT, "no line DATA"},
-        {"VERSION .7\nFIELDS x y z\n", STP_CORRUPT, "no line DATA"},
-        {"VERSION .8\n", STP_VERSION, "line 1 of the PCD header declares version `.8`"},
-        {"VERSION\n", STP_VERSION, "version ``"},
-        {"VERSION .7\nFIELD x y z\n", STP_CORRUPT, "line 2 of the PCD header begins with `FIELD`"},
-        {"VERSION .7\nSIZE 4 4 4\n", STP_CORRUPT, "line 2"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 4\n", STP_CORRUPT, "2 values of SIZE for 3 fields"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4 4\n", STP_CORRUPT, "more values of SIZE"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 3 4\n", STP_UNSUPPORTED, "`y` 3 bytes"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 -4 4\n", STP_CORRUPT, "`-4`"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F C\n", STP_UNSUPPORTED, "type `C`"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F FF\n", STP_UNSUPPORTED, "type `FF`"},
-        {"VERSION .7\nFIELDS x y z\nFIELDS x y z\n", STP_CORRUPT, "again"},
-        {"VERSION .7\nFIELDS x y \x01z\n", STP_CORRUPT, "names field 3 in characters"},
-        {XYZ "COUNT 1 0 1\n", STP_CORRUPT, "gives field `y` no values"},
-        {XYZ "COUNT 1 1 18446744073709551615\nWIDTH 1\nDATA binary\n", STP_LIMIT,
+    static const scan_malformed cases[] = {
+        {"bad.pcd", "# .PCD v.7\n", STP_CORRUPT, "no line DATA"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\n", STP_CORRUPT, "no line DATA"},
+        {"bad.pcd", "VERSION .8\n", STP_VERSION, "line 1 of the PCD header declares version `.8`"},
+        {"bad.pcd", "VERSION\n", STP_VERSION, "version ``"},
+        {"bad.pcd", "VERSION .7\nFIELD x y z\n", STP_CORRUPT,
+         "line 2 of the PCD header begins with `FIELD`"},
+        {"bad.pcd", "VERSION .7\nSIZE 4 4 4\n", STP_CORRUPT, "line 2"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4\n", STP_CORRUPT,
+         "2 values of SIZE for 3 fields"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4 4\n", STP_CORRUPT, "more values of SIZE"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 3 4\n", STP_UNSUPPORTED, "`y` 3 bytes"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 -4 4\n", STP_CORRUPT, "`-4`"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F C\n", STP_UNSUPPORTED,
+         "type `C`"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F FF\n", STP_UNSUPPORTED,
+         "type `FF`"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nFIELDS x y z\n", STP_CORRUPT, "again"},
+        {"bad.pcd", "VERSION .7\nFIELDS x y \x01z\n", STP_CORRUPT, "names field 3 in characters"},
+        {"bad.pcd", XYZ "COUNT 1 0 1\n", STP_CORRUPT, "gives field `y` no values"},
+        {"bad.pcd", XYZ "COUNT 1 1 18446744073709551615\nWIDTH 1\nDATA binary\n", STP_LIMIT,
          "records of more than"},
-        {XYZ "COUNT 1 1 18446744073709551616\n", STP_CORRUPT, "18446744073709551616"},
-        {XYZ "COUNT 1 4194304 1\nWIDTH 1\nDATA binary\n", STP_LIMIT, "records of more than"},
-        {XYZ "COUNT 1 2 1\nWIDTH 1\nDATA ascii\n1 2 3 4\n", STP_CORRUPT, "without a field `y`"},
-        {XYZ "VIEWPOINT 0 0 0 1 0 0\n", STP_CORRUPT, "value 7 of the 7"},
-        {XYZ "VIEWPOINT 0 zero 0 1 0 0 0\n", STP_CORRUPT, "value 2 of the 7"},
-        {XYZ "WIDTH\n", STP_CORRUPT, "WIDTH without a number"},
-        {XYZ "WIDTH 1.5\n", STP_CORRUPT, "`1.5`"},
-        {XYZ "DATA ascii\n", STP_CORRUPT, "without WIDTH or POINTS"},
-        {XYZ "WIDTH 2\nPOINTS 3\nDATA ascii\n", STP_CORRUPT, "do not agree"},
-        {XYZ "WIDTH 4294967296\nHEIGHT 4294967297\nPOINTS 4294967296\nDATA binary\n", STP_CORRUPT,
-         "do not agree"},
-        {XYZ "POINTS 1\nDATA zipped\n", STP_UNSUPPORTED, "DATA `zipped`"},
-        {XYZ "POINTS 1\nDATA binary_compresse\n", STP_UNSUPPORTED, "binary_compresse"},
-        {"VERSION .7\nPOINTS 1\nDATA ascii\n", STP_CORRUPT, "without FIELDS, SIZE and TYPE"},
-        {"VERSION .7\nFIELDS x y z\nTYPE F F F\nPOINTS 1\nDATA ascii\n", STP_CORRUPT,
+        {"bad.pcd", XYZ "COUNT 1 1 18446744073709551616\n", STP_CORRUPT, "18446744073709551616"},
+        {"bad.pcd", XYZ "COUNT 1 4194304 1\nWIDTH 1\nDATA binary\n", STP_LIMIT,
+         "records of more than"},
+        {"bad.pcd", XYZ "COUNT 1 2 1\nWIDTH 1\nDATA ascii\n1 2 3 4\n", STP_CORRUPT,
+         "without a field `y`"},
+        {"bad.pcd", XYZ "VIEWPOINT 0 0 0 1 0 0\n", STP_CORRUPT, "value 7 of the 7"},
+        {"bad.pcd", XYZ "VIEWPOINT 0 zero 0 1 0 0 0\n", STP_CORRUPT, "value 2 of the 7"},
+        {"bad.pcd", XYZ "WIDTH\n", STP_CORRUPT, "WIDTH without a number"},
+        {"bad.pcd", XYZ "WIDTH 1.5\n", STP_CORRUPT, "`1.5`"},
+        {"bad.pcd", XYZ "DATA ascii\n", STP_CORRUPT, "without WIDTH or POINTS"},
+        {"bad.pcd", XYZ "WIDTH 2\nPOINTS 3\nDATA ascii\n", STP_CORRUPT, "do not agree"},
+        {"bad.pcd", XYZ "WIDTH 4294967296\nHEIGHT 4294967297\nPOINTS 4294967296\nDATA binary\n",
+         STP_CORRUPT, "do not agree"},
+        {"bad.pcd", XYZ "POINTS 1\nDATA zipped\n", STP_UNSUPPORTED, "DATA `zipped`"},
+        {"bad.pcd", XYZ "POINTS 1\nDATA binary_compresse\n", STP_UNSUPPORTED, "binary_compresse"},
+        {"bad.pcd", "VERSION .7\nPOINTS 1\nDATA ascii\n", STP_CORRUPT,
          "without FIELDS, SIZE and TYPE"},
-        {"VERSION .7\nFIELDS x y w\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n0 0 0\n",
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nTYPE F F F\nPOINTS 1\nDATA ascii\n", STP_CORRUPT,
+         "without FIELDS, SIZE and TYPE"},
+        {"bad.pcd",
+         "VERSION .7\nFIELDS x y w\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n0 0 0\n",
          STP_CORRUPT, "without a field `z`"},
-        {"VERSION .7\nFIELDS x y z\nSIZE 4 2 4\nTYPE F F F\nPOINTS 1\nDATA binary\n",
+        {"bad.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 2 4\nTYPE F F F\nPOINTS 1\nDATA binary\n",
          STP_UNSUPPORTED, "`y` of type F and 2 bytes"},
     };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        scan_fixture_text("bad.pcd", cases[i].content);
-        scan_fixture_fails("bad.pcd", NULL, cases[i].status, cases[i].text);
-    }
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 static void malformed_data(void **state)
 {
     (void)state;
-    static const malformed cases[] = {
-        {XYZ "POINTS 2\nDATA ascii\n0 0 0\n", STP_CORRUPT, "declares 2 points"},
-        {XYZ "POINTS 2\nDATA ascii\n0.25 0.5 0.125\n\n", STP_CORRUPT,
+    static const scan_malformed cases[] = {
+        {"bad.pcd", XYZ "POINTS 2\nDATA ascii\n0 0 0\n", STP_CORRUPT, "declares 2 points"},
+        {"bad.pcd", XYZ "POINTS 2\nDATA ascii\n0.25 0.5 0.125\n\n", STP_CORRUPT,
          "ends at line 8 after 1 of 2"},
-        {XYZ "POINTS 99999999999999999\nDATA ascii\n0 0 0\n", STP_CORRUPT, "99999999999999999"},
-        {XYZ "POINTS 2\nDATA ascii\n0 0 0\n1 abc 1\n", STP_CORRUPT, "line 8: `abc`"},
-        {XYZ "POINTS 2\nDATA ascii\n0.5 0.5 0.5\n1 1\n", STP_CORRUPT, "line 8 has fewer values"},
-        {XYZ "POINTS 1\nDATA ascii\n0 0 0 1\n", STP_CORRUPT, "line 7 has more values"},
-        {XYZ "POINTS 1\nDATA binary\n12345678901", STP_CORRUPT, "hold 0"},
-        {XYZ "POINTS 18446744073709551615\nDATA binary\n123456789012", STP_CORRUPT,
+        {"bad.pcd", XYZ "POINTS 99999999999999999\nDATA ascii\n0 0 0\n", STP_CORRUPT,
+         "99999999999999999"},
+        {"bad.pcd", XYZ "POINTS 2\nDATA ascii\n0 0 0\n1 abc 1\n", STP_CORRUPT, "line 8: `abc`"},
+        {"bad.pcd", XYZ "POINTS 2\nDATA ascii\n0.5 0.5 0.5\n1 1\n", STP_CORRUPT,
+         "line 8 has fewer values"},
+        {"bad.pcd", XYZ "POINTS 1\nDATA ascii\n0 0 0 1\n", STP_CORRUPT, "line 7 has more values"},
+        {"bad.pcd", XYZ "POINTS 1\nDATA binary\n12345678901", STP_CORRUPT, "hold 0"},
+        {"bad.pcd", XYZ "POINTS 18446744073709551615\nDATA binary\n123456789012", STP_CORRUPT,
          "18446744073709551615 points"},
-        {XYZ "POINTS 1\nDATA binary_compressed\n1234567", STP_CORRUPT, "after 0 of 1"},
-        {XYZ "POINTS 18446744073709551615\nDATA binary_compressed\n12345678", STP_CORRUPT,
-         "18446744073709551615 points"},
+        {"bad.pcd", XYZ "POINTS 1\nDATA binary_compressed\n1234567", STP_CORRUPT, "after 0 of 1"},
+        {"bad.pcd", XYZ "POINTS 18446744073709551615\nDATA binary_compressed\n12345678",
+         STP_CORRUPT, "18446744073709551615 points"},
     };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        scan_fixture_text("bad.pcd", cases[i].content);
-        scan_fixture_fails("bad.pcd", NULL, cases[i].status, cases[i].text);
-    }
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
 /* One point whose 12 bytes are these compressed ones. */

@@ -327,11 +327,7 @@ static void long_line(void **state)
 static void malformed(void **state)
 {
     (void)state;
-    const struct {
-        const char *name, *content;
-        stp_status status;
-        const char *text;
-    } cases[] = {
+    const scan_malformed cases[] = {
         {"word.xyz", "1 2 3\n4 five 6\n", STP_CORRUPT, "line 2: `five` in column 2 (y)"},
         {"few.xyz", "1 2 3\n4 5\n7 8 9\n", STP_CORRUPT, "line 2 has 2 columns"},
         {"more.xyz", "1 2 3\n\n4 5 6 7\n", STP_CORRUPT, "line 3 has more than the 3"},
@@ -354,10 +350,7 @@ static void malformed(void **state)
          "Expe"},
         {"hello.dat", "hello\n", STP_FORMAT, "no known format"},
     };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        scan_fixture_text(cases[i].name, cases[i].content);
-        scan_fixture_fails(cases[i].name, NULL, cases[i].status, cases[i].text);
-    }
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
     const char binary[] = "1 2 3\n4 5 6\n\0\0\0\0";
     scan_fixture_bytes("binary.xyz", binary, sizeof binary);
     scan_fixture_fails("binary.xyz", NULL, STP_FORMAT, "no known format");

@@ -2,6 +2,7 @@
 #include "tools/prep_inputs.h"
 
 #include "base/memory.h"
+#include "formats/scan/coordinate_step.h"
 
 #include <ctype.h>
 #include <inttypes.h>
@@ -10,13 +11,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* What the file system says of a file; nothing of what is no plain file. */
+/* What the file system says of a file; nothing where it is no plain one. */
 static prep_input facts_of(const char *path)
 {
     struct stat facts;
     if (stat(path, &facts) != 0 || !S_ISREG(facts.st_mode))
         return (prep_input){0};
-    return (prep_input){facts.st_size, facts.st_mtim};
+    return (prep_input){facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtim};
 }
 
 static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
@@ -166,22 +167,62 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
 {
     stp_status status = STP_OK;
     stp_scan *scan = NULL;
+    double step = 0.0;
     const char *slash = strrchr(in->paths[i], '/');
     in->files[i].name = slash ? slash + 1 : in->paths[i];
     in->facts[i] = facts_of(in->paths[i]);
     STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
-    STP_TRY(check_lengths(info, in->paths[i], err));
+    if (info->point_count > 0)
+        STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, in->paths[i], err));
     STP_TRY(copy_notes(&in->files[i], info, err));
     source->point_count += info->point_count;
     *all &= info->attributes;
     *any |= info->attributes;
-    if (info->coordinate_step > 0.0 &&
-        (source->coordinate_step == 0.0 || info->coordinate_step < source->coordinate_step))
-        source->coordinate_step = info->coordinate_step;
+    STP_TRY(stp_scan_find_step(scan, &step, err));
+    if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
+        source->coordinate_step = step;
 done:
     stp_scan_close(&scan);
+    return status;
+}
+
+/* An input and its place among them. */
+typedef struct placed {
+    const prep_input *facts;
+    size_t place;
+} placed;
+
+static int compare_placed(const void *a, const void *b)
+{
+    const placed *x = a, *y = b;
+    if (x->facts->device != y->facts->device)
+        return x->facts->device < y->facts->device ? -1 : 1;
+    if (x->facts->inode != y->facts->inode)
+        return x->facts->inode < y->facts->inode ? -1 : 1;
+    return (x->place > y->place) - (x->place < y->place);
+}
+
+/* Each point of a file that is named twice would be stored twice. */
+static stp_status check_twice(const prep_inputs *in, stp_error *err)
+{
+    stp_status status = STP_OK;
+    placed *order = NULL;
+    STP_TRY(stp_alloc(&order, in->count, sizeof *order, "inputs", err));
+    for (size_t i = 0; i < in->count; i++)
+        order[i] = (placed){&in->facts[i], i};
+    qsort(order, in->count, sizeof *order, compare_placed);
+    for (size_t i = 1; i < in->count && status == STP_OK; i++) {
+        const prep_input *a = order[i - 1].facts, *b = order[i].facts;
+        if (a->inode != 0 && a->inode == b->inode && a->device == b->device)
+            status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                                   "%s is the same file as %s: give it once, or each of its "
+                                   "points would be stored twice",
+                                   in->paths[order[i].place], in->paths[order[i - 1].place]);
+    }
+done:
+    free(order);
     return status;
 }
 
@@ -193,6 +234,10 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     STP_TRY(stp_alloc(&in->files, in->count, sizeof *in->files, "inputs", err));
     for (size_t i = 0; i < in->count; i++)
         STP_TRY(survey_one(in, i, source, &all, &any, err));
+    STP_TRY(check_twice(in, err));
+    if (source->point_count == 0)
+        return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
+                             in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     source->context = in;
     source->read = read_inputs;
     source->rejected = note_reject;

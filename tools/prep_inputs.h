@@ -10,6 +10,8 @@
 
 /* A file as it was when it was first looked at. */
 typedef struct prep_input {
+    dev_t device;
+    ino_t inode; /* 0: nothing is known */
     off_t size;
     struct timespec changed;
 } prep_input;
@@ -31,7 +33,8 @@ typedef struct prep_inputs {
 } prep_inputs;
 
 /* What all inputs together are; every file is opened once, so that a wrong one fails at once.
- * *source then reads from the inputs. Errors: those of stp_scan_open, LIMIT (stations). */
+ * *source then reads from the inputs. Errors: those of stp_scan_open, LIMIT (stations), EMPTY (no
+ * point in any), INVALID_ARGUMENT (a file twice, by whatever names). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
 /* Names rejected records in a CSV file: file, index in it from 0, reason; it appears with
  * prep_inputs_end_rejects. Errors: EXISTS, IO. */

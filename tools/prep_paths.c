@@ -43,6 +43,32 @@ static int compare_entries(const FTSENT **a, const FTSENT **b)
     return strcmp((*a)->fts_name, (*b)->fts_name);
 }
 
+/* What the walk through a folder met. A scan that cannot be looked at is no scan to pass over: a
+ * link to nothing, a pipe and the like are told when they are opened. */
+static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *err)
+{
+    const bool hidden = e->fts_level > 0 && e->fts_name[0] == '.';
+    switch (e->fts_info) {
+    case FTS_D:
+        if (hidden)
+            fts_set(walk, e, FTS_SKIP);
+        return STP_OK;
+    case FTS_F:
+    case FTS_SL:
+    case FTS_SLNONE:
+    case FTS_DEFAULT:
+        return !hidden && is_scan_name(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
+    case FTS_DNR:
+    case FTS_ERR:
+    case FTS_NS:
+        return stp_error_set(err, STP_IO,
+                             "%s cannot be read: %s: allow it, or name the files to be read",
+                             e->fts_path, strerror(e->fts_errno));
+    default: /* a folder left, or one that is met again within itself */
+        return STP_OK;
+    }
+}
+
 static stp_status add_folder(prep_paths *paths, const char *folder, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -53,19 +79,12 @@ static stp_status add_folder(prep_paths *paths, const char *folder, stp_error *e
     memcpy(copy, folder, strlen(folder) + 1);
     char *roots[] = {copy, NULL};
     walk = fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, compare_entries);
-    for (FTSENT *e = walk ? fts_read(walk) : NULL; e; e = fts_read(walk)) {
-        bool hidden = e->fts_level > 0 && e->fts_name[0] == '.';
-        if (e->fts_info == FTS_D && hidden)
-            fts_set(walk, e, FTS_SKIP);
-        if (e->fts_info == FTS_F && !hidden && is_scan_name(e->fts_name))
-            STP_TRY(add(paths, e->fts_path, err));
-        if (e->fts_info == FTS_DNR || e->fts_info == FTS_ERR) {
-            status = stp_error_set(err, STP_IO, "%s cannot be read: %s", e->fts_path,
-                                   strerror(e->fts_errno));
-            goto done;
-        }
-    }
-    if (paths->count == before)
+    errno = walk ? 0 : errno;
+    for (FTSENT *e = walk ? fts_read(walk) : NULL; e; e = fts_read(walk))
+        STP_TRY(add_entry(paths, walk, e, err));
+    if (errno != 0)
+        status = stp_error_set(err, STP_IO, "%s cannot be read: %s", folder, strerror(errno));
+    else if (paths->count == before)
         status =
             stp_error_set(err, STP_NOT_FOUND,
                           "%s: no file in this folder has the name of a scan (.ply, .las, ...): "
@@ -132,12 +151,17 @@ static stp_status add_list(prep_paths *paths, const char *list, stp_error *err)
     size_t size = 0, before = paths->count;
     FILE *file = fopen(list, "r");
     if (!file)
-        return stp_error_set(err, errno == ENOENT ? STP_NOT_FOUND : STP_IO, "%s: %s", list,
-                             strerror(errno));
-    while (getline(&line, &size, file) >= 0) {
-        line[strcspn(line, "\r\n")] = '\0';
-        if (*line && *line != '#')
-            STP_TRY(add_line(paths, list, line, err));
+        return stp_error_set(
+            err, errno == ENOENT ? STP_NOT_FOUND : STP_IO,
+            "the list of inputs `%s` cannot be opened: %s (of a file whose own name "
+            "begins with @, write ./@...)",
+            list, strerror(errno));
+    for (bool first = true; getline(&line, &size, file) >= 0; first = false) {
+        const bool marked = first && strncmp(line, "\xef\xbb\xbf", 3) == 0;
+        char *begin = line + (marked ? 3 : 0);
+        begin[strcspn(begin, "\r\n")] = '\0';
+        if (*begin && *begin != '#')
+            STP_TRY(add_line(paths, list, begin, err));
     }
     if (ferror(file))
         status = stp_error_set(err, STP_IO, "%s cannot be read: %s", list, strerror(errno));

@@ -12,6 +12,8 @@
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
+/* Lines of headers are shorter. */
+#define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX"
 
 /* The file's begin. */
@@ -137,32 +139,51 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
 }
 
 /* Formats that we know to be something else, so that the message can say so. */
+#define ADVICE_GRID                                                                                \
+    "write what it shows as points, PLY or XYZ, with the program that made it (a map: "            \
+    "gdal_translate -of XYZ)"
+#define ADVICE_MESH "convert it to PLY or OBJ (Blender and MeshLab do)"
+
+static const struct {
+    const char *magic;
+    size_t length;
+    const char *name, *advice;
+} unsupported[] = {
+    {"STIPPLE", 8, "a chunk file of ours", "view it, or export its points to make another"},
+    {"[Expe/PointSet", 14, "an Expe point set of surfels", "convert it to PLY (MeshLab reads it)"},
+    {"ncols", 5, "a grid of heights (ESRI ASCII)", "convert it to XYZ (gdal_translate -of XYZ)"},
+    {"NCOLS", 5, "a grid of heights (ESRI ASCII)", "convert it to XYZ (gdal_translate -of XYZ)"},
+    {"\x89PNG\r\n", 6, "a picture (PNG)", ADVICE_GRID},
+    {"\xff\xd8\xff", 3, "a picture (JPEG)", ADVICE_GRID},
+    {"II*\0", 4, "a picture or a grid (TIFF)", ADVICE_GRID},
+    {"MM\0*", 4, "a picture or a grid (TIFF)", ADVICE_GRID},
+    {"II+\0", 4, "a picture or a grid (BigTIFF)", ADVICE_GRID},
+    {"MM\0+", 4, "a picture or a grid (BigTIFF)", ADVICE_GRID},
+    {"Pf\n", 3, "a picture of floats (PFM)", ADVICE_GRID},
+    {"PF\n", 3, "a picture of floats (PFM)", ADVICE_GRID},
+    {"\x76\x2f\x31\x01", 4, "a picture (OpenEXR)", ADVICE_GRID},
+    {"AliconaImaging", 14, "a microscope's grid of heights (AL3D)", ADVICE_GRID},
+    {"glTF", 4, "a scene (glTF)", ADVICE_MESH},
+    {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
+    {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
+    {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
+    {"\xfe\xff", 2, "text in UTF-16", "save it as UTF-8"},
+    {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
+    {"BZh", 3, "compressed with bzip2", "unpack it first (bunzip2)"},
+    {"\xfd"
+     "7zXZ",
+     5, "compressed with xz", "unpack it first (unxz)"},
+    {"\x28\xb5\x2f\xfd", 4, "compressed with zstd", "unpack it first (unzstd)"},
+    {"7z\xbc\xaf", 4, "a 7-Zip archive", "unpack it first (7z x)"},
+    {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
+};
+
 static const char *known_but_unsupported(const prefix *p, const char **advice)
 {
-    static const struct {
-        const char *magic;
-        size_t length;
-        const char *name, *advice;
-    } known[] = {
-        {"[Expe/PointSet", 14, "an Expe point set of surfels",
-         "convert it to PLY (MeshLab reads it)"},
-        {"ncols", 5, "a grid of heights (ESRI ASCII)",
-         "convert it to XYZ (gdal_translate -of XYZ)"},
-        {"NCOLS", 5, "a grid of heights (ESRI ASCII)",
-         "convert it to XYZ (gdal_translate -of XYZ)"},
-        {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
-        {"\xfe\xff", 2, "text in UTF-16", "save it as UTF-8"},
-        {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
-        {"\xfd"
-         "7zXZ",
-         5, "compressed with xz", "unpack it first (unxz)"},
-        {"\x28\xb5\x2f\xfd", 4, "compressed with zstd", "unpack it first (unzstd)"},
-        {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
-    };
-    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-        if (starts_with(p, known[i].magic, known[i].length)) {
-            *advice = known[i].advice;
-            return known[i].name;
+    for (size_t i = 0; i < sizeof unsupported / sizeof *unsupported; i++) {
+        if (starts_with(p, unsupported[i].magic, unsupported[i].length)) {
+            *advice = unsupported[i].advice;
+            return unsupported[i].name;
         }
     }
     return NULL;
@@ -203,12 +224,56 @@ done:
     return status;
 }
 
+/* Whether the first line ends in CR alone, as on old Macintoshes; what is behind a header may hold
+ * any bytes. */
+static bool ends_lines_in_cr(const prefix *p)
+{
+    const char *cr = p->length > 0 ? memchr(p->bytes, '\r', p->length) : NULL;
+    const char *end = p->bytes + p->length;
+    if (!cr || cr + 1 == end || cr[1] == '\n' || cr[1] == '\r')
+        return false;
+    const size_t begun = (size_t)(cr - p->bytes) + CR_LOOK_BYTES;
+    return !memchr(p->bytes, '\n', begun < p->length ? begun : p->length);
+}
+
+/* Lines of numbers may begin with a byte order mark, and look at their ends themselves (text.h). */
+static stp_status check_text(const prefix *p, stp_scan_format format, bool marked, stp_error *err)
+{
+    static const bool is_numbers[STP_SCAN_FORMAT_COUNT] = {
+        [STP_SCAN_XYZ] = true,
+        [STP_SCAN_PTS] = true,
+        [STP_SCAN_PTX] = true,
+    };
+    static const bool has_lines[STP_SCAN_FORMAT_COUNT] = {
+        [STP_SCAN_PLY] = true, [STP_SCAN_PCD] = true,       [STP_SCAN_OBJ] = true,
+        [STP_SCAN_OFF] = true, [STP_SCAN_STL_ASCII] = true,
+    };
+    if (marked && !is_numbers[format])
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s begins with a byte order mark (the bytes EF BB BF), which is no "
+                             "part of its format: take it off (tail -c +4) or save without it",
+                             p->path);
+    if (has_lines[format] && ends_lines_in_cr(p))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: its lines end in CR alone, as on old Macintoshes: give them \\n "
+                             "(of text alone: tr '\\r' '\\n') or export it again",
+                             p->path);
+    return STP_OK;
+}
+
 stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     prefix p = {.path = path};
+    stp_scan_format format;
     STP_TRY(read_prefix(&p, err));
     const char *advice = NULL, *other = known_but_unsupported(&p, &advice);
+    const bool marked = starts_with(&p, "\xef\xbb\xbf", 3);
+    prefix text = p;
+    if (marked) {
+        text.bytes += 3;
+        text.length -= 3;
+    }
     if (p.length == 0)
         status =
             stp_error_set(err, STP_EMPTY, "%s is empty (0 bytes): copy or export it again", path);
@@ -216,10 +281,14 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "%s is %s, which is not read here: %s; " STP_SUPPORTED, path, other,
                                advice);
-    else if (!detect_by_content(&p, out) && !detect_by_name(&p, out))
+    else if (!detect_by_content(&text, &format) && !detect_by_name(&text, &format))
         status = stp_error_set(
             err, STP_FORMAT,
             "%s is of no known format, by its first bytes and by its name: " STP_SUPPORTED, path);
+    else
+        status = check_text(&text, format, marked, err);
+    if (status == STP_OK)
+        *out = format;
 done:
     free(p.bytes);
     return status;

@@ -219,17 +219,6 @@ void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
         find_intensity_scale(text, sample);
 }
 
-/* Appends a word to a list, whole or, where it does not fit, as "..." once and for all. */
-static void append(char *list, size_t capacity, const char *separator, const char *word)
-{
-    const size_t used = strlen(list);
-    const size_t needed = strlen(separator) + strlen(word);
-    if (used >= 3 && strcmp(list + used - 3, "...") == 0)
-        return;
-    const bool fits = used + needed + 8 < capacity;
-    snprintf(list + used, capacity - used, "%s%s", used > 0 ? separator : "", fits ? word : "...");
-}
-
 /* A header's name as it is written, but for characters that are not plain ones. */
 static void copy_name(char *out, size_t capacity, stp_field field)
 {
@@ -246,22 +235,24 @@ void stp_text_note_columns(stp_text *text, const char *from, const char *header,
     char name[48];
     stp_field field;
     const char *at = header;
-    text->left_out[0] = text->order[0] = '\0';
+    size_t used = 0;
+    text->left_out = (stp_name_list){{0}};
     for (uint32_t i = 0; i < field_count || i < text->columns.count; i++) {
         const uint8_t target =
             i < text->columns.count ? text->columns.targets[i] : (uint8_t)STP_COLUMN_NONE;
+        const bool read = target < STP_COLUMN_COUNT;
         const bool named = header && stp_field_next(header_separator, &at, header_end, &field);
         if (i < text->columns.count)
-            append(text->order, sizeof text->order - 32, ",",
-                   target < STP_COLUMN_COUNT ? stp_column_name((stp_column)target) : "_");
-        if (target < STP_COLUMN_COUNT)
+            used += (size_t)snprintf(text->order + used, sizeof text->order - used, "%s%s",
+                                     i > 0 ? "," : "",
+                                     read ? stp_column_name((stp_column)target) : "_");
+        if (read)
             continue;
         snprintf(name, sizeof name, "column %u", i + 1);
         if (named && field.begin < field.end)
             copy_name(name, sizeof name, field);
-        append(text->left_out, sizeof text->left_out, ", ", name);
+        stp_name_list_add(&text->left_out, name);
     }
-    const size_t used = strlen(text->order);
     snprintf(text->order + used, sizeof text->order - used, " (%s)", from);
 }
 
@@ -271,8 +262,8 @@ void stp_text_fill_info(stp_text *text, stp_scan_info *info)
     info->note_count = 0;
     if (text->order[0])
         text->notes[info->note_count++] = (stp_scan_note){"columns", text->order};
-    if (text->left_out[0])
-        text->notes[info->note_count++] = (stp_scan_note){"left_out", text->left_out};
+    if (text->left_out.text[0])
+        text->notes[info->note_count++] = (stp_scan_note){"left_out", text->left_out.text};
     info->notes = text->notes;
 }
 

@@ -14,6 +14,7 @@
 #define STP_FORMATS_SCAN_TEXT_H
 
 #include "formats/scan/columns.h"
+#include "formats/scan/name_list.h"
 #include "formats/scan/scan.h"
 #include "formats/scan/source.h"
 
@@ -26,7 +27,8 @@ typedef struct stp_text {
     stp_columns columns;
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
-    char left_out[512], order[512];
+    stp_name_list left_out;
+    char order[1024]; /* room for STP_COLUMNS_MAX of the longest names */
     stp_scan_note notes[2];
 } stp_text;
 

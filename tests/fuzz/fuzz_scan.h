@@ -2,6 +2,7 @@
 #ifndef STP_TESTS_FUZZ_FUZZ_SCAN_H
 #define STP_TESTS_FUZZ_FUZZ_SCAN_H
 
+#include "formats/scan/coordinate_step.h"
 #include "formats/scan/mesh.h"
 #include "formats/scan/scan.h"
 
@@ -56,6 +57,19 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
     stp_scan_close(&scan);
 }
 
+/* A step is found or not; without an error there is one figure or the other. */
+static inline void fuzz_find_step(const char *path)
+{
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    double step = -1.0;
+    if (stp_scan_open(&scan, path, NULL, &err) != STP_OK)
+        return;
+    const stp_status status = stp_scan_find_step(scan, &step, &err);
+    fuzz_require((status == STP_OK) == (step >= 0.0), "a step exactly where finding it succeeds");
+    stp_scan_close(&scan);
+}
+
 static inline void fuzz_read_mesh(const char *path)
 {
     stp_error err = {0};
@@ -79,6 +93,7 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     fuzz_read_scan(path, NULL);
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
+    fuzz_find_step(path);
     fuzz_read_mesh(path);
     close(descriptor);
     return 0;

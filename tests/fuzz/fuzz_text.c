@@ -119,6 +119,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                  "memory");
     check_number(data, size);
     fuzz_read_scan(name_of(0), NULL);
+    fuzz_find_step(name_of(0));
     fuzz_read_scan(name_of(1 + choice / 8 % 3), &params);
     return 0;
 }

@@ -1,0 +1,77 @@
+/* The step of coordinates that are written in decimals and stored as binary floats. */
+#include "formats/scan/coordinate_step.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define LOOK_POINTS 65536u
+#define BATCH_POINTS 1024u
+/* So many steps from one end to the other a model can keep: see the header. */
+#define REACH_STEPS 1e9
+/* A double that was computed, as scale times integer is, lies so near to its decimals. */
+#define COMPUTED 0x1p-50
+
+static const double steps[] = {1.0, 0.1, 0.01, 0.001};
+static const double parts[] = {1.0, 10.0, 100.0, 1000.0};
+
+#define STEP_COUNT (sizeof steps / sizeof *steps)
+
+/* Whether the value is what became of a multiple of steps[i]. */
+static bool is_multiple(double value, size_t i)
+{
+    const double nearest = round(value * parts[i]) / parts[i];
+    if (fabs(value - nearest) <= fabs(value) * COMPUTED)
+        return true;
+    /* All that a float holds was one, most likely. */
+    return (double)(float)value == value && (float)nearest == (float)value;
+}
+
+/* What the points so far have in common. */
+typedef struct common {
+    size_t step; /* the first that fits; STEP_COUNT: none */
+    stp_dbox box;
+} common;
+
+static void look_at(common *all, const stp_point *point)
+{
+    const double at[3] = {point->position.x, point->position.y, point->position.z};
+    if (point->reject != STP_REJECT_NONE || !stp_dvec3_finite(point->position))
+        return;
+    stp_dbox_add(&all->box, point->position);
+    for (int axis = 0; axis < 3; axis++)
+        while (all->step < STEP_COUNT && !is_multiple(at[axis], all->step))
+            all->step++;
+}
+
+/* 0: none. */
+static double settle(const common *all)
+{
+    const double reach = stp_dvec3_length(stp_dvec3_sub(all->box.max, all->box.min));
+    if (all->step == STEP_COUNT || !(reach <= REACH_STEPS * steps[all->step]))
+        return 0.0;
+    return steps[all->step];
+}
+
+stp_status stp_scan_find_step(stp_scan *scan, double *step, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point *points = NULL;
+    common all = {0, stp_dbox_empty()};
+    size_t count = 1;
+    if (stp_scan_get_info(scan)->coordinate_step > 0.0) {
+        *step = stp_scan_get_info(scan)->coordinate_step;
+        return STP_OK;
+    }
+    STP_TRY(stp_alloc(&points, BATCH_POINTS, sizeof *points, "points", err));
+    for (size_t seen = 0; seen < LOOK_POINTS && all.step < STEP_COUNT && count > 0; seen += count) {
+        STP_TRY(stp_scan_read(scan, points, BATCH_POINTS, &count, err));
+        for (size_t i = 0; i < count; i++)
+            look_at(&all, &points[i]);
+    }
+    *step = settle(&all);
+done:
+    free(points);
+    return status;
+}
