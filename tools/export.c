@@ -19,10 +19,8 @@ const cli_command cli_export = {
     .summary = "write the points of a chunk file as PLY",
     .usage = "stipple export M.stipple -o F.ply [options]",
     .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
-               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.
-"
-               "Where prep marked outliers, the property outlier is 1 for them, else 0.
-"
+               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
+               "Where prep marked outliers, the property outlier is 1 for them, else 0.\n"
                "What stands in for lost points in a repaired file is left out, which is said.",
     .run = run,
 };
