@@ -97,11 +97,12 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
                                               : appended;
     }
     if (count == 1)
-        return stp_error_set(err, STP_LIMIT,
-                             "a point at (%g, %g, %g) is too far from the others to be stored with "
-                             "its precision: remove such outliers or give a coarser --precision",
-                             items[order[0]].disc.centre.x, items[order[0]].disc.centre.y,
-                             items[order[0]].disc.centre.z);
+        return stp_error_set(
+            err, STP_LIMIT,
+            "a point at (%g, %g, %g) is too far from the others to be stored with "
+            "its precision: drop such points (--outliers drop) or give a coarser --precision",
+            items[order[0]].disc.centre.x, items[order[0]].disc.centre.y,
+            items[order[0]].disc.centre.z);
     stp_status status = build_run(a, items, order, count / 2, child, err);
     if (status == STP_OK)
         status = build_run(a, items, order + count / 2, count - count / 2, child, err);
