@@ -6,11 +6,12 @@
 
 #include <stdlib.h>
 
-/* Around the boxes of the leaves, which lie closer than the corners of the whole box. */
+/* Around the boxes of the leaves, which lie closer than the corners of the whole box; not smaller
+ * than what their samples may be off by, as where all points are one. */
 static stp_ball ball_around(const stp_model *model)
 {
     stp_ball ball = stp_ball_from_box(&model->info->box);
-    double radius = 0.0;
+    double radius = 0.0, error = 0.0;
     for (uint32_t id = 0; id < model->info->chunk_count; id++) {
         const stp_chunk_entry *e = &model->entries[id];
         for (int i = 0; e->child_count == 0 && i < 8; i++) {
@@ -20,9 +21,11 @@ static stp_ball ball_around(const stp_model *model)
             corner = stp_dvec3_sub(stp_dvec3_add(e->origin, corner), ball.centre);
             radius = fmax(radius, stp_dvec3_length(corner));
         }
+        error = fmax(error, e->child_count == 0 ? (double)e->error[0] : 0.0);
     }
     if (radius > 0.0 && radius < ball.radius)
         ball.radius = radius;
+    ball.radius = fmax(ball.radius, error);
     return ball;
 }
 

@@ -191,6 +191,7 @@ static uint32_t attributes_of(const stp_sample *s, const stp_sample *first)
     out |= memcmp(s->rgb, first->rgb, sizeof s->rgb) != 0 ? (uint32_t)STP_HAS_COLOUR : 0u;
     out |= s->intensity != 0 ? (uint32_t)STP_HAS_INTENSITY : 0u;
     out |= s->class_id != 0 ? (uint32_t)STP_HAS_CLASS : 0u;
+    out |= s->flags & STP_SAMPLE_OUTLIER ? (uint32_t)STP_HAS_OUTLIERS : 0u;
     return out;
 }
 
@@ -244,16 +245,19 @@ static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header
     cJSON_Delete(json);
 }
 
+/* Any of the STP_HAS_* bits or none. */
+#define ATTRIBUTE_SETS (2u * STP_HAS_OUTLIERS)
+
 /* Tries all attributes and orientations; true if the checksum, or all that it covers, is that of
  * the header found. */
 static bool prove(stp_header *h, const uint8_t *found)
 {
     const size_t hashed = STP_HEADER_BYTES - STP_HASH_BYTES;
     uint8_t bytes[STP_HEADER_BYTES];
-    for (uint32_t i = 0; i < 8 * (STP_ORIENTATION_MIXED + 1u); i++) {
+    for (uint32_t i = 0; i < ATTRIBUTE_SETS * (STP_ORIENTATION_MIXED + 1u); i++) {
         stp_header tried = *h;
-        tried.attributes = i % 8;
-        tried.orientation = i / 8;
+        tried.attributes = i % ATTRIBUTE_SETS;
+        tried.orientation = i / ATTRIBUTE_SETS;
         stp_header_write(&tried, bytes);
         if (memcmp(bytes + hashed, found + hashed, STP_HASH_BYTES) == 0 ||
             memcmp(bytes, found, hashed) == 0) {
