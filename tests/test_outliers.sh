@@ -68,7 +68,7 @@ expect_text out "outliers       5 marked, more than 4 local spacings"
 
 # The property, last of each vertex: 1 five times.
 "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --force --quiet
-head -20 "$FOLDER/m.ply" | grep -aqx "property uchar outlier" || fail "no property"
+[ "$(head -20 "$FOLDER/m.ply" | grep -acx "property uchar outlier")" = 1 ] || fail "no property"
 header=$(head -20 "$FOLDER/m.ply" | grep -abo end_header | cut -d: -f1)
 ones=$(tail -c +$((header + 12)) "$FOLDER/m.ply" | od -An -v -tu1 -w28 |
     awk '{ ones += $28 == 1; other += $28 > 1 } END { print ones + 0, other + 0, NR }')
