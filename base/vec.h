@@ -95,6 +95,12 @@ static inline void stp_dbox_add(stp_dbox *box, stp_dvec3 p)
         (stp_dvec3){stp_max(p.x, box->max.x), stp_max(p.y, box->max.y), stp_max(p.z, box->max.z)};
 }
 
+static inline void stp_dbox_join(stp_dbox *box, const stp_dbox *other)
+{
+    stp_dbox_add(box, other->min);
+    stp_dbox_add(box, other->max);
+}
+
 /* Whether they share a point. */
 static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
 {

@@ -18,10 +18,10 @@ static uint32_t parts(uint32_t count, uint32_t size)
     return count / size + (count % size != 0);
 }
 
-static void add_box(stp_dbox *box, const stp_dbox *other)
+static uint32_t leaf_end(const stp_cloud *cloud, uint32_t leaf)
 {
-    stp_dbox_add(box, other->min);
-    stp_dbox_add(box, other->max);
+    uint32_t begin = leaf * LEAF_POINTS;
+    return cloud->count - begin < LEAF_POINTS ? cloud->count : begin + LEAF_POINTS;
 }
 
 static stp_status make_leaves(void *context, size_t task, unsigned worker, stp_error *err)
@@ -31,10 +31,8 @@ static stp_status make_leaves(void *context, size_t task, unsigned worker, stp_e
     (void)worker;
     (void)err;
     for (uint32_t i = (uint32_t)task * TASK_LEAVES; i < end && i < p->tree.begin[1]; i++) {
-        uint64_t last = (uint64_t)(i + 1) * LEAF_POINTS;
-        p->tree.boxes[i] = stp_dbox_empty();
-        for (uint32_t at = i * LEAF_POINTS; at < last && at < p->cloud->count; at++)
-            stp_dbox_add(&p->tree.boxes[i], p->cloud->points[at].position);
+        uint32_t begin = i * LEAF_POINTS;
+        p->tree.boxes[i] = stp_points_box(p->cloud->points + begin, leaf_end(p->cloud, i) - begin);
     }
     return STP_OK;
 }
@@ -47,7 +45,7 @@ static void make_nodes(stp_box_tree *tree)
         for (uint32_t i = tree->begin[tier]; i < tree->begin[tier + 1]; i++)
             tree->boxes[i] = stp_dbox_empty();
         for (uint32_t i = 0; i < below_count; i++)
-            add_box(&tree->boxes[tree->begin[tier] + i / FANOUT], &below[i]);
+            stp_dbox_join(&tree->boxes[tree->begin[tier] + i / FANOUT], &below[i]);
     }
 }
 
@@ -87,12 +85,6 @@ static uint32_t children_of(const stp_box_tree *tree, unsigned tier, uint32_t i,
     uint32_t below = tree->begin[tier] - tree->begin[tier - 1];
     *first = i * FANOUT;
     return below - *first < FANOUT ? below - *first : FANOUT;
-}
-
-static uint32_t leaf_end(const stp_cloud *cloud, uint32_t leaf)
-{
-    uint32_t begin = leaf * LEAF_POINTS;
-    return cloud->count - begin < LEAF_POINTS ? cloud->count : begin + LEAF_POINTS;
 }
 
 typedef struct nearest_search {

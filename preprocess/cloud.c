@@ -52,9 +52,7 @@ static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_e
 static stp_status cut_pile(cutter *c, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = node.begin; i < node.end; i++)
-        stp_dbox_add(&box, c->cloud->points[i].position);
+    stp_dbox box = stp_points_box(c->cloud->points + node.begin, node.end - node.begin);
     stp_morton_grid grid = stp_morton_grid_of(&box);
     if (grid.scale > 0.0)
         return cut(c, &grid, (octant){node.begin, node.end, 0}, err);
@@ -98,9 +96,7 @@ static stp_status find_cell_box(void *context, size_t index, unsigned worker, st
     stp_cell *cell = &cloud->cells[index];
     (void)worker;
     (void)err;
-    cell->box = stp_dbox_empty();
-    for (uint32_t i = cell->begin; i < cell->end; i++)
-        stp_dbox_add(&cell->box, cloud->points[i].position);
+    cell->box = stp_points_box(cloud->points + cell->begin, cell->end - cell->begin);
     return STP_OK;
 }
 

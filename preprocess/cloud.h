@@ -71,6 +71,15 @@ static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
     if (i % 65536u == 0)
         stp_spill_relieve(spill);
 }
+/* Around so many points that follow each other. */
+static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint32_t count)
+{
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t i = 0; i < count; i++)
+        stp_dbox_add(&box, points[i].position);
+    return box;
+}
+
 /* Whether the point lies where the one before it does: equal positions follow each other. */
 static inline bool stp_cloud_repeats(const stp_cloud *cloud, uint32_t i)
 {

@@ -1,6 +1,7 @@
-/* Union-find over points that also keeps signs: each point's against its root's.
+/* Union-find over numbered points, or pieces of them, that also keeps signs: each one's against its
+ * root's.
  *
- * A root is the first point of its piece. Threads: pieces that share no point, side by side. */
+ * A root is the first of its piece. Threads: one at a time. */
 #ifndef STP_PREPROCESS_FOREST_H
 #define STP_PREPROCESS_FOREST_H
 

@@ -246,9 +246,7 @@ static stp_status find_box(void *context, size_t block, unsigned worker, stp_err
     stp_spill_relieve(s->spill);
     (void)worker;
     (void)err;
-    s->boxes[block] = stp_dbox_empty();
-    for (uint32_t i = begin; i < block_end(s, begin); i++)
-        stp_dbox_add(&s->boxes[block], s->points[i].position);
+    s->boxes[block] = stp_points_box(s->points + begin, block_end(s, begin) - begin);
     return STP_OK;
 }
 
@@ -308,10 +306,8 @@ stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *s
     STP_TRY(stp_alloc(&s.rooms, workers, sizeof *s.rooms, "sort keys", err));
     STP_TRY(stp_pool_run(pool, block_count, find_box, &s, err));
     *box = stp_dbox_empty();
-    for (uint32_t block = 0; block < block_count; block++) {
-        stp_dbox_add(box, s.boxes[block].min);
-        stp_dbox_add(box, s.boxes[block].max);
-    }
+    for (uint32_t block = 0; block < block_count; block++)
+        stp_dbox_join(box, &s.boxes[block]);
     s.order.grid = stp_morton_grid_of(box);
     STP_TRY(stp_pool_run(pool, block_count, count_parts, &s, err));
     add_blocks(&s, block_count);

@@ -333,6 +333,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                              source->files[0].name, UINT32_MAX - 1);
     set_defaults(&tree, &orient, source, params);
     STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params, threads, err));
+    if (params->planned)
+        params->planned(&plan);
     const stp_spill_params room = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
                                    .folder = plan.folder};
     STP_TRY(stp_spill_create(&spill, &room, err));

@@ -42,6 +42,15 @@ typedef struct stp_prep_source {
     size_t file_count;          /* at least 1 */
 } stp_prep_source;
 
+/* What a run will take, before it begins. */
+typedef struct stp_prep_plan {
+    uint64_t memory_bytes;         /* the limit */
+    uint64_t temporary_bytes;      /* of files, for a surface; 0: everything fits in memory */
+    uint64_t most_temporary_bytes; /* where nothing but crumbs is found, such as of leaves */
+    uint64_t free_bytes;           /* in the folder, where temporary_bytes is not 0 */
+    char *folder;                  /* of temporary files, owned */
+} stp_prep_plan;
+
 typedef struct stp_prep_params {
     unsigned neighbour_count; /* 0: STP_PREP_NEIGHBOURS */
     double lambda;            /* 0: 1.7 */
@@ -54,6 +63,8 @@ typedef struct stp_prep_params {
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: where the output goes */
+    void (*planned)(
+        const stp_prep_plan *plan); /* hears of it before a point is read; may be NULL */
 } stp_prep_params;
 
 #define STP_PREP_STAGE_COUNT 6
@@ -78,15 +89,6 @@ typedef struct stp_prep_stats {
 
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
-
-/* What a run will take, before it begins. */
-typedef struct stp_prep_plan {
-    uint64_t memory_bytes;         /* the limit */
-    uint64_t temporary_bytes;      /* of files, for a surface; 0: everything fits in memory */
-    uint64_t most_temporary_bytes; /* where nothing but crumbs is found, such as of leaves */
-    uint64_t free_bytes;           /* in the folder, where temporary_bytes is not 0 */
-    char *folder;                  /* of temporary files, owned */
-} stp_prep_plan;
 
 /* Errors: IO (no such folder, not enough room in it), LIMIT (too little memory for any model),
  * OUT_OF_MEMORY. */

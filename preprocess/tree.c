@@ -93,16 +93,6 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_param
     return item;
 }
 
-/* Quantisation moves points a little: the file's box holds them as they are stored. */
-static void add_samples(stp_dbox *box, const stp_built_chunk *leaf)
-{
-    const stp_chunk *chunk = leaf->chunk;
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
-            stp_dbox_add(box, stp_dvec3_add(leaf->origin, stp_sample_position(&chunk->samples[0][i],
-                                                                              &chunk->patches[p])));
-}
-
 static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -114,7 +104,8 @@ static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, st
     stp_item_group group = {items, count};
     STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
     out->entry.points_under = count;
-    add_samples(&out->box, &out->chunk);
+    /* quantisation moves points a little: the file's box holds them as they are stored */
+    stp_chunk_box(out->chunk.chunk, out->chunk.origin, &out->box);
 done:
     free(items);
     return status;
@@ -210,10 +201,8 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
     t->child_counts[handle] = 0;
     t->stats.chunk_count = handle + 1;
     t->stats.patch_count += b->entry.patch_count;
-    if (!t->below) {
-        stp_dbox_add(&t->box, b->box.min);
-        stp_dbox_add(&t->box, b->box.max);
-    }
+    if (!t->below)
+        stp_dbox_join(&t->box, &b->box);
     if (t->below) {
         uint32_t count = children.end - children.begin;
         STP_TRY(stp_alloc(&t->children[handle], count, sizeof(uint32_t), "chunks", err));

@@ -34,6 +34,25 @@ static inline int scan_fixture_leave(void **state)
     return system(command);
 }
 
+/* Whether a folder of real scans is named; a test skips without it: the scans are not the project's
+ * to give. */
+static inline bool scan_fixture_has_real(void)
+{
+    if (!getenv("STIPPLE_SCANS"))
+        puts("skipped: STIPPLE_SCANS names no folder of real scans");
+    return getenv("STIPPLE_SCANS") != NULL;
+}
+
+/* Where a real scan is; false, and said, where it is not. */
+static inline bool scan_fixture_real(const char *name, char path[4096])
+{
+    snprintf(path, 4096, "%s/%s", getenv("STIPPLE_SCANS"), name);
+    bool there = access(path, R_OK) == 0;
+    if (!there)
+        print_message("skipped: no %s\n", path);
+    return there;
+}
+
 static inline void scan_fixture_bytes(const char *path, const void *bytes, size_t size)
 {
     FILE *file = fopen(path, "wb");

@@ -196,11 +196,8 @@ static void all_scans(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof scans / sizeof *scans; i++) {
         char path[4096];
-        snprintf(path, sizeof path, "%s/%s", getenv("STIPPLE_SCANS"), scans[i].name);
-        if (access(path, R_OK) != 0) {
-            print_message("skipped: no %s\n", path);
+        if (!scan_fixture_real(scans[i].name, path))
             continue;
-        }
         const own_header own = read_own(path);
         check_points(&scans[i], path, &own);
         check_note(path, "wkt", scans[i].wkt);
@@ -213,9 +210,7 @@ static void all_scans(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans)};
-    if (!getenv("STIPPLE_SCANS")) {
-        puts("skipped: STIPPLE_SCANS names no folder of real scans");
+    if (!scan_fixture_has_real())
         return 77;
-    }
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,11 +58,8 @@ static surface_cloud orient(const char *name)
 {
     char path[4096];
     stp_scan_info info;
-    snprintf(path, sizeof path, "%s/%s", getenv("STIPPLE_SCANS"), name);
-    if (access(path, R_OK) != 0) {
-        print_message("skipped: no %s\n", path);
+    if (!scan_fixture_real(name, path))
         return (surface_cloud){0};
-    }
     stp_point *points = scan_fixture_read(path, NULL, &info);
     surface_cloud s = strip(points, info.point_count);
     free(points);
@@ -113,9 +110,7 @@ int main(void)
         cmocka_unit_test(armadillo_points_outward),
         cmocka_unit_test(bunny_points_outward),
     };
-    if (!getenv("STIPPLE_SCANS")) {
-        puts("skipped: STIPPLE_SCANS names no folder of real scans");
+    if (!scan_fixture_has_real())
         return 77;
-    }
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -167,10 +167,7 @@ static void all_scans(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof scans / sizeof *scans; i++) {
         char path[4096];
-        snprintf(path, sizeof path, "%s/%s", getenv("STIPPLE_SCANS"), scans[i].name);
-        if (access(path, R_OK) != 0)
-            print_message("skipped: no %s\n", path);
-        else
+        if (scan_fixture_real(scans[i].name, path))
             check_scan(&scans[i], path);
     }
 }
@@ -180,10 +177,7 @@ static void surfels_are_refused(void **state)
 {
     (void)state;
     char path[4096];
-    snprintf(path, sizeof path, "%s/odd/bunny16k.pts", getenv("STIPPLE_SCANS"));
-    if (access(path, R_OK) != 0)
-        print_message("skipped: no %s\n", path);
-    else
+    if (scan_fixture_real("odd/bunny16k.pts", path))
         scan_fixture_fails(path, NULL, STP_UNSUPPORTED, "surfels");
 }
 
@@ -191,9 +185,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans),
                                        cmocka_unit_test(surfels_are_refused)};
-    if (!getenv("STIPPLE_SCANS")) {
-        puts("skipped: STIPPLE_SCANS names no folder of real scans");
+    if (!scan_fixture_has_real())
         return 77;
-    }
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -61,8 +61,6 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_prep_stats stats = {0};
     STP_TRY(prep_inputs_survey(in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
-    if (!o->common.quiet)
-        STP_TRY(prep_report_plan(o->output, &source, params, pool, err));
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
     status = stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
@@ -105,7 +103,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                               .outlier_distance = o->outlier_distance,
                               .force = o->force,
                               .memory_bytes = o->memory,
-                              .temp_folder = o->temp};
+                              .temp_folder = o->temp,
+                              .planned = o->common.quiet ? NULL : prep_report_plan};
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */

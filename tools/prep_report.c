@@ -120,18 +120,12 @@ void prep_report_print(const stp_prep_stats *s)
         fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
 }
 
-stp_status prep_report_plan(const char *path, const stp_prep_source *source,
-                            const stp_prep_params *params, const stp_pool *pool, stp_error *err)
+void prep_report_plan(const stp_prep_plan *plan)
 {
-    stp_prep_plan plan = {0};
-    stp_status status = stp_prep_plan_make(&plan, path, source->point_count, params,
-                                           stp_pool_thread_count(pool), err);
-    if (status == STP_OK && plan.temporary_bytes > 0)
+    if (plan->temporary_bytes > 0)
         fprintf(stderr,
                 "temporary files: about %.1f GB, at most %.1f GB if hardly any surface is found, "
                 "in %s (%.1f GB free)\n",
-                1e-9 * (double)plan.temporary_bytes, 1e-9 * (double)plan.most_temporary_bytes,
-                plan.folder, 1e-9 * (double)plan.free_bytes);
-    stp_prep_plan_clear(&plan);
-    return status;
+                1e-9 * (double)plan->temporary_bytes, 1e-9 * (double)plan->most_temporary_bytes,
+                plan->folder, 1e-9 * (double)plan->free_bytes);
 }

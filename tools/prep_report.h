@@ -6,9 +6,8 @@
 
 struct cJSON;
 
-/* One line on stderr of the room on disk that will be taken, if any. Errors: those of the plan. */
-stp_status prep_report_plan(const char *path, const stp_prep_source *source,
-                            const stp_prep_params *params, const stp_pool *pool, stp_error *err);
+/* On stderr: what temporary files will take, if there will be any. */
+void prep_report_plan(const stp_prep_plan *plan);
 /* What was read, dropped and written, and a table of the stages, on stderr. */
 void prep_report_print(const stp_prep_stats *stats);
 /* The same with stable keys; to be freed. NULL: memory is exhausted. */

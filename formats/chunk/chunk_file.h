@@ -123,6 +123,8 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
 stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_level, stp_chunk **out,
                                stp_error *err);
 void stp_chunk_destroy(stp_chunk **chunk);
+/* Adds the positions of a chunk's level-0 samples, as stored; origin: of its entry. */
+void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box);
 
 /* Bytes a chunk has in memory when decoded to finest_level. */
 size_t stp_chunk_memory_bytes(const stp_chunk_entry *entry, int finest_level);

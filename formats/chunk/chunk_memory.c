@@ -57,6 +57,15 @@ done:
     return status;
 }
 
+void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box)
+{
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
+            stp_dvec3 at = stp_sample_position(&chunk->samples[0][i], &chunk->patches[p]);
+            stp_dbox_add(box, stp_dvec3_add(origin, at));
+        }
+}
+
 void stp_chunk_destroy(stp_chunk **chunk)
 {
     if (!*chunk)

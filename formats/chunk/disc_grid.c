@@ -277,13 +277,7 @@ double stp_disc_grid_overhang(const stp_disc_grid *grid, uint32_t disc, stp_dvec
 
 static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
 {
-    const float *d = g->numbers[disc].numbers, *n = d + STP_LANE_NORMAL;
-    float x = p[0] - d[0], y = p[1] - d[1], z = p[2] - d[2];
-    float height = x * n[0] + y * n[1] + z * n[2];
-    x -= height * n[0];
-    y -= height * n[1];
-    z -= height * n[2];
-    float overhang = fmaxf(sqrtf(x * x + y * y + z * z) - d[STP_LANE_RADIUS], 0.0f);
+    float height, overhang = stp_lane_overhang(p, g->numbers[disc].numbers, &height);
     return height * height + overhang * overhang;
 }
 

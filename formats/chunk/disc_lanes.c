@@ -76,26 +76,17 @@ void stp_disc_columns_clear(stp_disc_columns *columns)
 }
 
 /* How much a point counts over a disc: what it hangs over, what the disc brings, and what of the
- * height is not covered; or its squared distance. No difference of squares is taken, in which
- * floats would lose all. */
+ * height is not covered; or its squared distance. */
 static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
                           stp_over_what what, const stp_over *over)
 {
-    const float *n = disc + STP_LANE_NORMAL;
-    float x = point[0] - disc[0], y = point[1] - disc[1], z = point[2] - disc[2];
-    float height = x * n[0] + y * n[1] + z * n[2];
-    x -= height * n[0];
-    y -= height * n[1];
-    z -= height * n[2];
-    float overhang = fmaxf(sqrtf(x * x + y * y + z * z) - disc[STP_LANE_RADIUS], 0.0f);
+    float height, overhang = stp_lane_overhang(point, disc, &height);
     float squared = height * height + overhang * overhang;
     if (what == STP_OVER_SQUARED)
         return squared;
-    const float *m = over->normal;
+    const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
     float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
-    x = n[0] - cosine * m[0];
-    y = n[1] - cosine * m[1];
-    z = n[2] - cosine * m[2];
+    float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
     height = fabsf(height);
     float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
     float open = height + disc[STP_LANE_CARRIED_ERROR] > over->error ? height : aside;

@@ -61,6 +61,20 @@ typedef struct stp_lane_disc {
     float numbers[STP_LANE_NUMBERS];
 } stp_lane_disc;
 
+/* How high a point is over a disc, and how far it lies outside in its plane. No difference of
+ * squares is taken, in which floats would lose all. */
+static inline float stp_lane_overhang(const float point[3], const float disc[STP_LANE_NUMBERS],
+                                      float *height)
+{
+    const float *n = disc + STP_LANE_NORMAL;
+    float x = point[0] - disc[0], y = point[1] - disc[1], z = point[2] - disc[2];
+    *height = x * n[0] + y * n[1] + z * n[2];
+    x -= *height * n[0];
+    y -= *height * n[1];
+    z -= *height * n[2];
+    return fmaxf(sqrtf(x * x + y * y + z * z) - disc[STP_LANE_RADIUS], 0.0f);
+}
+
 /* Discs as columns, and which they are. */
 typedef struct stp_disc_columns {
     float *of[STP_LANE_NUMBERS];

@@ -174,11 +174,7 @@ static stp_status prove_single(const stp_damaged *d, place *out, stp_error *err)
     stp_chunk *chunk = NULL;
     stp_dbox box = stp_dbox_empty();
     STP_TRY(stp_damaged_chunk(d, 0, 0, &chunk, err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
-            stp_dbox_add(
-                &box, stp_dvec3_add(d->entries[0].origin, stp_sample_position(&chunk->samples[0][i],
-                                                                              &chunk->patches[p])));
+    stp_chunk_box(chunk, d->entries[0].origin, &box);
     const stp_dbox *should = &d->header.box;
     out->proven = box.min.x == should->min.x && box.min.y == should->min.y &&
                   box.min.z == should->min.z && box.max.x == should->max.x &&

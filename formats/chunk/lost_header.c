@@ -210,13 +210,9 @@ static stp_status tell_points(stp_damaged *d, stp_dbox *box, uint32_t *attribute
         STP_TRY(stp_damaged_chunk(d, id, 0, &chunk, err));
         first = any ? first : chunk->samples[0][0];
         any = true;
-        for (uint32_t p = 0; p < chunk->patch_count; p++)
-            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-                const stp_sample *s = &chunk->samples[0][i];
-                stp_dbox_add(box, stp_dvec3_add(d->entries[id].origin,
-                                                stp_sample_position(s, &chunk->patches[p])));
-                *attributes |= attributes_of(s, &first);
-            }
+        stp_chunk_box(chunk, d->entries[id].origin, box);
+        for (uint32_t i = 0; i < chunk->level_begin[0][chunk->patch_count]; i++)
+            *attributes |= attributes_of(&chunk->samples[0][i], &first);
         stp_chunk_destroy(&chunk);
     }
 done:

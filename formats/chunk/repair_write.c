@@ -80,15 +80,6 @@ done:
 
 /* ---- chunks ---- */
 
-static void widen_box(stp_dbox *box, const stp_repair_node *node)
-{
-    const stp_chunk *chunk = node->chunk;
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
-            stp_dbox_add(box, stp_dvec3_add(node->origin, stp_sample_position(&chunk->samples[0][i],
-                                                                              &chunk->patches[p])));
-}
-
 static stp_status append_kept(writing *w, uint32_t id, uint32_t *handle, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -117,7 +108,7 @@ static stp_status append_new(writing *w, uint32_t id, uint32_t *handle, stp_erro
     STP_TRY(stp_chunk_encode(node->chunk, codec, &payload, &entry, err));
     STP_TRY(stp_chunk_writer_append(w->writer, payload, &entry, handle, err));
     if (node->child_count == 0)
-        widen_box(&w->box, node);
+        stp_chunk_box(node->chunk, node->origin, &w->box);
 done:
     free(payload);
     return status;

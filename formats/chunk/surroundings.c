@@ -31,8 +31,7 @@ static stp_dbox box_of(const stp_patch_ball *b)
 static void add_box(stp_dbox *sum, const stp_patch_ball *b)
 {
     stp_dbox box = box_of(b);
-    stp_dbox_add(sum, box.min);
-    stp_dbox_add(sum, box.max);
+    stp_dbox_join(sum, &box);
 }
 
 stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed)

@@ -101,8 +101,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     if (first->length > 0)
         STP_TRY(find_columns(text, first, params->columns, sample, err));
     stp_text_settle(text, sample);
-    stp_text_fill_info(text, info);
-    info->coordinate_step = stp_text_step(text, sample);
+    stp_text_fill_info(text, sample, info);
     info->format = "PTS";
     stp_source_seek(&text->source, start, 0);
 done:

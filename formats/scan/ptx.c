@@ -267,7 +267,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     p->start = text->source.offset;
     STP_TRY(survey(p, &info->point_count, err));
     settle_columns(p);
-    stp_text_fill_info(text, info);
+    stp_text_fill_info(text, NULL, info);
     info->format = "PTX";
     info->stations = p->stations;
     info->station_count = (uint32_t)p->scan_count;

@@ -196,7 +196,9 @@ static void find_intensity_scale(stp_text *text, const stp_columns_sample *sampl
     }
 }
 
-double stp_text_step(const stp_text *text, const stp_columns_sample *sample)
+/* The step of the coordinates where all that were looked at are written with at most three digits
+ * behind the point, as surveys are: 1, 0.1, 0.01 or 0.001; else 0, they are floats. */
+static double step_of(const stp_text *text, const stp_columns_sample *sample)
 {
     static const double steps[] = {1.0, 0.1, 0.01, 0.001};
     uint32_t decimals = 0;
@@ -256,8 +258,9 @@ void stp_text_note_columns(stp_text *text, const char *from, const char *header,
     snprintf(text->order + used, sizeof text->order - used, " (%s)", from);
 }
 
-void stp_text_fill_info(stp_text *text, stp_scan_info *info)
+void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_scan_info *info)
 {
+    info->coordinate_step = sample ? step_of(text, sample) : 0.0;
     info->attributes = text->attributes;
     info->note_count = 0;
     if (text->order[0])

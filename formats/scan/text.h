@@ -53,9 +53,6 @@ stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bo
 /* Columns by a list of names, for lines like this one. Errors: INVALID_ARGUMENT. */
 stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin, const char *end,
                              stp_error *err);
-/* The step of the coordinates where all that were looked at are written with at most three digits
- * behind the point, as surveys are: 1, 0.1, 0.01 or 0.001; else 0, they are floats. */
-double stp_text_step(const stp_text *text, const stp_columns_sample *sample);
 /* Once the columns are known: attributes and scales. */
 void stp_text_settle(stp_text *text, const stp_columns_sample *sample);
 /* The notes `columns` (their order and where it is from, as in "x,y,z,_ (header)") and `left_out`
@@ -64,8 +61,9 @@ void stp_text_settle(stp_text *text, const stp_columns_sample *sample);
 void stp_text_note_columns(stp_text *text, const char *from, const char *header,
                            const char *header_end, stp_separator header_separator,
                            uint32_t field_count);
-/* Attributes and notes; the text stays where it is while they are used. */
-void stp_text_fill_info(stp_text *text, stp_scan_info *info);
+/* Attributes, notes and, where all lines have the columns of one sample, the step (NULL: none);
+ * the text stays where it is while they are used. */
+void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_scan_info *info);
 /* The line that was read last as a point. Errors: CORRUPT. */
 stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
                           stp_error *err);

@@ -179,8 +179,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_text_settle(text, sample);
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
-    stp_text_fill_info(text, info);
-    info->coordinate_step = stp_text_step(text, sample);
+    stp_text_fill_info(text, sample, info);
     info->format = "XYZ text";
     info->point_count = count;
 done:

@@ -28,13 +28,11 @@ static void read_everything(const char *path)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char path[64];
-    int descriptor = memfd_create("fuzz", MFD_CLOEXEC);
     uint8_t *copy = malloc(size + 1);
-    fixture_require(descriptor >= 0 && copy != NULL);
+    fixture_require(copy != NULL);
     memcpy(copy, data, size);
     reseal(copy, size, true);
-    fixture_require(write(descriptor, copy, size) == (ssize_t)size);
-    snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
+    int descriptor = fuzz_memory_file(copy, size, path);
     read_everything(path);
     free(copy);
     close(descriptor);

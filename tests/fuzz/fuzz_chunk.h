@@ -6,8 +6,7 @@
 
 #include "tests/chunk_fixture.h"
 #include "tests/chunk_reseal.h"
-
-#include <sys/mman.h>
+#include "tests/fuzz/fuzz_memory.h"
 
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);

@@ -73,16 +73,14 @@ static void repair(const char *path)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char path[64];
-    int descriptor = memfd_create("fuzz", MFD_CLOEXEC);
     uint8_t *copy = malloc(size + 1);
     uint64_t seed = stp_hash(data, size);
-    fixture_require(descriptor >= 0 && copy != NULL);
+    fixture_require(copy != NULL);
     memcpy(copy, data, size);
     reseal(copy, size, true);
     for (uint64_t i = 0; i < 1 + seed % 4 && size >= STP_HEADER_BYTES; i++)
         damage(copy, &size, stp_random_u64(seed, i));
-    fixture_require(write(descriptor, copy, size) == (ssize_t)size);
-    snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
+    int descriptor = fuzz_memory_file(copy, size, path);
     repair(path);
     free(copy);
     close(descriptor);

@@ -5,13 +5,10 @@
 #include "formats/scan/coordinate_step.h"
 #include "formats/scan/mesh.h"
 #include "formats/scan/scan.h"
+#include "tests/fuzz/fuzz_memory.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);
@@ -85,9 +82,7 @@ static inline void fuzz_read_mesh(const char *path)
 static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
 {
     char path[64];
-    const int descriptor = memfd_create("scan", MFD_CLOEXEC);
-    fuzz_require(descriptor >= 0 && write(descriptor, data, size) == (ssize_t)size, "memory");
-    snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
+    const int descriptor = fuzz_memory_file(data, size, path);
     const stp_scan_params sampled = {.sample_count = 150, .seed = size};
     const stp_scan_params plain = {.recompute_normals = true};
     fuzz_read_scan(path, NULL);

@@ -5,8 +5,6 @@
 
 #include "formats/scan/number.h"
 
-#define FILE_DESCRIPTOR 200
-
 static const char *const seeds[] = {
     "1 2 3\n4.5 -5e1 6\n7 8 9.25",
     "1 2 3 0.5 10 20 30\n4 5 6 0.25 40 50 60\n",
@@ -59,7 +57,7 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
     return size + length - replaced;
 }
 
-static char folder[] = "/tmp/fuzz-text-XXXXXX";
+static char folder[] = "fuzz-text-XXXXXX";
 static const char *const names[] = {"scan", "scan.xyz", "scan.pts", "scan.ptx"};
 
 static const char *name_of(size_t i)
@@ -76,20 +74,18 @@ static void remove_folder(void)
     rmdir(folder);
 }
 
-/* A folder whose files are all the same bytes in memory. */
-static void make_folder(void)
+/* A folder, where it runs, whose files are all the same bytes in memory; their descriptor. */
+static int make_folder(void)
 {
-    static bool made;
+    static int descriptor = -1;
     char target[64];
-    if (made)
-        return;
-    made = true;
-    const int descriptor = memfd_create("scan", MFD_CLOEXEC);
-    fuzz_require(descriptor >= 0 && dup2(descriptor, FILE_DESCRIPTOR) >= 0, "memory");
+    if (descriptor >= 0)
+        return descriptor;
+    descriptor = fuzz_memory_file(NULL, 0, target);
     fuzz_require(mkdtemp(folder) != NULL && atexit(remove_folder) == 0, "a folder");
-    snprintf(target, sizeof target, "/proc/self/fd/%d", FILE_DESCRIPTOR);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         fuzz_require(symlink(target, name_of(i)) == 0, "a link");
+    return descriptor;
 }
 
 /* What is read as a number is the one that the C library reads. */
@@ -113,9 +109,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const unsigned choice = size > 0 ? data[size / 2] : 0;
     const stp_scan_params params = {.columns = lists[choice % 6],
                                     .recompute_normals = choice > 200};
-    make_folder();
-    fuzz_require(ftruncate(FILE_DESCRIPTOR, 0) == 0 &&
-                     pwrite(FILE_DESCRIPTOR, data, size, 0) == (ssize_t)size,
+    const int descriptor = make_folder();
+    fuzz_require(ftruncate(descriptor, 0) == 0 &&
+                     pwrite(descriptor, data, size, 0) == (ssize_t)size,
                  "memory");
     check_number(data, size);
     fuzz_read_scan(name_of(0), NULL);

@@ -1,0 +1,22 @@
+/* Bytes as a file that lies in memory, for readers that take a path. */
+#ifndef STP_TESTS_FUZZ_MEMORY_H
+#define STP_TESTS_FUZZ_MEMORY_H
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+/* Returns the file's descriptor, which the caller closes; *path leads to it until then. Aborts
+ * where there is no memory. */
+static inline int fuzz_memory_file(const uint8_t *data, size_t size, char path[64])
+{
+    const int descriptor = memfd_create("fuzz", MFD_CLOEXEC);
+    if (descriptor < 0 || (size > 0 && write(descriptor, data, size) != (ssize_t)size))
+        abort();
+    snprintf(path, 64, "/proc/self/fd/%d", descriptor);
+    return descriptor;
+}
+
+#endif
