@@ -18,7 +18,7 @@ typedef struct place_map {
 typedef struct maker {
     stp_unit *unit;
     stp_locale locale;
-    uint32_t begin; /* of the own points in the whole cloud */
+    uint32_t begin, end; /* of the own points in the whole cloud */
     place_map map;
     size_t point_capacity, place_capacity, list_capacity;
 } maker;
@@ -168,7 +168,7 @@ static stp_status gather(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_unit *u = m->unit;
-    uint32_t end = u->whole->cells[u->cell_end - 1].end, count = end - m->begin;
+    uint32_t count = m->end - m->begin;
     uint32_t *own = NULL;
     STP_TRY(stp_alloc(&own, count, sizeof *own, "points", err));
     for (uint32_t i = 0; i < count; i++)
@@ -193,12 +193,8 @@ stp_status stp_unit_create(stp_unit *out, const stp_cloud *whole, uint32_t first
                            unsigned k, unsigned ring_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_unit unit = {.whole = whole,
-                     .first_cell = first,
-                     .cell_end = end,
-                     .neighbours = {.k = k},
-                     .ring_count = ring_count};
-    maker m = {.unit = &unit, .begin = whole->cells[first].begin};
+    stp_unit unit = {.whole = whole, .neighbours = {.k = k}, .ring_count = ring_count};
+    maker m = {.unit = &unit, .begin = whole->cells[first].begin, .end = whole->cells[end - 1].end};
     if (k < 3 || k > STP_NEIGHBOURS_LIMIT)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "%u neighbours: give 3 to %d", k,
                              STP_NEIGHBOURS_LIMIT);

@@ -15,8 +15,7 @@
 #define STP_UNIT_RINGS 4u
 
 typedef struct stp_unit {
-    const stp_cloud *whole; /* borrowed */
-    uint32_t first_cell, cell_end;
+    const stp_cloud *whole;    /* borrowed */
     stp_cloud cloud;           /* the copies; nothing of it but points, count and capacity */
     stp_neighbours neighbours; /* by number, of all points but those of the last ring */
     uint32_t *places;          /* in the whole cloud, by number */

@@ -147,7 +147,6 @@ static void index_all(stp_unit *out, const stp_cloud *cloud)
     uint32_t count = cloud->count;
     float *points = calloc(count, 3 * sizeof *points);
     *out = (stp_unit){.whole = cloud,
-                      .cell_end = cloud->cell_count,
                       .cloud = {.count = count, .capacity = count},
                       .neighbours = {.k = NEIGHBOURS},
                       .ring_count = STP_UNIT_RINGS};
