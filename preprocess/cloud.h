@@ -65,11 +65,16 @@ void stp_cloud_unsort(stp_cloud *cloud);
  * them. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
                          void *context, stp_error *err);
-/* At each turn of a loop over all points: keeps to the limit. */
+/* At each turn of a loop over every stride-th point: keeps to the limit. */
+static inline void stp_cloud_stride(stp_spill *spill, uint64_t i, uint32_t stride)
+{
+    if (i % 65536u < stride)
+        stp_spill_relieve(spill);
+}
+/* Likewise over all points. */
 static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
 {
-    if (i % 65536u == 0)
-        stp_spill_relieve(spill);
+    stp_cloud_stride(spill, i, 1);
 }
 /* Around so many points that follow each other. */
 static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint32_t count)

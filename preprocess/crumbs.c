@@ -51,17 +51,21 @@ static void turn_crumbs(const settling *settle)
 {
     const stp_sheets *s = settle->sheets;
     memset(settle->sums, 0, s->piece_count * sizeof *settle->sums);
-    for (uint32_t c = 0; c < s->cloud->cell_count; c++)
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
             if (is_asked(s, s->graphs[c].kept[i]))
                 settle->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
                     settle->odds[s->kept_begin[c] + i];
-    for (uint32_t c = 0; c < s->cloud->cell_count; c++)
+    }
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
             uint32_t point = s->graphs[c].kept[i];
             if (is_asked(s, point) && settle->sums[stp_sheets_root(s, point)] < 0.0f)
                 s->cloud->marks[point] ^= STP_MARK_TURNED;
         }
+    }
 }
 
 stp_status stp_crumbs_settle(const stp_sheets *s, stp_pool *pool, stp_error *err)

@@ -73,10 +73,12 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
 static void turn_wrong(const settling *settle)
 {
     const stp_sheets *s = settle->sheets;
-    for (uint32_t c = 0; c < s->cloud->cell_count; c++)
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
             if (settle->wrong[s->kept_begin[c] + i])
                 s->cloud->marks[s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
+    }
 }
 
 stp_status stp_facing_settle(const stp_sheets *s, const stp_dvec3 *stations, stp_pool *pool,

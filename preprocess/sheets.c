@@ -48,9 +48,11 @@ static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
     STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, number_cell, &n, err));
     STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, resolve_cell, s, err));
     STP_TRY(stp_forest_create(&s->forest, s->piece_count, s->cloud->spill, err));
-    for (uint32_t c = 0; c < cell_count; c++)
+    for (uint32_t c = 0; c < cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].piece_count; i++)
             s->forest.size[n.piece_begin[c] + i] = s->graphs[c].sizes[i];
+    }
 done:
     free(n.piece_begin);
     return status;

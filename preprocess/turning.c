@@ -130,7 +130,7 @@ stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
                             "votes", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &sums, s->piece_count, sizeof *sums, "votes", err));
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
-    for (uint64_t i = 0; i < cloud->count; i += stride)
+    for (uint64_t i = 0; i < cloud->count; i += stride, stp_cloud_stride(cloud->spill, i, stride))
         if (cloud->marks[i] & STP_MARK_ORIENTED)
             sums[s->parts[cloud->sheets[i]]] += votes[i / stride];
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))

@@ -59,10 +59,12 @@ static stp_status place_block(void *context, size_t block, unsigned worker, stp_
     (void)worker;
     (void)err;
     for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++) {
-        stp_dvec3 p = job->cloud->points[i * job->stride].position;
+        uint32_t at = i * job->stride;
+        stp_dvec3 p = job->cloud->points[at].position;
         job->positions[i] =
             stp_dvec3_to_float(stp_dvec3_scale(stp_dvec3_sub(p, job->centre), scale));
-        job->normals[i] = stp_cloud_normal(job->cloud, i * job->stride);
+        job->normals[i] = stp_cloud_normal(job->cloud, at);
+        stp_cloud_stride(job->cloud->spill, at, job->stride);
     }
     return STP_OK;
 }
