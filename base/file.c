@@ -73,26 +73,32 @@ static bool is_temporary_of(const char *entry, const char *name)
     return digits > 0 && strcmp(number + digits, ".part") == 0;
 }
 
-/* Removes what killed runs left for the same output: temporary files that no process has locked. */
-static void sweep_litter(const char *path)
+uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
 {
     char *folder_copy = strdup(path), *name_copy = strdup(path);
     DIR *folder = folder_copy ? opendir(dirname(folder_copy)) : NULL;
     const char *name = folder && name_copy ? basename(name_copy) : NULL;
+    uint64_t count = 0;
+    *bytes = 0;
     for (struct dirent *e = name ? readdir(folder) : NULL; e; e = readdir(folder)) {
+        struct stat info;
         if (!is_temporary_of(e->d_name, name))
             continue;
         int file = openat(dirfd(folder), e->d_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
         if (file < 0)
             continue;
-        if (flock(file, LOCK_EX | LOCK_NB) == 0)
-            (void)unlinkat(dirfd(folder), e->d_name, 0);
+        if (flock(file, LOCK_EX | LOCK_NB) == 0 && fstat(file, &info) == 0 &&
+            unlinkat(dirfd(folder), e->d_name, 0) == 0) {
+            count++;
+            *bytes += (uint64_t)info.st_size;
+        }
         close(file);
     }
     if (folder)
         closedir(folder);
     free(folder_copy);
     free(name_copy);
+    return count;
 }
 
 /* Opens and locks the temporary file; -1 with errno set if that fails. Another run may sweep it
@@ -123,6 +129,7 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     stp_status status = STP_OK;
     stp_output *output = NULL;
     struct stat info;
+    uint64_t left_bytes = 0;
     if (!force && lstat(path, &info) == 0)
         return stp_error_set(err, STP_EXISTS,
                              "%s exists already: give another name or --force to replace it", path);
@@ -136,7 +143,7 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_alloc(&output->temporary, length, 1, "path", err));
     snprintf(output->path, length, "%s", path);
     name_temporary(output->temporary, length, path);
-    sweep_litter(path);
+    (void)stp_output_sweep(path, &left_bytes);
     output->descriptor = open_temporary(output->temporary);
     if (output->descriptor < 0) {
         status = stp_error_set(err, STP_IO, "%s: cannot be created: %s", path, strerror(errno));

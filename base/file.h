@@ -14,7 +14,12 @@
 
 typedef struct stp_output stp_output;
 
-/* Errors: EXISTS (path exists, force is false), IO (folder missing or read-only), OUT_OF_MEMORY. */
+/* Removes what killed runs left for the same output: temporary files that no process has locked.
+ * Returns how many; *bytes: how much. */
+uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
+
+/* Sweeps first. Errors: EXISTS (path exists, force is false), IO (folder missing or read-only),
+ * OUT_OF_MEMORY. */
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
 /* Refuses an output that is an input, by whatever name. Errors: INVALID_ARGUMENT. */
 stp_status stp_output_check_input(const char *path, const char *input, stp_error *err);

@@ -3,7 +3,7 @@
 #include "tests/surface_fixture.h"
 
 #ifdef WITH_CGAL
-#include "tests/support/cgal_shim.h"
+#include "tools/bench/cgal/cgal_shim.h"
 
 #include <string.h>
 

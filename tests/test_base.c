@@ -315,11 +315,13 @@ static void test_output_litter(void **state)
     static const char *const names[] = {"a.1.part", "a.x.part", "a.part", "b.1.part", "a.2.part"};
     char path[256];
     int living = -1;
+    uint64_t bytes = 0;
     stp_output *output = NULL;
     for (int i = 0; i < 5; i++) {
         snprintf(path, sizeof path, "%s/%s", (char *)*state, names[i]);
         living = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         assert_true(living >= 0);
+        assert_int_equal(write(living, "left", 4), 4);
         if (i < 4)
             close(living);
     }
@@ -327,8 +329,12 @@ static void test_output_litter(void **state)
     snprintf(path, sizeof path, "%s/a", (char *)*state);
     assert_int_equal(stp_output_create(&output, path, false, NULL), STP_OK);
     stp_output_destroy(&output);
-    close(living);
     assert_int_equal(count_files(*state), 4);
+    assert_int_equal(stp_output_sweep(path, &bytes), 0);
+    close(living);
+    assert_int_equal(stp_output_sweep(path, &bytes), 1);
+    assert_int_equal(bytes, 4);
+    assert_int_equal(count_files(*state), 3);
     snprintf(path, sizeof path, "%s/a.1.part", (char *)*state);
     assert_int_equal(access(path, F_OK), -1);
 }

@@ -120,6 +120,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
         STP_TRY(prep_paths_add(&paths, arguments[i], err));
     in.paths = paths.list;
     in.count = paths.count;
+    if (!o->common.quiet)
+        prep_report_sweep(o->output);
     STP_TRY(
         cli_check_outputs(outputs, (const char *const *)paths.list, paths.count, o->force, err));
     STP_TRY(run_stages(o, &in, &params, progress, err));

@@ -2,6 +2,7 @@
 #include "tools/prep_report.h"
 
 #include "base/clock.h"
+#include "base/file.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -118,6 +119,14 @@ void prep_report_print(const stp_prep_stats *s)
     print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
     if (s->temporary_bytes > 0)
         fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
+}
+
+void prep_report_sweep(const char *output)
+{
+    uint64_t bytes = 0, count = stp_output_sweep(output, &bytes);
+    if (count > 0)
+        fprintf(stderr, "%s: a run was stopped before it was whole: %.1f MB of it removed\n",
+                output, 1e-6 * (double)bytes);
 }
 
 void prep_report_plan(const stp_prep_plan *plan)

@@ -6,6 +6,8 @@
 
 struct cJSON;
 
+/* Removes what killed runs left of an output, and says so on stderr. */
+void prep_report_sweep(const char *output);
 /* On stderr: what temporary files will take, if there will be any. */
 void prep_report_plan(const stp_prep_plan *plan);
 /* What was read, dropped and written, and a table of the stages, on stderr. */

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/cgal_shim.h"
+#include "tools/bench/cgal/cgal_shim.h"
 
 typedef CGAL::Simple_cartesian<double> kernel;
 typedef std::pair<kernel::Point_3, kernel::Vector_3> oriented;
@@ -17,7 +17,7 @@ int cgal_pca_normals(const double (*positions)[3], size_t count, unsigned k, dou
         std::vector<oriented> points(count);
         for (size_t i = 0; i < count; i++)
             points[i].first = kernel::Point_3(positions[i][0], positions[i][1], positions[i][2]);
-        CGAL::pca_estimate_normals<CGAL::Sequential_tag>(
+        CGAL::pca_estimate_normals<CGAL::Parallel_if_available_tag>(
             points, k,
             CGAL::parameters::point_map(CGAL::First_of_pair_property_map<oriented>())
                 .normal_map(CGAL::Second_of_pair_property_map<oriented>()));

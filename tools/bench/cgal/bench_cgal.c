@@ -1,0 +1,93 @@
+/* stipple-bench-cgal: how long CGAL takes for the normals of a scan's points. */
+#include "base/clock.h"
+#include "base/memory.h"
+#include "formats/scan/scan.h"
+#include "tools/bench/cgal/cgal_shim.h"
+#include "tools/cli.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* As many as prep looks at by default. */
+#define NEIGHBOURS 16
+#define BLOCK 4096
+
+static int run(int argc, char **argv);
+static const cli_command bench = {
+    .name = "bench-cgal",
+    .program = "stipple-bench-cgal",
+    .summary = "how long CGAL takes for normals alone",
+    .usage = "stipple-bench-cgal SCAN",
+    .details =
+        "Reads a scan and prints the seconds that CGAL's pca_estimate_normals takes for its\n"
+        "points with 16 neighbours, without reading them.",
+    .run = run,
+};
+
+static stp_status read_positions(const char *path, double (**out)[3], size_t *out_count,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan *scan = NULL;
+    double(*positions)[3] = NULL;
+    stp_point *block = NULL;
+    size_t count = 0, got = 0;
+    STP_TRY(stp_scan_open(&scan, path, &(stp_scan_params){0}, err));
+    const size_t capacity = stp_scan_get_info(scan)->point_count;
+    STP_TRY(stp_alloc(&positions, capacity, sizeof *positions, "points", err));
+    STP_TRY(stp_alloc(&block, BLOCK, sizeof *block, "points", err));
+    do {
+        STP_TRY(stp_scan_read(scan, block, BLOCK, &got, err));
+        for (size_t i = 0; i < got && count < capacity; i++) {
+            stp_dvec3 p = block[i].position;
+            memcpy(positions[count++], (double[3]){p.x, p.y, p.z}, sizeof *positions);
+        }
+    } while (got > 0);
+    *out = positions;
+    *out_count = count;
+    positions = NULL;
+done:
+    free(positions);
+    free(block);
+    stp_scan_close(&scan);
+    return status;
+}
+
+static stp_status time_normals(const char *path, double *seconds, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double(*positions)[3] = NULL, (*normals)[3] = NULL;
+    size_t count = 0;
+    STP_TRY(read_positions(path, &positions, &count, err));
+    STP_TRY(stp_alloc(&normals, count, sizeof *normals, "normals", err));
+    double began = stp_clock_seconds();
+    if (cgal_pca_normals((const double(*)[3])positions, count, NEIGHBOURS, normals) != 0)
+        status = stp_error_set(err, STP_INTERNAL, "%s: CGAL failed", path);
+    *seconds = stp_clock_seconds() - began;
+done:
+    free(normals);
+    free(positions);
+    return status;
+}
+
+static int run(int argc, char **argv)
+{
+    cli_common common = {0};
+    const char *path = NULL;
+    size_t count = 0;
+    double seconds = 0.0;
+    stp_error err = {0};
+    int code = cli_parse(&bench, NULL, 0, argc, argv, &path, 1, 1, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    if (time_normals(path, &seconds, &err) != STP_OK)
+        return cli_fail(&bench, &err);
+    printf("%.3f\n", seconds);
+    return CLI_DONE;
+}
+
+int main(int argc, char **argv)
+{
+    return bench.run(argc, argv);
+}
