@@ -33,7 +33,7 @@
 
 typedef struct mapping {
     void *memory;
-    size_t bytes, used;
+    size_t bytes, used, forgotten;
     uint32_t array_count; /* that are in use; the file goes with the last */
 } mapping;
 
@@ -294,24 +294,27 @@ done:
     return status;
 }
 
+/* The mapping an array lies in; NULL if it is plain memory. */
+static mapping *mapping_of(const stp_spill *s, const void *array)
+{
+    for (size_t i = s->count; i-- > 0;)
+        if ((uintptr_t)array - (uintptr_t)s->mappings[i].memory < s->mappings[i].bytes)
+            return &s->mappings[i];
+    return NULL;
+}
+
 /* Gives its room up; false if it is no array of files. */
 static bool give_room(stp_spill *s, const void *array)
 {
-    for (size_t i = s->count; i-- > 0;) {
-        mapping *m = &s->mappings[i];
-        size_t offset = (size_t)((uintptr_t)array - (uintptr_t)m->memory);
-        if (offset >= m->bytes)
-            continue;
-        if (--m->array_count > 0)
-            return true;
-        if (m->memory == s->shared)
-            s->shared = NULL;
-        munmap(m->memory, m->bytes);
-        s->file_bytes -= m->bytes;
-        s->mappings[i] = s->mappings[--s->count];
-        return true;
-    }
-    return false;
+    mapping *m = mapping_of(s, array);
+    if (!m || --m->array_count > 0)
+        return m != NULL;
+    if (m->memory == s->shared)
+        s->shared = NULL;
+    munmap(m->memory, m->bytes);
+    s->file_bytes -= m->bytes - m->forgotten;
+    *m = s->mappings[--s->count];
+    return true;
 }
 
 void stp_spill_free(stp_spill *s, void *array)
@@ -324,6 +327,23 @@ void stp_spill_free(stp_spill *s, void *array)
     }
     if (!in_file)
         free(array);
+}
+
+void stp_spill_forget(stp_spill *s, void *part, size_t bytes)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const size_t before = (page - (uintptr_t)part % page) % page; /* the first whole page */
+    if (!s || !s->folder || bytes < before + page)
+        return;
+    char *begin = (char *)part + before;
+    const size_t whole = (bytes - before) / page * page;
+    pthread_mutex_lock(&s->mutex);
+    mapping *m = mapping_of(s, part);
+    if (m && madvise(begin, whole, MADV_REMOVE) == 0) {
+        m->forgotten += whole;
+        s->file_bytes -= whole;
+    }
+    pthread_mutex_unlock(&s->mutex);
 }
 
 uint64_t stp_spill_most_file_bytes(stp_spill *s)

@@ -40,10 +40,14 @@ stp_status stp_spill_move(stp_spill *spill, void *array, size_t count, size_t si
 /* Frees an array of this spill's, or plain memory; NULL is none. */
 void stp_spill_free(stp_spill *spill, void *array);
 
+/* Gives the room of a part of an array back before all of it is freed: what it held is lost, and it
+ * must not be touched again. Plain memory keeps it, and so do file systems that cannot. */
+void stp_spill_forget(stp_spill *spill, void *part, size_t bytes);
+
 /* Lets go of pages now if the process holds too much: for who begins a piece of work that touches
  * some megabytes, since on a crowded machine the watching thread may come late. NULL is fine. */
 void stp_spill_relieve(stp_spill *spill);
-/* Greatest number of bytes in the folder so far; of plain memory 0. */
+/* Greatest number of bytes in the folder so far, but for what was forgotten; of plain memory 0. */
 uint64_t stp_spill_most_file_bytes(stp_spill *spill);
 
 #endif

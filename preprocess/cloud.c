@@ -127,6 +127,14 @@ done:
     return status;
 }
 
+void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell)
+{
+    const size_t count = cell->end - cell->begin;
+    stp_spill_forget(cloud->spill, cloud->points + cell->begin, count * sizeof *cloud->points);
+    stp_spill_forget(cloud->spill, cloud->sheets + cell->begin, count * sizeof *cloud->sheets);
+    stp_spill_forget(cloud->spill, cloud->marks + cell->begin, count * sizeof *cloud->marks);
+}
+
 typedef struct relieved {
     stp_spill *spill;
     stp_pool_task *task;

@@ -61,6 +61,8 @@ stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill,
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 /* Frees what the sort made: the points may change, and be sorted again. */
 void stp_cloud_unsort(stp_cloud *cloud);
+/* Gives room in files back: a cell's points, sheets and marks are not needed any more. */
+void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell);
 /* stp_pool_run for tasks that walk through arrays by point: keeps to the spill's limit between
  * them. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,

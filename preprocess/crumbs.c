@@ -37,13 +37,15 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     const settling *settle = context;
     const stp_sheets *s = settle->sheets;
     const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
-    for (uint32_t i = 0; i < graph->kept_count; i++)
-        settle->odds[s->kept_begin[index] + i] =
-            is_asked(s, graph->kept[i])
-                ? odds_of(s, graph->kept[i], graph->lists + (size_t)i * s->k)
-                : 0.0f;
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        at = stp_graph_next_list(at, self, s->k, list);
+        settle->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
+    }
     return STP_OK;
 }
 

@@ -56,11 +56,13 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     settling *settle = context;
     const stp_sheets *s = settle->sheets;
     const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        const uint32_t *list = graph->lists + (size_t)i * s->k;
+        at = stp_graph_next_list(at, self, s->k, list);
         float sum = own_odds(settle, self);
         bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
         for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)

@@ -95,8 +95,11 @@ static stp_status relate_cell(connection *c, stp_error *err)
             }
             if (r.rank >= STP_RANK_NONE)
                 continue;
-            stp_edge edge = {c->unit->places[a], c->unit->places[b], (uint32_t)c->out->edge_count,
-                             r};
+            stp_edge edge = {.other = c->unit->places[b],
+                             .own = (uint16_t)(a - c->begin),
+                             .rank = r.rank & 0x1ffu,
+                             .turned = r.turned,
+                             .narrow = r.narrow};
             stp_status status = add_open(c->out, edge, err);
             if (status != STP_OK)
                 return status;
@@ -147,7 +150,7 @@ static void drop_joined(connection *c)
     size_t kept = 0;
     for (size_t e = 0; e < graph->edge_count; e++) {
         stp_edge edge = graph->edges[e];
-        if (edge.b - first >= c->count || sheets[edge.a] != sheets[edge.b])
+        if (edge.other - first >= c->count || sheets[first + edge.own] != sheets[edge.other])
             graph->edges[kept++] = edge;
     }
     graph->edge_count = kept;
@@ -161,7 +164,37 @@ static bool is_kept(const connection *c, uint32_t i)
            (c->stations && !stp_facing_plainly(&c->unit->cloud.points[at], c->stations));
 }
 
-static stp_status keep_lists(connection *c, stp_error *err)
+/* A place is kept as the step to it from a point that is near, as a rule: so many bits a byte, the
+ * lowest first, with a bit above them where more follow; the lowest of all says that it goes down.
+ * No point is its own neighbour, so that step 0 is none. */
+#define STEP_BITS 7u
+#define STEP_BYTES 5u
+
+static uint8_t *write_place(uint8_t *at, uint32_t self, uint32_t place)
+{
+    int64_t step = place == STP_NEIGHBOUR_NONE ? 0 : (int64_t)place - (int64_t)self;
+    uint64_t left = step < 0 ? 2 * (uint64_t)-step - 1 : 2 * (uint64_t)step;
+    for (; left >> STEP_BITS; left >>= STEP_BITS)
+        *at++ = (uint8_t)(left | 1u << STEP_BITS);
+    *at++ = (uint8_t)left;
+    return at;
+}
+
+const uint8_t *stp_graph_next_list(const uint8_t *at, uint32_t self, unsigned k, uint32_t *out)
+{
+    for (unsigned n = 0; n < k; n++) {
+        uint64_t coded = 0;
+        unsigned shift = 0;
+        for (; *at >> STEP_BITS; shift += STEP_BITS)
+            coded |= (uint64_t)(*at++ & ((1u << STEP_BITS) - 1)) << shift;
+        coded |= (uint64_t)*at++ << shift;
+        uint32_t half = (uint32_t)(coded / 2);
+        out[n] = coded == 0 ? STP_NEIGHBOUR_NONE : coded & 1 ? self - half - 1 : self + half;
+    }
+    return at;
+}
+
+static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graph = c->out;
@@ -169,24 +202,26 @@ static stp_status keep_lists(connection *c, stp_error *err)
     for (uint32_t i = 0; i < c->count; i++)
         graph->kept_count += is_kept(c, i);
     STP_TRY(stp_alloc(&graph->kept, graph->kept_count, sizeof *graph->kept, "neighbours", err));
-    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, sizeof *graph->lists,
-                      "neighbours", err));
-    uint32_t at = 0;
+    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, STEP_BYTES, "neighbours", err));
+    uint8_t *end = graph->lists;
+    uint32_t count = 0;
     for (uint32_t i = 0; i < c->count; i++) {
         if (!is_kept(c, i))
             continue;
-        uint32_t *list = graph->lists + (size_t)at * k;
-        graph->kept[at++] = c->unit->places[c->begin + i];
+        uint32_t self = c->unit->places[c->begin + i];
+        graph->kept[count++] = self;
         for (unsigned n = 0; n < k; n++) {
             uint32_t other = edges_of(c, c->begin + i)[n];
-            list[n] = other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other];
+            end = write_place(end, self,
+                              other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
         }
     }
+    *bytes = (size_t)(end - graph->lists);
 done:
     return status;
 }
 
-static stp_status stow(stp_graph *graph, unsigned k, stp_spill *spill, stp_error *err)
+static stp_status stow(stp_graph *graph, size_t list_bytes, stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_spill_move(spill, &graph->edges, graph->edge_count, sizeof *graph->edges, "edges",
@@ -195,8 +230,7 @@ static stp_status stow(stp_graph *graph, unsigned k, stp_spill *spill, stp_error
                            err));
     STP_TRY(stp_spill_move(spill, &graph->kept, graph->kept_count, sizeof *graph->kept,
                            "neighbours", err));
-    STP_TRY(stp_spill_move(spill, &graph->lists, (size_t)graph->kept_count * k,
-                           sizeof *graph->lists, "neighbours", err));
+    STP_TRY(stp_spill_move(spill, &graph->lists, list_bytes, 1, "neighbours", err));
 done:
     return status;
 }
@@ -213,7 +247,7 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
                     .edge_count =
                         unit->neighbours.k < EDGE_NEIGHBOURS ? unit->neighbours.k : EDGE_NEIGHBOURS,
                     .out = &graph};
-    size_t edges = (size_t)c.count * c.edge_count;
+    size_t edges = (size_t)c.count * c.edge_count, list_bytes = 0;
     STP_TRY(stp_forest_create(&c.forest, c.count, NULL, err));
     STP_TRY(stp_alloc(&c.sure, edges, sizeof *c.sure, "edges", err));
     STP_TRY(stp_alloc(&c.order, edges, sizeof *c.order, "edges", err));
@@ -221,8 +255,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
     join_cell(&c);
     STP_TRY(number_pieces(&c, err));
     drop_joined(&c);
-    STP_TRY(keep_lists(&c, err));
-    STP_TRY(stow(&graph, unit->neighbours.k, unit->whole->spill, err));
+    STP_TRY(keep_lists(&c, &list_bytes, err));
+    STP_TRY(stow(&graph, list_bytes, unit->whole->spill, err));
     *out = graph;
     graph = (stp_graph){0};
 done:
@@ -233,53 +267,72 @@ done:
     return status;
 }
 
+/* An edge while edges are compared. */
+typedef struct joint {
+    uint32_t a, b;   /* its pieces, the lesser first */
+    uint32_t number; /* in the order in which the cell's points have them */
+    stp_edge edge;
+} joint;
+
+static int compare_ranks(const void *a, const void *b)
+{
+    const joint *p = a, *q = b;
+    if (p->edge.rank != q->edge.rank)
+        return p->edge.rank < q->edge.rank ? -1 : 1;
+    return p->number < q->number ? -1 : p->number > q->number;
+}
+
 /* By the pieces, those that are not narrow apart, then by rank; of equals the earlier first. */
 static int compare_pieces(const void *a, const void *b)
 {
-    const stp_edge *p = a, *q = b;
+    const joint *p = a, *q = b;
     if (p->a != q->a)
         return p->a < q->a ? -1 : 1;
     if (p->b != q->b)
         return p->b < q->b ? -1 : 1;
-    if (p->relation.narrow != q->relation.narrow)
-        return p->relation.narrow ? 1 : -1;
-    if (p->relation.rank != q->relation.rank)
-        return p->relation.rank < q->relation.rank ? -1 : 1;
-    return p->number < q->number ? -1 : p->number > q->number;
+    if (p->edge.narrow != q->edge.narrow)
+        return p->edge.narrow ? 1 : -1;
+    return compare_ranks(a, b);
 }
 
-static int compare_ranks(const void *a, const void *b)
+static bool same_pieces(const joint *p, const joint *q)
 {
-    const stp_edge *p = a, *q = b;
-    if (p->relation.rank != q->relation.rank)
-        return p->relation.rank < q->relation.rank ? -1 : 1;
-    return p->number < q->number ? -1 : p->number > q->number;
+    return p->a == q->a && p->b == q->b && p->edge.narrow == q->edge.narrow;
 }
 
-static bool same_pieces(const stp_edge *p, const stp_edge *q)
+static joint joint_of(const stp_cloud *cloud, const stp_cell *cell, uint32_t piece_begin,
+                      stp_edge edge, uint32_t number)
 {
-    return p->a == q->a && p->b == q->b && p->relation.narrow == q->relation.narrow;
+    uint32_t point = cell->begin + edge.own;
+    uint32_t a = cloud->sheets[point], b = cloud->sheets[edge.other];
+    edge.turned ^= ((cloud->marks[point] ^ cloud->marks[edge.other]) & STP_MARK_TURNED) != 0;
+    edge.own = (uint16_t)(a - piece_begin);
+    edge.other = b;
+    return (joint){a < b ? a : b, a < b ? b : a, number, edge};
 }
 
-void stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud)
+stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, const stp_cell *cell,
+                             uint32_t piece_begin, stp_error *err)
 {
+    stp_status status = STP_OK;
+    joint *joints = NULL;
     size_t kept = 0;
-    for (size_t e = 0; e < graph->edge_count; e++) {
-        stp_edge *edge = &graph->edges[e];
-        uint32_t a = cloud->sheets[edge->a], b = cloud->sheets[edge->b];
-        edge->relation.turned ^=
-            ((cloud->marks[edge->a] ^ cloud->marks[edge->b]) & STP_MARK_TURNED) != 0;
-        edge->a = a < b ? a : b;
-        edge->b = a < b ? b : a;
-    }
     if (graph->edge_count == 0)
-        return;
-    qsort(graph->edges, graph->edge_count, sizeof *graph->edges, compare_pieces);
+        return STP_OK;
+    STP_TRY(stp_alloc(&joints, graph->edge_count, sizeof *joints, "edges", err));
     for (size_t e = 0; e < graph->edge_count; e++)
-        if (kept == 0 || !same_pieces(&graph->edges[kept - 1], &graph->edges[e]))
-            graph->edges[kept++] = graph->edges[e];
+        joints[e] = joint_of(cloud, cell, piece_begin, graph->edges[e], (uint32_t)e);
+    qsort(joints, graph->edge_count, sizeof *joints, compare_pieces);
+    for (size_t e = 0; e < graph->edge_count; e++)
+        if (kept == 0 || !same_pieces(&joints[kept - 1], &joints[e]))
+            joints[kept++] = joints[e];
+    qsort(joints, kept, sizeof *joints, compare_ranks);
+    for (size_t e = 0; e < kept; e++)
+        graph->edges[e] = joints[e].edge;
     graph->edge_count = kept;
-    qsort(graph->edges, kept, sizeof *graph->edges, compare_ranks);
+done:
+    free(joints);
+    return status;
 }
 
 void stp_graph_clear(stp_graph *graph, stp_spill *spill)

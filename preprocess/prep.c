@@ -238,10 +238,10 @@ static void choose_stations(stp_orient_params *orient, const stp_prep_source *so
     }
 }
 
-static stp_status write_tree(const char *path, const stp_cloud *cloud,
-                             const stp_prep_source *source, const stp_prep_params *params,
-                             const stp_tree_params *tree, unsigned k, stp_pool *pool,
-                             const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_source *source,
+                             const stp_prep_params *params, const stp_tree_params *tree, unsigned k,
+                             stp_pool *pool, const stp_progress *progress, stp_prep_stats *stats,
+                             stp_error *err)
 {
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,

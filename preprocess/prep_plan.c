@@ -13,17 +13,25 @@
 #define THREAD_BYTES (40u << 20)
 /* By point: the point, its sheet and mark, and its share of the boxes. */
 #define POINT_BYTES (sizeof(stp_cloud_point) + 6u)
-/* What else is kept of a surface: its edges at cells' borders and the neighbours of points on
- * crumbs while pieces are joined, its chunks while they are measured. Half of the points' own size:
- * the statue takes 26 bytes. */
-#define SURFACE_BYTES 31u
-/* What else is kept where each point is a crumb, beside its neighbours: 8 edges (128), the pieces'
- * trees, sizes, numbers and sums (30). */
-#define CRUMBS_BYTES 158u
+/* What else is kept of a surface while pieces are joined: edges at cells' borders, and the
+ * neighbours of points on crumbs. The statue takes 3 bytes, an airborne survey with trees 17. */
+#define SURFACE_BYTES 20u
+/* What else is kept where each point is a crumb, beside its neighbours: 8 edges (64), its place
+ * (4), the pieces' trees, sizes, numbers and sums (30). */
+#define CRUMBS_BYTES 98u
 /* Of a million points that are looked at from outside, and in the worst case the depth buffers of
  * each thread (visibility.c). */
 #define VIEW_BYTES (32u << 20)
 #define THREAD_VIEW_BYTES (64u << 20)
+
+/* Of a neighbour in a list (graph.c), at most. */
+static uint64_t step_bytes(uint64_t point_count)
+{
+    uint64_t bytes = 1;
+    while (2 * point_count >> (7 * bytes))
+        bytes++;
+    return bytes;
+}
 
 static uint64_t machine_bytes(void)
 {
@@ -66,7 +74,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     uint64_t surface = point_count * (POINT_BYTES + SURFACE_BYTES); /* counts are below 2^32 */
-    uint64_t most = point_count * (POINT_BYTES + CRUMBS_BYTES + (k + 1) * sizeof(uint32_t)) +
+    uint64_t most = point_count * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(point_count)) +
                     VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};

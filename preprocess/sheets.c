@@ -5,20 +5,15 @@
 
 #include <stdlib.h>
 
-typedef struct numbering {
-    stp_sheets *sheets;
-    uint32_t *piece_begin; /* by cell */
-} numbering;
-
 /* Pieces of a cell are numbered after those of the cells before. */
 static stp_status number_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    const numbering *n = context;
-    const stp_cell *cell = &n->sheets->cloud->cells[index];
+    const stp_sheets *s = context;
+    const stp_cell *cell = &s->cloud->cells[index];
     (void)worker;
     (void)err;
     for (uint32_t i = cell->begin; i < cell->end; i++)
-        n->sheets->cloud->sheets[i] += n->piece_begin[index];
+        s->cloud->sheets[i] += s->piece_begin[index];
     return STP_OK;
 }
 
@@ -26,35 +21,32 @@ static stp_status resolve_cell(void *context, size_t index, unsigned worker, stp
 {
     stp_sheets *s = context;
     (void)worker;
-    (void)err;
-    stp_graph_resolve(&s->graphs[index], s->cloud);
-    return STP_OK;
+    return stp_graph_resolve(&s->graphs[index], s->cloud, &s->cloud->cells[index],
+                             s->piece_begin[index], err);
 }
 
 /* A forest of the pieces of all cells, and edges between them. */
 static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    numbering n = {.sheets = s};
     uint32_t cell_count = s->cloud->cell_count;
-    STP_TRY(stp_alloc(&n.piece_begin, cell_count, sizeof *n.piece_begin, "pieces", err));
+    STP_TRY(stp_alloc(&s->piece_begin, cell_count, sizeof *s->piece_begin, "pieces", err));
     STP_TRY(
         stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces", err));
     for (uint32_t c = 0; c < cell_count; c++) {
-        n.piece_begin[c] = s->piece_count;
+        s->piece_begin[c] = s->piece_count;
         s->piece_count += s->graphs[c].piece_count;
         s->kept_begin[c + 1] = s->kept_begin[c] + s->graphs[c].kept_count;
     }
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, number_cell, &n, err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, number_cell, s, err));
     STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, resolve_cell, s, err));
     STP_TRY(stp_forest_create(&s->forest, s->piece_count, s->cloud->spill, err));
     for (uint32_t c = 0; c < cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].piece_count; i++)
-            s->forest.size[n.piece_begin[c] + i] = s->graphs[c].sizes[i];
+            s->forest.size[s->piece_begin[c] + i] = s->graphs[c].sizes[i];
     }
 done:
-    free(n.piece_begin);
     return status;
 }
 
@@ -78,11 +70,11 @@ static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_e
             const stp_graph *graph = &s->graphs[c];
             for (; next[c] < graph->edge_count; next[c]++) {
                 stp_edge edge = graph->edges[next[c]];
-                if (edge.relation.rank != rank)
+                uint32_t own = s->piece_begin[c] + edge.own;
+                if (edge.rank != rank)
                     break;
-                if (crumbs_only ? is_crumb(s, edge.a) || is_crumb(s, edge.b)
-                                : !edge.relation.narrow)
-                    stp_forest_join(&s->forest, edge.a, edge.b, edge.relation.turned);
+                if (crumbs_only ? is_crumb(s, own) || is_crumb(s, edge.other) : !edge.narrow)
+                    stp_forest_join(&s->forest, own, edge.other, edge.turned);
             }
         }
         stp_spill_relieve(s->cloud->spill);
@@ -173,13 +165,16 @@ static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_e
     const settling *settle = context;
     const stp_sheets *s = settle->sheets;
     const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
-    for (uint32_t i = 0; i < graph->kept_count; i++)
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        at = stp_graph_next_list(at, self, s->k, list);
         settle->adopted[s->kept_begin[index] + i] =
-            stp_sheets_on_crumb(s, graph->kept[i])
-                ? adopt(s, graph->kept[i], graph->lists + (size_t)i * s->k)
-                : stp_sheets_root(s, graph->kept[i]);
+            stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
+    }
     return STP_OK;
 }
 
@@ -221,6 +216,7 @@ void stp_sheets_clear(stp_sheets *s)
     for (uint32_t i = 0; s->graphs && i < s->cloud->cell_count; i++)
         stp_graph_clear(&s->graphs[i], spill);
     free(s->graphs);
+    free(s->piece_begin);
     free(s->kept_begin);
     stp_spill_free(spill, s->roots);
     stp_spill_free(spill, s->crumbs);

@@ -11,8 +11,9 @@
 typedef struct stp_sheets {
     stp_cloud *cloud; /* its sheets number the pieces of all cells */
     unsigned k;
-    stp_graph *graphs;    /* by cell */
-    uint32_t *kept_begin; /* by cell: how many points are kept in those before; all at the end */
+    stp_graph *graphs;     /* by cell */
+    uint32_t *piece_begin; /* by cell: the number of its first piece */
+    uint32_t *kept_begin;  /* by cell: how many points are kept in those before; all at the end */
     uint32_t piece_count;
     stp_forest forest; /* over pieces, as joined so far; signs against the marks */
     uint32_t *roots;   /* by piece: its sheet, a piece */

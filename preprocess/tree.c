@@ -36,7 +36,7 @@ typedef struct built {
 
 typedef struct tree {
     stp_chunk_writer *writer;
-    const stp_cloud *cloud;
+    stp_cloud *cloud;
     const stp_tree_params *params;
     stp_pool *pool;
     const stp_progress *progress;
@@ -140,6 +140,8 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     out->reach = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
+    if (!t->below)
+        stp_cloud_forget(t->cloud, &t->cloud->cells[index]);
     STP_TRY(advance(t, err));
 done:
     return status;
@@ -305,7 +307,7 @@ done:
     return status;
 }
 
-stp_status stp_tree_write(stp_chunk_writer **writer, const stp_cloud *cloud,
+stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
                           const stp_tree_params *params, const char *metadata_json, stp_pool *pool,
                           const stp_progress *progress, stp_tree_stats *stats, stp_error *err)
 {

@@ -20,9 +20,10 @@ typedef struct stp_tree_stats {
 } stp_tree_stats;
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
- * Chunks are built on the pool in waves and written in order: the same bytes for any number of
- * threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
-stp_status stp_tree_write(stp_chunk_writer **writer, const stp_cloud *cloud,
+ * Uses the cloud up: its points may be lost. Chunks are built on the pool in waves and written in
+ * order: the same bytes for any number of threads. Errors: those of stp_chunk_build and the writer,
+ * CANCELLED. */
+stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
                           const stp_tree_params *params, const char *metadata_json, stp_pool *pool,
                           const stp_progress *progress, stp_tree_stats *stats, stp_error *err);
 

@@ -23,8 +23,8 @@ check_bytes() { # threads, memory, temporary files (yes or no)
         expect_text err "temporary files: about 0."
         expect_text err "in $FOLDER/temp ö"
         [ "$(field temporary_bytes)" -gt 11200000 ] || fail "$2: no temporary files"
-        # one and a half times the points' own size, and what looking at them takes
-        [ "$(field temporary_bytes)" -lt $((200000 * 93 + 33554432)) ] ||
+        # a third more than the points' own size, and what looking at them takes
+        [ "$(field temporary_bytes)" -lt $((200000 * 82 + 33554432)) ] ||
             fail "$2: more than was said"
     else
         [ "$(field temporary_bytes)" = 0 ] || fail "$2: temporary files without need"

@@ -54,16 +54,22 @@ static void assert_same_graph(const stp_graph *a, const stp_graph *b)
     assert_int_equal(a->edge_count, b->edge_count);
     assert_int_equal(a->kept_count, b->kept_count);
     for (size_t e = 0; e < a->edge_count; e++) {
-        assert_int_equal(a->edges[e].a, b->edges[e].a);
-        assert_int_equal(a->edges[e].b, b->edges[e].b);
-        assert_int_equal(a->edges[e].relation.rank, b->edges[e].relation.rank);
-        assert_int_equal(a->edges[e].relation.turned, b->edges[e].relation.turned);
-        assert_int_equal(a->edges[e].relation.narrow, b->edges[e].relation.narrow);
+        assert_int_equal(a->edges[e].own, b->edges[e].own);
+        assert_int_equal(a->edges[e].other, b->edges[e].other);
+        assert_int_equal(a->edges[e].rank, b->edges[e].rank);
+        assert_int_equal(a->edges[e].turned, b->edges[e].turned);
+        assert_int_equal(a->edges[e].narrow, b->edges[e].narrow);
     }
     if (a->kept_count == 0)
         return;
     assert_memory_equal(a->kept, b->kept, a->kept_count * sizeof *a->kept);
-    assert_memory_equal(a->lists, b->lists, (size_t)a->kept_count * NEIGHBOURS * sizeof *a->lists);
+    const uint8_t *a_list = a->lists, *b_list = b->lists;
+    for (uint32_t i = 0; i < a->kept_count; i++) {
+        uint32_t a_places[NEIGHBOURS], b_places[NEIGHBOURS];
+        a_list = stp_graph_next_list(a_list, a->kept[i], NEIGHBOURS, a_places);
+        b_list = stp_graph_next_list(b_list, b->kept[i], NEIGHBOURS, b_places);
+        assert_memory_equal(a_places, b_places, sizeof a_places);
+    }
 }
 
 /* Each cell alone, some together, all at once; takes the cloud. */

@@ -118,6 +118,38 @@ static void small_arrays_share_files(void **state)
     stp_spill_destroy(&spill);
 }
 
+/* What is forgotten is room for others; what lies around it is kept. */
+static void forgotten_parts(void **state)
+{
+    (void)state;
+    enum { COUNT_HERE = 4 << 20, BEGIN = 1 << 20, END = 3 << 20 };
+    stp_error err = {0};
+    uint32_t *numbers = NULL, *others = NULL;
+    stp_spill *spill = make(LIMIT_BYTES, ".");
+    assert_int_equal(stp_spill_alloc(spill, &numbers, COUNT_HERE, 4, "numbers", &err), STP_OK);
+    for (uint32_t i = 0; i < COUNT_HERE; i++)
+        numbers[i] = i;
+    stp_spill_forget(spill, numbers + BEGIN + 1, (END - BEGIN - 2) * sizeof *numbers);
+    stp_spill_forget(spill, numbers, sizeof *numbers); /* not a page */
+    for (uint32_t i = 0; i < COUNT_HERE; i++)
+        if (i <= BEGIN || i >= END - 1)
+            assert_int_equal(numbers[i], i);
+    uint64_t taken = stp_spill_most_file_bytes(spill);
+    assert_int_equal(stp_spill_alloc(spill, &others, END - BEGIN - 4096, 4, "others", &err),
+                     STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), taken);
+    stp_spill_free(spill, numbers);
+    stp_spill_free(spill, others);
+    assert_int_equal(stp_spill_alloc(spill, &numbers, taken, 1, "as much as there was", &err),
+                     STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), taken);
+    uint32_t plain[2048] = {1, 2};
+    stp_spill_forget(NULL, plain, sizeof plain);
+    stp_spill_forget(spill, plain, sizeof plain);
+    assert_int_equal(plain[0] + plain[1], 3);
+    stp_spill_destroy(&spill);
+}
+
 static void a_folder_must_be_there(void **state)
 {
     (void)state;
@@ -200,6 +232,7 @@ int main(void)
         cmocka_unit_test(plain_memory),
         cmocka_unit_test(files),
         cmocka_unit_test(small_arrays_share_files),
+        cmocka_unit_test(forgotten_parts),
         cmocka_unit_test(a_folder_must_be_there),
         cmocka_unit_test(more_than_the_limit),
     };
