@@ -6,7 +6,6 @@
 #include "formats/chunk/repair.h"
 #include "preprocess/rebuild.h"
 #include "tests/chunk_fixture.h"
-#include "tests/size.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -36,7 +35,7 @@ static inline bench *setup_bench(void)
     bench *b = calloc(1, sizeof *b);
     assert_non_null(b);
     const char *path = fixture_path("sound.stipple");
-    fixture_tree_of_seven(&b->tree, TEST_SIZE(20, 6), 40);
+    fixture_tree_of_seven(&b->tree, 20, 40);
     assert_int_equal(fixture_write(&b->tree, path, STP_CODEC_DRACO, NULL), STP_OK);
     b->bytes = fixture_read_file(path, &b->size);
     b->damaged = malloc(b->size + 16);
