@@ -78,8 +78,7 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
     char *folder_copy = strdup(path), *name_copy = strdup(path);
     DIR *folder = folder_copy ? opendir(dirname(folder_copy)) : NULL;
     const char *name = folder && name_copy ? basename(name_copy) : NULL;
-    uint64_t count = 0;
-    *bytes = 0;
+    uint64_t count = 0, sum = 0;
     for (struct dirent *e = name ? readdir(folder) : NULL; e; e = readdir(folder)) {
         struct stat info;
         if (!is_temporary_of(e->d_name, name))
@@ -90,7 +89,7 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
         if (flock(file, LOCK_EX | LOCK_NB) == 0 && fstat(file, &info) == 0 &&
             unlinkat(dirfd(folder), e->d_name, 0) == 0) {
             count++;
-            *bytes += (uint64_t)info.st_size;
+            sum += (uint64_t)info.st_size;
         }
         close(file);
     }
@@ -98,6 +97,8 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
         closedir(folder);
     free(folder_copy);
     free(name_copy);
+    if (bytes)
+        *bytes = sum;
     return count;
 }
 
@@ -129,7 +130,6 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     stp_status status = STP_OK;
     stp_output *output = NULL;
     struct stat info;
-    uint64_t left_bytes = 0;
     if (!force && lstat(path, &info) == 0)
         return stp_error_set(err, STP_EXISTS,
                              "%s exists already: give another name or --force to replace it", path);
@@ -143,7 +143,7 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_alloc(&output->temporary, length, 1, "path", err));
     snprintf(output->path, length, "%s", path);
     name_temporary(output->temporary, length, path);
-    (void)stp_output_sweep(path, &left_bytes);
+    (void)stp_output_sweep(path, NULL);
     output->descriptor = open_temporary(output->temporary);
     if (output->descriptor < 0) {
         status = stp_error_set(err, STP_IO, "%s: cannot be created: %s", path, strerror(errno));

@@ -15,7 +15,7 @@
 typedef struct stp_output stp_output;
 
 /* Removes what killed runs left for the same output: temporary files that no process has locked.
- * Returns how many; *bytes: how much. */
+ * Returns how many; *bytes, where it is not NULL: how much. */
 uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
 
 /* Sweeps first. Errors: EXISTS (path exists, force is false), IO (folder missing or read-only),

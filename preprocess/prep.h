@@ -63,8 +63,8 @@ typedef struct stp_prep_params {
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: where the output goes */
-    void (*planned)(
-        const stp_prep_plan *plan); /* hears of it before a point is read; may be NULL */
+    /* Hears what the run will take before a point is read; may be NULL. */
+    void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
 
 #define STP_PREP_STAGE_COUNT 6

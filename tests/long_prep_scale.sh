@@ -9,10 +9,6 @@ memory=$((1 << 30))
 [ "$(df --output=avail -B1 "$FOLDER" | tail -1)" -gt $((10 * memory)) ] ||
     skip_test "10 GiB of room are needed in $FOLDER"
 
-field() { # number of a field in the statistics
-    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
-}
-
 check() { # shape, scan
     "$STIPPLE" gen "$1" -n $points --order random -o "$2" --quiet || fail "$1: no scan"
     run "$STIPPLE" prep "$2" -o "$FOLDER/m.stipple" --memory 1G --stats "$FOLDER/stats.json" --force

@@ -8,10 +8,6 @@ mkdir "$FOLDER/models" "$FOLDER/temp ö"
 "$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
 "$STIPPLE" prep "$scan" -o "$FOLDER/reference.stipple" --threads 1 --quiet || fail "no reference"
 
-field() { # number of a field in the statistics
-    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
-}
-
 # The same bytes; in files where the points do not fit into the memory.
 check_bytes() { # threads, memory, temporary files (yes or no)
     run "$STIPPLE" prep "$scan" -o "$FOLDER/models/m.stipple" --threads "$1" --memory "$2" \

@@ -32,6 +32,10 @@ run() {
     command="${*##*/}"
 }
 
+field() { # number of a field in $FOLDER/stats.json, as --stats writes it
+    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
+}
+
 expect_code() {
     [ "$code" = "$1" ] || fail "$command: exit $code, expected $1: $(head -3 "$FOLDER/err")"
 }

@@ -2,15 +2,13 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "formats/scan/scan.h"
+#include "preprocess/prep.h"
 #include "tools/bench/cgal/cgal_shim.h"
 #include "tools/cli.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* As many as prep looks at by default. */
-#define NEIGHBOURS 16
 #define BLOCK 4096
 
 static int run(int argc, char **argv);
@@ -40,8 +38,9 @@ static stp_status read_positions(const char *path, double (**out)[3], size_t *ou
     do {
         STP_TRY(stp_scan_read(scan, block, BLOCK, &got, err));
         for (size_t i = 0; i < got && count < capacity; i++) {
-            stp_dvec3 p = block[i].position;
-            memcpy(positions[count++], (double[3]){p.x, p.y, p.z}, sizeof *positions);
+            positions[count][0] = block[i].position.x;
+            positions[count][1] = block[i].position.y;
+            positions[count++][2] = block[i].position.z;
         }
     } while (got > 0);
     *out = positions;
@@ -62,7 +61,7 @@ static stp_status time_normals(const char *path, double *seconds, stp_error *err
     STP_TRY(read_positions(path, &positions, &count, err));
     STP_TRY(stp_alloc(&normals, count, sizeof *normals, "normals", err));
     double began = stp_clock_seconds();
-    if (cgal_pca_normals((const double(*)[3])positions, count, NEIGHBOURS, normals) != 0)
+    if (cgal_pca_normals((const double(*)[3])positions, count, STP_PREP_NEIGHBOURS, normals) != 0)
         status = stp_error_set(err, STP_INTERNAL, "%s: CGAL failed", path);
     *seconds = stp_clock_seconds() - began;
 done:
