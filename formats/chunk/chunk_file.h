@@ -123,6 +123,17 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
 stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_level, stp_chunk **out,
                                stp_error *err);
 void stp_chunk_destroy(stp_chunk **chunk);
+
+/* The same in two steps, for who reads and decodes on different threads, or keeps payloads. A
+ * payload's first stp_chunk_payload_bytes are what decoding to a level needs. */
+uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level);
+/* Bytes [begin, end) of a chunk's payload. Errors: INVALID_ARGUMENT, IO, CORRUPT. */
+stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
+                                uint8_t *out, stp_error *err);
+/* Checks and decodes a payload's first bytes. Errors: INVALID_ARGUMENT, CORRUPT, UNSUPPORTED
+ * (codec), OUT_OF_MEMORY. */
+stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
+                                 const uint8_t *payload, stp_chunk **out, stp_error *err);
 /* Adds the positions of a chunk's level-0 samples, as stored; origin: of its entry. */
 void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box);
 

@@ -263,6 +263,26 @@ static int last_segment(int finest_level)
     return finest_level >= 2 ? 0 : finest_level == 1 ? 1 : 2;
 }
 
+uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level)
+{
+    return entry->segment_end[last_segment(finest_level)];
+}
+
+stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
+                                uint8_t *out, stp_error *err)
+{
+    stp_chunk_entry entry;
+    stp_status status = stp_chunk_file_entry(file, id, &entry, err);
+    if (status != STP_OK)
+        return status;
+    if (begin > end || end > entry.segment_end[STP_SEGMENT_COUNT - 1])
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "chunk %" PRIu32 ": bytes %" PRIu32 " to %" PRIu32 " are not its own",
+                             id, begin, end);
+    return stp_file_read_at(file->descriptor, file->path, entry.offset + begin, out, end - begin,
+                            err);
+}
+
 static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_entry *entry,
                                   const uint8_t *bytes, stp_chunk *chunk, stp_error *err)
 {
@@ -288,28 +308,39 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
     return STP_OK;
 }
 
+stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
+                                 const uint8_t *payload, stp_chunk **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry entry;
+    stp_chunk *chunk = NULL;
+    if (finest_level < 0 || finest_level > 2)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "level %d asked for: use 0, 1 or 2",
+                             finest_level);
+    STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+    STP_TRY(stp_chunk_create(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
+    chunk->id = id;
+    STP_TRY(decode_segments(file, &entry, payload, chunk, err));
+    *out = chunk;
+    chunk = NULL;
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
 stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_level, stp_chunk **out,
                                stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_entry entry;
-    stp_chunk *chunk = NULL;
     uint8_t *bytes = NULL;
-    if (finest_level < 0 || finest_level > 2)
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "level %d asked for: use 0, 1 or 2",
-                             finest_level);
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
-    uint32_t size = entry.segment_end[last_segment(finest_level)];
+    uint32_t size = stp_chunk_payload_bytes(&entry, finest_level);
     /* One more, so that even an empty payload has a place in memory. */
     STP_TRY(stp_alloc(&bytes, (size_t)size + 1, 1, "payload", err));
-    STP_TRY(stp_file_read_at(file->descriptor, file->path, entry.offset, bytes, size, err));
-    STP_TRY(stp_chunk_create(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
-    chunk->id = id;
-    STP_TRY(decode_segments(file, &entry, bytes, chunk, err));
-    *out = chunk;
-    chunk = NULL;
+    STP_TRY(stp_chunk_file_fetch(file, id, 0, size, bytes, err));
+    STP_TRY(stp_chunk_file_decode(file, id, finest_level, bytes, out, err));
 done:
-    stp_chunk_destroy(&chunk);
     free(bytes);
     return status;
 }
