@@ -335,12 +335,14 @@ static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
         done += first ? 0 : t->received;
         if (status == STP_OK && (first || done == asked.size))
             return STP_OK;
-        if (status == STP_OK) /* a server may answer with less: the rest is asked for again */
+        if (status == STP_OK) { /* a server may answer with less: the rest is asked for again */
+            pause_s = 0.0;
             status = stp_error_set(err, STP_IO,
                                    "%s: the server sends less than was asked for: copy the file "
                                    "here, or use another server",
                                    h->name);
-        if ((status != STP_IO || pause_s < 0.0) || tried >= h->params.tries)
+        }
+        if (status != STP_IO || pause_s < 0.0 || tried >= h->params.tries)
             return status;
         pause_before(h, tried, pause_s);
         atomic_fetch_add(&h->retries, 1);
