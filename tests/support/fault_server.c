@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -259,6 +260,8 @@ static void serve(fault_shared *s, int client)
 {
     char request[REQUEST_LIMIT];
     bool open = true;
+    int at_once = 1; /* headers and body are sent one by one */
+    (void)setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
     while (open) {
         size_t got = 0;
         request[0] = '\0';
