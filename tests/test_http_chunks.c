@@ -206,7 +206,7 @@ static const char *with_address(const char *format)
 {
     static char words[500];
     char secret[200];
-    snprintf(secret, sizeof secret, "http://me:word@%s?key=lock", server.address + 7);
+    snprintf(secret, sizeof secret, "http://me:sesame@%s?key=opens", server.address + 7);
     snprintf(words, sizeof words, format, secret);
     return words;
 }
@@ -217,9 +217,9 @@ static void commands_take_addresses(void **state)
     fault_server_order(&server, &(fault_orders){.kind = FAULT_NONE});
     assert_int_equal(run("", with_address("info '%s'")), 0);
     assert_true(said("73 in 3 levels") && said("model.stipple?..."));
-    assert_int_equal(run("! grep -e word -e lock said;", with_address("verify '%s'")), 0);
+    assert_int_equal(run("! grep -e sesame -e opens said;", with_address("verify '%s'")), 0);
     assert_true(said("sound"));
-    assert_int_equal(run("! grep -e word -e lock said;", with_address("export '%s' -o far.ply")),
+    assert_int_equal(run("! grep -e sesame -e opens said;", with_address("export '%s' -o far.ply")),
                      0);
     assert_int_equal(run("", "export model.stipple -o near.ply"), 0);
     assert_int_equal(run("cmp far.ply near.ply &&", "--version"), 0);
@@ -228,7 +228,7 @@ static void commands_take_addresses(void **state)
     fault_server_order(&server, &(fault_orders){.kind = FAULT_STATUS, .count = 1000, .code = 404});
     assert_int_equal(run("", with_address("info '%s'")), 1);
     assert_true(said("check the address"));
-    assert_int_equal(run("! grep -e word -e lock said;", "--version"), 0);
+    assert_int_equal(run("! grep -e sesame -e opens said;", "--version"), 0);
 }
 
 /* Ctrl-C ends a picture of a server that is silent, long before its time-outs. */
