@@ -173,6 +173,24 @@ static void redirections_are_followed_safely(void **state)
     try_read(&(fault_orders){.kind = FAULT_ELSEWHERE, .count = ALWAYS}, STP_IO, "not as safe", 1);
 }
 
+/* The second read asks there at once; where that is refused, the address is asked again. */
+static void redirections_are_remembered(void **state)
+{
+    uint8_t got[1000];
+    stp_byte_source *source = open_well();
+    (void)state;
+    fault_server_order(&server, &(fault_orders){.kind = FAULT_MOVED, .count = ALWAYS});
+    for (unsigned i = 0; i < 3; i++) {
+        check_ok(stp_byte_source_read(source, 900, got, sizeof got, err));
+        assert_int_equal(fault_server_requests(&server), 2 + i);
+    }
+    fault_server_order(&server, &(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 403});
+    check_ok(stp_byte_source_read(source, 900, got, sizeof got, err));
+    assert_memory_equal(got, file_bytes + 900, sizeof got);
+    assert_int_equal(fault_server_requests(&server), 2);
+    stp_byte_source_close(&source);
+}
+
 /* A server without ranges is told plainly, and not let send the whole file. */
 static void whole_files_are_not_taken(void **state)
 {
@@ -463,6 +481,7 @@ int main(void)
         cmocka_unit_test(lies_are_not_followed),
         cmocka_unit_test(refusals_are_final),
         cmocka_unit_test(redirections_are_followed_safely),
+        cmocka_unit_test(redirections_are_remembered),
         cmocka_unit_test(whole_files_are_not_taken),
         cmocka_unit_test(a_changed_file_is_noticed),
         cmocka_unit_test(opening_fails_in_one_sentence),

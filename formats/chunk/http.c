@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "formats/chunk/http_address.h"
-#include "formats/chunk/http_transfer.h"
+#include "formats/chunk/http_words.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -17,7 +17,6 @@
 #include <strings.h>
 #include <time.h>
 
-#define REDIRECTIONS_LIMIT 5L
 #define WAIT_SLICE_S 0.1
 #define UNKNOWN_SIZE UINT64_MAX
 #define RECEIVE_BUFFER_BYTES 131072L
@@ -32,7 +31,8 @@ struct stp_http {
     uint8_t head[STP_HTTP_HEAD_BYTES];
     atomic_bool cancelled, changed;
     atomic_uint_fast64_t requests, retries, bytes;
-    pthread_mutex_t mutex; /* guards connections[].busy and .easy; innermost */
+    char *moved;           /* where the server last led to from the address; NULL: nowhere */
+    pthread_mutex_t mutex; /* guards moved, connections[].busy and .easy; innermost */
     pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
     stp_http_connection connections[STP_SOURCE_CONNECTIONS];
 };
@@ -62,7 +62,7 @@ static bool set_options(const stp_http *h, CURL *easy)
            h->curl->easy_setopt(easy, CURLOPT_REDIR_PROTOCOLS_STR,
                                 secure ? "https" : "http,https") == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_FOLLOWLOCATION, 1L) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_MAXREDIRS, REDIRECTIONS_LIMIT) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_MAXREDIRS, STP_HTTP_REDIRECTIONS_LIMIT) == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)h->params.connect_ms) ==
                CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_NOSIGNAL, 1L) == CURLE_OK &&
@@ -134,60 +134,6 @@ static void release(stp_http *h, stp_http_connection *c)
 
 /* ---- what became of a try ---- */
 
-static stp_status say_refused(const stp_http *h, int code, stp_error *err)
-{
-    if (code == 404 || code == 410)
-        return stp_error_set(err, STP_NOT_FOUND,
-                             "%s: the server has no such file (%d): check the address", h->name,
-                             code);
-    if (code == 401 || code == 403 || code == 407)
-        return stp_error_set(err, STP_IO,
-                             "%s: the server refuses access (%d): ask for it, or check user, "
-                             "password or key in the address",
-                             h->name, code);
-    return stp_error_set(err, STP_IO, "%s: the server answers %d: try again later", h->name, code);
-}
-
-static stp_status say_changed(const stp_http *h, stp_error *err)
-{
-    return stp_error_set(err, STP_IO,
-                         "%s: the file changed on the server while it was read: open it again",
-                         h->name);
-}
-
-static stp_status say_verdict(stp_http *h, const stp_http_transfer *t, stp_error *err)
-{
-    const stp_http_answer *a = &t->answer;
-    switch (t->verdict) {
-    case STP_HTTP_CHANGED:
-        atomic_store(&h->changed, true);
-        return say_changed(h, err);
-    case STP_HTTP_WHOLE:
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s: the server does not serve parts of files (no byte ranges): copy "
-                             "the file here, or use a server that does",
-                             h->name);
-    case STP_HTTP_ENCODED:
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s: the server sends the file compressed: turn that off for "
-                             ".stipple files there, or copy the file here",
-                             h->name);
-    case STP_HTTP_WRONG_RANGE:
-        if (a->has_range)
-            return stp_error_set(err, STP_IO,
-                                 "%s: the server sent bytes %" PRIu64 " to %" PRIu64
-                                 " where %" PRIu64 " to %" PRIu64
-                                 " were asked for: copy the file here, or use another server",
-                                 h->name, a->begin, a->last, t->offset, t->offset + t->size - 1);
-        return stp_error_set(err, STP_IO,
-                             "%s: the server does not say which bytes it sends (Content-Range): "
-                             "copy the file here, or use another server",
-                             h->name);
-    default:
-        return say_refused(h, a->code, err);
-    }
-}
-
 /* Failures of libcurl that another try may mend. */
 static bool is_passing(CURLcode code)
 {
@@ -208,51 +154,6 @@ static bool is_passing(CURLcode code)
     }
 }
 
-static stp_status say_failure(const stp_http *h, const stp_http_transfer *t,
-                              const stp_http_connection *c, stp_error *err)
-{
-    if (t->endless)
-        return stp_error_set(err, STP_IO,
-                             "%s: the server sends more than was asked for: copy the file here, or "
-                             "use another server",
-                             h->name);
-    if (t->result == CURLE_UNSUPPORTED_PROTOCOL && t->answer.code / 100 == 3)
-        return stp_error_set(err, STP_IO,
-                             "%s: the server leads elsewhere, to what is not as safe: give the "
-                             "address it leads to",
-                             h->name);
-    switch (t->result) {
-    case CURLE_OUT_OF_MEMORY:
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for a request", h->name);
-    case CURLE_URL_MALFORMAT:
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s: this is no web address: write it like https://host/file",
-                             h->name);
-    case CURLE_COULDNT_RESOLVE_HOST:
-        return stp_error_set(err, STP_IO, "%s: no such host: check the address and the network",
-                             h->name);
-    case CURLE_TOO_MANY_REDIRECTS:
-        return stp_error_set(err, STP_IO,
-                             "%s: the server leads elsewhere more than %ld times: check the "
-                             "address",
-                             h->name, REDIRECTIONS_LIMIT);
-    case CURLE_OPERATION_TIMEDOUT:
-        return stp_error_set(err, STP_IO,
-                             "%s: the server did not answer in time: check the network, or try "
-                             "again later",
-                             h->name);
-    case CURLE_OK:
-        return stp_error_set(err, STP_IO,
-                             "%s: the server cut its answer short: check the network, or try again "
-                             "later",
-                             h->name);
-    default:
-        return stp_error_set(err, STP_IO, "%s: reading from the server failed: %s: try again later",
-                             h->name,
-                             c->text[0] != '\0' ? c->text : h->curl->easy_strerror(t->result));
-    }
-}
-
 /* In seconds; 0: another try may come after a usual pause; negative: none. */
 static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
 {
@@ -269,7 +170,59 @@ static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
     return asked_s <= (curl_off_t)(STP_SOURCE_PAUSE_LIMIT_MS / 1000u) ? (double)asked_s : -1.0;
 }
 
+/* ---- redirections ---- */
+
+/* Where a server leads to is asked at once from then on, as long as it answers there; true if so.
+ */
+static bool choose_address(stp_http *h, stp_http_connection *c)
+{
+    pthread_mutex_lock(&h->mutex);
+    bool moved = h->moved != NULL;
+    CURLcode set = c->curl->easy_setopt(c->easy, CURLOPT_URL, moved ? h->moved : h->address);
+    pthread_mutex_unlock(&h->mutex);
+    return moved && set == CURLE_OK;
+}
+
+static void remember_address(stp_http *h, const stp_http_connection *c)
+{
+    long count = 0;
+    const char *url = NULL;
+    if (c->curl->easy_getinfo(c->easy, CURLINFO_REDIRECT_COUNT, &count) != CURLE_OK || count == 0 ||
+        c->curl->easy_getinfo(c->easy, CURLINFO_EFFECTIVE_URL, &url) != CURLE_OK || url == NULL)
+        return;
+    pthread_mutex_lock(&h->mutex);
+    if (h->moved == NULL)
+        h->moved = strdup(url);
+    pthread_mutex_unlock(&h->mutex);
+}
+
+static void forget_address(stp_http *h)
+{
+    pthread_mutex_lock(&h->mutex);
+    free(h->moved);
+    h->moved = NULL;
+    pthread_mutex_unlock(&h->mutex);
+}
+
 /* ---- tries ---- */
+
+/* What a try came to that brought not all; moved: it asked where the address led to. */
+static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http_connection *c,
+                               bool moved, double *pause_s, stp_error *err)
+{
+    if (t->result == CURLE_ABORTED_BY_CALLBACK)
+        return say_ended(h, err);
+    *pause_s = retry_pause(t, c);
+    if (moved && t->verdict != STP_HTTP_GOOD) /* the way there was for a time */
+        forget_address(h);
+    if (moved && t->verdict == STP_HTTP_REFUSED && *pause_s < 0.0)
+        *pause_s = 0.0;
+    if (t->verdict == STP_HTTP_CHANGED)
+        atomic_store(&h->changed, true);
+    return t->verdict == STP_HTTP_NONE || t->verdict == STP_HTTP_GOOD
+               ? stp_http_say_failure(h->name, t, c, err)
+               : stp_http_say_verdict(h->name, t, err);
+}
 
 /* One try; *pause_s: retry_pause where it failed. */
 static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, stp_error *err)
@@ -279,22 +232,17 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     *pause_s = -1.0;
     if (status != STP_OK)
         return status;
+    bool moved = choose_address(h, c);
     atomic_fetch_add(&h->requests, 1);
     stp_http_transfer_run(t, c);
     atomic_fetch_add(&h->bytes, t->received);
     /* Whole by what the range says, even if the server says otherwise of the length. */
     bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
                  t->received == t->answer.last - t->answer.begin + 1;
-    if (!whole && t->verdict != STP_HTTP_EMPTY) {
-        if (t->result == CURLE_ABORTED_BY_CALLBACK) {
-            status = say_ended(h, err);
-        } else {
-            *pause_s = retry_pause(t, c);
-            status = t->verdict == STP_HTTP_NONE || t->verdict == STP_HTTP_GOOD
-                         ? say_failure(h, t, c, err)
-                         : say_verdict(h, t, err);
-        }
-    }
+    if (whole)
+        remember_address(h, c);
+    else if (t->verdict != STP_HTTP_EMPTY)
+        status = take_failure(h, t, c, moved, pause_s, err);
     release(h, c);
     return status;
 }
@@ -326,7 +274,7 @@ static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
     double pause_s = 0.0;
     for (unsigned tried = 1;; tried++) {
         if (atomic_load(&h->changed))
-            return say_changed(h, err);
+            return stp_http_say_changed(h->name, err);
         *t = asked;
         t->offset += done;
         t->data += done;
@@ -342,7 +290,7 @@ static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
                                    "here, or use another server",
                                    h->name);
         }
-        if (status != STP_IO || pause_s < 0.0 || tried >= h->params.tries)
+        if (pause_s < 0.0 || tried >= h->params.tries)
             return status;
         pause_before(h, tried, pause_s);
         atomic_fetch_add(&h->retries, 1);
@@ -451,6 +399,7 @@ void stp_http_close(stp_http **http)
     }
     pthread_cond_destroy(&h->freed);
     pthread_mutex_destroy(&h->mutex);
+    free(h->moved);
     free(h->address);
     free(h->name);
     free(h);

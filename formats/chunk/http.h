@@ -3,7 +3,8 @@
  * Keeps up to STP_SOURCE_CONNECTIONS connections alive, each with one request at a time; a further
  * read waits for a free one. Certificates are checked, with the system's authorities or those of
  * CURL_CA_BUNDLE or SSL_CERT_FILE; proxies are those of the environment, as with curl. At most five
- * redirections, from https to https only. Threads: as byte_source.h says. */
+ * redirections, from https to https only; where they lead is asked at once from then on. Threads:
+ * as byte_source.h says. */
 #ifndef STP_FORMATS_CHUNK_HTTP_H
 #define STP_FORMATS_CHUNK_HTTP_H
 
