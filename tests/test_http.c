@@ -273,6 +273,22 @@ static void opening_fails_in_one_sentence(void **state)
     }
 }
 
+/* A byte every 20 ms is no stall, but would take minutes. */
+static void a_trickle_is_not_waited_for(void **state)
+{
+    const stp_byte_source_params hasty = {
+        .connect_ms = 300, .stall_ms = STALL_MS, .tries = 2, .pause_ms = 2};
+    stp_byte_source *source = NULL;
+    stp_error failure = {0};
+    double begin_s = stp_clock_seconds();
+    (void)state;
+    fault_server_order(&server, &(fault_orders){.kind = FAULT_TRICKLE, .count = ALWAYS});
+    assert_int_equal(stp_byte_source_open(&source, server.address, &hasty, &failure), STP_IO);
+    assert_non_null(strstr(failure.message, "in time"));
+    assert_true(stp_clock_seconds() - begin_s < LATEST_S);
+    assert_int_equal(fault_server_requests(&server), 2);
+}
+
 static void no_server_and_no_address(void **state)
 {
     stp_error failure = {0};
@@ -485,6 +501,7 @@ int main(void)
         cmocka_unit_test(whole_files_are_not_taken),
         cmocka_unit_test(a_changed_file_is_noticed),
         cmocka_unit_test(opening_fails_in_one_sentence),
+        cmocka_unit_test(a_trickle_is_not_waited_for),
         cmocka_unit_test(no_server_and_no_address),
         cmocka_unit_test(an_empty_file_has_no_bytes),
         cmocka_unit_test(many_threads_read_at_once),

@@ -3,6 +3,7 @@
  */
 #include "tests/chunk_fixture.h"
 
+#include "base/pool.h"
 #include "formats/chunk/byte_source.h"
 #include "formats/chunk/disk_cache.h"
 #include "tests/support/check.h"
@@ -256,6 +257,39 @@ static void several_processes_share(void **state)
     assert_true(folder_bytes(folder, &count, NULL) <= budget && count > 0);
 }
 
+static stp_status use_cache(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_disk_cache *cache = context;
+    uint8_t got[9000];
+    uint64_t offset = stp_random_u64(5, index) % 40 * 8000;
+    size_t size = 1000 + stp_random_u64(6, index) % 8000;
+    (void)worker;
+    size_t bytes = stp_disk_cache_read(cache, offset, got, size);
+    if (memcmp(got, file_bytes + offset, bytes) != 0)
+        return stp_error_set(err, STP_CORRUPT, "wrong bytes at %u", (unsigned)offset);
+    if (bytes < size)
+        keep(cache, offset + bytes, size - bytes);
+    if (index % 7 == 0)
+        stp_disk_cache_drop(cache, offset, size);
+    return STP_OK;
+}
+
+static void several_threads_share(void **state)
+{
+    const uint64_t budget = 150000;
+    const char *folder = fixture_path("threads");
+    stp_disk_cache *cache = open_cache(folder, budget, "one");
+    stp_pool *pool = NULL;
+    size_t count = 0;
+    (void)state;
+    check_ok(stp_pool_create(&pool, 6, err));
+    check_ok(stp_pool_run(pool, 1000, use_cache, cache, err));
+    assert_true(folder_bytes(folder, &count, NULL) <= budget && count > 0);
+    assert_true(is_well(cache) && stp_disk_cache_damaged(cache) == 0);
+    stp_pool_destroy(&pool);
+    stp_disk_cache_close(&cache);
+}
+
 /* ---- folders that do not do ---- */
 
 static void a_folder_that_does_not_do_is_told(void **state)
@@ -270,9 +304,16 @@ static void a_folder_that_does_not_do_is_told(void **state)
     assert_true(stp_disk_cache_note(cache, &note));
     assert_non_null(strstr(note.message, "nothing can be kept there"));
     stp_disk_cache_close(&cache);
-    cache = open_cache("/nowhere/at/all", 0, "one");
+    cache = open_cache("/proc/no/such", 0, "one");
+    keep(cache, 0, 1000);
     assert_false(is_well(cache));
     stp_disk_cache_close(&cache);
+    char deep[300];
+    snprintf(deep, sizeof deep, "%s/a//b/c/", fixture_folder);
+    cache = open_cache(deep, 0, "one");
+    assert_true(is_well(cache));
+    stp_disk_cache_close(&cache);
+    assert_int_equal(access(deep, F_OK), 0);
 }
 
 /* Files may not grow beyond a size, as if the disk were full: what is there is still read. */
@@ -354,6 +395,7 @@ int main(void)
         cmocka_unit_test(the_budget_is_kept),
         cmocka_unit_test(what_was_used_lately_stays),
         cmocka_unit_test(several_processes_share),
+        cmocka_unit_test(several_threads_share),
         cmocka_unit_test(a_folder_that_does_not_do_is_told),
         cmocka_unit_test(a_full_disk_is_told),
         cmocka_unit_test(a_second_reading_costs_no_bytes),
