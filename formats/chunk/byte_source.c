@@ -170,6 +170,13 @@ void stp_byte_source_cancel(stp_byte_source *s)
         stp_http_cancel(s->http);
 }
 
+void stp_byte_source_resume(stp_byte_source *s)
+{
+    atomic_store(&s->cancelled, false);
+    if (s->http != NULL)
+        stp_http_resume(s->http);
+}
+
 void stp_byte_source_get_stats(stp_byte_source *s, stp_byte_source_stats *out)
 {
     *out = (stp_byte_source_stats){.bytes = atomic_load(&s->file_bytes),

@@ -72,8 +72,10 @@ stp_status stp_byte_source_read(stp_byte_source *source, uint64_t offset, void *
 stp_status stp_byte_source_reread(stp_byte_source *source, uint64_t offset, void *data, size_t size,
                                   stp_error *err);
 
-/* All reads, present and future, end soon with CANCELLED. */
+/* All reads, present and future, end soon with CANCELLED, until resume. */
 void stp_byte_source_cancel(stp_byte_source *source);
+/* Reads may begin again: when those that were cancelled have ended. */
+void stp_byte_source_resume(stp_byte_source *source);
 
 void stp_byte_source_get_stats(stp_byte_source *source, stp_byte_source_stats *out);
 /* Why nothing is kept in the cache's folder, as a sentence; false if all is well. */

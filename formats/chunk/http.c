@@ -458,6 +458,11 @@ void stp_http_cancel(stp_http *h)
     pthread_mutex_unlock(&h->mutex);
 }
 
+void stp_http_resume(stp_http *h)
+{
+    atomic_store(&h->cancelled, false);
+}
+
 void stp_http_add_stats(const stp_http *h, stp_byte_source_stats *stats)
 {
     stats->requests += atomic_load(&h->requests);

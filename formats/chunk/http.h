@@ -34,6 +34,7 @@ const uint8_t *stp_http_head(const stp_http *http);
 stp_status stp_http_read(stp_http *http, uint64_t offset, uint8_t *data, size_t size, bool fresh,
                          stp_error *err);
 void stp_http_cancel(stp_http *http);
+void stp_http_resume(stp_http *http);
 /* Adds requests, retries and bytes. */
 void stp_http_add_stats(const stp_http *http, stp_byte_source_stats *stats);
 
