@@ -345,7 +345,8 @@ static stp_status read_one(void *context, size_t index, unsigned worker, stp_err
     uint64_t offset = stp_random_u64(7, index) % (FILE_BYTES - sizeof got);
     (void)worker;
     stp_status status = stp_byte_source_read(m->source, offset, got, sizeof got, err);
-    if (status != m->wanted || (status == STP_OK && memcmp(got, file_bytes + offset, sizeof got)))
+    if (status != m->wanted ||
+        (status == STP_OK && memcmp(got, file_bytes + offset, sizeof got) != 0))
         return stp_error_set(err, STP_INTERNAL, "read %zu: status %d", index, status);
     return STP_OK;
 }

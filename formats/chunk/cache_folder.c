@@ -17,10 +17,11 @@
 #include <unistd.h>
 
 #define COUNT_NAME "stipple-cache"
-#define COUNT_MAGIC "STPCACHE"
 #define COUNT_BYTES 16
 #define LOCK_TRIES 40
 #define LOCK_PAUSE_NS 5000000L
+
+static const uint8_t count_magic[8] = {'S', 'T', 'P', 'C', 'A', 'C', 'H', 'E'};
 
 typedef struct old_file {
     stp_cache_name name;
@@ -150,7 +151,8 @@ void stp_cache_folder_unlock(const stp_cache_folder *f)
 static bool read_count(const stp_cache_folder *f, uint64_t *bytes)
 {
     uint8_t text[COUNT_BYTES];
-    if (pread(f->count, text, sizeof text, 0) != COUNT_BYTES || memcmp(text, COUNT_MAGIC, 8) != 0)
+    if (pread(f->count, text, sizeof text, 0) != COUNT_BYTES ||
+        memcmp(text, count_magic, sizeof count_magic) != 0)
         return false;
     *bytes = stp_get_u64(text + 8);
     return true;
@@ -159,7 +161,7 @@ static bool read_count(const stp_cache_folder *f, uint64_t *bytes)
 static stp_status write_count(const stp_cache_folder *f, uint64_t bytes, stp_error *err)
 {
     uint8_t text[COUNT_BYTES];
-    memcpy(text, COUNT_MAGIC, 8);
+    memcpy(text, count_magic, sizeof count_magic);
     stp_put_u64(text + 8, bytes);
     if (pwrite(f->count, text, sizeof text, 0) == COUNT_BYTES)
         return STP_OK;

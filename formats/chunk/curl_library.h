@@ -25,7 +25,7 @@
     X(multi_info_read)
 
 typedef struct stp_curl {
-#define X(name) __typeof__(curl_##name) *name;
+#define X(name) __typeof__(curl_##name) *(name);
     STP_CURL_LIST(X)
 #undef X
 } stp_curl;

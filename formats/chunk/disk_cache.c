@@ -16,11 +16,12 @@
 
 #define DEFAULT_BUDGET_BYTES (UINT64_C(1) << 30)
 /* A range's file begins with magic, key, offset, size and the xxh3 of the bytes that follow. */
-#define RANGE_MAGIC "STPRANGE"
 #define RANGE_HEADER_BYTES 48u
 #define RANGE_BYTES_LIMIT (4u << 20) /* longer ones are kept in parts */
 /* Ranges that begin earlier and may reach as far; more are not looked at. */
 #define LOOK_BACK 8
+
+static const uint8_t range_magic[8] = {'S', 'T', 'P', 'R', 'A', 'N', 'G', 'E'};
 
 typedef struct range {
     uint64_t offset;
@@ -184,7 +185,7 @@ static stp_cache_name name_of(const stp_disk_cache *c, const range *r)
 static void fill_header(const stp_disk_cache *c, const range *r, const uint8_t *data,
                         uint8_t header[RANGE_HEADER_BYTES])
 {
-    memcpy(header, RANGE_MAGIC, 8);
+    memcpy(header, range_magic, sizeof range_magic);
     stp_put_u64(header + 8, c->key[0]);
     stp_put_u64(header + 16, c->key[1]);
     stp_put_u64(header + 24, r->offset);

@@ -5,6 +5,7 @@
 #include "formats/chunk/byte_source.h"
 
 #include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -84,7 +85,7 @@ stp_status stp_http_address_name(const char *address, char **out, stp_error *err
     memcpy(to, address, begin);
     memcpy(to + begin, address + host, length);
     if (address[host + length] == '?')
-        memcpy(to + begin + length, "?...", 4);
+        snprintf(to + begin + length, sizeof "?...", "?...");
     for (char *at = to; *at != '\0'; at++)
         if (iscntrl((unsigned char)*at))
             *at = ' ';

@@ -96,6 +96,7 @@ static size_t take_body(char *bytes, size_t one, size_t size, void *context)
     return size;
 }
 
+/* as with libcurl, which gives them: NOLINTNEXTLINE(readability-non-const-parameter) */
 static int note_sent(void *context, char *to, char *from, int to_port, int from_port)
 {
     stp_http_transfer *t = context;

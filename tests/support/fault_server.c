@@ -78,8 +78,10 @@ static void endless_headers(const answer *a)
 {
     char line[1024];
     memset(line, 'x', sizeof line);
-    memcpy(line, "X-More: ", 8);
-    memcpy(line + sizeof line - 2, "\r\n", 2);
+    line[0] = 'X';
+    line[1] = ':';
+    line[sizeof line - 2] = '\r';
+    line[sizeof line - 1] = '\n';
     (void)send_text(a, "HTTP/1.1 206 Partial Content\r\n");
     while (send_all(a, line, sizeof line))
         continue;
