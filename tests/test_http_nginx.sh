@@ -134,7 +134,7 @@ expect_usage "copy the file here"
 
 if [ -n "$secure" ]; then
     run "$STIPPLE" info "https://127.0.0.1:$((port + 1))/m.stipple"
-    expect_failure "certificate"
+    expect_failure "certificate is not trusted"
     run env CURL_CA_BUNDLE="$FOLDER/cert.pem" "$STIPPLE" info \
         "https://127.0.0.1:$((port + 1))/m.stipple"
     expect_code 0

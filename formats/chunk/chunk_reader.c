@@ -52,9 +52,9 @@ static stp_status read_bytes(const stp_chunk_file *file, uint64_t offset, void *
 }
 
 /* True if what gave this status should be read again. */
-static bool may_mend(const stp_chunk_file *file, stp_status status, bool again)
+static bool may_mend(const stp_chunk_file *file, stp_status status)
 {
-    return status == STP_CORRUPT && !again && stp_byte_source_is_remote(file->source);
+    return status == STP_CORRUPT && stp_byte_source_is_remote(file->source);
 }
 
 /* ---- opening ---- */
@@ -234,13 +234,13 @@ stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
     STP_TRY(stp_byte_source_open(&file->source, path, params, err));
     file->path = stp_byte_source_name(file->source);
     status = read_header(file, false, err);
-    if (may_mend(file, status, false))
+    if (may_mend(file, status))
         status = read_header(file, true, err);
     STP_TRY(status);
     file->page_count = stp_page_count(&file->header);
     STP_TRY(stp_alloc(&file->pages, file->page_count, sizeof *file->pages, "directory", err));
     status = read_metadata_and_page(file, false, err);
-    if (may_mend(file, status, false))
+    if (may_mend(file, status))
         status = read_metadata_and_page(file, true, err);
     STP_TRY(status);
     fill_info(file);
@@ -322,7 +322,7 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
     page *p = known_page(file, number);
     if (!p) {
         stp_status status = load_page(file, number, false, err);
-        if (may_mend(file, status, false))
+        if (may_mend(file, status))
             status = load_page(file, number, true, err);
         if (status != STP_OK)
             return status;

@@ -61,9 +61,8 @@ static stp_http_verdict judge(const stp_http_transfer *t)
 
 /* ---- libcurl's callbacks ---- */
 
-static void hear(stp_http_transfer *t, size_t size)
+static void hear(stp_http_transfer *t)
 {
-    t->arrived += size;
     t->heard_s = stp_clock_seconds();
 }
 
@@ -71,7 +70,7 @@ static size_t take_header(char *line, size_t one, size_t size, void *context)
 {
     stp_http_transfer *t = context;
     (void)one; /* it is 1 */
-    hear(t, size);
+    hear(t);
     t->header_bytes += size;
     t->endless = t->header_bytes > HEADERS_LIMIT;
     stp_http_answer_line(&t->answer, line, size);
@@ -82,7 +81,7 @@ static size_t take_body(char *bytes, size_t one, size_t size, void *context)
 {
     stp_http_transfer *t = context;
     (void)one;
-    hear(t, size);
+    hear(t);
     if (t->verdict == STP_HTTP_NONE)
         t->verdict = judge(t);
     if (t->verdict != STP_HTTP_GOOD)

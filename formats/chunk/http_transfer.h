@@ -40,9 +40,8 @@ typedef struct stp_http_transfer {
     /* came of it */
     stp_http_answer answer;
     stp_http_verdict verdict;
-    size_t received;  /* good bytes in data */
-    uint64_t arrived; /* bytes of headers and bodies */
-    double heard_s;   /* when the last of them came, or the request was sent; 0: not sent yet */
+    size_t received; /* good bytes in data */
+    double heard_s;  /* when a byte last came, or the request was sent; 0: not sent yet */
     size_t header_bytes;
     bool endless; /* more headers or bytes than an answer may have */
     CURLcode result;

@@ -81,6 +81,12 @@ stp_status stp_http_say_failure(const char *name, const stp_http_transfer *t,
                              "%s: the server leads elsewhere more than %ld times: check the "
                              "address",
                              name, STP_HTTP_REDIRECTIONS_LIMIT);
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_SSL_CACERT_BADFILE:
+        return stp_error_set(err, STP_IO,
+                             "%s: the server's certificate is not trusted: %s: check the address, "
+                             "or name its authority in CURL_CA_BUNDLE",
+                             name, c->text);
     case CURLE_OPERATION_TIMEDOUT:
         return stp_error_set(err, STP_IO,
                              "%s: the server did not answer in time: check the network, or try "
