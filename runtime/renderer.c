@@ -494,6 +494,10 @@ stp_status stp_renderer_pick(stp_renderer *r, int x, int y, stp_pick *out, stp_e
     if (x < 0 || y < 0 || x >= p->width || y >= p->height)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
                              y);
+    if (!stp_pick_choose(p, &x, &y)) {
+        *out = (stp_pick){.chunk = STP_CHUNK_NONE, .level = -1};
+        return stp_gl_check("picking", err);
+    }
     if (r->levels > 0) {
         set_state(r);
         stp_reconstruct_keep_pixel(&r->reconstruct, p, r->levels, &r->tiles, x, y);

@@ -172,8 +172,9 @@ typedef struct stp_pick {
 } stp_pick;
 
 /* Picks the front surface of the last picture at a pixel (bottom row first); what lies behind it is
- * never taken. Leaves the picture as it is. Errors: INVALID_ARGUMENT (outside the picture), GL,
- * OUT_OF_MEMORY. */
+ * never taken. A pixel where nothing is takes the nearest that is covered, up to two pixels away:
+ * outlines and pinholes can be picked. Leaves the picture as it is. Errors: INVALID_ARGUMENT
+ * (outside the picture), GL, OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
