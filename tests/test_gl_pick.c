@@ -132,14 +132,46 @@ static void boundaries(void **state)
     gl_fixture_close(&f);
 }
 
+/* A picture made in several passes: the surface is found all the same, and where the sample is told
+ * it is that of the last pass. */
+static void in_passes(void **state)
+{
+    (void)state;
+    stp_model *model = NULL;
+    stp_renderer *renderer = NULL;
+    stp_draw_stats stats;
+    size_t hits = 0, named = 0;
+    model_fixture_build("passes.stipple",
+                        &(model_recipe){.shape = GEN_SPHERE, .point_count = 200000});
+    check_ok(stp_model_open(&model, "passes.stipple", err));
+    const stp_renderer_params params = {
+        .model = model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(4) << 20};
+    check_ok(stp_renderer_create(&renderer, &params, err));
+    stp_view view = views_get(3, &model->ball, NULL, 0, SIZE, SIZE);
+    const stp_draw_params full = {.lod = STP_LOD_FULL};
+    check_ok(stp_renderer_draw(renderer, &view, &full, &stats, err));
+    assert_true(stats.passes > 1);
+    for (int i = 0; i < 400; i++) {
+        stp_pick pick;
+        check_ok(
+            stp_renderer_pick(renderer, SIZE * (i % 20) / 20, SIZE * (i / 20) / 20, &pick, err));
+        double away = stp_dvec3_length(stp_dvec3_sub(pick.position, model->ball.centre));
+        hits += pick.hit;
+        named += pick.hit && pick.chunk != STP_CHUNK_NONE;
+        assert_true(!pick.hit || fabs(away - 1.0) <= pick.radius);
+        assert_true(!pick.hit || pick.level == (pick.chunk != STP_CHUNK_NONE ? 0 : -1));
+    }
+    assert_true(hits > 100 && named < hits);
+    stp_renderer_destroy(&renderer);
+    stp_model_close(&model);
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(statue),
-        cmocka_unit_test(sheet),
-        cmocka_unit_test(before_a_wall),
-        cmocka_unit_test(boundaries),
+        cmocka_unit_test(statue),     cmocka_unit_test(sheet),     cmocka_unit_test(before_a_wall),
+        cmocka_unit_test(boundaries), cmocka_unit_test(in_passes),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
