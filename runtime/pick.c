@@ -214,7 +214,7 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
                    sizeof patch) ||
         !read_item(texture->chunks, patch.slot, texture->slot_capacity, &chunk, sizeof chunk))
         return;
-    stp_dvec3 from_eye;
+    stp_dvec3 from_eye = {0.0, 0.0, 0.0};
     double *const axes[3] = {&from_eye.x, &from_eye.y, &from_eye.z};
     for (int i = 0; i < 3; i++)
         *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
@@ -286,7 +286,8 @@ bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
     glGetTextureSubImage(pyramid->picture_depth, 0, x0, y0, 0, width, height, 1, GL_RED, GL_FLOAT,
                          sizeof depths, depths);
     for (int i = 0; i < width * height; i++) {
-        double away = hypot(x0 + i % width - *x, y0 + i / width - *y);
+        int dx = x0 + i % width - *x, dy = y0 + i / width - *y;
+        double away = hypot(dx, dy);
         if (!(depths[i] > 0.0f) || away > REACH || away > least ||
             (away == least && depths[i] >= depths[found]))
             continue;
