@@ -5,7 +5,9 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "runtime/chunk_cache.h"
+#include "runtime/composite.h"
 #include "runtime/gl_context.h"
+#include "runtime/gl_state.h"
 #include "runtime/inspect.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
@@ -30,7 +32,8 @@ struct stp_renderer {
     stp_tiles tiles;
     stp_sight sight;
     GLuint frame_buffer; /* uniform block */
-    GLuint points_query;
+    GLuint points_query,
+        composite; /* composite: a program, once a host's framebuffer is drawn into */
     stp_cut cut;
     stp_gpu_chunk *chunk_records; /* by slot */
     stp_want *wants;
@@ -48,6 +51,8 @@ typedef struct drawing {
     const stp_draw_params *params;
     stp_draw_stats stats;
     int levels;
+    bool waits;   /* for the GPU, at the end */
+    bool counted; /* what the geometry shader emits */
 } drawing;
 
 static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_error *err)
@@ -90,12 +95,11 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
     return load_programs(r, &variant, err);
 }
 
-stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
-                               stp_error *err)
+/* Within stp_gl_state_enter and leave. */
+static stp_status create(stp_renderer **out, const stp_renderer_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_renderer *r = NULL;
-    STP_TRY(stp_gl_context_check(err));
     STP_TRY(stp_alloc(&r, 1, sizeof *r, "a renderer", err));
     r->model = params->model;
     r->stamp = 1;
@@ -130,6 +134,19 @@ done:
     return status;
 }
 
+stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
+                               stp_error *err)
+{
+    stp_gl_state host;
+    stp_status status = stp_gl_context_check(err);
+    if (status != STP_OK)
+        return status;
+    stp_gl_state_enter(&host);
+    status = create(out, params, err);
+    stp_gl_state_leave(&host);
+    return status;
+}
+
 void stp_renderer_destroy(stp_renderer **renderer)
 {
     stp_renderer *r = *renderer;
@@ -143,6 +160,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
         stp_project_destroy(&r->project);
         stp_reconstruct_destroy(&r->reconstruct);
     }
+    glDeleteProgram(r->composite);
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
     stp_sight_destroy(&r->sight);
@@ -158,7 +176,18 @@ void stp_renderer_destroy(stp_renderer **renderer)
 
 stp_status stp_renderer_reload_shaders(stp_renderer *r, stp_error *err)
 {
-    return r->project.patch_program != 0 ? load_programs(r, &r->variant, err) : STP_OK;
+    stp_status status = STP_OK;
+    GLuint composite = 0;
+    if (r->project.patch_program == 0)
+        return STP_OK;
+    STP_TRY(stp_composite_create(&composite, r->shader_folder, err));
+    STP_TRY(load_programs(r, &r->variant, err));
+    glDeleteProgram(r->composite);
+    r->composite = composite;
+    composite = 0;
+done:
+    glDeleteProgram(composite);
+    return status;
 }
 
 /* Waiting for the cut: everything that is not damaged will be there. */
@@ -199,23 +228,10 @@ static void set_frame(stp_renderer *r, const drawing *d)
     stp_colour_range_place(r->frame.colour_range, params, &r->eye);
 }
 
-/* Pipeline state of all passes. Depth runs from 1, near, to 0. */
-static void set_state(const stp_renderer *r)
+/* What all passes read; the state they are drawn in is that of stp_gl_state_enter. */
+static void bind_frame(const stp_renderer *r)
 {
     const stp_object_texture *texture = stp_chunk_cache_texture(r->cache);
-    glDisable(GL_BLEND);
-    glDisable(GL_CULL_FACE);
-    glDisable(GL_DITHER);
-    glDisable(GL_MULTISAMPLE);
-    glDisable(GL_STENCIL_TEST);
-    glDisable(GL_FRAMEBUFFER_SRGB);
-    glDisable(GL_PROGRAM_POINT_SIZE);
-    glPointSize(1.0f);
-    glEnable(GL_SCISSOR_TEST);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glDepthMask(GL_TRUE);
-    glDepthFunc(GL_GREATER);
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glNamedBufferSubData(r->frame_buffer, 0, sizeof r->frame, &r->frame);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
@@ -285,7 +301,7 @@ static void begin_pass(stp_renderer *r, bool first)
 static void count_emitted(const stp_renderer *r, drawing *d)
 {
     GLuint emitted = 0;
-    if (d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+    if (!d->counted || d->stats.passes == 0)
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
@@ -306,7 +322,8 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
     upload_records(r, draws, count);
     begin_pass(r, first);
     count_emitted(r, d);
-    glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
+    if (d->counted)
+        glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
     status = stp_project_draw(&r->project,
                               &(stp_project_params){.model = r->model,
                                                     .cache = r->cache,
@@ -317,9 +334,11 @@ static stp_status draw_pass(stp_renderer *r, drawing *d, const stp_draw *draws, 
                                                     .sight = &r->sight,
                                                     .lod = d->params->lod,
                                                     .pyramid = &r->pyramid,
-                                                    .first = first},
+                                                    .first = first,
+                                                    .waits = d->waits},
                               &d->stats.points_drawn, err);
-    glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (d->counted)
+        glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
@@ -424,7 +443,8 @@ static void finish_picture(stp_renderer *r, drawing *d)
     stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->keep_pixels && d->levels > 0)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
-    glFinish();
+    if (d->waits)
+        glFinish();
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
@@ -433,59 +453,105 @@ static void finish_picture(stp_renderer *r, drawing *d)
     d->stats.cut_complete = r->cut.miss_count == 0;
 }
 
-stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
-                             stp_draw_stats *stats, stp_error *err)
+/* The picture, within stp_gl_state_enter and leave. */
+static stp_status draw_picture(stp_renderer *r, drawing *d, const stp_gl_state *host,
+                               stp_error *err)
 {
     stp_status status = STP_OK;
-    drawing d = {.view = view, .params = params};
+    const stp_view *view = d->view;
+    const stp_draw_params *params = d->params;
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     STP_TRY(
         stp_tiles_begin(&r->tiles, view->width, view->height, stp_pool_thread_count(r->pool), err));
     double begun = stp_clock_seconds();
-    set_frame(r, &d);
-    set_state(r);
+    d->counted = d->waits && params->lod == STP_LOD_GEOMETRY && host->counting == 0;
+    set_frame(r, d);
+    bind_frame(r);
     if (params->load_ms > 0.0)
-        STP_TRY(draw_at_once(r, &d, err));
+        STP_TRY(draw_at_once(r, d, err));
     else
-        STP_TRY(draw_waiting(r, &d, err));
-    finish_picture(r, &d);
-    d.stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d.stats.load_ms;
+        STP_TRY(draw_waiting(r, d, err));
+    finish_picture(r, d);
+    d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms;
     if (params->load_ms > 0.0)
-        STP_TRY(load_misses(r, &d, err));
+        STP_TRY(load_misses(r, d, err));
     STP_TRY(stp_gl_check("drawing a frame", err));
+done:
+    return status;
+}
+
+stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
+                             stp_draw_stats *stats, stp_error *err)
+{
+    stp_gl_state host;
+    drawing d = {.view = view, .params = params, .waits = true};
+    stp_gl_state_enter(&host);
+    stp_status status = draw_picture(r, &d, &host, err);
+    stp_gl_state_leave(&host);
+    if (status == STP_OK && stats != NULL)
+        *stats = d.stats;
+    return status;
+}
+
+stp_status stp_renderer_draw_into(stp_renderer *r, const stp_view *view,
+                                  const stp_draw_params *params, const stp_target *target,
+                                  stp_draw_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_gl_state host;
+    stp_view cut;
+    drawing d = {.view = &cut, .params = params, .waits = params->timed};
+    stp_gl_state_enter(&host);
+    STP_TRY(stp_composite_view(&cut, &host, view, err));
+    if (r->composite == 0)
+        STP_TRY(stp_composite_create(&r->composite, r->shader_folder, err));
+    STP_TRY(draw_picture(r, &d, &host, err));
+    stp_composite_draw(r->composite, r->tiles.array, &r->pyramid, &host, view, target);
+    STP_TRY(stp_gl_check("drawing into the host's framebuffer", err));
     if (stats != NULL)
         *stats = d.stats;
 done:
+    stp_gl_state_leave(&host);
     return status;
 }
 
 stp_status stp_renderer_read(stp_renderer *r, uint8_t *rgba, stp_error *err)
 {
     const stp_pyramid *p = &r->pyramid;
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    stp_gl_state host;
+    stp_gl_state_enter(&host);
     glGetTextureImage(p->picture, 0, GL_RGBA, GL_UNSIGNED_BYTE, 4 * p->width * p->height, rgba);
-    return stp_gl_check("reading the picture", err);
+    stp_status status = stp_gl_check("reading the picture", err);
+    stp_gl_state_leave(&host);
+    return status;
 }
 
 stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, stp_error *err)
 {
     const stp_pyramid *p = &r->pyramid;
+    stp_gl_state host;
     if (x < 0 || y < 0 || x >= p->width || y >= p->height)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
                              y);
+    stp_gl_state_enter(&host);
     glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
                          depth);
-    return stp_gl_check("reading a depth", err);
+    stp_status status = stp_gl_check("reading a depth", err);
+    stp_gl_state_leave(&host);
+    return status;
 }
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
 {
+    stp_gl_state host;
+    stp_gl_state_enter(&host);
     glDisable(GL_SCISSOR_TEST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
     glBlitNamedFramebuffer(r->pyramid.picture_frame, framebuffer, 0, 0, r->pyramid.width,
                            r->pyramid.height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    stp_gl_state_leave(&host);
 }
 
 /* Adds what one chunk's patches chose. */

@@ -1,22 +1,74 @@
 /* Drawing a model: the renderer that a host application embeds, and that `stipple render` and
- * `stipple view` are made of.
+ * `stipple view` are made of. This header and those it includes are all of libstipple's interface.
  *
- * Give it a current OpenGL 4.5 core context (yours, or runtime/gl_context.h's) and a chunk file;
- * each call of stp_renderer_draw makes one picture. It chooses the cut and each patch's levels by
- * projected error, projects one pixel a sample, closes the surface by pull-push and shades it.
- * It does not open windows and does not write images.
+ * Give it a current OpenGL 4.5 context (yours, or runtime/gl_context.h's) and a chunk file. A frame
+ * chooses the cut and each patch's levels by projected error, projects one pixel a sample, closes
+ * the surface by pull-push and shades it, in textures of its own; stp_renderer_draw_into then takes
+ * the picture to your framebuffer, among your triangles. It does not open windows and does not
+ * write images. In short, without the checks of what is returned:
+ *
+ *     stp_model_open(&model, "church.stipple", &err);
+ *     stp_renderer_create(&renderer, &(stp_renderer_params){.model = model}, &err);
+ *     each frame, your framebuffer being bound and your viewport and depth test set:
+ *         your opaque triangles
+ *         ball = stp_model_ball(model);
+ *         stp_view_from_matrices(&view, model_view, projection, &ball, width, height, &err);
+ *         stp_renderer_draw_into(renderer, &view, &(stp_draw_params){.load_ms = 4.0}, NULL, NULL,
+ *                                &err);
+ *         more triangles, transparent ones
+ *     stp_renderer_destroy(&renderer);
+ *     stp_model_close(&model);
+ *
  * Axes: the scan's own world axes and units; pictures have their bottom row first, as GL has.
- * Ownership: create and destroy in pairs; what a parameter struct points to is borrowed.
- * Threads: all calls on the thread of the context; chunks are decoded on threads of its own. */
+ * Ownership: create and destroy in pairs, which sets NULL; what a parameter struct points to is
+ * borrowed. A renderer draws one model; a process may have several renderers, also in one context.
+ * Errors: a fallible function returns a status and, where err is not NULL, says in err->message
+ * what, where, and what to do; its outputs are then untouched. Nothing prints or ends the program.
+ * Threads: all calls on a renderer on the thread its context is current on, also destroying it;
+ * chunks are read and decoded on threads of its own. A model may be shared by threads.
+ *
+ * OpenGL state: every call leaves the context as it found it, and needs it in no particular state,
+ * with these exceptions, which GL neither tells nor undoes:
+ * - Conditional rendering must not be active.
+ * - Queries of the host's that run meanwhile (samples passed, time elapsed) also count what is
+ * drawn here. While one of GL_PRIMITIVES_GENERATED runs, points_drawn is not known.
+ * - A program that is in use but deleted is gone, and values of subroutine uniforms are lost.
+ * - Errors that glGetError has not yet been asked for are discarded.
+ * In a compatibility context, the fixed functions that touch fragments (alpha test) are off. */
 #ifndef STP_RUNTIME_STIPPLE_H
 #define STP_RUNTIME_STIPPLE_H
 
 #include "base/error.h"
 #include "runtime/camera.h"
-#include "runtime/model.h"
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- models ---- */
+
+/* A chunk file opened for drawing: its directory in memory. */
+typedef struct stp_model stp_model;
+
+/* Reads the directory, no chunk. path: copied. Errors: NOT_FOUND, IO, FORMAT (not a chunk file),
+ * VERSION (made by a newer stipple), CORRUPT (where, and what was found), OUT_OF_MEMORY. */
+stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
+/* After the renderers that draw it. */
+void stp_model_close(stp_model **model);
+
+/* Around all of it: what views are placed by. */
+stp_ball stp_model_ball(const stp_model *model);
+/* Of the centres of its points. */
+stp_dbox stp_model_box(const stp_model *model);
+uint64_t stp_model_point_count(const stp_model *model);
+/* Bytes of samples and patches that all chunks need on the GPU: a larger gpu_memory_bytes is of no
+ * use. */
+uint64_t stp_model_gpu_bytes(const stp_model *model);
+
+/* ---- what is drawn ---- */
 
 /* Who chooses the levels. */
 typedef enum stp_lod {
@@ -84,10 +136,12 @@ typedef struct stp_draw_params {
 #define STP_RADIUS_CAP_PX 6.0
 
 typedef struct stp_draw_stats {
-    double frame_ms; /* choosing, drawing, waiting for the GPU; not loading nor compiling shaders */
+    /* Choosing, drawing, waiting for the GPU (stp_renderer_draw_into does not wait, so it is this
+     * thread's time); not loading nor compiling shaders. */
+    double frame_ms;
     double load_ms;
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
-    uint64_t points_drawn;                     /* sent to projection */
+    uint64_t points_drawn; /* sent to projection; 0 where that is not known without waiting */
     uint32_t chunks_drawn, chunks_missing;
     uint32_t passes;
     int pyramid_levels;
@@ -104,6 +158,8 @@ typedef struct stp_cut_measure {
  * colour_range may be set to. Errors: those of reading a chunk. */
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err);
+
+/* ---- renderers ---- */
 
 typedef struct stp_renderer stp_renderer;
 
@@ -128,6 +184,32 @@ void stp_renderer_destroy(stp_renderer **renderer);
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 
+/* How a picture lands in the host's framebuffer. Zero is the default. */
+typedef struct stp_target {
+    /* The host's framebuffer holds light, as floating-point ones of a lit scene do: the picture's
+     * colours, which are encoded for screens (sRGB), are decoded. Else they are written as they
+     * are, without GL_FRAMEBUFFER_SRGB. */
+    bool linear_light;
+} stp_target;
+
+/* Draws as stp_renderer_draw does, then into the host's framebuffer as one draw call of the host's
+ * would: into the framebuffer that is bound for drawing, within viewport 0, under the scissor, the
+ * stencil test, the depth test and function, the depth mask, the colour mask, the depth range and
+ * the clip control that are set. Only covered pixels are touched, each with its own depth; so
+ * points hide what the host has drawn or draws later, and are hidden by it. Enable GL_DEPTH_TEST,
+ * and draw before what blends.
+ *
+ * view: of stp_view_from_matrices, of the viewport's size; what lies outside the projection's depth
+ * range is cut away unless GL_DEPTH_CLAMP is on. Colour goes to the first draw buffer, alpha is 1,
+ * nothing is blended. A multisampled framebuffer gets the same colour and depth in each sample of a
+ * pixel. Does not wait for the GPU; with params->load_ms > 0 it does not wait for chunks either and
+ * draws what is there, which stats->cut_complete tells (draw again then). target, stats may be
+ * NULL. Errors: as stp_renderer_draw; INVALID_ARGUMENT (view or viewport), UNSUPPORTED (framebuffer
+ * not complete, or of integers); then the host's framebuffer is untouched. */
+stp_status stp_renderer_draw_into(stp_renderer *renderer, const stp_view *view,
+                                  const stp_draw_params *params, const stp_target *target,
+                                  stp_draw_stats *stats, stp_error *err);
+
 /* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered. */
 stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
 
@@ -149,5 +231,9 @@ stp_status stp_renderer_reload_shaders(stp_renderer *renderer, stp_error *err);
 /* The first damage met while reading chunks, as a sentence; empty if none. */
 const char *stp_renderer_damage(const stp_renderer *renderer);
 uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
