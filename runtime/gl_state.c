@@ -287,6 +287,7 @@ void stp_gl_state_aim(const stp_gl_state *host)
 {
     enable(GL_DEPTH_TEST, stp_gl_state_enabled(host, GL_DEPTH_TEST));
     enable(GL_STENCIL_TEST, stp_gl_state_enabled(host, GL_STENCIL_TEST));
+    glEnable(GL_MULTISAMPLE); /* else llvmpipe gives the depth to one sample alone */
     for (int i = 1; i < host->draw_buffer_count; i++)
         glColorMaski((GLuint)i, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     restore_colour_mask(host, 0);
