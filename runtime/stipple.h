@@ -1,7 +1,7 @@
 /* Drawing a model: the renderer that a host application embeds, and that `stipple render` and
  * `stipple view` are made of. This header and those it includes are all of libstipple's interface.
  *
- * Give it a current OpenGL 4.5 context (yours, or runtime/gl_context.h's) and a chunk file. A frame
+ * Give it a current OpenGL 4.5 context (yours, or one of gl_context.h) and a chunk file. A frame
  * chooses the cut and each patch's levels by projected error, projects one pixel a sample, closes
  * the surface by pull-push and shades it, in textures of its own; stp_renderer_draw_into then takes
  * the picture to your framebuffer, among your triangles. It does not open windows and does not
@@ -28,13 +28,11 @@
  * chunks are read and decoded on threads of its own. A model may be shared by threads.
  *
  * OpenGL state: every call leaves the context as it found it, and needs it in no particular state,
- * with these exceptions, which GL neither tells nor undoes:
- * - Conditional rendering must not be active.
- * - Queries of the host's that run meanwhile (samples passed, time elapsed) also count what is
- * drawn here. While one of GL_PRIMITIVES_GENERATED runs, points_drawn is not known.
- * - A program that is in use but deleted is gone, and values of subroutine uniforms are lost.
- * - Errors that glGetError has not yet been asked for are discarded.
- * In a compatibility context, the fixed functions that touch fragments (alpha test) are off. */
+ * but for what GL neither tells nor undoes: conditional rendering must not be active; queries of
+ * the host's that run meanwhile (of samples, of time) also count what is drawn here, and while one
+ * of GL_PRIMITIVES_GENERATED runs, points_drawn is not known; a program that is in use but deleted
+ * is gone, and values of subroutine uniforms are lost; errors that glGetError was not yet asked for
+ * are discarded. In a compatibility context, the alpha test must be off. */
 #ifndef STP_RUNTIME_STIPPLE_H
 #define STP_RUNTIME_STIPPLE_H
 
