@@ -68,9 +68,11 @@ static void enable(GLenum name, bool on)
     (on ? glEnable : glDisable)(name);
 }
 
-static void enable_indexed(GLenum name, int index, bool on)
+/* A context that is lost says so for ever. */
+static void discard_errors(void)
 {
-    (on ? glEnablei : glDisablei)(name, (GLuint)index);
+    for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; i++)
+        continue;
 }
 
 static int limited(GLenum name, int most)
@@ -80,6 +82,25 @@ static int limited(GLenum name, int most)
     return value < most ? value : most;
 }
 
+static void save_blend(stp_gl_blend *out, GLuint i)
+{
+    out->on = glIsEnabledi(GL_BLEND, i);
+    glGetIntegeri_v(GL_BLEND_SRC_RGB, i, &out->source[0]);
+    glGetIntegeri_v(GL_BLEND_SRC_ALPHA, i, &out->source[1]);
+    glGetIntegeri_v(GL_BLEND_DST_RGB, i, &out->target[0]);
+    glGetIntegeri_v(GL_BLEND_DST_ALPHA, i, &out->target[1]);
+    glGetIntegeri_v(GL_BLEND_EQUATION_RGB, i, &out->equation[0]);
+    glGetIntegeri_v(GL_BLEND_EQUATION_ALPHA, i, &out->equation[1]);
+}
+
+static void restore_blend(const stp_gl_blend *b, GLuint i)
+{
+    glBlendFuncSeparatei(i, (GLenum)b->source[0], (GLenum)b->target[0], (GLenum)b->source[1],
+                         (GLenum)b->target[1]);
+    glBlendEquationSeparatei(i, (GLenum)b->equation[0], (GLenum)b->equation[1]);
+    (b->on ? glEnablei : glDisablei)(GL_BLEND, i);
+}
+
 static void save_raster(stp_gl_state *s)
 {
     s->viewport_count = limited(GL_MAX_VIEWPORTS, STP_GL_VIEWPORTS);
@@ -87,7 +108,7 @@ static void save_raster(stp_gl_state *s)
     for (int i = 0; i < COUNT(capabilities); i++)
         s->capabilities[i] = glIsEnabled(capabilities[i].name);
     for (int i = 0; i < s->draw_buffer_count; i++) {
-        s->blend[i] = glIsEnabledi(GL_BLEND, (GLuint)i);
+        save_blend(&s->blend[i], (GLuint)i);
         glGetBooleani_v(GL_COLOR_WRITEMASK, (GLuint)i, s->colour_mask[i]);
     }
     for (int i = 0; i < s->viewport_count; i++) {
@@ -183,8 +204,7 @@ static void set_ours(void)
 
 void stp_gl_state_enter(stp_gl_state *host)
 {
-    while (glGetError() != GL_NO_ERROR)
-        continue;
+    discard_errors();
     save_raster(host);
     save_bindings(host);
     host->feedback_paused = pause_feedback();
@@ -198,7 +218,7 @@ static void restore_viewports(const stp_gl_state *s)
     glScissorArrayv(0, s->viewport_count, s->scissor[0]);
     glDepthRangeArrayv(0, s->viewport_count, s->depth_range[0]);
     for (int i = 0; i < s->viewport_count; i++)
-        enable_indexed(GL_SCISSOR_TEST, i, s->scissor_test[i]);
+        (s->scissor_test[i] ? glEnablei : glDisablei)(GL_SCISSOR_TEST, (GLuint)i);
     glDepthMask(s->depth_mask);
     glDepthFunc((GLenum)s->depth_func);
     glClipControl((GLenum)s->clip_origin, (GLenum)s->clip_depth);
@@ -215,7 +235,7 @@ static void restore_raster(const stp_gl_state *s)
     for (int i = 0; i < COUNT(capabilities); i++)
         enable(capabilities[i].name, s->capabilities[i]);
     for (int i = 0; i < s->draw_buffer_count; i++) {
-        enable_indexed(GL_BLEND, i, s->blend[i]);
+        restore_blend(&s->blend[i], (GLuint)i);
         restore_colour_mask(s, i);
     }
     restore_viewports(s);
@@ -271,8 +291,7 @@ void stp_gl_state_leave(const stp_gl_state *host)
     restore_bindings(host);
     if (host->feedback_paused)
         glResumeTransformFeedback();
-    while (glGetError() != GL_NO_ERROR) /* as of a program that the host deleted meanwhile */
-        continue;
+    discard_errors(); /* as of a program that the host deleted while it was in use */
 }
 
 bool stp_gl_state_enabled(const stp_gl_state *host, GLenum capability)

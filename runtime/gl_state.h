@@ -30,13 +30,19 @@ typedef struct stp_gl_image {
     GLint texture, level, layered, layer, access, format;
 } stp_gl_image;
 
+typedef struct stp_gl_blend {
+    GLboolean on;
+    GLint source[2], target[2], equation[2]; /* of colour, of alpha */
+} stp_gl_blend;
+
 typedef struct stp_gl_unit {
     GLint flat, buffer, sampler; /* what is bound to GL_TEXTURE_2D, to GL_TEXTURE_BUFFER; sampler */
 } stp_gl_unit;
 
 typedef struct stp_gl_state {
     GLboolean capabilities[STP_GL_CAPABILITIES]; /* in the order of gl_state.c's table */
-    GLboolean blend[STP_GL_DRAW_BUFFERS], colour_mask[STP_GL_DRAW_BUFFERS][4];
+    GLboolean colour_mask[STP_GL_DRAW_BUFFERS][4];
+    stp_gl_blend blend[STP_GL_DRAW_BUFFERS];
     GLboolean scissor_test[STP_GL_VIEWPORTS];
     GLfloat viewport[STP_GL_VIEWPORTS][4];
     GLint scissor[STP_GL_VIEWPORTS][4];

@@ -121,6 +121,7 @@ static void set_raster(void)
     for (GLuint i = 0; i < 8; i++) {
         glColorMaski(i, i % 2 == 1, GL_FALSE, i % 3 == 1, GL_FALSE);
         glBlendFunci(i, GL_ZERO, i % 2 ? GL_ONE : GL_DST_ALPHA);
+        glBlendEquationi(i, i % 2 ? GL_MAX : GL_FUNC_REVERSE_SUBTRACT);
     }
     glDisablei(GL_BLEND, 3);
     glDisablei(GL_SCISSOR_TEST, 5);
