@@ -394,7 +394,7 @@ static void linear_light(void **state)
     check_ok(stp_view_from_matrices(&view, s.model_view, s.projection, &ball, W, H, err));
     for (int k = 0; k < 2; k++) {
         const stp_target target = {.linear_light = k == 1};
-        const stp_draw_params params = {.load_ms = 1.0};
+        const stp_draw_params params = {.every_sample = true};
         begin_scene(&s);
         check_ok(stp_renderer_draw_into(f->renderer, &view, &params, &target, NULL, err));
         out[k] = read_back(&s);
