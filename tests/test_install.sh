@@ -67,7 +67,7 @@ test_completion() {
     expect_words 'scan random' stipple gen --order =
     expect_words '' stipple prep -o ''
     expect_words '' stipple prep --neighbours ''
-    expect_words 'verify view' stipple help v
+    expect_words 'verify' stipple help ve
     for name in $commands; do
         [ "$(complete_words stipple "$name" | tr ' ' '\n' | head -1)" = "$name" ] ||
             fail "$name is not completed"
