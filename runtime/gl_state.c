@@ -1,6 +1,10 @@
 /* The host's OpenGL state, kept and given back; and ours. */
 #include "runtime/gl_state.h"
 
+#include "runtime/gpu_layout.h"
+
+_Static_assert((int)STP_UNIT_COUNT <= (int)STP_GL_UNITS, "every unit in use is kept");
+
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 /* All capabilities that change what we draw, and what we want of each. */

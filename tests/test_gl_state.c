@@ -358,7 +358,7 @@ static void drawing_into(void **state)
         }
         gl_dump before = gl_dump_take();
         for (int k = 0; k < 3; k++) {
-            stp_draw_params params = {.stream = k == 1};
+            stp_draw_params params = {.stream = k == 1, .fade = k == 1 ? 0.5 : 0.0};
             params.lod = k == 2 ? STP_LOD_COMPUTE : STP_LOD_GEOMETRY;
             check_ok(stp_renderer_draw_into(f.renderer, &view, &params, NULL, NULL, err));
             check_same(&before, "drawing into the host's framebuffer");
