@@ -1,6 +1,8 @@
 /* Cameras as JSON: eye look up fovy_deg (or height, orthographic) and size. */
 #include "runtime/camera.h"
 
+#include "base/vec.h"
+
 #include "base/file.h"
 #include "base/memory.h"
 

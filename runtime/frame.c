@@ -109,7 +109,7 @@ static void begin_pass(stp_renderer *r, bool first)
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
-    if (d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+    if (!d->counts || d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
@@ -129,7 +129,8 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     upload_records(r, draws, count);
     begin_pass(r, first);
     count_emitted(r, d);
-    glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
+    if (d->counts)
+        glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
     status = stp_project_draw(&r->project,
                               &(stp_project_params){.scene = &r->scene,
                                                     .cache = r->cache,
@@ -140,9 +141,11 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
                                                     .sight = &r->sight,
                                                     .lod = d->params->lod,
                                                     .pyramid = &r->pyramid,
-                                                    .first = first},
+                                                    .first = first,
+                                                    .waits = d->waits},
                               &d->stats.points_drawn, err);
-    glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (d->counts)
+        glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
@@ -284,7 +287,8 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
     stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->keep_pixels && d->levels > 0)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
-    glFinish();
+    if (d->waits)
+        glFinish();
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);

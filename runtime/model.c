@@ -64,6 +64,21 @@ void stp_model_close(stp_model **model)
     *model = NULL;
 }
 
+stp_ball stp_model_ball(const stp_model *model)
+{
+    return model->ball;
+}
+
+stp_dbox stp_model_box(const stp_model *model)
+{
+    return model->info->box;
+}
+
+uint64_t stp_model_point_count(const stp_model *model)
+{
+    return model->info->point_count;
+}
+
 uint64_t stp_model_gpu_bytes(const stp_model *model)
 {
     uint64_t bytes = 0;

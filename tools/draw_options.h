@@ -3,6 +3,7 @@
 #ifndef STP_TOOLS_DRAW_OPTIONS_H
 #define STP_TOOLS_DRAW_OPTIONS_H
 
+#include "runtime/model.h"
 #include "runtime/stipple.h"
 #include "tools/camera_options.h"
 
