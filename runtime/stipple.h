@@ -77,7 +77,7 @@ typedef struct stp_draw_params {
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
     double load_ms;   /* 0: waits until the cut is complete; else loads for about so long */
-    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels */
+    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels or normals */
     bool timed;       /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
@@ -135,6 +135,16 @@ stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *e
  * is. Errors: INVALID_ARGUMENT (outside the picture), GL. */
 stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *depth,
                                  stp_error *err);
+
+/* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
+ * Errors: LIMIT (2 GiB of them), GL. */
+stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_error *err);
+
+/* Normals of the last picture, which was drawn with keep_pixels: width * height * 3 floats, bottom
+ * row first, unit vectors in the world's axes, turned to the viewer where both sides are drawn;
+ * 0 0 0 where nothing is. Errors: INVALID_ARGUMENT (drawn without keep_pixels), OUT_OF_MEMORY, GL.
+ */
+stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);
