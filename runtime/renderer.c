@@ -367,7 +367,9 @@ static stp_status draw_waiting(stp_renderer *r, drawing *d, stp_error *err)
             begin = 0;
             continue;
         }
-        if (loaded == 0 && r->cut.draw_count > begin)
+        if (loaded == 0 && r->cut.draw_count > begin) /* what is there and comes later was held */
+            STP_TRY(load_draws(r, d, r->cut.draws + begin, 1, &loaded, &damaged, err));
+        if (loaded == 0 && !damaged && r->cut.draw_count > begin)
             return stp_error_set(err, STP_LIMIT,
                                  "%s: chunk %u does not fit in the GPU memory given: give a larger "
                                  "--gpu-memory",
