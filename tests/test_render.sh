@@ -107,7 +107,7 @@ test_budget() {
     render "$model" --size 256x256 --lod full --stats "$FOLDER/stats.json"
     keep full
     [ "$(stat_of passes)" = 1 ] || fail "$command: $(stat_of passes) passes with 1 GiB"
-    for memory in 2500K 4M; do
+    for memory in 4M 6M; do
         for lod in full geometry cpu compute; do
             render "$model" --size 256x256 --lod $lod --threshold 0 --gpu-memory $memory \
                 --stats "$FOLDER/stats.json"
@@ -118,7 +118,7 @@ test_budget() {
             [ "$(stat_of cut_complete)" = true ] || fail "$command: the cut is not complete"
         done
     done
-    render "$model" --size 256x256 --cpu-memory 1
+    render "$model" --size 256x256 --cpu-memory 12M
     same_picture plain
     rm "$picture"
     render "$model" --gpu-memory 1K

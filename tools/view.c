@@ -18,9 +18,8 @@ const cli_command cli_view = {
     .run = run,
 };
 
-/* Loading between two frames, while the hand moves and while it rests. */
-#define LOAD_MOVING_MS 20.0
-#define LOAD_RESTING_MS 80.0
+/* How long to wait for an event while chunks are on their way. */
+#define LOADING_S 0.004
 /* How long to wait for an event before looking at the shader folder and for Ctrl-C. */
 #define WAIT_S 0.25
 #define TITLE_BYTES 512
@@ -33,7 +32,7 @@ typedef struct viewer {
     stp_renderer *renderer;
     view_control control;
     stp_draw_stats stats; /* of the last frame */
-    bool loading;         /* the last frame brought chunks, so the next will show more */
+    bool loading;         /* chunks are on their way */
     bool quiet, said_damage;
     uint64_t shader_state;
 } viewer;
@@ -126,14 +125,12 @@ static stp_status draw_frame(viewer *v, int width, int height, stp_error *err)
 {
     stp_status status = STP_OK;
     view_control *c = &v->control;
-    uint64_t read = stp_renderer_bytes_read(v->renderer);
-    c->params.load_ms = c->drag != VIEW_REST ? LOAD_MOVING_MS : LOAD_RESTING_MS;
+    c->params.stream = true;
     STP_TRY(stp_view_create(&c->view, &c->camera, &c->ball, width, height, err));
     STP_TRY(stp_renderer_draw(v->renderer, &c->view, &c->params, &v->stats, err));
     stp_renderer_present(v->renderer, 0, width, height);
     stp_window_present(v->window);
-    /* where the budget is full, or chunks are damaged, some stay missing */
-    v->loading = stp_renderer_bytes_read(v->renderer) > read;
+    v->loading = v->stats.chunks_loading > 0;
     show_title(v);
     show_damage(v);
 done:
@@ -162,7 +159,7 @@ static stp_status loop(viewer *v, stp_error *err)
     while (!c->wants_quit && !cli_interrupted()) {
         stp_window_event event;
         int width = 0, height = 0;
-        stp_window_wait(v->window, c->changed || v->loading ? 0.0 : WAIT_S);
+        stp_window_wait(v->window, c->changed ? 0.0 : v->loading ? LOADING_S : WAIT_S);
         while (stp_window_next(v->window, &event))
             view_control_handle(c, &event);
         reload_shaders(v);
@@ -174,10 +171,9 @@ static stp_status loop(viewer *v, stp_error *err)
         c->wants_range = false;
         stp_window_size(v->window, &width, &height);
         bool seen = width > 0 && height > 0;
-        if (seen && !c->wants_quit && (c->changed || v->loading))
+        c->changed = c->changed || (v->loading && stp_renderer_has_news(v->renderer));
+        if (seen && !c->wants_quit && c->changed)
             STP_TRY(draw_frame(v, width, height, err));
-        else
-            v->loading = false; /* what is minimised waits */
         c->changed = false;
     }
 done:
