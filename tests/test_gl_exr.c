@@ -21,8 +21,8 @@ static stp_view view_of(const stp_camera *c, const stp_model *model)
     return view;
 }
 
-/* Where the ray of a pixel (y upwards) meets the unit sphere about the origin; false where the square
- * of half its way through it is below `rim`. */
+/* Where the ray of a pixel (y upwards) meets the unit sphere about the origin; false where the
+ * square of half its way through it is below `rim`. */
 static bool meet_sphere(const stp_view *v, int x, int y, double rim, stp_dvec3 *at, double *depth)
 {
     double u = x + 0.5 - 0.5 * v->width, w = y + 0.5 - 0.5 * v->height;
