@@ -5,20 +5,21 @@
 #include "runtime/shader.h"
 
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
-                                  const char *defines, stp_error *err)
+                                  const char *defines, bool fade, stp_error *err)
 {
     stp_reconstruct_programs p = {0};
-    GLuint *const programs[5] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade};
-    static const char *const files[5] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
-                                         "shade.frag"};
+    GLuint *const programs[6] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade, &p.fade};
+    static const char *const files[6] = {"resolve.frag", "pull.frag",  "push.frag",
+                                         "finish.frag",  "shade.frag", "fade.frag"};
     stp_status status = STP_OK;
-    for (int i = 0; i < 5; i++)
+    for (int i = 0; i < (fade ? 6 : 5); i++)
         STP_TRY(stp_program_create(programs[i],
                                    &(stp_program_params){.vertex = "screen.vert",
                                                          .fragment = files[i],
                                                          .defines = defines,
                                                          .folder = folder},
                                    err));
+    p.marks = fade;
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -33,6 +34,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->push);
     glDeleteProgram(p->finish);
     glDeleteProgram(p->shade);
+    glDeleteProgram(p->fade);
     *p = (stp_reconstruct_programs){0};
 }
 
@@ -86,10 +88,14 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
                             int levels, const stp_tiles *tiles)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->picture_frame);
+    static const GLuint no_mark[4] = {0, 0, 0, 0};
+    glBindFramebuffer(GL_FRAMEBUFFER,
+                      programs->marks ? pyramid->marked_frame : pyramid->picture_frame);
     glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
     glClearBufferfv(GL_COLOR, 1, empty);
+    if (programs->marks)
+        glClearBufferuiv(GL_COLOR, 2, no_mark);
     glUseProgram(levels > 0 ? programs->finish : programs->shade);
     if (levels > 0)
         bind_push(pyramid, 0, levels);

@@ -9,13 +9,14 @@
 #include <stdbool.h>
 
 typedef struct stp_reconstruct_programs {
-    GLuint resolve, pull, push, finish, shade;
+    GLuint resolve, pull, push, finish, shade, fade;
+    bool marks; /* of the variant: pictures are marked for fading */
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
  * GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
-                                  const char *defines, stp_error *err);
+                                  const char *defines, bool fade, stp_error *err);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* Nearest samples to level 0 as pulled. The first pass of a frame empties what it does not cover;

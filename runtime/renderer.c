@@ -24,7 +24,7 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
     stp_status status = stp_project_create(&project, r->shader_folder, defines, err);
     if (status != STP_OK)
         return status;
-    status = stp_reconstruct_create(&reconstruct, r->shader_folder, defines, err);
+    status = stp_reconstruct_create(&reconstruct, r->shader_folder, defines, variant->fade, err);
     if (status != STP_OK) {
         stp_project_destroy(&project);
         return status;
@@ -49,6 +49,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
+        .fade = params->fade > 0.0,
     };
     if (r->project.patch_program != 0 && stp_variant_equal(&variant, &r->variant))
         return STP_OK;
@@ -146,6 +147,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
     stp_sight_destroy(&r->sight);
+    stp_fade_destroy(&r->fade);
     stp_chunk_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     stp_pool_destroy(&r->pool);
@@ -218,6 +220,8 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     set_state(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();
+    if (settles || !params->stream)
+        stp_fade_forget(&r->fade);
     if (settles) {
         STP_TRY(stp_settle_step(r, &d, err));
     } else {

@@ -77,6 +77,9 @@ typedef struct stp_draw_params {
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
+    /* While streaming: share of a level change that a frame still shows of the last one, so that it
+     * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
+    double fade;
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     uint32_t hidden_models; /* bit i: model i is not drawn */
     bool keep_pixels;       /* finish level 0 of the pyramid too: for normals */
@@ -95,6 +98,7 @@ typedef struct stp_draw_stats {
     uint32_t passes;
     int pyramid_levels;
     bool cut_complete;
+    bool fading;       /* the next frame shows less of level changes */
     bool every_sample; /* nothing finer is in the model's files */
 } stp_draw_stats;
 
