@@ -287,6 +287,9 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
     stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->keep_pixels && d->levels > 0)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    const stp_pyramid_level *level = &r->pyramid.levels[0];
+    const GLuint *pixels = d->levels > 0 ? level->finished : level->pulled;
+    r->kept = d->params->keep_pixels ? pixels : NULL;
     if (d->waits)
         glFinish();
     count_emitted(r, d);

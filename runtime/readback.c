@@ -2,6 +2,7 @@
 #include "runtime/gl_context.h"
 #include "runtime/gl_state.h"
 #include "runtime/pick.h"
+#include "runtime/pixel_read.h"
 #include "runtime/renderer_parts.h"
 
 stp_status stp_renderer_read(stp_renderer *r, uint8_t *rgba, stp_error *err)
@@ -26,6 +27,34 @@ stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, st
     glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
                          depth);
     stp_status status = stp_gl_check("reading a depth", err);
+    stp_gl_state_leave(&host);
+    return status;
+}
+
+stp_status stp_renderer_read_depth(stp_renderer *r, float *depth, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    const size_t bytes = (size_t)p->width * (size_t)p->height * sizeof *depth;
+    stp_gl_state host;
+    if (bytes > INT32_MAX)
+        return stp_error_set(err, STP_LIMIT, "%d x %d depths are too many to read at once",
+                             p->width, p->height);
+    stp_gl_state_enter(&host);
+    glGetTextureImage(p->picture_depth, 0, GL_RED, GL_FLOAT, (GLsizei)bytes, depth);
+    stp_status status = stp_gl_check("reading depths", err);
+    stp_gl_state_leave(&host);
+    return status;
+}
+
+stp_status stp_renderer_read_normals(stp_renderer *r, float *xyz, stp_error *err)
+{
+    stp_gl_state host;
+    if (r->kept == NULL)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the last picture was not drawn with keep_pixels: its normals are "
+                             "gone");
+    stp_gl_state_enter(&host);
+    stp_status status = stp_pixel_read_normals(r->kept, &r->frame, xyz, err);
     stp_gl_state_leave(&host);
     return status;
 }

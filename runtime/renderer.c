@@ -247,6 +247,7 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (settles) {
         STP_TRY(stp_settle_step(r, d, err));
     } else {
+        r->kept = NULL;
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));
         STP_TRY(stp_frame_draw(r, d, r->moves ? &ahead : NULL, err));

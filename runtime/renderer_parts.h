@@ -62,6 +62,7 @@ struct stp_renderer {
     stp_variant variant; /* what the programs are compiled for */
     stp_gpu_frame frame; /* of the last picture */
     stp_dvec3 eye;
+    const GLuint *kept; /* likewise: its finished pixels where keep_pixels asked for them */
 };
 
 /* One picture in the making. */
