@@ -1,4 +1,5 @@
 /* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
+#include "runtime/filter.h"
 #include "runtime/renderer_parts.h"
 
 #include "base/clock.h"
@@ -237,6 +238,7 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
         stp_gpu_frame frame = stp_gpu_frame_from_view(ahead);
         memcpy(frame.quality, r->frame.quality, 2 * sizeof *frame.quality);
         frame.modes[1] = r->frame.modes[1];
+        stp_filter_place(&frame, d->params, &ahead->eye);
         STP_TRY(stp_frame_select(r, d, &r->ahead_cut, &frame, ahead->eye, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

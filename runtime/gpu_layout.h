@@ -29,14 +29,20 @@ enum {
     STP_UNIFORM_FADE_F = 11
 };
 
+/* Words of a bit set of all classes. */
+#define STP_CLASS_WORDS 8
+
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
     float axis_right[4], axis_up[4], axis_back[4];
-    float viewport[4];     /* width, height, f, near depth */
-    float frustum[4];      /* side planes: x's (cos, sin), y's (cos, sin) */
-    float quality[4];      /* threshold, radius cap in pixels; ball near, far */
-    float colour_range[4]; /* low end (elevation: relative to the eye), 1 / (high - low), -, - */
-    int32_t modes[4];      /* orthographic, keep back faces */
+    float viewport[4]; /* width, height, f, near depth */
+    float frustum[4];  /* side planes: x's (cos, sin), y's (cos, sin) */
+    float quality[4];  /* threshold, radius cap in pixels; ball near, far */
+    /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
+    float colour_range[4];
+    int32_t modes[4];                 /* orthographic, keep back faces, clipped */
+    float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
+    uint32_t hidden[STP_CLASS_WORDS]; /* bit set of the classes that are not drawn */
 } stp_gpu_frame;
 
 /* Relative to the chunk's origin. */
@@ -65,7 +71,7 @@ typedef struct stp_gpu_chunk {
     uint32_t unused[2];
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 128, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_frame) == 192, "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 

@@ -67,6 +67,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
     p.picture_mark = create_texture(GL_R8UI, width, height);
     p.marked_frame = create_frame((GLuint[]){p.picture, p.picture_depth, p.picture_mark}, 3);
+    p.light_frame = create_frame(&p.picture, 1);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
         *pyramid = p;
@@ -77,7 +78,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[3] = {p->nearest_frame, p->picture_frame, p->marked_frame};
+    const GLuint frames[4] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame};
     const GLuint textures[6] = {p->nearest, p->nearest_depth, p->scatter_depth,
                                 p->picture, p->picture_depth, p->picture_mark};
     if (p->width == 0)
@@ -88,7 +89,7 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].pulled);
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
-    glDeleteFramebuffers(3, frames);
+    glDeleteFramebuffers(4, frames);
     glDeleteTextures(6, textures);
     *p = (stp_pyramid){0};
 }

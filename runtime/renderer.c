@@ -5,7 +5,9 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "runtime/filter.h"
 #include "runtime/gl_context.h"
+#include "runtime/pick.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -23,7 +25,7 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
     stp_status status = stp_project_create(&project, r->shader_folder, defines, err);
     if (status != STP_OK)
         return status;
-    status = stp_reconstruct_create(&reconstruct, r->shader_folder, defines, variant->fade, err);
+    status = stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err);
     if (status != STP_OK) {
         stp_project_destroy(&project);
         return status;
@@ -44,6 +46,10 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
         .keep_back_faces = params->keep_back_faces,
+        .clip = params->clip.enabled,
+        .classes = stp_filter_hides_classes(params),
+        .overlay = stp_filter_has_overlay(params),
+        .edl = params->edl > 0.0,
         .colour = (int)params->colour,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
@@ -176,6 +182,7 @@ static void set_frame(stp_renderer *r, const stp_drawing *d)
     r->frame.modes[1] = params->keep_back_faces;
     r->eye = d->view->eye;
     stp_colour_range_place(r->frame.colour_range, params, &r->eye);
+    stp_filter_place(&r->frame, params, &r->eye);
 }
 
 /* Pipeline state of all passes. Depth runs from 1, near, to 0. */
@@ -207,6 +214,7 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     stp_drawing d = {.view = view, .params = params};
     stp_view ahead;
     double begun = stp_clock_seconds();
+    STP_TRY(stp_filter_check(params, err));
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
     r->still = same && memcmp(params, &r->drawn, sizeof *params) == 0;
@@ -257,6 +265,50 @@ stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, st
     glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
                          depth);
     return stp_gl_check("reading a depth", err);
+}
+
+/* The finished pixel of the last picture, in the pyramid again. */
+static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (r->settling.phase == STP_SETTLE_RUNS) { /* its passes have begun to take level 0's place */
+        stp_view view = r->motion.last;
+        stp_draw_params params = r->drawn;
+        r->motion.known = false;
+        STP_TRY(stp_renderer_draw(r, &view, &params, NULL, err));
+    }
+    if (r->last.pyramid_levels > 0) {
+        set_state(r);
+        stp_reconstruct_keep_pixel(&r->reconstruct, &r->pyramid, r->last.pyramid_levels, &r->tiles,
+                                   x, y);
+    }
+done:
+    return status;
+}
+
+stp_status stp_renderer_pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pyramid *p = &r->pyramid;
+    if (x < 0 || y < 0 || x >= p->width || y >= p->height)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
+                             y);
+    if (!stp_pick_choose(p, &x, &y)) {
+        *out = (stp_pick){.chunk = STP_CHUNK_NONE, .level = -1};
+        return stp_gl_check("picking", err);
+    }
+    STP_TRY(finish_pixel(r, x, y, err));
+    STP_TRY(stp_pick_find(out,
+                          &(stp_pick_params){.pyramid = p,
+                                             .texture = stp_chunk_cache_texture(r->cache),
+                                             .frame = &r->frame,
+                                             .eye = r->eye,
+                                             .levels = r->last.pyramid_levels,
+                                             .x = x,
+                                             .y = y},
+                          err));
+done:
+    return status;
 }
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)

@@ -11,12 +11,13 @@ typedef struct draw_options {
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, shade, colour, palette;
-    const char *colour_range;
+    const char *colour_range, *clip, *classes, *hidden_classes;
+    double edl, overlay;
     uint64_t gpu_memory, cpu_memory, cache_bytes;
-    bool has_threshold;
+    bool has_threshold, back_faces;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 14)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 20)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
@@ -34,8 +35,9 @@ void draw_options_word(const char *words, int index, char out[16]);
 /* Opens a model, a path or an address. Errors: those of stp_model_open_at. */
 stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
                              stp_error *err);
-/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or no
- * range is given), those of reading the model's root. */
+/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or a
+ * range, clip box, list of classes, overlay or strength is none), those of reading the model's
+ * root. */
 stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
