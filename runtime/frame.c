@@ -252,6 +252,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
                                  stp_error *err)
 {
     stp_status status = STP_OK;
+    bool came = stp_chunk_cache_has_news(r->cache);
     STP_TRY(stp_chunk_cache_update(r->cache, r->stamp, err));
     r->stamp++;
     STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
@@ -263,6 +264,10 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     stp_frame_finish(r, d, stp_frame_radius_px(r, r->cut.draws, r->cut.draw_count));
+    if (r->reconstruct.marks)
+        STP_TRY(stp_fade_apply(&r->fade, r->reconstruct.fade, &r->pyramid, &r->tiles, &r->frame,
+                               r->eye, d->params->fade, !r->still || came, err));
+    d->stats.fading = r->fade.left > 0;
 done:
     return status;
 }

@@ -6,20 +6,30 @@
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err)
 {
-    stp_reconstruct_programs p = {0};
-    GLuint *const programs[6] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade, &p.edl};
-    static const char *const files[6] = {"resolve.frag", "pull.frag",  "push.frag",
-                                         "finish.frag",  "shade.frag", "edl.frag"};
+    stp_reconstruct_programs p = {.marks = variant->fade};
+    const struct {
+        GLuint *program;
+        const char *file;
+        bool wanted;
+    } parts[] = {
+        {&p.resolve, "resolve.frag", true}, {&p.pull, "pull.frag", true},
+        {&p.push, "push.frag", true},       {&p.finish, "finish.frag", true},
+        {&p.shade, "shade.frag", true},     {&p.fade, "fade.frag", variant->fade},
+        {&p.edl, "edl.frag", variant->edl},
+    };
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (int i = 0; i < (variant->edl ? 6 : 5); i++)
-        STP_TRY(stp_program_create(programs[i],
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        if (!parts[i].wanted)
+            continue;
+        STP_TRY(stp_program_create(parts[i].program,
                                    &(stp_program_params){.vertex = "screen.vert",
-                                                         .fragment = files[i],
+                                                         .fragment = parts[i].file,
                                                          .defines = defines,
                                                          .folder = folder},
                                    err));
+    }
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -34,6 +44,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->push);
     glDeleteProgram(p->finish);
     glDeleteProgram(p->shade);
+    glDeleteProgram(p->fade);
     glDeleteProgram(p->edl);
     *p = (stp_reconstruct_programs){0};
 }
@@ -102,10 +113,14 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
                             int levels, const stp_tiles *tiles)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->picture_frame);
+    static const GLuint no_mark[4] = {0, 0, 0, 0};
+    glBindFramebuffer(GL_FRAMEBUFFER,
+                      programs->marks ? pyramid->marked_frame : pyramid->picture_frame);
     glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
     glClearBufferfv(GL_COLOR, 1, empty);
+    if (programs->marks)
+        glClearBufferuiv(GL_COLOR, 2, no_mark);
     glUseProgram(levels > 0 ? programs->finish : programs->shade);
     if (levels > 0)
         bind_push(pyramid, 0, levels);

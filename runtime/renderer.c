@@ -54,6 +54,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
+        .fade = params->fade > 0.0,
     };
     if (r->project.patch_program != 0 && stp_variant_equal(&variant, &r->variant))
         return STP_OK;
@@ -151,6 +152,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
     stp_sight_destroy(&r->sight);
+    stp_fade_destroy(&r->fade);
     stp_chunk_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     stp_pool_destroy(&r->pool);
@@ -225,6 +227,8 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     set_state(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();
+    if (settles || !params->stream)
+        stp_fade_forget(&r->fade);
     if (settles) {
         STP_TRY(stp_settle_step(r, &d, err));
     } else {

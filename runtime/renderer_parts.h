@@ -4,6 +4,7 @@
 
 #include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
+#include "runtime/fade.h"
 #include "runtime/motion.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
@@ -51,6 +52,7 @@ struct stp_renderer {
     bool still;            /* view and parameters are those of the last frame */
     uint64_t drawn_stamp;  /* of the last cut that was drawn */
     stp_settling settling;
+    stp_fade fade;
     stp_gpu_chunk *chunk_records; /* by slot */
     stp_want *wants;
     size_t want_capacity;
