@@ -15,6 +15,9 @@ typedef struct stp_model {
 
 /* Reads the directory, no chunk. Errors: those of stp_chunk_file_open and stp_chunk_file_entry. */
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
+/* The same with what stp_chunk_file_open_at takes for addresses. */
+stp_status stp_model_open_at(stp_model **out, const char *path,
+                             const stp_byte_source_params *params, stp_error *err);
 void stp_model_close(stp_model **model);
 
 /* Bytes of samples and patches that all chunks need on the GPU. */

@@ -65,9 +65,9 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
     p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
-    p.light_frame = create_frame(&p.picture, 1);
     p.picture_mark = create_texture(GL_R8UI, width, height);
     p.marked_frame = create_frame((GLuint[]){p.picture, p.picture_depth, p.picture_mark}, 3);
+    p.light_frame = create_frame(&p.picture, 1);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
         *pyramid = p;
@@ -78,7 +78,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[4] = {p->nearest_frame, p->picture_frame, p->light_frame, p->marked_frame};
+    const GLuint frames[4] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame};
     const GLuint textures[6] = {p->nearest, p->nearest_depth, p->scatter_depth,
                                 p->picture, p->picture_depth, p->picture_mark};
     if (p->width == 0)

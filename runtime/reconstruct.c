@@ -6,30 +6,23 @@
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err)
 {
+    static const char *const files[7] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
+                                         "shade.frag",   "edl.frag",  "fade.frag"};
     stp_reconstruct_programs p = {.marks = variant->fade};
-    const struct {
-        GLuint *program;
-        const char *file;
-        bool wanted;
-    } parts[] = {
-        {&p.resolve, "resolve.frag", true}, {&p.pull, "pull.frag", true},
-        {&p.push, "push.frag", true},       {&p.finish, "finish.frag", true},
-        {&p.shade, "shade.frag", true},     {&p.fade, "fade.frag", variant->fade},
-        {&p.edl, "edl.frag", variant->edl},
-    };
+    GLuint *const programs[7] = {&p.resolve, &p.pull, &p.push, &p.finish,
+                                 &p.shade,   &p.edl,  &p.fade};
+    const bool wanted[7] = {true, true, true, true, true, variant->edl, variant->fade};
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-        if (!parts[i].wanted)
-            continue;
-        STP_TRY(stp_program_create(parts[i].program,
-                                   &(stp_program_params){.vertex = "screen.vert",
-                                                         .fragment = parts[i].file,
-                                                         .defines = defines,
-                                                         .folder = folder},
-                                   err));
-    }
+    for (int i = 0; i < 7; i++)
+        if (wanted[i])
+            STP_TRY(stp_program_create(programs[i],
+                                       &(stp_program_params){.vertex = "screen.vert",
+                                                             .fragment = files[i],
+                                                             .defines = defines,
+                                                             .folder = folder},
+                                       err));
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:

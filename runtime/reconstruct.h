@@ -11,8 +11,8 @@
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
-    GLuint fade, edl; /* 0: not asked for */
-    bool marks;       /* of the variant: pictures are marked for fading */
+    GLuint edl, fade; /* 0: not asked for */
+    bool marks;       /* pictures are marked for fading */
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
