@@ -14,4 +14,8 @@ struct stp_model {
     stp_ball ball;
 };
 
+/* stp_model_open with what stp_chunk_file_open_at takes for addresses. */
+stp_status stp_model_open_at(stp_model **out, const char *path,
+                             const stp_byte_source_params *params, stp_error *err);
+
 #endif

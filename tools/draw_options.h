@@ -9,15 +9,15 @@
 
 typedef struct draw_options {
     camera_options camera;
-    const char *shader_folder;
+    const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, shade, colour, palette;
     const char *colour_range;
-    uint64_t gpu_memory, cpu_memory;
+    uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 12)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 14)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
@@ -32,6 +32,9 @@ draw_options draw_options_default(void);
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 /* One word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
+/* Opens a model, a path or an address. Errors: those of stp_model_open_at. */
+stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+                             stp_error *err);
 /* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or no
  * range is given), those of reading the model's root. */
 stp_status draw_options_params(const draw_options *o, const stp_model *model,

@@ -5,6 +5,7 @@
 #include "formats/image/image.h"
 #include "runtime/gl_context.h"
 #include "tools/draw_options.h"
+#include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
 #include <epoxy/gl.h>
@@ -54,7 +55,7 @@ static double quantile(double *values, size_t count, double q)
     return values[at];
 }
 
-static cJSON *stats_json(measured *m, uint64_t bytes_read)
+static cJSON *stats_json(measured *m, const stp_model *model, uint64_t bytes_read)
 {
     cJSON *json = cJSON_CreateObject();
     cJSON *frame = cJSON_AddObjectToObject(json, "frame_ms");
@@ -75,6 +76,7 @@ static cJSON *stats_json(measured *m, uint64_t bytes_read)
     cJSON_AddNumberToObject(json, "passes", m->last.passes);
     cJSON_AddNumberToObject(json, "pyramid_levels", m->last.pyramid_levels);
     cJSON_AddNumberToObject(json, "bytes_read", (double)bytes_read);
+    source_options_stats(json, model->file);
     cJSON_AddStringToObject(json, "gl_renderer", (const char *)glGetString(GL_RENDERER));
     return json;
 }
@@ -160,7 +162,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats};
     const char *const inputs[] = {path, o->draw.camera.path};
     STP_TRY(cli_check_outputs(outputs, inputs, 2, o->force, err));
-    STP_TRY(stp_model_open(&model, path, err));
+    STP_TRY(draw_options_open(&o->draw, path, &model, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
     STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
     STP_TRY(draw_options_params(&o->draw, model, &drawn, err));
@@ -171,8 +173,9 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
     STP_TRY(save(o, renderer, &view, err));
     if (o->stats != NULL)
-        STP_TRY(cli_write_json(o->stats, stats_json(&m, stp_renderer_bytes_read(renderer)),
+        STP_TRY(cli_write_json(o->stats, stats_json(&m, model, stp_renderer_bytes_read(renderer)),
                                o->force, err));
+    source_options_warn(&cli_render, common, model->file);
     if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
         fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
                 stp_renderer_damage(renderer));

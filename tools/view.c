@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "runtime/window/window.h"
 #include "tools/draw_options.h"
+#include "tools/source_options.h"
 #include "tools/view_control.h"
 #include "tools/view_watch.h"
 
@@ -184,7 +185,9 @@ static stp_status open_viewer(viewer *v, const char *path, const cli_common *com
 {
     stp_status status = STP_OK;
     int size[2];
-    STP_TRY(stp_model_open(&v->model, path, err));
+    STP_TRY(draw_options_open(v->options, path, &v->model, err));
+    const char *name = stp_chunk_file_path(v->model->file), *slash = strrchr(name, '/');
+    v->name = slash != NULL && slash[1] != '\0' ? slash + 1 : name;
     v->control.ball = v->model->ball;
     v->control.colours = colours_of(v->model);
     STP_TRY(draw_options_camera(v->options, v->model, &v->control.camera, size, err));
@@ -203,14 +206,11 @@ static stp_status view(const draw_options *o, const cli_common *common, const ch
                        stp_error *err)
 {
     stp_status status = STP_OK;
-    const char *slash = strrchr(path, '/');
-    viewer v = {.options = o,
-                .name = slash != NULL && slash[1] != '\0' ? slash + 1 : path,
-                .quiet = common->quiet,
-                .control = {.depth = depth_under}};
+    viewer v = {.options = o, .quiet = common->quiet, .control = {.depth = depth_under}};
     v.control.context = &v;
     STP_TRY(open_viewer(&v, path, common, err));
     STP_TRY(loop(&v, err));
+    source_options_warn(&cli_view, common, v.model->file);
 done:
     stp_renderer_destroy(&v.renderer);
     stp_window_destroy(&v.window);
