@@ -53,8 +53,9 @@ extern "C" {
 /* A chunk file opened for drawing: its directory in memory. */
 typedef struct stp_model stp_model;
 
-/* Reads the directory, no chunk. path: copied. Errors: NOT_FOUND, IO, FORMAT (not a chunk file),
- * VERSION (made by a newer stipple), CORRUPT (where, and what was found), OUT_OF_MEMORY. */
+/* Reads the directory, no chunk. path, or an http(s):// address: copied. Errors: NOT_FOUND, IO,
+ * FORMAT (not a chunk file), VERSION (made by a newer stipple), CORRUPT (where, and what was
+ * found), OUT_OF_MEMORY. */
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
 /* After the renderers that draw it. */
 void stp_model_close(stp_model **model);
