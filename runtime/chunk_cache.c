@@ -460,12 +460,18 @@ stp_status stp_chunk_cache_load(stp_chunk_cache *c, stp_cache_load *l, stp_error
 
 /* ---- creation ---- */
 
+/* One a model. */
+static void list_roots(const stp_chunk_cache *c, stp_want roots[STP_SCENE_MODELS_LIMIT])
+{
+    for (size_t i = 0; i < c->scene->model_count; i++)
+        roots[i] = (stp_want){c->scene->models[i].first, 0};
+}
+
 static stp_status load_roots(stp_chunk_cache *c, stp_error *err)
 {
     stp_want roots[STP_SCENE_MODELS_LIMIT];
     stp_cache_load load = {.wants = roots, .count = c->scene->model_count, .stamp = 1};
-    for (size_t i = 0; i < c->scene->model_count; i++)
-        roots[i] = (stp_want){c->scene->models[i].first, 0};
+    list_roots(c, roots);
     stp_status status = stp_chunk_cache_load(c, &load, err);
     if (status == STP_OK && load.damaged)
         status = stp_error_set(err, STP_CORRUPT, "%s", c->damage);
@@ -500,6 +506,7 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
 {
     stp_status status = STP_OK;
     stp_chunk_cache *c = NULL;
+    stp_want roots[STP_SCENE_MODELS_LIMIT];
     stp_budget b;
     STP_TRY(stp_budget_plan(&b, params->scene, params->gpu_bytes, params->cpu_bytes,
                             params->thread_count, err));
@@ -507,9 +514,6 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
     c->scene = params->scene;
     c->budget = b;
     STP_TRY(create_tables(c, err));
-    STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
-                                      b.slot_capacity, err));
-    STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, err));
     STP_TRY(stp_stream_create(&c->stream,
                               &(stp_stream_params){.scene = params->scene,
                                                    .payload_bytes = b.payload_bytes,
@@ -517,6 +521,12 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
                                                    .wake = params->wake,
                                                    .wake_context = params->wake_context},
                               err));
+    /* Read while GL makes its buffers, which some drivers fill with zeros. */
+    list_roots(c, roots);
+    stp_stream_want(c->stream, roots, params->scene->model_count);
+    STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
+                                      b.slot_capacity, err));
+    STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, err));
     STP_TRY(load_roots(c, err));
     *out = c;
     c = NULL;

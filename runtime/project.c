@@ -6,37 +6,22 @@
 
 #include <stdlib.h>
 
-static stp_status create_programs(stp_project *p, const char *folder, const char *defines,
-                                  stp_error *err)
+stp_status stp_project_prepare(stp_project *p, stp_lod lod, const char *folder, const char *defines,
+                               stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_program_params patch = {.vertex = "patch.vert",
-                                .geometry = "patch.geom",
-                                .fragment = "id.frag",
-                                .defines = defines,
-                                .folder = folder};
-    stp_program_params sample = patch;
-    sample.vertex = "sample.vert";
-    sample.geometry = NULL;
-    STP_TRY(stp_program_create(&p->patch_program, &patch, err));
-    STP_TRY(stp_program_create(&p->sample_program, &sample, err));
-    STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
-done:
-    return status;
-}
-
-stp_status stp_project_create(stp_project *out, const char *folder, const char *defines,
-                              stp_error *err)
-{
-    stp_project p = {0};
-    stp_status status = create_programs(&p, folder, defines, err);
-    if (status == STP_OK) {
-        glCreateBuffers(1, &p.index_buffer);
-        *out = p;
-    } else {
-        stp_project_destroy(&p);
-    }
-    return status;
+    bool listed = lod == STP_LOD_CPU || lod == STP_LOD_FULL;
+    stp_program_params program = {.vertex = listed ? "sample.vert" : "patch.vert",
+                                  .geometry = listed ? NULL : "patch.geom",
+                                  .fragment = "id.frag",
+                                  .defines = defines,
+                                  .folder = folder};
+    if (p->index_buffer == 0)
+        glCreateBuffers(1, &p->index_buffer);
+    if (lod == STP_LOD_COMPUTE)
+        return p->scatter.runs_program != 0 ? STP_OK
+                                            : stp_scatter_create(&p->scatter, folder, defines, err);
+    GLuint *wanted = listed ? &p->sample_program : &p->patch_program;
+    return *wanted != 0 ? STP_OK : stp_program_create(wanted, &program, err);
 }
 
 void stp_project_destroy(stp_project *p)

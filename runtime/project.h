@@ -21,10 +21,11 @@ typedef struct stp_project {
     size_t run_count, run_capacity;
 } stp_project;
 
-/* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
- * GL. */
-stp_status stp_project_create(stp_project *out, const char *folder, const char *defines,
-                              stp_error *err);
+/* Compiles the programs of a road where they are not there; a project begins as zero. folder:
+ * shader files that win over the embedded ones, or NULL; defines: of the variant, the same for all
+ * roads. Errors: GL. */
+stp_status stp_project_prepare(stp_project *project, stp_lod lod, const char *folder,
+                               const char *defines, stp_error *err);
 void stp_project_destroy(stp_project *project);
 
 /* What any road projects. */
@@ -42,10 +43,10 @@ struct stp_project_params {
     bool waits;                 /* for the GPU, where it alone knows how many points it drew */
 };
 
-/* Draws resident chunks into the bound framebuffer, in order. Adds to *points what was sent (where
- * the geometry shader chooses: the samples of the patches it looked at are not known here, and a
- * query counts what it emitted). Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL,
- * LIMIT. */
+/* Draws resident chunks into the bound framebuffer, in order, by the road prepared. Adds to *points
+ * what was sent (where the geometry shader chooses: the samples of the patches it looked at are not
+ * known here, and a query counts what it emitted). Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also
+ * GL, LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 

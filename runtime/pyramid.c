@@ -36,11 +36,16 @@ static GLuint create_target(const stp_pyramid_level *level)
 
 static void create_level(stp_pyramid_level *level)
 {
-    for (int i = 0; i < STP_TARGET_COUNT; i++) {
+    for (int i = 0; i < STP_TARGET_COUNT; i++)
         level->pulled[i] = create_target(level);
-        level->finished[i] = create_target(level);
-    }
     level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
+}
+
+/* What a level becomes when it is finished. */
+static void create_finished(stp_pyramid_level *level)
+{
+    for (int i = 0; i < STP_TARGET_COUNT; i++)
+        level->finished[i] = create_target(level);
     level->finished_frame = create_frame(level->finished, STP_TARGET_COUNT);
 }
 
@@ -56,6 +61,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
         p.levels[l].width = (width + (1 << l) - 1) >> l;
         p.levels[l].height = (height + (1 << l) - 1) >> l;
         create_level(&p.levels[l]);
+        if (l > 0)
+            create_finished(&p.levels[l]);
     }
     p.nearest = create_texture(GL_R32UI, width, height);
     p.scatter_depth = create_texture(GL_R32UI, width, height);
@@ -74,6 +81,14 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     else
         stp_pyramid_destroy(&p);
     return status;
+}
+
+stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err)
+{
+    if (pyramid->levels[0].finished_frame != 0)
+        return STP_OK;
+    create_finished(&pyramid->levels[0]);
+    return stp_gl_check("making room for the pixels kept", err);
 }
 
 void stp_pyramid_destroy(stp_pyramid *p)

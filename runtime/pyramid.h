@@ -34,6 +34,8 @@ typedef struct stp_pyramid {
 
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err);
+/* Makes what level 0 is finished in, where it is not there yet. Errors: GL (no memory). */
+stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err);
 void stp_pyramid_destroy(stp_pyramid *pyramid);
 
 #endif

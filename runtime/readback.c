@@ -83,11 +83,14 @@ static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
         if (status != STP_OK)
             return status;
     }
-    if (r->last.pyramid_levels > 0) {
-        stp_renderer_bind_frame(r);
-        stp_reconstruct_keep_pixel(&r->reconstruct, &r->pyramid, r->last.pyramid_levels, &r->tiles,
-                                   x, y);
-    }
+    if (r->last.pyramid_levels == 0)
+        return STP_OK;
+    stp_status status = stp_pyramid_keep_level_0(&r->pyramid, err);
+    if (status != STP_OK)
+        return status;
+    stp_renderer_bind_frame(r);
+    stp_reconstruct_keep_pixel(&r->reconstruct, &r->pyramid, r->last.pyramid_levels, &r->tiles, x,
+                               y);
     return STP_OK;
 }
 

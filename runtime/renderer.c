@@ -17,26 +17,26 @@
 /* Of the geometry shader, a patch. */
 #define GEOMETRY_INVOCATIONS 1
 
-static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_error *err)
+/* The programs of a variant, those of projection by one road. */
+static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_lod lod,
+                                stp_error *err)
 {
+    stp_status status = STP_OK;
     char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_project project;
+    stp_project project = {0};
     stp_reconstruct_programs reconstruct;
     stp_variant_defines(variant, defines);
-    stp_status status = stp_project_create(&project, r->shader_folder, defines, err);
-    if (status != STP_OK)
-        return status;
-    status = stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err);
-    if (status != STP_OK) {
-        stp_project_destroy(&project);
-        return status;
-    }
+    STP_TRY(stp_project_prepare(&project, lod, r->shader_folder, defines, err));
+    STP_TRY(stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err));
     stp_project_destroy(&r->project);
     stp_reconstruct_destroy(&r->reconstruct);
     r->project = project;
     r->reconstruct = reconstruct;
     r->variant = *variant;
-    return STP_OK;
+    project = (stp_project){0};
+done:
+    stp_project_destroy(&project);
+    return status;
 }
 
 /* The programs for these parameters; those of the last frame do, as a rule. */
@@ -57,9 +57,11 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
         .fade = params->fade > 0.0,
     };
-    if (r->project.patch_program != 0 && stp_variant_equal(&variant, &r->variant))
-        return STP_OK;
-    return load_programs(r, &variant, err);
+    if (r->reconstruct.resolve == 0 || !stp_variant_equal(&variant, &r->variant))
+        return load_programs(r, &variant, params->lod, err);
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_variant_defines(&variant, defines);
+    return stp_project_prepare(&r->project, params->lod, r->shader_folder, defines, err);
 }
 
 /* Makes scene and cache of models, in the stead of those there are. */
@@ -161,7 +163,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
         glDeleteBuffers(1, &r->frame_buffer);
         glDeleteQueries(1, &r->points_query);
     }
-    if (r->project.patch_program != 0) {
+    if (r->reconstruct.resolve != 0) {
         stp_project_destroy(&r->project);
         stp_reconstruct_destroy(&r->reconstruct);
     }
@@ -186,10 +188,10 @@ stp_status stp_renderer_reload_shaders(stp_renderer *r, stp_error *err)
 {
     stp_status status = STP_OK;
     GLuint composite = 0;
-    if (r->project.patch_program == 0)
+    if (r->reconstruct.resolve == 0)
         return STP_OK;
     STP_TRY(stp_composite_create(&composite, r->shader_folder, err));
-    STP_TRY(load_programs(r, &r->variant, err));
+    STP_TRY(load_programs(r, &r->variant, r->drawn.lod, err));
     glDeleteProgram(r->composite);
     r->composite = composite;
     composite = 0;
@@ -238,6 +240,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     bool settles = stp_settle_wanted(r, d);
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
+    if (params->keep_pixels)
+        STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
     set_frame(r, d);
     stp_renderer_bind_frame(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);

@@ -31,7 +31,7 @@ enum {
 #define STATUE_BYTES (UINT64_C(16) << 20)
 #define JUDGE_BYTES (UINT64_C(2) << 30)
 /* Of a process beside the budgets: programs, the pyramid of a picture, what drawing takes. */
-#define FIXED_BYTES (UINT64_C(128) << 20)
+#define FIXED_BYTES (UINT64_C(192) << 20)
 /* Memory may differ so much between the first and the last third of a flight. */
 #define GROWTH_BYTES (UINT64_C(16) << 20)
 #define KEYFRAME_S 4.0
@@ -212,13 +212,13 @@ static void stop(flight *f)
     }
 }
 
-/* Some views of every other leg, drawn by the judge once all their chunks are there: twice, so that
+/* Some views of every fourth leg, drawn by the judge once all their chunks are there: twice, so that
  * it shows how far such times repeat. */
 static void replay(flight *f)
 {
     size_t count = f->views_ms.count < REPLAYED ? f->views_ms.count : REPLAYED;
     size_t begin = f->legs % 3 == 0 ? 0 : (size_t)(chance(f) * (double)(f->views_ms.count - count));
-    if (f->legs % 2 != 0)
+    if (f->legs % 4 != 0)
         return;
     for (int round = 0; round < 3; round++)
         for (size_t i = begin; i < begin + count; i++) {

@@ -37,4 +37,14 @@ awk '
     }
     END { exit bad || rows != 8 }' "$FOLDER/out" >"$FOLDER/bad" ||
     fail "the table: $(cat "$FOLDER/bad" "$FOLDER/out")"
+
+# The first picture: every stage once, and something is in it.
+run "$bench" "$FOLDER/model.stipple" --first --size 64x48
+expect_code 0
+expect_empty err
+stages=$(awk '{ printf "%s ", $1 } $1 == "covered" && $2 < 1 { print "nothing" }' "$FOLDER/out")
+[ "$stages" = "begun process context open root draw frame points covered " ] ||
+    fail "the first picture: $stages"
+run "$bench" "$FOLDER/none.stipple" --first
+expect_failure "none.stipple"
 end_test

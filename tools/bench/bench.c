@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
+#include "tools/bench/first.h"
 #include "tools/cli.h"
 
 #include <epoxy/gl.h>
@@ -20,7 +21,10 @@ static const cli_command bench = {
         "one\n"
         "table of medians. `points` is the yardstick: every sample as a bare one-pixel point,\n"
         "without a surface. `frame` is of frames drawn at a stretch; project, pull-push and shade\n"
-        "are of frames that wait between the stages. Loading is not counted.",
+        "are of frames that wait between the stages. Loading is not counted.\n"
+        "--first prints, stage by stage, milliseconds by the clock and of processors until the\n"
+        "first picture: process (before the program's first line; its clock stands in `begun`,\n"
+        "seconds since 1970), context, open, root, and draw, of which frame is not compiling.",
     .run = run,
 };
 
@@ -57,7 +61,8 @@ typedef struct measured {
 
 typedef struct options {
     int size[2];
-    uint64_t repeat, gpu_memory;
+    uint64_t repeat, gpu_memory, cpu_memory;
+    bool first;
 } options;
 
 typedef struct bench_state {
@@ -187,6 +192,7 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
     STP_TRY(stp_renderer_create(&s.renderer,
                                 &(stp_renderer_params){.model = s.model,
                                                        .gpu_memory_bytes = o->gpu_memory,
+                                                       .cpu_memory_bytes = o->cpu_memory,
                                                        .thread_count = (unsigned)common->threads},
                                 err));
     STP_TRY(bare_points_create(&s.points, s.model, &s.view, err));
@@ -216,6 +222,8 @@ static int run(int argc, char **argv)
         {"--size", 0, CLI_EXTENT, o.size, "WxH", "of the picture in pixels (1024x1024)", NULL},
         {"--repeat", 0, CLI_UINT, &o.repeat, "N", "rounds to measure (9)", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "for samples on the GPU (2G)", NULL},
+        {"--cpu-memory", 0, CLI_BYTES, &o.cpu_memory, "SIZE", "for chunks (1G)", NULL},
+        {"--first", 0, CLI_FLAG, &o.first, NULL, "time this process's first picture instead", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
                          &common);
@@ -223,6 +231,14 @@ static int run(int argc, char **argv)
         return code;
     if (o.repeat < 1 || o.repeat > REPEAT_LIMIT)
         return cli_usage(&bench, "--repeat takes 1 to %u", REPEAT_LIMIT);
+    if (o.first) {
+        first_params first = {.path = path,
+                              .size = {o.size[0], o.size[1]},
+                              .gpu_memory = o.gpu_memory,
+                              .cpu_memory = o.cpu_memory,
+                              .threads = (unsigned)common.threads};
+        return first_run(&first, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
+    }
     cli_progress(&common); /* Ctrl-C from here on is asked for between rounds */
     return run_bench(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
 }
