@@ -39,6 +39,13 @@ done:
     return status;
 }
 
+stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
+{
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_variant_defines(&r->variant, defines);
+    return stp_project_prepare(&r->project, lod, r->shader_folder, defines, err);
+}
+
 /* The programs for these parameters; those of the last frame do, as a rule. */
 static stp_status choose_programs(stp_renderer *r, const stp_view *view,
                                   const stp_draw_params *params, stp_error *err)
@@ -59,9 +66,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
     };
     if (r->reconstruct.resolve == 0 || !stp_variant_equal(&variant, &r->variant))
         return load_programs(r, &variant, params->lod, err);
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_variant_defines(&variant, defines);
-    return stp_project_prepare(&r->project, params->lod, r->shader_folder, defines, err);
+    return stp_frame_prepare(r, params->lod, err);
 }
 
 /* Makes scene and cache of models, in the stead of those there are. */

@@ -75,6 +75,8 @@ typedef struct stp_drawing {
     bool counts; /* what the geometry shader emits, by a query */
 } stp_drawing;
 
+/* Compiles what a road needs, where a picture takes another than its parameters say. Errors: GL. */
+stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);
 /* The frame's cut; while chunks stream and the camera moves it depends on the last one. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,

@@ -212,8 +212,8 @@ static void stop(flight *f)
     }
 }
 
-/* Some views of every fourth leg, drawn by the judge once all their chunks are there: twice, so that
- * it shows how far such times repeat. */
+/* Some views of every fourth leg, drawn by the judge once all their chunks are there: twice, so
+ * that it shows how far such times repeat. */
 static void replay(flight *f)
 {
     size_t count = f->views_ms.count < REPLAYED ? f->views_ms.count : REPLAYED;
