@@ -54,6 +54,7 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         .width = width,
         .height = height,
         .orthographic = orthographic,
+        .centre = {0.5 * width, 0.5 * height},
     };
     return STP_OK;
 }
@@ -91,11 +92,21 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
+stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height)
+{
+    stp_view part = *view;
+    part.centre[0] -= x;
+    part.centre[1] -= y;
+    part.width = width;
+    part.height = height;
+    return part;
+}
+
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position)
 {
     stp_dvec3 p = stp_dvec3_sub(position, view->eye);
     double depth = -stp_dvec3_dot(view->back, p);
     double scale = view->orthographic ? view->f : view->f / depth;
-    return (stp_dvec3){0.5 * view->width + scale * stp_dvec3_dot(view->right, p),
-                       0.5 * view->height + scale * stp_dvec3_dot(view->up, p), depth};
+    return (stp_dvec3){view->centre[0] + scale * stp_dvec3_dot(view->right, p),
+                       view->centre[1] + scale * stp_dvec3_dot(view->up, p), depth};
 }

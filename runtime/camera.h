@@ -36,6 +36,7 @@ typedef struct stp_view {
     double ball_near, ball_far; /* depths between which the model's ball lies, ball_near >= near */
     int width, height;
     bool orthographic;
+    double centre[2]; /* window coordinates of the camera's axis; as a rule the middle */
 } stp_view;
 
 /* The ball through the corners of a box; radius at least 1e-9 of the coordinates, and 1 where the
@@ -62,6 +63,10 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
 /* Replaces what a JSON file gives: eye, look, up, fovy_deg or height, size. Errors: NOT_FOUND, IO,
  * FORMAT (not such a file; the key is named). */
 stp_status stp_camera_load(stp_camera *camera, const char *path, stp_error *err);
+
+/* The part of a view that begins at pixel (x, y) of it and is so large: a picture of its own, of
+ * the same perspective, that may reach over the view's rim. What is drawn of both is the same. */
+stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height);
 
 /* Window coordinates and depth of a world position as x, y, z; depth <= 0 is behind the eye. */
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position);
