@@ -25,15 +25,21 @@ enum {
     STP_UNIFORM_FIRST_PASS = 6
 };
 
+/* Words of a bit set of all classes. */
+#define STP_CLASS_WORDS 8
+
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
     float axis_right[4], axis_up[4], axis_back[4];
-    float viewport[4];     /* width, height, f, near depth */
-    float centre[4];       /* window coordinates of the camera's axis; -, - */
-    float frustum[2][4];   /* side planes: left, right, then low, high: (cos, sin) each */
-    float quality[4];      /* threshold, radius cap in pixels; ball near, far */
-    float colour_range[4]; /* low end (elevation: relative to the eye), 1 / (high - low), -, - */
-    int32_t modes[4];      /* orthographic, keep back faces */
+    float viewport[4];   /* width, height, f, near depth */
+    float centre[4];     /* window coordinates of the camera's axis; -, - */
+    float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
+    float quality[4];    /* threshold, radius cap in pixels; ball near, far */
+    /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
+    float colour_range[4];
+    int32_t modes[4];                 /* orthographic, keep back faces, clipped */
+    float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
+    uint32_t hidden[STP_CLASS_WORDS]; /* bit set of the classes that are not drawn */
 } stp_gpu_frame;
 
 /* Relative to the chunk's origin. */
@@ -62,7 +68,7 @@ typedef struct stp_gpu_chunk {
     uint32_t unused[2];
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 160, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_frame) == 224, "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 

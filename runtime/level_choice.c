@@ -92,12 +92,27 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
            cos2 * tangent2 > (1.0f - cos2) * r2 && along * along > (1.0f - cos2) * tangent2;
 }
 
+/* Whether no centre in the bound lies in the clip box. Floats may be off by their last bits: what
+ * is near counts as inside, and the samples are asked for themselves. */
+static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    if (frame->modes[2] == 0)
+        return false;
+    for (int i = 0; i < 3; i++) {
+        float reach = bound->radius * 1.00001f + fabsf(bound->centre[i]) * 1e-6f;
+        if (bound->centre[i] + reach < frame->clip_min[i] ||
+            bound->centre[i] - reach > frame->clip_max[i])
+            return true;
+    }
+    return false;
+}
+
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
 {
     eye[0] = dot3(frame->axis_right, bound->centre);
     eye[1] = dot3(frame->axis_up, bound->centre);
     eye[2] = dot3(frame->axis_back, bound->centre);
-    return !outside_frustum(frame, eye, bound->radius) &&
+    return !outside_frustum(frame, eye, bound->radius) && !outside_clip(frame, bound) &&
            (frame->modes[1] != 0 || !faces_away(frame, bound));
 }
 

@@ -10,7 +10,8 @@
 
 #define STP_LEVEL_SKIP (-1)
 
-/* What the shaders read of a frame, from the view. modes and quality[0..1] are the caller's. */
+/* What the shaders read of a frame, from the view. modes, quality[0..1], colours, clip box and
+ * classes are the caller's. */
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
 
 /* By quarter (formats/chunk/sample.h); STP_LEVEL_SKIP for what is not there. Level 3
@@ -48,7 +49,8 @@ typedef struct stp_rule_sight {
 /* Of a patch, relative to its chunk's origin. */
 stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch);
 
-/* Not outside the frustum, nor seen from behind all over. eye: gets the centre in eye space. */
+/* Not outside the frustum or the clip box, nor seen from behind all over. eye: gets the centre in
+ * eye space. */
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
 /* What stp_rule_error needs of a bound. */
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound);

@@ -64,6 +64,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
     p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
+    p.light_frame = create_frame(&p.picture, 1);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
         *pyramid = p;
@@ -74,7 +75,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[2] = {p->nearest_frame, p->picture_frame};
+    const GLuint frames[3] = {p->nearest_frame, p->picture_frame, p->light_frame};
     const GLuint textures[5] = {p->nearest, p->nearest_depth, p->scatter_depth, p->picture,
                                 p->picture_depth};
     if (p->width == 0)
@@ -85,7 +86,7 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].pulled);
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
-    glDeleteFramebuffers(2, frames);
+    glDeleteFramebuffers(3, frames);
     glDeleteTextures(5, textures);
     *p = (stp_pyramid){0};
 }

@@ -2,17 +2,18 @@
 #include "runtime/reconstruct.h"
 
 #include "runtime/gpu_layout.h"
-#include "runtime/shader.h"
 
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
-                                  const char *defines, stp_error *err)
+                                  const stp_variant *variant, stp_error *err)
 {
     stp_reconstruct_programs p = {0};
-    GLuint *const programs[5] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade};
-    static const char *const files[5] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
-                                         "shade.frag"};
+    GLuint *const programs[6] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade, &p.edl};
+    static const char *const files[6] = {"resolve.frag", "pull.frag",  "push.frag",
+                                         "finish.frag",  "shade.frag", "edl.frag"};
+    char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
-    for (int i = 0; i < 5; i++)
+    stp_variant_defines(variant, defines);
+    for (int i = 0; i < (variant->edl ? 6 : 5); i++)
         STP_TRY(stp_program_create(programs[i],
                                    &(stp_program_params){.vertex = "screen.vert",
                                                          .fragment = files[i],
@@ -33,6 +34,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->push);
     glDeleteProgram(p->finish);
     glDeleteProgram(p->shade);
+    glDeleteProgram(p->edl);
     *p = (stp_reconstruct_programs){0};
 }
 
@@ -82,6 +84,20 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
     }
 }
 
+/* Multiplies eye-dome lighting into the picture. */
+static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                   const stp_tiles *tiles)
+{
+    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->light_frame);
+    glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
+    glBlendFunc(GL_ZERO, GL_SRC_COLOR);
+    glUseProgram(programs->edl);
+    glBindTextureUnit(STP_UNIT_FINE, pyramid->picture_depth);
+    stp_tiles_draw(tiles, 0);
+    glDisable(GL_BLEND);
+}
+
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles)
 {
@@ -96,13 +112,30 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
     else
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
     stp_tiles_draw(tiles, 0);
+    if (programs->edl != 0)
+        darken(programs, pyramid, tiles);
+}
+
+/* Ready to finish level 0 into its own framebuffer. */
+static void begin_level_0(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                          int levels)
+{
+    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].finished_frame);
+    glUseProgram(programs->push);
+    bind_push(pyramid, 0, levels);
 }
 
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
                                   const stp_pyramid *pyramid, int levels, const stp_tiles *tiles)
 {
-    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].finished_frame);
-    glUseProgram(programs->push);
-    bind_push(pyramid, 0, levels);
+    begin_level_0(programs, pyramid, levels);
     stp_tiles_draw_whole(tiles, 0);
+}
+
+void stp_reconstruct_keep_pixel(const stp_reconstruct_programs *programs,
+                                const stp_pyramid *pyramid, int levels, const stp_tiles *tiles,
+                                int x, int y)
+{
+    begin_level_0(programs, pyramid, levels);
+    stp_tiles_draw_pixel(tiles, x, y);
 }

@@ -4,18 +4,19 @@
 #define STP_RUNTIME_RECONSTRUCT_H
 
 #include "runtime/pyramid.h"
+#include "runtime/shader.h"
 #include "runtime/tiles.h"
 
 #include <stdbool.h>
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
+    GLuint edl; /* 0: not asked for */
 } stp_reconstruct_programs;
 
-/* folder: shader files that win over the embedded ones, or NULL; defines: of the variant. Errors:
- * GL. */
+/* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
-                                  const char *defines, stp_error *err);
+                                  const stp_variant *variant, stp_error *err);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* Nearest samples to level 0 as pulled. The first pass of a frame empties what it does not cover;
@@ -25,11 +26,17 @@ void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, const stp_tiles *tiles);
-/* The last push, if levels > 0, and shading, to the pyramid's picture. */
+/* The last push, if levels > 0, shading, and eye-dome lighting where the variant has it, to the
+ * pyramid's picture. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles);
 /* Level 0 as finished, for who wants its pixels: a picture does without. levels > 0. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
                                   const stp_pyramid *pyramid, int levels, const stp_tiles *tiles);
+/* The same for one pixel. Takes what is bound and enabled as after a frame; leaves the rest of
+ * level 0 as it is. */
+void stp_reconstruct_keep_pixel(const stp_reconstruct_programs *programs,
+                                const stp_pyramid *pyramid, int levels, const stp_tiles *tiles,
+                                int x, int y);
 
 #endif

@@ -5,8 +5,10 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "runtime/chunk_cache.h"
+#include "runtime/filter.h"
 #include "runtime/gl_context.h"
 #include "runtime/inspect.h"
+#include "runtime/pick.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
 #include "runtime/shader.h"
@@ -40,6 +42,7 @@ struct stp_renderer {
     stp_variant variant; /* what the programs are compiled for */
     stp_gpu_frame frame; /* of the last picture */
     stp_dvec3 eye;
+    int levels; /* of the last picture's pyramid, above the viewport */
 };
 
 /* One picture in the making. */
@@ -59,7 +62,7 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
     stp_status status = stp_project_create(&project, r->shader_folder, defines, err);
     if (status != STP_OK)
         return status;
-    status = stp_reconstruct_create(&reconstruct, r->shader_folder, defines, err);
+    status = stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err);
     if (status != STP_OK) {
         stp_project_destroy(&project);
         return status;
@@ -80,6 +83,10 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
         .keep_back_faces = params->keep_back_faces,
+        .clip = params->clip.enabled,
+        .classes = stp_filter_hides_classes(params),
+        .overlay = stp_filter_has_overlay(params),
+        .edl = params->edl > 0.0,
         .colour = (int)params->colour,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
@@ -197,6 +204,7 @@ static void set_frame(stp_renderer *r, const drawing *d)
     r->frame.modes[1] = params->keep_back_faces;
     r->eye = d->view->eye;
     stp_colour_range_place(r->frame.colour_range, params, &r->eye);
+    stp_filter_place(&r->frame, params, &r->eye);
 }
 
 /* Pipeline state of all passes. Depth runs from 1, near, to 0. */
@@ -428,7 +436,7 @@ static void finish_picture(stp_renderer *r, drawing *d)
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
-    d->stats.pyramid_levels = d->levels;
+    d->stats.pyramid_levels = r->levels = d->levels;
     d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
     d->stats.cut_complete = r->cut.miss_count == 0;
 }
@@ -438,6 +446,7 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
 {
     stp_status status = STP_OK;
     drawing d = {.view = view, .params = params};
+    STP_TRY(stp_filter_check(params, err));
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     STP_TRY(
@@ -477,6 +486,27 @@ stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, st
     glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
                          depth);
     return stp_gl_check("reading a depth", err);
+}
+
+stp_status stp_renderer_pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    if (x < 0 || y < 0 || x >= p->width || y >= p->height)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
+                             y);
+    if (r->levels > 0) {
+        set_state(r);
+        stp_reconstruct_keep_pixel(&r->reconstruct, p, r->levels, &r->tiles, x, y);
+    }
+    return stp_pick_find(out,
+                         &(stp_pick_params){.pyramid = p,
+                                            .texture = stp_chunk_cache_texture(r->cache),
+                                            .frame = &r->frame,
+                                            .eye = r->eye,
+                                            .levels = r->levels,
+                                            .x = x,
+                                            .y = y},
+                         err);
 }
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)

@@ -20,12 +20,15 @@ extern const stp_shader_file stp_shader_files[];
 /* What a program is compiled for. */
 typedef struct stp_variant {
     bool orthographic, box, keep_back_faces;
+    bool clip, classes;  /* a clip box; hidden classes */
+    bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
+    bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */
     int colour, palette; /* stp_colour, stp_palette but OWN */
     int shade;           /* STP_SHADE_* */
     int geometry_invocations;
 } stp_variant;
 
-#define STP_VARIANT_DEFINES_BYTES 320
+#define STP_VARIANT_DEFINES_BYTES 480
 
 /* The variant as lines for stp_program_params.defines. */
 void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);

@@ -62,6 +62,13 @@ typedef enum stp_palette {
     STP_PALETTE_HEAT = 3
 } stp_palette;
 
+/* Samples whose centre lies outside are not drawn; the box's faces belong to it. World coordinates;
+ * a side may be infinite. */
+typedef struct stp_clip {
+    bool enabled;
+    stp_dbox box;
+} stp_clip;
+
 /* Zero is the default of each. */
 typedef struct stp_draw_params {
     stp_lod lod;
@@ -76,6 +83,13 @@ typedef struct stp_draw_params {
     /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
+    /* Of STP_SHADE_LEVEL, CHUNK, ERROR and CONFIDENCE: 0 shows their colours alone, unlit; else so
+     * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
+    double overlay;
+    double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
+    stp_clip clip;
+    uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
+                                   merged sample has the class of one that it stands for */
     double load_ms;   /* 0: waits until the cut is complete; else loads for about so long */
     bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels */
     bool timed;       /* waits for the GPU between stages, so that their times are true */
@@ -124,7 +138,8 @@ void stp_renderer_destroy(stp_renderer **renderer);
 /* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
  * no error: its parent is drawn and stp_renderer_damage says so. Programs are compiled for the
  * parameters, anew when those of the last frame do not do. Errors: GL (a shader), IO, LIMIT,
- * OUT_OF_MEMORY. */
+ * OUT_OF_MEMORY; INVALID_ARGUMENT (a clip box that is inverted or not a number, overlay or edl out
+ * of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 
@@ -135,6 +150,29 @@ stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *e
  * is. Errors: INVALID_ARGUMENT (outside the picture), GL. */
 stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *depth,
                                  stp_error *err);
+
+/* What a picture shows at a pixel. */
+typedef struct stp_pick {
+    bool hit;                /* false: nothing is there, and nothing else is said */
+    stp_dvec3 position;      /* where the ray through the pixel's centre meets the surface */
+    double depth, depth_end; /* the interval of the front surface along the camera's axis */
+    vec3s normal;            /* of the surface, unit, world axes; turned to the eye if two-sided */
+    uint8_t rgb[3];          /* of the surface, unlit: what colour and overlay made of it */
+    bool interpolated;       /* no sample fell on this pixel, or one behind the front surface */
+    int pyramid_level;       /* that the pixel comes from; 0: measured */
+    /* Of the sample drawn that is nearest to position. A picture made in several passes, or chunks
+     * that gave way to others since, leave none: then chunk is STP_CHUNK_NONE. */
+    uint32_t chunk;
+    int level;        /* of its patch, 0 the finest; -1: none */
+    double radius;    /* world units; of the surface where there is no sample */
+    uint8_t class_id; /* 0: none */
+    double intensity; /* 0 to 1; 0: none */
+} stp_pick;
+
+/* Picks the front surface of the last picture at a pixel (bottom row first); what lies behind it is
+ * never taken. Leaves the picture as it is. Errors: INVALID_ARGUMENT (outside the picture), GL,
+ * OUT_OF_MEMORY. */
+stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);

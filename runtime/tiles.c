@@ -228,3 +228,8 @@ void stp_tiles_draw_whole(const stp_tiles *t, int l)
 {
     draw_rects(t, l, &(stp_tile_rect){0, 0, t->width, t->height}, 1);
 }
+
+void stp_tiles_draw_pixel(const stp_tiles *t, int x, int y)
+{
+    draw_rects(t, 0, &(stp_tile_rect){x, y, x + 1, y + 1}, 1);
+}

@@ -58,5 +58,7 @@ void stp_tiles_destroy(stp_tiles *tiles);
  * hold also what finishing those of the level below reads beside them. */
 void stp_tiles_draw(const stp_tiles *tiles, int l);
 void stp_tiles_draw_whole(const stp_tiles *tiles, int l);
+/* Draws one pixel of level 0. */
+void stp_tiles_draw_pixel(const stp_tiles *tiles, int x, int y);
 
 #endif

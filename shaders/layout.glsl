@@ -10,12 +10,15 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 centre;        // window coordinates of the camera's axis; -, -
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
-    vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low), -, -
-    ivec4 modes;        // 1 if orthographic, 1 to keep back faces: for the CPU, shaders have macros
+    vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
+    ivec4 modes;        // 1 if orthographic, to keep back faces, clipped: for the CPU; shaders have macros
+    vec4 clip_min;      // xyz: of the clip box, relative to the eye
+    vec4 clip_max;
+    uvec4 hidden[2];    // bit set of the classes that are not drawn
 };
 
 // A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_KEEP_BACK_FACES are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these. Software rasterisers run
+// STP_KEEP_BACK_FACES, STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these. Software rasterisers run
 // both sides of a branch, so what a picture does not need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1

@@ -21,8 +21,8 @@ float stp_pixels_per_unit(float depth)
 }
 
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
-// away. False if the sample is not drawn: behind the near plane, outside the picture, or its known
-// back turned to the eye. Runs for every sample, so it normalises nothing.
+// away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
+// of a hidden class, or its known back turned to the eye. Runs for every sample, so it normalises nothing.
 bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
@@ -36,6 +36,14 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye;
     bool away = dot(stp_normal_direction(texel.z), ray) >= 0.0;
     drawn = drawn && !(away && stp_sample_oriented(texel));
+#endif
+#if STP_CLIP
+    drawn = drawn && all(greaterThanEqual(from_eye, clip_min.xyz)) &&
+            all(lessThanEqual(from_eye, clip_max.xyz));
+#endif
+#if STP_HIDE_CLASSES
+    uint class_id = texel.z >> 24;
+    drawn = drawn && (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) == 0u;
 #endif
     at = ivec2(pixel);
     z = STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;

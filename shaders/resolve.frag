@@ -54,18 +54,10 @@ float stp_patch_error(stp_patch p, vec2 error)
     return stp_rule_error(scale, sin_alpha, error.x, error.y);
 }
 
-// The colour that pull and push carry.
-vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
+// By what a sample is: its own colour, its class, its height.
+vec3 stp_own_colour(stp_disc disc)
 {
-#if STP_SHADE == STP_SHADE_CHUNK
-    return stp_palette_hash(chunk.id);
-#elif STP_SHADE == STP_SHADE_LEVEL
-    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    return stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
-#elif STP_SHADE == STP_SHADE_ERROR
-    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    return stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
-#elif STP_COLOUR == STP_COLOUR_NONE
+#if STP_COLOUR == STP_COLOUR_NONE
     return vec3(0.8);
 #elif STP_COLOUR == STP_COLOUR_INTENSITY
     return stp_palette_ramp((disc.intensity - colour_range.x) * colour_range.y);
@@ -77,6 +69,28 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
     return stp_palette_outlier(disc.outlier, disc.colour);
 #else
     return disc.colour;
+#endif
+}
+
+// The colour that pull and push carry.
+vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
+{
+#if STP_SHADE == STP_SHADE_CHUNK
+    vec3 shown = stp_palette_hash(chunk.id);
+#elif STP_SHADE == STP_SHADE_LEVEL
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    vec3 shown = stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
+#elif STP_SHADE == STP_SHADE_ERROR
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    vec3 shown = stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
+#else
+    return stp_own_colour(disc);
+#endif
+#if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
+#if STP_OVERLAY
+    shown = mix(stp_own_colour(disc), shown, colour_range.z);
+#endif
+    return shown;
 #endif
 }
 

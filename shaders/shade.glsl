@@ -22,10 +22,18 @@ vec4 stp_shade(stp_pixel p, vec2 window)
     vec3 c = n * 0.5 + 0.5;
 #elif STP_SHADE == STP_SHADE_DEPTH
     vec3 c = vec3(1.0 - (p.z_min - quality.z) / (quality.w - quality.z));
-#elif STP_SHADE == STP_SHADE_CONFIDENCE
+#else
+#if STP_SHADE == STP_SHADE_CONFIDENCE
     vec3 c = stp_palette_confidence(stp_tag_source(p.tag));
+#if STP_OVERLAY
+    c = mix(p.colour, c, colour_range.z);
+#endif
 #else
     vec3 c = p.colour; // of level, chunk or error, written at projection
+#endif
+#if STP_OVERLAY
+    c = stp_phong(c, n, v);
+#endif
 #endif
     return p.tag != 0 ? vec4(clamp(c, 0.0, 1.0), 1.0) : vec4(0.0);
 }

@@ -1,0 +1,277 @@
+/* Picking: a pixel of level 0 to a place in the world and the sample drawn there. */
+#include "runtime/pick.h"
+
+#include "base/memory.h"
+#include "runtime/gl_context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Samples are looked for in so many pixels around at most. */
+#define REACH_LIMIT_PX 64
+/* A disc seen more edge-on than this has no place where the ray meets it. */
+#define LEAST_COSINE 1e-3
+/* What floats may get wrong of a depth. */
+#define DEPTH_TOLERANCE 1e-5
+
+/* Texels of shaders/pixel.glsl. */
+typedef struct texels {
+    GLuint shape[4], paint[4];
+} texels;
+
+/* shaders/pixel.glsl, in eye space. */
+typedef struct pixel {
+    stp_dvec3 normal, centre; /* of the disc */
+    double radius, z_min, z_max;
+    double rgb[3];
+    int tag;
+} pixel;
+
+/* ---- a pixel ---- */
+
+static double float_of(GLuint bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
+}
+
+static double fraction_of(GLuint bits)
+{
+    return (double)(int16_t)(uint16_t)(bits & 0xffffu) / 32767.0;
+}
+
+static stp_dvec3 normal_of(GLuint bits)
+{
+    double x = fraction_of(bits), y = fraction_of(bits >> 16);
+    stp_dvec3 n = {x, y, 1.0 - fabs(x) - fabs(y)};
+    if (n.z < 0.0) {
+        n.x = (1.0 - fabs(y)) * (x >= 0.0 ? 1.0 : -1.0);
+        n.y = (1.0 - fabs(x)) * (y >= 0.0 ? 1.0 : -1.0);
+    }
+    return stp_dvec3_normalize(n);
+}
+
+/* The point at a depth that is seen at window coordinates. */
+static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
+{
+    double scale = (frame->modes[0] != 0 ? 1.0 : depth) / (double)frame->viewport[2];
+    return (stp_dvec3){(u - (double)frame->centre[0]) * scale,
+                       (v - (double)frame->centre[1]) * scale, -depth};
+}
+
+/* The pixel at (x, y) of level 0. */
+static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
+{
+    pixel p = {.normal = normal_of(t->shape[0]),
+               .radius = float_of(t->shape[1]),
+               .z_min = float_of(t->shape[2]),
+               .z_max = float_of(t->shape[3]),
+               .rgb = {(t->paint[2] & 0xffffu) / 65535.0, (t->paint[2] >> 16) / 65535.0,
+                       (t->paint[3] & 0xffffu) / 65535.0},
+               .tag = (int)(t->paint[3] >> 16)};
+    p.centre =
+        place(frame, x + 0.5 + float_of(t->paint[0]), y + 0.5 + float_of(t->paint[1]), p.z_min);
+    return p;
+}
+
+static stp_dvec3 axis_of(const float axis[4])
+{
+    return (stp_dvec3){(double)axis[0], (double)axis[1], (double)axis[2]};
+}
+
+/* A direction of eye space in the world. */
+static stp_dvec3 turn_to_world(const stp_gpu_frame *frame, stp_dvec3 d)
+{
+    stp_dvec3 right = stp_dvec3_scale(axis_of(frame->axis_right), d.x);
+    stp_dvec3 up = stp_dvec3_scale(axis_of(frame->axis_up), d.y);
+    return stp_dvec3_add(stp_dvec3_add(right, up), stp_dvec3_scale(axis_of(frame->axis_back), d.z));
+}
+
+/* Where the ray through the middle of pixel (x, y) meets the disc's plane, no farther from its
+ * centre along the axis than the interval is deep. */
+static stp_dvec3 meet(const stp_gpu_frame *frame, const pixel *p, int x, int y)
+{
+    double extent = p->z_max - p->z_min, depth = p->z_min;
+    stp_dvec3 near_point = place(frame, x + 0.5, y + 0.5, depth);
+    stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0}
+                                         : stp_dvec3_scale(near_point, 1.0 / depth);
+    double cosine = stp_dvec3_dot(p->normal, way);
+    if (fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
+        double on = stp_dvec3_dot(p->normal, stp_dvec3_sub(p->centre, near_point)) / cosine;
+        depth += fmin(fmax(on, -extent), extent);
+    }
+    return place(frame, x + 0.5, y + 0.5, depth);
+}
+
+static void read_texels(const GLuint textures[STP_TARGET_COUNT], int x, int y, texels *out)
+{
+    glGetTextureSubImage(textures[STP_TARGET_SHAPE], 0, x, y, 0, 1, 1, 1, GL_RGBA_INTEGER,
+                         GL_UNSIGNED_INT, sizeof out->shape, out->shape);
+    glGetTextureSubImage(textures[STP_TARGET_PAINT], 0, x, y, 0, 1, 1, 1, GL_RGBA_INTEGER,
+                         GL_UNSIGNED_INT, sizeof out->paint, out->paint);
+}
+
+/* ---- the sample ---- */
+
+/* Pixels around the one that was picked. */
+typedef struct surrounding {
+    int x, y, width, height;
+    GLuint (*shape)[4], (*paint)[4];
+    GLuint *sample;
+} surrounding;
+
+/* Where a pixel of some pyramid level can have its values from. */
+static surrounding around(const stp_pick_params *params, int source)
+{
+    int reach = source == 0 ? 0 : source < 5 ? 2 << source : REACH_LIMIT_PX;
+    int x0 = params->x - reach, y0 = params->y - reach;
+    int x1 = params->x + reach, y1 = params->y + reach;
+    x0 = x0 < 0 ? 0 : x0;
+    y0 = y0 < 0 ? 0 : y0;
+    x1 = x1 < params->pyramid->width ? x1 : params->pyramid->width - 1;
+    y1 = y1 < params->pyramid->height ? y1 : params->pyramid->height - 1;
+    return (surrounding){.x = x0, .y = y0, .width = x1 - x0 + 1, .height = y1 - y0 + 1};
+}
+
+static stp_status read_surrounding(const stp_pick_params *params, surrounding *s, stp_error *err)
+{
+    const stp_pyramid_level *level = &params->pyramid->levels[0];
+    size_t count = (size_t)s->width * (size_t)s->height;
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&s->shape, count, sizeof *s->shape, "pixels", err));
+    STP_TRY(stp_alloc(&s->paint, count, sizeof *s->paint, "pixels", err));
+    STP_TRY(stp_alloc(&s->sample, count, sizeof *s->sample, "pixels", err));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureSubImage(level->pulled[STP_TARGET_SHAPE], 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->shape),
+                         s->shape);
+    glGetTextureSubImage(level->pulled[STP_TARGET_PAINT], 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->paint),
+                         s->paint);
+    glGetTextureSubImage(params->pyramid->nearest, 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RED_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->sample),
+                         s->sample);
+done:
+    return status;
+}
+
+static void free_surrounding(surrounding *s)
+{
+    free(s->shape);
+    free(s->paint);
+    free(s->sample);
+}
+
+/* The sample whose centre is nearest to a place, UINT32_MAX if none; its depth. */
+static GLuint nearest_sample(const stp_pick_params *params, const surrounding *s, stp_dvec3 at,
+                             double *depth)
+{
+    double least = INFINITY;
+    GLuint found = UINT32_MAX;
+    for (int i = 0; i < s->width * s->height; i++) {
+        texels t;
+        memcpy(t.shape, s->shape[i], sizeof t.shape);
+        memcpy(t.paint, s->paint[i], sizeof t.paint);
+        pixel p = unpack(params->frame, &t, s->x + i % s->width, s->y + i / s->width);
+        double distance = stp_dvec3_length(stp_dvec3_sub(p.centre, at));
+        if (p.tag == 0 || !(distance < least))
+            continue;
+        least = distance;
+        found = s->sample[i];
+        *depth = p.z_min;
+    }
+    return found;
+}
+
+/* Reads item `index` of a buffer that holds `count`; false if it has none such. */
+static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size_t bytes)
+{
+    if (index >= count)
+        return false;
+    glGetNamedBufferSubData(buffer, (GLintptr)(index * bytes), (GLsizeiptr)bytes, out);
+    return true;
+}
+
+/* Says what a sample of the Object Texture is, if it still is what was drawn at this depth. */
+static void describe(const stp_pick_params *params, GLuint index, double depth, stp_pick *out)
+{
+    const stp_object_texture *texture = params->texture;
+    stp_sample sample;
+    stp_gpu_patch patch;
+    stp_gpu_chunk chunk;
+    GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
+    if (!read_item(texture->samples, index, samples, &sample, sizeof sample) ||
+        !read_item(texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) ||
+        !read_item(texture->patches, patch_index, texture->patch_ranges.capacity, &patch,
+                   sizeof patch) ||
+        !read_item(texture->chunks, patch.slot, texture->slot_capacity, &chunk, sizeof chunk))
+        return;
+    stp_dvec3 from_eye;
+    double *const axes[3] = {&from_eye.x, &from_eye.y, &from_eye.z};
+    for (int i = 0; i < 3; i++)
+        *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
+                   (double)patch.step * sample.position[i];
+    double found = -stp_dvec3_dot(axis_of(params->frame->axis_back), from_eye);
+    int level = 0;
+    while (level < STP_LEVEL_COUNT && !(index - patch.first[level] < patch.count[level]))
+        level++;
+    if (!(fabs(found - depth) <= DEPTH_TOLERANCE * stp_dvec3_length(from_eye)) ||
+        level == STP_LEVEL_COUNT)
+        return;
+    out->chunk = chunk.id;
+    out->level = level;
+    out->radius =
+        sample.radius == 0
+            ? 0.0
+            : (double)patch.step * exp2((sample.radius - 1.0) / STP_RADIUS_CODES_PER_OCTAVE);
+    out->class_id = sample.class_id;
+    out->intensity = sample.intensity / 255.0;
+}
+
+static stp_status find_sample(const stp_pick_params *params, stp_dvec3 at, stp_pick *out,
+                              stp_error *err)
+{
+    surrounding s = around(params, out->pyramid_level);
+    double depth = 0.0;
+    stp_status status = read_surrounding(params, &s, err);
+    if (status == STP_OK) {
+        GLuint index = nearest_sample(params, &s, at, &depth);
+        describe(params, index, depth, out);
+    }
+    free_surrounding(&s);
+    return status;
+}
+
+/* ---- the whole ---- */
+
+stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pyramid_level *level = &params->pyramid->levels[0];
+    stp_pick pick = {.chunk = STP_CHUNK_NONE, .level = -1};
+    texels t;
+    read_texels(params->levels > 0 ? level->finished : level->pulled, params->x, params->y, &t);
+    pixel p = unpack(params->frame, &t, params->x, params->y);
+    if (p.tag != 0) {
+        stp_dvec3 at = meet(params->frame, &p, params->x, params->y);
+        stp_dvec3 way = params->frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : at;
+        bool turned = ((p.tag - 1) & 8) != 0 && stp_dvec3_dot(p.normal, way) > 0.0;
+        pick.hit = true;
+        pick.position = stp_dvec3_add(params->eye, turn_to_world(params->frame, at));
+        pick.depth = p.z_min;
+        pick.depth_end = p.z_max;
+        pick.normal = stp_dvec3_to_float(
+            turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0)));
+        for (int i = 0; i < 3; i++)
+            pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
+        pick.radius = p.radius;
+        pick.pyramid_level = (p.tag - 1) >> 4;
+        pick.interpolated = pick.pyramid_level > 0;
+        STP_TRY(find_sample(params, at, &pick, err));
+    }
+    STP_TRY(stp_gl_check("picking", err));
+    *out = pick;
+done:
+    return status;
+}

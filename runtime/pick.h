@@ -1,0 +1,25 @@
+/* What lies at a pixel: the front surface out of the finished pixel's depth interval, and the
+ * sample drawn next to it out of the Object Texture (shaders/README.md, "Picking").
+ *
+ * Reads textures and buffers alone; draws nothing. Threads: the render thread. */
+#ifndef STP_RUNTIME_PICK_H
+#define STP_RUNTIME_PICK_H
+
+#include "runtime/object_texture.h"
+#include "runtime/pyramid.h"
+#include "runtime/stipple.h"
+
+/* Borrowed, as the last frame left them. */
+typedef struct stp_pick_params {
+    const stp_pyramid *pyramid;
+    const stp_object_texture *texture;
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+    int levels; /* of the pyramid above the viewport; > 0: the pixel is finished in level 0 */
+    int x, y;   /* inside the picture */
+} stp_pick_params;
+
+/* Errors: GL, OUT_OF_MEMORY. */
+stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err);
+
+#endif
