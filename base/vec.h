@@ -67,6 +67,16 @@ static inline stp_dvec3 stp_dvec3_normalize(stp_dvec3 a)
     return length > 0.0 ? stp_dvec3_scale(a, 1.0 / length) : a;
 }
 
+/* v turned about a unit axis (Rodrigues). */
+static inline stp_dvec3 stp_dvec3_rotate(stp_dvec3 v, stp_dvec3 axis, double angle_rad)
+{
+    double c = cos(angle_rad), s = sin(angle_rad);
+    stp_dvec3 along = stp_dvec3_scale(axis, stp_dvec3_dot(axis, v) * (1.0 - c));
+    stp_dvec3 turned =
+        stp_dvec3_add(stp_dvec3_scale(v, c), stp_dvec3_scale(stp_dvec3_cross(axis, v), s));
+    return stp_dvec3_add(turned, along);
+}
+
 static inline stp_dvec3 stp_dvec3_from_float(vec3s a)
 {
     return (stp_dvec3){(double)a.x, (double)a.y, (double)a.z};

@@ -22,18 +22,10 @@ static stp_dvec3 add_scaled(stp_dvec3 a, stp_dvec3 b, double s)
     return stp_dvec3_add(a, stp_dvec3_scale(b, s));
 }
 
-/* v turned about a unit axis (Rodrigues). */
-static stp_dvec3 rotate(stp_dvec3 v, stp_dvec3 axis, double angle)
-{
-    double c = cos(angle), s = sin(angle);
-    stp_dvec3 turned = add_scaled(stp_dvec3_scale(v, c), stp_dvec3_cross(axis, v), s);
-    return add_scaled(turned, axis, stp_dvec3_dot(axis, v) * (1.0 - c));
-}
-
 static void rotate_about(stp_camera *c, stp_dvec3 pivot, stp_dvec3 axis, double angle)
 {
-    c->eye = stp_dvec3_add(pivot, rotate(stp_dvec3_sub(c->eye, pivot), axis, angle));
-    c->look = stp_dvec3_add(pivot, rotate(stp_dvec3_sub(c->look, pivot), axis, angle));
+    c->eye = stp_dvec3_add(pivot, stp_dvec3_rotate(stp_dvec3_sub(c->eye, pivot), axis, angle));
+    c->look = stp_dvec3_add(pivot, stp_dvec3_rotate(stp_dvec3_sub(c->look, pivot), axis, angle));
 }
 
 stp_dvec3 stp_view_unproject(const stp_view *view, double u, double v, double depth)

@@ -9,6 +9,7 @@
 #include "runtime/gl_context.h"
 #include "runtime/inspect.h"
 #include "runtime/pick.h"
+#include "runtime/pixel_read.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
 #include "runtime/shader.h"
@@ -43,6 +44,7 @@ struct stp_renderer {
     stp_gpu_frame frame; /* of the last picture */
     stp_dvec3 eye;
     int levels; /* of the last picture's pyramid, above the viewport */
+    const GLuint *kept; /* likewise: its finished pixels where keep_pixels asked for them */
 };
 
 /* One picture in the making. */
@@ -432,6 +434,9 @@ static void finish_picture(stp_renderer *r, drawing *d)
     stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
     if (d->params->keep_pixels && d->levels > 0)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    const stp_pyramid_level *level = &r->pyramid.levels[0];
+    const GLuint *pixels = d->levels > 0 ? level->finished : level->pulled;
+    r->kept = d->params->keep_pixels ? pixels : NULL;
     glFinish();
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
@@ -447,6 +452,7 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     stp_status status = STP_OK;
     drawing d = {.view = view, .params = params};
     STP_TRY(stp_filter_check(params, err));
+    r->kept = NULL;
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     STP_TRY(
@@ -507,6 +513,27 @@ stp_status stp_renderer_pick(stp_renderer *r, int x, int y, stp_pick *out, stp_e
                                             .x = x,
                                             .y = y},
                          err);
+}
+
+stp_status stp_renderer_read_depth(stp_renderer *r, float *depth, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    const size_t bytes = (size_t)p->width * (size_t)p->height * sizeof *depth;
+    if (bytes > INT32_MAX)
+        return stp_error_set(err, STP_LIMIT, "%d x %d depths are too many to read at once",
+                             p->width, p->height);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(p->picture_depth, 0, GL_RED, GL_FLOAT, (GLsizei)bytes, depth);
+    return stp_gl_check("reading depths", err);
+}
+
+stp_status stp_renderer_read_normals(stp_renderer *r, float *xyz, stp_error *err)
+{
+    if (r->kept == NULL)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the last picture was not drawn with keep_pixels: its normals are "
+                             "gone");
+    return stp_pixel_read_normals(r->kept, &r->frame, xyz, err);
 }
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)

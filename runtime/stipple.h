@@ -91,7 +91,7 @@ typedef struct stp_draw_params {
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
     double load_ms;   /* 0: waits until the cut is complete; else loads for about so long */
-    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels */
+    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels or normals */
     bool timed;       /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
@@ -173,6 +173,16 @@ typedef struct stp_pick {
  * never taken. Leaves the picture as it is. Errors: INVALID_ARGUMENT (outside the picture), GL,
  * OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
+
+/* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
+ * Errors: LIMIT (2 GiB of them), GL. */
+stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_error *err);
+
+/* Normals of the last picture, which was drawn with keep_pixels: width * height * 3 floats, bottom
+ * row first, unit vectors in the world's axes, turned to the viewer where both sides are drawn;
+ * 0 0 0 where nothing is. Errors: INVALID_ARGUMENT (drawn without keep_pixels), OUT_OF_MEMORY, GL.
+ */
+stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);

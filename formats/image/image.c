@@ -5,6 +5,8 @@
 #include "formats/image/image_module.h"
 
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
@@ -37,6 +39,19 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     return stp_error_set(err, STP_CORRUPT, "%s: the image is damaged: %s", path, reason);
 }
 
+/* What the library says of an output, for the user. */
+static stp_status check_saved(stp_oiio_result result, const char *path, const char *use,
+                              const char *reason, stp_error *err)
+{
+    if (result == STP_OIIO_UNKNOWN_FORMAT)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: no image format of that ending can be written: use %s", path,
+                             use);
+    if (result != STP_OIIO_OK)
+        return stp_error_set(err, STP_IO, "%s: writing the image failed: %s", path, reason);
+    return STP_OK;
+}
+
 stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err)
 {
     char reason[256] = "";
@@ -47,13 +62,36 @@ stp_status stp_image_save(const stp_image *image, const char *path, bool force, 
     STP_TRY(stp_output_create(&output, path, force, err));
     stp_oiio_result result = module.save(stp_output_temporary_path(output), path, image->width,
                                          image->height, image->rgba, reason, sizeof reason);
-    if (result == STP_OIIO_UNKNOWN_FORMAT)
-        status = stp_error_set(err, STP_UNSUPPORTED,
-                               "%s: no image format of that ending can be written: use .png", path);
-    else if (result != STP_OIIO_OK)
-        status = stp_error_set(err, STP_IO, "%s: writing the image failed: %s", path, reason);
-    if (status == STP_OK)
-        status = stp_output_commit(&output, err);
+    STP_TRY(check_saved(result, path, ".png", reason, err));
+    STP_TRY(stp_output_commit(&output, err));
+done:
+    stp_output_destroy(&output);
+    return status;
+}
+
+bool stp_image_keeps_floats(const char *path)
+{
+    size_t length = strlen(path);
+    return length > 4 && strcasecmp(path + length - 4, ".exr") == 0;
+}
+
+stp_status stp_image_save_floats(const stp_float_image *image, const char *path, bool force,
+                                 stp_error *err)
+{
+    char reason[256] = "";
+    stp_output *output = NULL;
+    stp_status status = STP_OK;
+    stp_image_module module;
+    if (!stp_image_keeps_floats(path))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: depths and normals are floats: give a name that ends in .exr",
+                             path);
+    STP_TRY(stp_image_module_get(&module, err));
+    STP_TRY(stp_output_create(&output, path, force, err));
+    stp_oiio_result result =
+        module.save_floats(stp_output_temporary_path(output), path, image, reason, sizeof reason);
+    STP_TRY(check_saved(result, path, ".png for pictures", reason, err));
+    STP_TRY(stp_output_commit(&output, err));
 done:
     stp_output_destroy(&output);
     return status;

@@ -11,6 +11,9 @@ typedef struct stp_image_module {
                             char *message, size_t message_bytes);
     stp_oiio_result (*save)(const char *path, const char *format_name, int width, int height,
                             const uint8_t *rgba, char *message, size_t message_bytes);
+    stp_oiio_result (*save_floats)(const char *path, const char *format_name,
+                                   const stp_float_image *image, char *message,
+                                   size_t message_bytes);
 } stp_image_module;
 
 /* Errors: UNSUPPORTED (the module, or a library it needs, is missing: the sentence names it). */

@@ -94,3 +94,30 @@ extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_na
         return STP_OIIO_FAILED;
     }
 }
+
+extern "C" stp_oiio_result stp_oiio_save_floats(const char *path, const char *format_name,
+                                                const stp_float_image *image, char *message,
+                                                size_t message_bytes)
+{
+    try {
+        auto output = OIIO::ImageOutput::create(format_name);
+        if (!output) {
+            say(message, message_bytes, OIIO::geterror());
+            return STP_OIIO_UNKNOWN_FORMAT;
+        }
+        OIIO::ImageSpec spec(image->width, image->height, image->channel_count,
+                             OIIO::TypeDesc::FLOAT);
+        spec.channelnames.assign(image->channel_names, image->channel_names + image->channel_count);
+        spec["compression"] = "zip";
+        for (size_t i = 0; i < image->note_count; i++)
+            spec[image->notes[i].name] = image->notes[i].text;
+        if (!output->open(path, spec) ||
+            !output->write_image(OIIO::TypeDesc::FLOAT, image->values) || !output->close()) {
+            say(message, message_bytes, output->geterror());
+            return STP_OIIO_FAILED;
+        }
+        return STP_OIIO_OK;
+    } catch (...) {
+        return STP_OIIO_FAILED;
+    }
+}

@@ -1,6 +1,8 @@
-/* OpenImageIO as C: 8-bit RGBA pixels, straight alpha, top row first. */
+/* OpenImageIO as C: 8-bit RGBA pixels, straight alpha, and floats; top row first. */
 #ifndef STP_FORMATS_IMAGE_IMAGE_SHIM_H
 #define STP_FORMATS_IMAGE_IMAGE_SHIM_H
+
+#include "formats/image/image.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -19,5 +21,9 @@ stp_oiio_result stp_oiio_load(const char *path, int *width, int *height, uint8_t
 /* format_name: a name whose ending chooses the format; written to path. */
 stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width, int height,
                               const uint8_t *rgba, char *message, size_t message_bytes);
+/* Likewise, of 32-bit floats with their channels' names and notes. */
+stp_oiio_result stp_oiio_save_floats(const char *path, const char *format_name,
+                                     const stp_float_image *image, char *message,
+                                     size_t message_bytes);
 
 #endif

@@ -1,0 +1,63 @@
+/* JSON files in, numbers out. */
+#include "runtime/json.h"
+
+#include "base/file.h"
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* A path of STP_PATH_KEYFRAMES_LIMIT keyframes takes half of it. */
+#define FILE_BYTES_LIMIT (64u << 20)
+
+stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err)
+{
+    stp_status status = STP_OK;
+    int descriptor = -1;
+    uint64_t size = 0;
+    char *text = NULL;
+    STP_TRY(stp_file_open(path, &descriptor, &size, err));
+    if (size > FILE_BYTES_LIMIT) {
+        status = stp_error_set(err, STP_FORMAT, "%s: over %u MiB are too large for %s", path,
+                               FILE_BYTES_LIMIT >> 20, expected);
+        goto done;
+    }
+    STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a JSON file", err));
+    STP_TRY(stp_file_read_at(descriptor, path, 0, text, (size_t)size, err));
+    cJSON *json = cJSON_ParseWithLength(text, (size_t)size);
+    if (cJSON_IsObject(json)) {
+        *out = json;
+    } else {
+        cJSON_Delete(json);
+        status = stp_error_set(err, STP_FORMAT, "%s: not %s", path, expected);
+    }
+done:
+    free(text);
+    if (descriptor >= 0)
+        close(descriptor);
+    return status;
+}
+
+stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, int count,
+                            const char *where, stp_error *err)
+{
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+    if (item == NULL)
+        return STP_OK;
+    bool good = count == 1 ? cJSON_IsNumber(item)
+                           : cJSON_IsArray(item) && cJSON_GetArraySize(item) == count;
+    double values[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; good && i < count; i++) {
+        const cJSON *number = count == 1 ? item : cJSON_GetArrayItem(item, i);
+        good = cJSON_IsNumber(number) && isfinite(number->valuedouble);
+        values[i] = good ? number->valuedouble : 0.0;
+    }
+    if (!good)
+        return stp_error_set(err, STP_FORMAT, "%s: \"%s\" is not %d number%s", where, key, count,
+                             count == 1 ? "" : "s");
+    for (int i = 0; i < count; i++)
+        out[i] = values[i];
+    return STP_OK;
+}

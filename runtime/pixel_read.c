@@ -1,0 +1,88 @@
+/* Normals out of packed pixels, some rows at a time. */
+#include "runtime/pixel_read.h"
+
+#include "base/memory.h"
+#include "runtime/gl_context.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+/* Read at once, or a row if that is more. */
+#define BAND_PIXELS (1 << 18)
+
+/* As stp_direction_unpack of shaders/pixel.glsl. */
+static stp_dvec3 unpack_direction(uint32_t code)
+{
+    double x = (double)(int16_t)(uint16_t)code / 32767.0;
+    double y = (double)(int16_t)(uint16_t)(code >> 16) / 32767.0;
+    double z = 1.0 - fabs(x) - fabs(y), fold = fmax(-z, 0.0);
+    return stp_dvec3_normalize(
+        (stp_dvec3){x + (x >= 0.0 ? -fold : fold), y + (y >= 0.0 ? -fold : fold), z});
+}
+
+/* Whether a normal in eye space points away from the eye at a pixel. */
+static bool faces_away(const stp_gpu_frame *frame, stp_dvec3 n, int x, int y)
+{
+    double f = (double)frame->viewport[2];
+    stp_dvec3 ray = {0.0, 0.0, -1.0};
+    if (frame->modes[0] == 0) {
+        ray.x = (x + 0.5 - 0.5 * (double)frame->viewport[0]) / f;
+        ray.y = (y + 0.5 - 0.5 * (double)frame->viewport[1]) / f;
+    }
+    return stp_dvec3_dot(n, ray) > 0.0;
+}
+
+static stp_dvec3 scale_axis(const float axis[4], double s)
+{
+    return (stp_dvec3){(double)axis[0] * s, (double)axis[1] * s, (double)axis[2] * s};
+}
+
+static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
+                       const stp_gpu_frame *frame, int width, int y, float *xyz)
+{
+    for (int x = 0; x < width; x++) {
+        int tag = (int)(paint[x][3] >> 16);
+        stp_dvec3 n = unpack_direction(shape[x][0]);
+        stp_dvec3 world = {0.0, 0.0, 0.0};
+        if (tag != 0) {
+            double side = (((tag - 1) & 8) != 0 && faces_away(frame, n, x, y)) ? -1.0 : 1.0;
+            world = stp_dvec3_add(scale_axis(frame->axis_right, side * n.x),
+                                  stp_dvec3_add(scale_axis(frame->axis_up, side * n.y),
+                                                scale_axis(frame->axis_back, side * n.z)));
+        }
+        xyz[3 * x] = (float)world.x;
+        xyz[3 * x + 1] = (float)world.y;
+        xyz[3 * x + 2] = (float)world.z;
+    }
+}
+
+stp_status stp_pixel_read_normals(const GLuint textures[STP_TARGET_COUNT],
+                                  const stp_gpu_frame *frame, float *xyz, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t(*texels[STP_TARGET_COUNT])[4] = {NULL};
+    int width = (int)frame->viewport[0], height = (int)frame->viewport[1];
+    int band = width < BAND_PIXELS ? BAND_PIXELS / width : 1;
+    size_t count = (size_t)width * (size_t)band;
+    for (int i = 0; i < STP_TARGET_COUNT; i++)
+        STP_TRY(stp_alloc(&texels[i], count, sizeof *texels[i], "pixels to read", err));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (int y = 0; y < height; y += band) {
+        int rows = height - y < band ? height - y : band;
+        for (int i = 0; i < STP_TARGET_COUNT; i++)
+            glGetTextureSubImage(textures[i], 0, 0, y, 0, width, rows, 1, GL_RGBA_INTEGER,
+                                 GL_UNSIGNED_INT, (GLsizei)(count * sizeof *texels[i]), texels[i]);
+        STP_TRY(stp_gl_check("reading normals", err));
+        for (int k = 0; k < rows; k++) {
+            const size_t at = (size_t)k * (size_t)width;
+            unpack_row((const uint32_t(*)[4])texels[STP_TARGET_SHAPE] + at,
+                       (const uint32_t(*)[4])texels[STP_TARGET_PAINT] + at, frame, width, y + k,
+                       xyz + 3 * (size_t)(y + k) * (size_t)width);
+        }
+    }
+done:
+    for (int i = 0; i < STP_TARGET_COUNT; i++)
+        free(texels[i]);
+    return status;
+}

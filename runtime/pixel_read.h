@@ -1,0 +1,16 @@
+/* Finished pixels of the pyramid read back: packed as in shaders/pixel.glsl.
+ * Threads: the render thread. */
+#ifndef STP_RUNTIME_PIXEL_READ_H
+#define STP_RUNTIME_PIXEL_READ_H
+
+#include "base/error.h"
+#include "runtime/gpu_layout.h"
+#include "runtime/pyramid.h"
+
+/* Normals of a level's textures, shape and paint, of the frame's viewport: xyz in the world's axes,
+ * bottom row first, turned to the viewer where two-sided; 0 0 0 where nothing is. Errors:
+ * OUT_OF_MEMORY, GL. */
+stp_status stp_pixel_read_normals(const GLuint textures[STP_TARGET_COUNT],
+                                  const stp_gpu_frame *frame, float *xyz, stp_error *err);
+
+#endif
