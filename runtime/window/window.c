@@ -316,6 +316,12 @@ void stp_window_size(const stp_window *w, int *width, int *height)
         *width = *height = 0;
 }
 
+double stp_window_seconds(const stp_window *w)
+{
+    (void)w; /* GLFW has one clock, begun as it was made ready */
+    return glfwGetTime();
+}
+
 double stp_window_scale(const stp_window *w)
 {
     float x = 1.0f, y = 1.0f;

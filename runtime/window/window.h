@@ -89,6 +89,9 @@ bool stp_window_next(stp_window *window, stp_window_event *out);
 /* A name of the last drop, or NULL past the last; valid until the next stp_window_wait. */
 const char *stp_window_dropped(const stp_window *window, size_t index);
 
+/* The clock of the events. */
+double stp_window_seconds(const stp_window *window);
+
 /* Of the framebuffer. */
 void stp_window_size(const stp_window *window, int *width, int *height);
 /* Pixels to what is one on an ordinary screen: 2 on many fine ones. */
