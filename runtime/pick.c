@@ -163,12 +163,19 @@ static void free_surrounding(surrounding *s)
     free(s->sample);
 }
 
-/* The sample whose centre is nearest to a place, UINT32_MAX if none; its depth. */
-static GLuint nearest_sample(const stp_pick_params *params, const surrounding *s, stp_dvec3 at,
-                             double *depth)
+/* A sample drawn, as level 0 has it: its number in the Object Texture, UINT32_MAX: not known. */
+typedef struct drawn_sample {
+    GLuint index;
+    stp_dvec3 centre; /* eye space */
+    double radius;    /* 0 where there is no sample at all */
+} drawn_sample;
+
+/* The sample whose centre is nearest to a place. */
+static drawn_sample nearest_sample(const stp_pick_params *params, const surrounding *s,
+                                   stp_dvec3 at)
 {
     double least = INFINITY;
-    GLuint found = UINT32_MAX;
+    drawn_sample found = {.index = UINT32_MAX};
     for (int i = 0; i < s->width * s->height; i++) {
         texels t;
         memcpy(t.shape, s->shape[i], sizeof t.shape);
@@ -178,8 +185,7 @@ static GLuint nearest_sample(const stp_pick_params *params, const surrounding *s
         if (p.tag == 0 || !(distance < least))
             continue;
         least = distance;
-        found = s->sample[i];
-        *depth = p.z_min;
+        found = (drawn_sample){s->sample[i], p.centre, p.radius};
     }
     return found;
 }
@@ -193,16 +199,17 @@ static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size
     return true;
 }
 
-/* Says what a sample of the Object Texture is, if it still is what was drawn at this depth. */
-static void describe(const stp_pick_params *params, GLuint index, double depth, stp_pick *out)
+/* Says what a sample of the Object Texture is, if it still is the one that was drawn. */
+static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
 {
     const stp_object_texture *texture = params->texture;
     stp_sample sample;
     stp_gpu_patch patch;
     stp_gpu_chunk chunk;
     GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
-    if (!read_item(texture->samples, index, samples, &sample, sizeof sample) ||
-        !read_item(texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) ||
+    if (!read_item(texture->samples, drawn->index, samples, &sample, sizeof sample) ||
+        !read_item(texture->patch_of_sample, drawn->index, samples, &patch_index,
+                   sizeof patch_index) ||
         !read_item(texture->patches, patch_index, texture->patch_ranges.capacity, &patch,
                    sizeof patch) ||
         !read_item(texture->chunks, patch.slot, texture->slot_capacity, &chunk, sizeof chunk))
@@ -212,32 +219,53 @@ static void describe(const stp_pick_params *params, GLuint index, double depth, 
     for (int i = 0; i < 3; i++)
         *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
                    (double)patch.step * sample.position[i];
-    double found = -stp_dvec3_dot(axis_of(params->frame->axis_back), from_eye);
+    double depth = -stp_dvec3_dot(axis_of(params->frame->axis_back), from_eye);
+    double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(from_eye);
     int level = 0;
-    while (level < STP_LEVEL_COUNT && !(index - patch.first[level] < patch.count[level]))
+    while (level < STP_LEVEL_COUNT && !(drawn->index - patch.first[level] < patch.count[level]))
         level++;
-    if (!(fabs(found - depth) <= DEPTH_TOLERANCE * stp_dvec3_length(from_eye)) ||
-        level == STP_LEVEL_COUNT)
+    if (!(fabs(depth + drawn->centre.z) <= tolerance) || level == STP_LEVEL_COUNT)
         return;
     out->chunk = chunk.id;
     out->level = level;
-    out->radius =
-        sample.radius == 0
-            ? 0.0
-            : (double)patch.step * exp2((sample.radius - 1.0) / STP_RADIUS_CODES_PER_OCTAVE);
     out->class_id = sample.class_id;
     out->intensity = sample.intensity / 255.0;
 }
 
-static stp_status find_sample(const stp_pick_params *params, stp_dvec3 at, stp_pick *out,
+/* A place on the ray through `at` that lies in the ball of a sample, or of the ball the point
+ * nearest to the ray; what lies in it already stays. */
+static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, stp_dvec3 at)
+{
+    stp_dvec3 away = stp_dvec3_sub(at, sample->centre);
+    if (stp_dvec3_length(away) <= sample->radius)
+        return at;
+    stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(at);
+    double along = stp_dvec3_dot(away, way);
+    stp_dvec3 aside = stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* nearest of the ray */
+    double distance = stp_dvec3_length(aside), radius = sample->radius;
+    if (distance >= radius)
+        aside = stp_dvec3_scale(aside, distance > 0.0 ? radius / distance : 0.0);
+    else
+        aside = stp_dvec3_add(
+            aside,
+            stp_dvec3_scale(way, copysign(sqrt(radius * radius - distance * distance), along)));
+    return stp_dvec3_add(sample->centre, aside);
+}
+
+/* Asks the sample next to `at` what it is, and moves `at` to no farther from its centre than its
+ * radius: ellipses hang over outlines, and their planes come far forward where they are grazing. */
+static stp_status find_sample(const stp_pick_params *params, stp_dvec3 *at, stp_pick *out,
                               stp_error *err)
 {
     surrounding s = around(params, out->pyramid_level);
-    double depth = 0.0;
     stp_status status = read_surrounding(params, &s, err);
     if (status == STP_OK) {
-        GLuint index = nearest_sample(params, &s, at, &depth);
-        describe(params, index, depth, out);
+        drawn_sample sample = nearest_sample(params, &s, *at);
+        describe(params, &sample, out);
+        if (sample.radius > 0.0) {
+            *at = hold(params->frame, &sample, *at);
+            out->radius = sample.radius;
+        }
     }
     free_surrounding(&s);
     return status;
@@ -258,7 +286,6 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         stp_dvec3 way = params->frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : at;
         bool turned = ((p.tag - 1) & 8) != 0 && stp_dvec3_dot(p.normal, way) > 0.0;
         pick.hit = true;
-        pick.position = stp_dvec3_add(params->eye, turn_to_world(params->frame, at));
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
         pick.normal = stp_dvec3_to_float(
@@ -268,7 +295,8 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.radius = p.radius;
         pick.pyramid_level = (p.tag - 1) >> 4;
         pick.interpolated = pick.pyramid_level > 0;
-        STP_TRY(find_sample(params, at, &pick, err));
+        STP_TRY(find_sample(params, &at, &pick, err));
+        pick.position = stp_dvec3_add(params->eye, turn_to_world(params->frame, at));
     }
     STP_TRY(stp_gl_check("picking", err));
     *out = pick;

@@ -153,20 +153,22 @@ stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *de
 
 /* What a picture shows at a pixel. */
 typedef struct stp_pick {
-    bool hit;                /* false: nothing is there, and nothing else is said */
-    stp_dvec3 position;      /* where the ray through the pixel's centre meets the surface */
+    bool hit; /* false: nothing is there, and nothing else is said */
+    /* Where the ray through the pixel's centre meets the surface; no farther than a radius from the
+     * centre of the nearest sample drawn, so at outlines a little beside the ray. */
+    stp_dvec3 position;
     double depth, depth_end; /* the interval of the front surface along the camera's axis */
     vec3s normal;            /* of the surface, unit, world axes; turned to the eye if two-sided */
     uint8_t rgb[3];          /* of the surface, unlit: what colour and overlay made of it */
     bool interpolated;       /* no sample fell on this pixel, or one behind the front surface */
     int pyramid_level;       /* that the pixel comes from; 0: measured */
-    /* Of the sample drawn that is nearest to position. A picture made in several passes, or chunks
-     * that gave way to others since, leave none: then chunk is STP_CHUNK_NONE. */
+    /* Of the nearest sample drawn. All but the radius is not known of a picture made in several
+     * passes, and of chunks that gave way to others since: then chunk is STP_CHUNK_NONE. */
+    double radius; /* world units */
     uint32_t chunk;
-    int level;        /* of its patch, 0 the finest; -1: none */
-    double radius;    /* world units; of the surface where there is no sample */
-    uint8_t class_id; /* 0: none */
-    double intensity; /* 0 to 1; 0: none */
+    int level; /* of its patch, 0 the finest; -1: not known */
+    uint8_t class_id;
+    double intensity; /* 0 to 1 */
 } stp_pick;
 
 /* Picks the front surface of the last picture at a pixel (bottom row first); what lies behind it is

@@ -180,6 +180,9 @@ static int take_option(const parser *p, int argc, char **argv, int *index)
         if (value)
             return wrong_value(p, option, value);
         value = "";
+    } else if (!value && option->kind == CLI_AMOUNT) {
+        bool next = *index + 1 < argc && cli_value_is_number(argv[*index + 1]);
+        value = next ? argv[++*index] : "1";
     } else if (!value) {
         /* `-o --force` is a forgotten value; a value that starts so is written --name=value. */
         if (*index + 1 >= argc || strncmp(argv[*index + 1], "--", 2) == 0)

@@ -24,6 +24,7 @@ typedef enum cli_kind {
     CLI_UINT,   /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
     CLI_BYTES,  /* uint64_t; 256M, 1G (powers of 1024) */
     CLI_NUMBER, /* double, finite */
+    CLI_AMOUNT, /* double, finite; the number may be left out: then 1 */
     CLI_VEC3,   /* double[3]; x,y,z */
     CLI_EXTENT  /* int[2]; WxH, each 1..16384 */
 } cli_kind;

@@ -155,6 +155,7 @@ static bool store(const cli_option *option, const char *text)
     case CLI_BYTES:
         return parse_uint(text, option->kind == CLI_BYTES, option->target);
     case CLI_NUMBER:
+    case CLI_AMOUNT:
         return parse_finite(text, option->target);
     case CLI_VEC3:
         return parse_vec3(text, option->target);
@@ -162,6 +163,12 @@ static bool store(const cli_option *option, const char *text)
         return parse_extent(text, option->target);
     }
     return false;
+}
+
+bool cli_value_is_number(const char *text)
+{
+    double number = 0.0;
+    return parse_finite(text, &number);
 }
 
 bool cli_value_store(const cli_option *option, const char *text)
@@ -182,6 +189,7 @@ const char *cli_value_kind_text(cli_kind kind)
         [CLI_UINT] = "a whole number, like 500, 1e6 or 4M",
         [CLI_BYTES] = "a size in bytes, like 512M or 2G",
         [CLI_NUMBER] = "a number",
+        [CLI_AMOUNT] = "a number or nothing",
         [CLI_VEC3] = "three numbers, like 1,0,-2.5",
         [CLI_EXTENT] = "width x height from 1x1 to 16384x16384, like 1024x768",
     };

@@ -9,6 +9,8 @@
 /* Stores text in option->target and sets *option->given. False (target untouched) when the text is
  * not of the option's kind. */
 bool cli_value_store(const cli_option *option, const char *text);
+/* Whether the text is a finite number. */
+bool cli_value_is_number(const char *text);
 /* What the option takes, e.g. "a whole number, like 4M", for messages. */
 const char *cli_value_kind_text(cli_kind kind);
 /* True if `word` is the index-th of "a|b|c"; its bounds are returned when they are not NULL. */

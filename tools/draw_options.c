@@ -1,6 +1,9 @@
 /* Options of the drawing commands. */
 #include "tools/draw_options.h"
 
+#include "runtime/gpu_layout.h"
+#include "tools/draw_filter.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -32,6 +35,16 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "of intensity (grey) and elevation (viridis)", NULL},
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
          "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
+        {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
+         "of --shade level, chunk, error, confidence over the colours, 0 to 1 (0: alone)", NULL},
+        {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
+         "eye-dome lighting: edges darkened by depth (1)", NULL},
+        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw what lies in this box alone",
+         NULL},
+        {"--classes", 0, CLI_STRING, &o->classes, "LIST",
+         "draw these classes alone: numbers or names, like 2,building", NULL},
+        {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
+         "do not draw these classes, like 7,high-noise", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
         {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
          NULL},
@@ -78,10 +91,50 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
     return STP_OK;
 }
 
+/* Clip box and classes. */
+static stp_status choose_filter(const draw_options *o, const stp_model *model,
+                                stp_draw_params *params, stp_error *err)
+{
+    const char *list = o->classes ? o->classes : o->hidden_classes;
+    const char *option = o->classes ? "--classes" : "--hide-classes";
+    stp_status status = STP_OK;
+    if (o->clip)
+        STP_TRY(draw_filter_clip(o->clip, &model->info->box, &params->clip, err));
+    if (!list)
+        return STP_OK;
+    if (o->classes && o->hidden_classes)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--classes and --hide-classes: give one of them");
+    if (!(model->info->attributes & STP_HAS_CLASS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: the model has no classes: leave it out", option);
+    STP_TRY(draw_filter_classes(option, list, params->hidden_classes, err));
+    for (int i = 0; o->classes && i < STP_CLASS_WORDS; i++)
+        params->hidden_classes[i] = ~params->hidden_classes[i];
+done:
+    return status;
+}
+
+static stp_status check_amounts(const draw_options *o, stp_error *err)
+{
+    if (!(o->overlay >= 0.0 && o->overlay <= 1.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--overlay %g: give a number from 0 to 1",
+                             o->overlay);
+    if (o->overlay > 0.0 && o->shade < STP_SHADE_LEVEL)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--overlay: nothing to lay over the colours: give --shade level, "
+                             "chunk, error or confidence, too");
+    if (o->edl < 0.0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--edl %g: give a number from 0 on",
+                             o->edl);
+    return STP_OK;
+}
+
 stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
-    *params = (stp_draw_params){
+    stp_status status = STP_OK;
+    stp_draw_params p = {
         .lod = (stp_lod)o->lod,
         .reconstruct = (stp_reconstruct)o->reconstruct,
         .shade = (stp_shade)o->shade,
@@ -90,8 +143,15 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .radius_cap_px = o->radius_cap_px,
         .colour = (stp_colour)o->colour,
         .palette = (stp_palette)o->palette,
+        .overlay = o->overlay,
+        .edl = o->edl,
     };
-    return choose_range(o, model, params, err);
+    STP_TRY(check_amounts(o, err));
+    STP_TRY(choose_filter(o, model, &p, err));
+    STP_TRY(choose_range(o, model, &p, err));
+    *params = p;
+done:
+    return status;
 }
 
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,

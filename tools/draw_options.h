@@ -11,12 +11,13 @@ typedef struct draw_options {
     const char *shader_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, shade, colour, palette;
-    const char *colour_range;
+    const char *colour_range, *clip, *classes, *hidden_classes;
+    double edl, overlay;
     uint64_t gpu_memory, cpu_memory;
     bool has_threshold;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 12)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 17)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
@@ -31,8 +32,9 @@ draw_options draw_options_default(void);
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 /* One word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
-/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or no
- * range is given), those of reading the model's root. */
+/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or a
+ * range, clip box, list of classes, overlay or strength is none), those of reading the model's
+ * root. */
 stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
