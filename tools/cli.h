@@ -66,7 +66,7 @@ int cli_fail(const cli_command *command, const stp_error *err);
 int cli_usage(const cli_command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-#define CLI_OUTPUT_LIMIT 3
+#define CLI_OUTPUT_LIMIT 4
 
 /* Before any work, refuses outputs that exist without force, cannot be made, are inputs or are
  * named twice; NULL in either list is nothing. Errors: EXISTS, IO, INVALID_ARGUMENT, OUT_OF_MEMORY.

@@ -36,7 +36,7 @@ static const cli_command *find_command(const char *name)
 /* Commands that draw, which a build with STIPPLE_RUNTIME=OFF leaves out. */
 static bool needs_runtime(const char *name)
 {
-    static const char *const names[] = {"render", "view"};
+    static const char *const names[] = {"render", "fly", "view"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         if (strcmp(names[i], name) == 0)
             return true;

@@ -1,0 +1,127 @@
+/* Pictures, depths and normals out of the renderer, turned over and written. */
+#include "tools/draw_save.h"
+
+#include "base/memory.h"
+#include "formats/image/image.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CAMERA_TEXT_BYTES 512
+
+/* Bottom row first to top row first. */
+static stp_status flip(void *pixels, size_t row_bytes, int height, stp_error *err)
+{
+    uint8_t *rows = pixels, *row = NULL;
+    stp_status status = stp_alloc(&row, row_bytes, 1, "a row of a picture", err);
+    if (status != STP_OK)
+        return status;
+    for (size_t low = 0, high = (size_t)height - 1; low < high; low++, high--) {
+        memcpy(row, rows + low * row_bytes, row_bytes);
+        memcpy(rows + low * row_bytes, rows + high * row_bytes, row_bytes);
+        memcpy(rows + high * row_bytes, row, row_bytes);
+    }
+    free(row);
+    return STP_OK;
+}
+
+stp_status draw_read_picture(stp_renderer *renderer, const stp_view *view, uint8_t *rgba,
+                             stp_error *err)
+{
+    stp_status status = stp_renderer_read(renderer, rgba, err);
+    return status == STP_OK ? flip(rgba, (size_t)view->width * 4, view->height, err) : status;
+}
+
+static stp_status save_picture(stp_renderer *renderer, const stp_view *view, const char *path,
+                               bool force, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_image image = {view->width, view->height, NULL};
+    STP_TRY(
+        stp_alloc(&image.rgba, (size_t)view->width * (size_t)view->height, 4, "a picture", err));
+    STP_TRY(draw_read_picture(renderer, view, image.rgba, err));
+    STP_TRY(stp_image_save(&image, path, force, err));
+done:
+    stp_image_destroy(&image);
+    return status;
+}
+
+static void camera_text(const stp_camera *c, const stp_view *view, char out[CAMERA_TEXT_BYTES])
+{
+    bool orthographic = c->height > 0.0;
+    snprintf(out, CAMERA_TEXT_BYTES,
+             "{\"eye\": [%.17g, %.17g, %.17g], \"look\": [%.17g, %.17g, %.17g], "
+             "\"up\": [%.17g, %.17g, %.17g], \"%s\": %.17g, \"size\": [%d, %d]}",
+             c->eye.x, c->eye.y, c->eye.z, c->look.x, c->look.y, c->look.z, c->up.x, c->up.y,
+             c->up.z, orthographic ? "height" : "fovy_deg", orthographic ? c->height : c->fovy_deg,
+             view->width, view->height);
+}
+
+static stp_status save_floats(const stp_view *view, const stp_camera *camera, float *values,
+                              stp_float_image *image, const char *meaning, const char *path,
+                              bool force, stp_error *err)
+{
+    char text[CAMERA_TEXT_BYTES];
+    camera_text(camera, view, text);
+    const stp_image_note notes[2] = {{"stipple:camera", text}, {"stipple:values", meaning}};
+    stp_status status =
+        flip(values, (size_t)view->width * (size_t)image->channel_count * 4, view->height, err);
+    image->width = view->width;
+    image->height = view->height;
+    image->values = values;
+    image->notes = notes;
+    image->note_count = 2;
+    return status == STP_OK ? stp_image_save_floats(image, path, force, err) : status;
+}
+
+static stp_status save_depth(stp_renderer *renderer, const stp_view *view, const stp_camera *camera,
+                             const char *path, bool force, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = (size_t)view->width * (size_t)view->height;
+    stp_float_image image = {.channel_count = 1, .channel_names = {"Z"}};
+    float *depth = NULL;
+    STP_TRY(stp_alloc(&depth, count, sizeof *depth, "depths", err));
+    STP_TRY(stp_renderer_read_depth(renderer, depth, err));
+    for (size_t i = 0; i < count; i++)
+        depth[i] = depth[i] > 0.0f ? depth[i] : INFINITY;
+    STP_TRY(save_floats(view, camera, depth, &image,
+                        "depth along the camera's axis in world units, inf where nothing is", path,
+                        force, err));
+done:
+    free(depth);
+    return status;
+}
+
+static stp_status save_normals(stp_renderer *renderer, const stp_view *view,
+                               const stp_camera *camera, const char *path, bool force,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_float_image image = {.channel_count = 3, .channel_names = {"N.X", "N.Y", "N.Z"}};
+    float *xyz = NULL;
+    STP_TRY(stp_alloc(&xyz, (size_t)view->width * (size_t)view->height, 3 * sizeof *xyz, "normals",
+                      err));
+    STP_TRY(stp_renderer_read_normals(renderer, xyz, err));
+    STP_TRY(save_floats(view, camera, xyz, &image,
+                        "unit normals in the world's axes, 0 0 0 where nothing is", path, force,
+                        err));
+done:
+    free(xyz);
+    return status;
+}
+
+stp_status draw_save(stp_renderer *renderer, const stp_view *view, const stp_camera *camera,
+                     const draw_outputs *outputs, bool force, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (outputs->depth != NULL)
+        STP_TRY(save_depth(renderer, view, camera, outputs->depth, force, err));
+    if (outputs->normals != NULL)
+        STP_TRY(save_normals(renderer, view, camera, outputs->normals, force, err));
+    if (outputs->picture != NULL)
+        STP_TRY(save_picture(renderer, view, outputs->picture, force, err));
+done:
+    return status;
+}
