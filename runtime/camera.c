@@ -54,7 +54,6 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         .width = width,
         .height = height,
         .orthographic = orthographic,
-        .centre = {0.5 * width, 0.5 * height},
     };
     return STP_OK;
 }
@@ -95,10 +94,10 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height)
 {
     stp_view part = *view;
-    part.centre[0] -= x;
-    part.centre[1] -= y;
     part.width = width;
     part.height = height;
+    part.offset[0] = stp_view_axis_x(view) - x - 0.5 * width;
+    part.offset[1] = stp_view_axis_y(view) - y - 0.5 * height;
     return part;
 }
 
@@ -107,6 +106,6 @@ stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position)
     stp_dvec3 p = stp_dvec3_sub(position, view->eye);
     double depth = -stp_dvec3_dot(view->back, p);
     double scale = view->orthographic ? view->f : view->f / depth;
-    return (stp_dvec3){view->centre[0] + scale * stp_dvec3_dot(view->right, p),
-                       view->centre[1] + scale * stp_dvec3_dot(view->up, p), depth};
+    return (stp_dvec3){stp_view_axis_x(view) + scale * stp_dvec3_dot(view->right, p),
+                       stp_view_axis_y(view) + scale * stp_dvec3_dot(view->up, p), depth};
 }

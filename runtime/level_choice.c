@@ -21,12 +21,12 @@ stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
     stp_gpu_frame frame = {
         .viewport = {(float)view->width, (float)view->height, (float)view->f,
                      (float)view->near_depth},
-        .centre = {(float)view->centre[0], (float)view->centre[1]},
+        .centre = {(float)stp_view_axis_x(view), (float)stp_view_axis_y(view)},
         .quality = {0.0f, 0.0f, (float)view->ball_near, (float)view->ball_far},
         .modes = {view->orthographic, 0, 0, 0},
     };
-    const double sides[4] = {view->centre[0], view->width - view->centre[0], view->centre[1],
-                             view->height - view->centre[1]};
+    double x = stp_view_axis_x(view), y = stp_view_axis_y(view);
+    const double sides[4] = {x, view->width - x, y, view->height - y};
     for (int i = 0; i < 4; i++) {
         double length = sqrt(view->f * view->f + sides[i] * sides[i]);
         frame.frustum[i / 2][2 * (i % 2)] = (float)(view->f / length);

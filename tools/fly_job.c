@@ -45,6 +45,7 @@ static void value_text(const cli_option *option, char out[TEXT_BYTES])
         snprintf(out, TEXT_BYTES, "%" PRIu64, *(const uint64_t *)option->target);
         break;
     case CLI_NUMBER:
+    case CLI_AMOUNT:
         snprintf(out, TEXT_BYTES, "%.17g", v[0]);
         break;
     case CLI_VEC3:

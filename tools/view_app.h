@@ -7,7 +7,7 @@
 #ifndef STP_TOOLS_VIEW_APP_H
 #define STP_TOOLS_VIEW_APP_H
 
-#include "runtime/window/imgui_shim.h"
+#include "runtime/window/imgui_marks_shim.h"
 #include "runtime/window/window.h"
 #include "tools/draw_options.h"
 #include "tools/view_bookmarks.h"
@@ -22,20 +22,21 @@
 #define VIEW_NOTE_BYTES 1100
 
 /* Sections of the panel: bits of viewer.open. */
+/* X(name, draws it, title, open at first) */
 #define VIEW_SECTION_LIST(X)                                                                       \
-    X(MODELS, "Models", true)                                                                      \
-    X(CAMERA, "Camera", true)                                                                      \
-    X(QUALITY, "Quality", true)                                                                    \
-    X(COLOUR, "Colour", true)                                                                      \
-    X(SURFACE, "Surface and light", true)                                                          \
-    X(CLIP, "Clip box", false)                                                                     \
-    X(MEASURE, "Measure", false)                                                                   \
-    X(KEPT, "Kept views and path", false)                                                          \
-    X(SHOT, "Screenshot", false)                                                                   \
-    X(NUMBERS, "Frames and memory", true)
+    X(MODELS, view_panel_models, "Models", true)                                                   \
+    X(NUMBERS, view_panel_numbers, "Frames and memory", true)                                      \
+    X(CAMERA, view_panel_camera, "Camera", true)                                                   \
+    X(QUALITY, view_panel_quality, "Quality", true)                                                \
+    X(COLOUR, view_panel_colour, "Colour", true)                                                   \
+    X(SURFACE, view_panel_surface, "Surface and light", true)                                      \
+    X(CLIP, view_panel_clip, "Clip box", false)                                                    \
+    X(MEASURE, view_panel_measure, "Measure", false)                                               \
+    X(KEPT, view_panel_kept, "Kept views and path", false)                                         \
+    X(SHOT, view_panel_shot, "Screenshot", false)
 
 typedef enum view_section {
-#define X(name, title, open) VIEW_SECTION_##name,
+#define X(name, draw, title, open) VIEW_SECTION_##name,
     VIEW_SECTION_LIST(X)
 #undef X
         VIEW_SECTION_COUNT
@@ -132,6 +133,8 @@ stp_status view_draw(viewer *v, stp_error *err);
 /* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c ---- */
 
 void view_panels_draw(viewer *v);
+void view_panel_models(viewer *v);
+void view_panel_camera(viewer *v);
 void view_panel_quality(viewer *v);
 void view_panel_colour(viewer *v);
 void view_panel_surface(viewer *v);

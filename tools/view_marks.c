@@ -238,26 +238,20 @@ static void draw_status(const viewer *v)
     stp_ui_draw_label(x, y, text, WHITE, false);
 }
 
+#define VIEW_HELP_ROW(keys, what) stp_ui_row(keys, what);
+
 static void help_rows(void)
 {
-    static const char *const mouse[][2] = {
-#define X(keys, what) {keys, what},
-        VIEW_MOUSE_LIST(X)};
-    static const char *const keys[][2] = {VIEW_KEY_LIST(X)
-#undef X
-    };
-    for (size_t i = 0; i < sizeof mouse / sizeof *mouse; i++)
-        stp_ui_row(mouse[i][0], mouse[i][1]);
+    VIEW_MOUSE_LIST(VIEW_HELP_ROW)
     stp_ui_space();
-    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
-        stp_ui_row(keys[i][0], keys[i][1]);
+    VIEW_KEY_LIST(VIEW_HELP_ROW)
 }
 
 static void draw_help(viewer *v)
 {
     double s = stp_ui_scale(v->ui);
     double width = fmin(620.0 * s, v->layout.width - 20.0 * s);
-    double height = fmin(740.0 * s, v->layout.height - 20.0 * s);
+    double height = fmin(680.0 * s, v->layout.height - 20.0 * s);
     const stp_ui_rect rect = {0.5 * (v->layout.picture_width - width) > 10.0 * s
                                   ? 0.5 * (v->layout.picture_width - width)
                                   : 10.0 * s,

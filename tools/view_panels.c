@@ -67,7 +67,7 @@ static void remove_model(viewer *v, size_t index)
     v->removing = (int)index; /* after the frame: the renderer holds it */
 }
 
-static void section_models(viewer *v)
+void view_panel_models(viewer *v)
 {
     for (size_t i = 0; i < v->scene.count; i++) {
         view_model *m = &v->scene.models[i];
@@ -136,7 +136,7 @@ static void facing_rows(viewer *v)
         v->control.wants |= VIEW_WANTS_HOME;
 }
 
-static void section_camera(viewer *v)
+void view_panel_camera(viewer *v)
 {
     view_control *c = &v->control;
     char text[160];
@@ -201,16 +201,9 @@ void view_panels_draw(viewer *v)
         const char *title;
         void (*draw)(viewer *v);
     } sections[VIEW_SECTION_COUNT] = {
-        [VIEW_SECTION_MODELS] = {"Models", section_models},
-        [VIEW_SECTION_CAMERA] = {"Camera", section_camera},
-        [VIEW_SECTION_QUALITY] = {"Quality", view_panel_quality},
-        [VIEW_SECTION_COLOUR] = {"Colour", view_panel_colour},
-        [VIEW_SECTION_SURFACE] = {"Surface and light", view_panel_surface},
-        [VIEW_SECTION_CLIP] = {"Clip box", view_panel_clip},
-        [VIEW_SECTION_MEASURE] = {"Measure", view_panel_measure},
-        [VIEW_SECTION_KEPT] = {"Kept views and path", view_panel_kept},
-        [VIEW_SECTION_SHOT] = {"Screenshot", view_panel_shot},
-        [VIEW_SECTION_NUMBERS] = {"Frames and memory", view_panel_numbers},
+#define X(name, draw, title, open) {title, draw},
+        VIEW_SECTION_LIST(X)
+#undef X
     };
     if (stp_ui_panel_begin("panel", &v->layout.panel))
         for (int i = 0; i < VIEW_SECTION_COUNT; i++) {

@@ -9,7 +9,7 @@ static const struct {
     const char *name;
     bool open;
 } sections[VIEW_SECTION_COUNT] = {
-#define X(name, title, open) {#name, open},
+#define X(name, draw, title, open) {#name, open},
     VIEW_SECTION_LIST(X)
 #undef X
 };

@@ -1,4 +1,4 @@
-/* Panels, widgets and lines over a picture, by Dear ImGui.
+/* Panels and widgets over a picture, by Dear ImGui.
  *
  * Draws with OpenGL into the framebuffer that is bound; opens no window and asks none: the caller
  * hands over what the user did. Lengths are pixels of the framebuffer, x right, y DOWN from its top
@@ -95,7 +95,7 @@ bool stp_ui_section(const char *title, bool *open);
 
 void stp_ui_text(const char *text);
 void stp_ui_note(const char *text); /* dimmed and wrapped */
-void stp_ui_row(const char *label, const char *value);
+void stp_ui_row(const char *label, const char *value); /* the value in a column of its own */
 void stp_ui_swatch(const uint8_t rgb[3]);
 bool stp_ui_button(const char *label);
 bool stp_ui_check(const char *label, bool *value);
@@ -109,7 +109,6 @@ bool stp_ui_slider(const char *label, double *value, double low, double high, co
 bool stp_ui_number(const char *label, double *value, const char *format);
 bool stp_ui_numbers(const char *label, double values[3], const char *format);
 bool stp_ui_field(const char *label, char *text, size_t bytes);
-void stp_ui_progress(double done, const char *text);
 /* Values in the order of a ring that begins at `first`, from 0 to `top`. */
 void stp_ui_chart(const char *text, const float *values, int count, int first, float top);
 void stp_ui_same_line(void);
@@ -119,19 +118,6 @@ void stp_ui_push_id(int id);
 void stp_ui_pop_id(void);
 void stp_ui_disable_begin(bool disabled);
 void stp_ui_disable_end(void);
-
-/* ---- lines over the picture, under the panels; colours 0xRRGGBBAA ---- */
-
-void stp_ui_draw_line(double x0, double y0, double x1, double y1, uint32_t colour, double width);
-void stp_ui_draw_circle(double x, double y, double radius, uint32_t colour, double width);
-void stp_ui_draw_disc(double x, double y, double radius, uint32_t colour);
-/* Text on a dark ground; (x, y) is its top left corner, or its middle. */
-void stp_ui_draw_label(double x, double y, const char *text, uint32_t colour, bool centred);
-/* What is drawn from here on stays within; pop undoes the last. */
-void stp_ui_clip_push(const stp_ui_rect *rect);
-void stp_ui_clip_pop(void);
-double stp_ui_text_height(void);
-double stp_ui_text_width(const char *text);
 
 #ifdef __cplusplus
 }

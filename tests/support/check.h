@@ -29,8 +29,7 @@ static inline stp_view check_view(int width, int height, double f, bool orthogra
                       .ball_far = 3.0,
                       .width = width,
                       .height = height,
-                      .orthographic = orthographic,
-                      .centre = {0.5 * width, 0.5 * height}};
+                      .orthographic = orthographic};
 }
 
 #define check_ok(call)                                                                             \

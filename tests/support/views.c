@@ -20,8 +20,7 @@ stp_view views_look(stp_dvec3 eye, stp_dvec3 look, double fovy_deg, const stp_ba
                       .ball_near = fmax(near_depth, distance - ball->radius),
                       .ball_far = fmax(2.0 * near_depth, distance + ball->radius),
                       .width = width,
-                      .height = height,
-                      .centre = {0.5 * width, 0.5 * height}};
+                      .height = height};
 }
 
 static stp_dvec3 direction(int i)
