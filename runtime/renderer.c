@@ -43,7 +43,7 @@ struct stp_renderer {
     stp_variant variant; /* what the programs are compiled for */
     stp_gpu_frame frame; /* of the last picture */
     stp_dvec3 eye;
-    int levels; /* of the last picture's pyramid, above the viewport */
+    int levels;         /* of the last picture's pyramid, above the viewport */
     const GLuint *kept; /* likewise: its finished pixels where keep_pixels asked for them */
 };
 

@@ -8,6 +8,7 @@ for tool in Xvfb xdotool; do
 done
 "$STIPPLE" --help | grep -q '^  view ' || skip_test "built without the renderer"
 
+export XDG_STATE_HOME="$FOLDER/state"
 SCREEN_WIDTH=640 SCREEN_HEIGHT=480
 screen="$FOLDER/Xvfb_screen0"
 viewer=
@@ -126,11 +127,11 @@ test_keys() {
     xdotool key c
     expect_title "normal, elevation in auto" "c twice"
     before=$(screen_sum)
-    xdotool key shift+s key shift+s key p
-    expect_title "phong, elevation in grey" p
+    xdotool key shift+s key shift+s key g
+    expect_title "phong, elevation in grey" g
     wait_for 30 screen_changed || fail "elevation looks like normals"
-    xdotool key shift+p key shift+p
-    expect_title "elevation in heat" "shift and p"
+    xdotool key shift+g key shift+g
+    expect_title "elevation in heat" "shift and g"
     xdotool key c
     wait_for 30 title_lacks elevation || fail "c: still elevation"
     expect_kill_by_key q
@@ -226,6 +227,7 @@ test_shaders() {
 test_failures() {
     run env -u DISPLAY -u WAYLAND_DISPLAY "$STIPPLE" view "$FOLDER/model.stipple"
     expect_failure "stipple render"
+    expect_failure "stipple fly"
     run env MESA_GL_VERSION_OVERRIDE=3.3 "$STIPPLE" view "$FOLDER/model.stipple"
     expect_failure "OpenGL 4.5"
     run "$STIPPLE" view "$FOLDER/none.stipple"

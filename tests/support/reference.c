@@ -34,8 +34,8 @@ static stp_dvec3 ray(const stp_view *view, double u, double v)
 {
     if (view->orthographic)
         return (stp_dvec3){0.0, 0.0, -1.0};
-    return stp_dvec3_normalize(
-        (stp_dvec3){(u - stp_view_axis_x(view)) / view->f, (v - stp_view_axis_y(view)) / view->f, -1.0});
+    return stp_dvec3_normalize((stp_dvec3){(u - stp_view_axis_x(view)) / view->f,
+                                           (v - stp_view_axis_y(view)) / view->f, -1.0});
 }
 
 static double centre_of(int i, int level)
