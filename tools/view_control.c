@@ -147,10 +147,15 @@ void view_control_project(view_control *c, bool orthographic)
 
 void view_control_navigate(view_control *c, view_navigation navigation)
 {
+    if (c->navigation == navigation)
+        return;
     c->navigation = navigation;
     c->held = 0;
     if (navigation != VIEW_ORBIT) /* who moves sees in perspective */
         view_control_project(c, false);
+    view_move_reset(c);
+    if (navigation == VIEW_WALK)
+        view_move_land(c);
 }
 
 static void set_threshold(stp_draw_params *params, double px)

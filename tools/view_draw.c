@@ -26,10 +26,15 @@ static void mode_words(const viewer *v, char out[120])
 {
     static const char *const navigations[] = {"", ", fly", ", walk"};
     const view_control *c = &v->control;
-    snprintf(out, 120, "%s%s%s%s%s%s", navigations[c->navigation],
+    const stp_dvec3 *p = v->measure.points;
+    char measured[40] = "";
+    if (v->measure.count == 2)
+        snprintf(measured, sizeof measured, " %.5g", stp_dvec3_length(stp_dvec3_sub(p[1], p[0])));
+    snprintf(out, 120, "%s%s%s%s%s%s%s", navigations[c->navigation],
              c->camera.height > 0.0 ? ", orthographic" : "",
              c->params.edl > 0.0 ? ", eye-dome" : "", c->params.clip.enabled ? ", clipped" : "",
-             c->measuring ? ", measuring" : "", v->record.on ? ", recording" : "");
+             c->measuring ? ", measuring" : "", c->measuring ? measured : "",
+             v->record.on ? ", recording" : "");
 }
 
 static void show_title(const viewer *v)

@@ -11,6 +11,10 @@
 #define SPEED_MOST 10.0
 #define EYE_SHARE 0.05
 #define EYE_MAN 1.7
+/* Walking, of the eye's height a second. */
+#define WALK_SPEED 3.0
+/* Of the eye's height: from further up one lands elsewhere. */
+#define LANDING 30.0
 /* A step is taken in this time, to a third of it. */
 #define STEP_S 0.12
 /* Of the eye's height: what is no step any more. */
@@ -57,8 +61,27 @@ void view_move_speed(view_control *c, double notches)
 
 void view_move_reset(view_control *c)
 {
-    c->speed = c->ball.radius / CROSSING_S;
     c->eye_height = fmin(EYE_MAN, EYE_SHARE * c->ball.radius);
+    c->speed =
+        c->navigation == VIEW_WALK ? WALK_SPEED * c->eye_height : c->ball.radius / CROSSING_S;
+}
+
+void view_move_land(view_control *c)
+{
+    double ground = 0.0, depth = 0.0;
+    stp_dvec3 up = stp_dvec3_normalize(c->camera.up);
+    stp_dvec3 back = stp_dvec3_normalize(stp_dvec3_sub(c->camera.eye, c->camera.look));
+    stp_dvec3 level = stp_dvec3_sub(back, stp_dvec3_scale(up, stp_dvec3_dot(back, up)));
+    if (c->ground(c->context, c->camera.eye, up, &ground) &&
+        stp_dvec3_dot(c->camera.eye, up) - ground < LANDING * c->eye_height)
+        return;
+    stp_dvec3 at = view_control_point(c, 0.5 * c->view.width, 0.5 * c->view.height, &depth);
+    if (c->has_centre)
+        at = c->centre;
+    c->camera.eye = stp_dvec3_add(at, stp_dvec3_scale(up, c->eye_height));
+    c->camera.look =
+        stp_dvec3_sub(c->camera.eye, stp_dvec3_scale(stp_dvec3_normalize(level), c->ball.radius));
+    c->changed = true;
 }
 
 static double axis(uint32_t held, uint32_t plus, uint32_t minus)
@@ -76,7 +99,7 @@ static void shift(stp_camera *camera, stp_dvec3 by)
 static bool step(view_control *c, stp_dvec3 up, double seconds)
 {
     double ground = 0.0;
-    if (c->ground == NULL || !c->ground(c->context, c->camera.eye, up, &ground))
+    if (!c->ground(c->context, c->camera.eye, up, &ground))
         return false;
     double wanted = ground + c->eye_height - stp_dvec3_dot(c->camera.eye, up);
     bool done = fabs(wanted) < STEP_DONE * c->eye_height;

@@ -19,8 +19,11 @@ enum {
 bool view_move_key(view_control *control, const stp_window_event *event);
 /* One notch of the wheel. */
 void view_move_speed(view_control *control, double notches);
-/* Speed and height that fit a scene of this size. */
+/* Speed and height that fit the way of moving and the scene's size. */
 void view_move_reset(view_control *control);
+/* Puts a camera that is high up, or beside the model, on the ground in the middle of the picture,
+ * looking level the same way. */
+void view_move_land(view_control *control);
 /* Moves by what is held for so many seconds. True while there is more to come. */
 bool view_move_advance(view_control *control, double seconds);
 

@@ -43,11 +43,9 @@ static void model_rows(const viewer *v, const view_model *m)
     const stp_chunk_file_info *info = m->model->info;
     stp_dvec3 size = stp_dvec3_sub(info->box.max, info->box.min);
     char text[160], count[32];
-    int digits = view_digits(v) > 4 ? 4 : view_digits(v);
     format_count(info->point_count, count);
     stp_ui_row("points", count);
-    snprintf(text, sizeof text, "%.*f x %.*f x %.*f", digits, size.x, digits, size.y, digits,
-             size.z);
+    snprintf(text, sizeof text, "%.5g x %.5g x %.5g", size.x, size.y, size.z);
     stp_ui_row("size", text);
     view_format_position(v, info->box.min, text);
     stp_ui_row("from", text);
@@ -109,7 +107,7 @@ static void navigation_rows(viewer *v)
         return;
     stp_ui_slider("speed", &c->speed, 1e-4 * c->ball.radius + unit, 10.0 * c->ball.radius, "%.3g",
                   true);
-    if (c->navigation == VIEW_WALK && stp_ui_number("eye above ground", &c->eye_height, "%.3f"))
+    if (c->navigation == VIEW_WALK && stp_ui_number("eye height", &c->eye_height, "%.3f"))
         c->eye_height = fmax(c->eye_height, unit);
 }
 
