@@ -10,7 +10,9 @@ DROP="$PWD/xdrop"
 WIDTH=900 HEIGHT=600
 VIEW=(--eye 0,0,4 --look 0,0,0 --up 0,1,0 --fovy 45)
 
+# Each viewer begins as the first one: panels that were hidden are remembered.
 open_viewer() { # options
+    rm -rf "$XDG_STATE_HOME"
     run_viewer "$@" --size ${WIDTH}x$HEIGHT "${VIEW[@]}" || return 1
     xdotool mousemove 20 300
 }
@@ -51,7 +53,6 @@ test_panels() {
     settle
     expect_kill_by_key q
     grep -q '"panels":.*false' "$XDG_STATE_HOME/stipple/view.json" || fail "that panels are off is forgotten"
-    rm -r "$XDG_STATE_HOME/stipple"
 }
 panel_is_gone() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" = 0 ]; }
 panel_is_back() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" -gt $((15 * HEIGHT)) ]; }
@@ -90,6 +91,7 @@ more_lit() { [ "$(lit_pixels 0 0 $WIDTH $HEIGHT)" -gt $(($1 * 11 / 10)) ]; }
 
 # The walker stands on the terrain's ground, not in the air.
 test_walk() {
+    rm -rf "$XDG_STATE_HOME"
     run_viewer terrain.stipple --size 500x400 || return
     local eye
     press n n
@@ -170,7 +172,6 @@ test_keeping() {
     wait_for 30 has_state || fail "no views in the folder of states"
     rmdir "$FOLDER/model.stipple.views.json"
     expect_kill_by_key q
-    rm -r "$XDG_STATE_HOME/stipple"
 }
 has_state() { compgen -G "$XDG_STATE_HOME/stipple/model.stipple-*.views.json" >/dev/null; }
 
