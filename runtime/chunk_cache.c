@@ -3,39 +3,48 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "runtime/gl_context.h"
+#include "runtime/level_rule.h"
+#include "runtime/upload_ring.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define DEFAULT_GPU_BYTES (UINT64_C(1) << 30)
-#define DEFAULT_CPU_BYTES (UINT64_C(1) << 30)
 #define NO_SLOT UINT32_MAX
-/* Chunks decoded at once. */
-#define BATCH_LIMIT 64
+/* Frames after which need counts half. */
+#define AGE_FRAMES 120.0f
+/* After a failure to read, the stream rests so long; twice as long after each further one. */
+#define REST_LEAST_S 1.0
+#define REST_MOST_S 30.0
 
 struct stp_chunk_cache {
-    const stp_model *model;
-    stp_pool *pool;
+    const stp_scene *scene;
+    stp_budget budget;
+    stp_stream *stream;
+    stp_upload_ring ring;
     stp_object_texture texture;
     stp_resident *slots;
-    uint32_t *slot_of; /* by chunk id */
-    bool *damaged;     /* by chunk id */
-    size_t batch;      /* chunks decoded at once */
-    uint64_t bytes_read;
-    char damage[512];
+    uint32_t *free_slots; /* stack */
+    uint32_t free_count;
+    uint32_t *slot_of;   /* by chunk */
+    bool *damaged;       /* by chunk */
+    stp_gpu_frame frame; /* from where need is measured */
+    stp_dvec3 eye;
+    stp_want *wants;
+    size_t want_count, want_capacity, ahead;
+    bool refused; /* one of the wants found no room: they are not asked for again */
+    double rest_until, rest_s;
+    char damage[512], trouble[512];
 };
-
-typedef struct decode_job {
-    stp_chunk_cache *cache;
-    stp_want wants[BATCH_LIMIT];
-    stp_chunk *chunks[BATCH_LIMIT];
-    stp_error errors[BATCH_LIMIT];
-    size_t count;
-} decode_job;
 
 const stp_object_texture *stp_chunk_cache_texture(const stp_chunk_cache *cache)
 {
     return &cache->texture;
+}
+
+const stp_budget *stp_chunk_cache_budget(const stp_chunk_cache *cache)
+{
+    return &cache->budget;
 }
 
 int stp_chunk_cache_finest(const stp_chunk_cache *cache, uint32_t chunk)
@@ -47,6 +56,12 @@ int stp_chunk_cache_finest(const stp_chunk_cache *cache, uint32_t chunk)
 bool stp_chunk_cache_damaged(const stp_chunk_cache *cache, uint32_t chunk)
 {
     return cache->damaged[chunk];
+}
+
+bool stp_chunk_cache_used(const stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp)
+{
+    uint32_t slot = cache->slot_of[chunk];
+    return slot != NO_SLOT && cache->slots[slot].last_used == stamp;
 }
 
 uint32_t stp_chunk_cache_slot(const stp_chunk_cache *cache, uint32_t chunk)
@@ -61,13 +76,54 @@ const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t s
 
 uint64_t stp_chunk_cache_bytes_read(const stp_chunk_cache *cache)
 {
-    return cache->bytes_read;
+    return stp_stream_bytes_read(cache->stream);
+}
+
+uint64_t stp_chunk_cache_gpu_used(const stp_chunk_cache *cache)
+{
+    uint64_t bytes = 0;
+    for (uint32_t s = 0; s < cache->texture.slot_capacity; s++) {
+        const stp_resident *r = &cache->slots[s];
+        if (r->chunk != STP_CHUNK_NONE)
+            bytes += r->placement.samples.count * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES +
+                     r->placement.patches.count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+    }
+    return bytes;
 }
 
 const char *stp_chunk_cache_damage(const stp_chunk_cache *cache)
 {
     return cache->damage;
 }
+
+const char *stp_chunk_cache_trouble(const stp_chunk_cache *cache)
+{
+    return cache->trouble;
+}
+
+size_t stp_chunk_cache_pending(const stp_chunk_cache *cache)
+{
+    return stp_stream_pending(cache->stream);
+}
+
+bool stp_chunk_cache_has_news(const stp_chunk_cache *cache)
+{
+    return stp_stream_has_news(cache->stream);
+}
+
+void stp_chunk_cache_look(stp_chunk_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye)
+{
+    cache->frame = *frame;
+    cache->eye = eye;
+}
+
+void stp_chunk_cache_touch(stp_chunk_cache *c, uint32_t chunk, uint64_t stamp)
+{
+    if (c->slot_of[chunk] != NO_SLOT)
+        c->slots[c->slot_of[chunk]].last_used = stamp;
+}
+
+/* ---- making room ---- */
 
 static void evict(stp_chunk_cache *c, uint32_t slot)
 {
@@ -77,229 +133,366 @@ static void evict(stp_chunk_cache *c, uint32_t slot)
     free(r->bounds);
     c->slot_of[r->chunk] = NO_SLOT;
     *r = (stp_resident){.chunk = STP_CHUNK_NONE};
+    c->free_slots[c->free_count++] = slot;
 }
 
-/* The slot least lately used before stamp, or NO_SLOT. Chunk 0, the root, stays. */
-static uint32_t find_victim(const stp_chunk_cache *c, uint64_t stamp)
+/* Pixels of error that its parent would show, were it turned to and in front of the eye: a chunk is
+ * never needed more than its parent. */
+static float need_of(const stp_chunk_cache *c, uint32_t chunk)
+{
+    const stp_chunk_entry *e = &c->scene->entries[chunk];
+    vec3s half = glms_vec3_scale(glms_vec3_sub(e->box_max, e->box_min), 0.5f);
+    vec3s centre = glms_vec3_add(e->box_min, half);
+    stp_dvec3 to = stp_dvec3_sub(stp_dvec3_add(e->origin, stp_dvec3_from_float(centre)), c->eye);
+    float f = c->frame.viewport[2], error = e->error[STP_LEVEL_COUNT - 1];
+    float distance = (float)stp_dvec3_length(to) - glms_vec3_norm(half);
+    return c->frame.modes[0] != 0
+               ? error * f
+               : error * f / fmaxf(distance, fmaxf(c->frame.viewport[3], 1e-30f));
+}
+
+/* The slot needed least of those last used before stamp, or NO_SLOT. limit: what is needed as much
+ * stays. */
+static uint32_t find_victim(const stp_chunk_cache *c, uint64_t stamp, float limit)
 {
     uint32_t victim = NO_SLOT;
+    float least = limit;
     for (uint32_t s = 0; s < c->texture.slot_capacity; s++) {
         const stp_resident *r = &c->slots[s];
-        if (r->chunk == STP_CHUNK_NONE || r->chunk == 0 || r->last_used >= stamp)
+        if (r->chunk == STP_CHUNK_NONE || r->last_used >= stamp ||
+            c->scene->entries[r->chunk].parent == STP_CHUNK_NONE)
             continue;
-        if (victim == NO_SLOT || r->last_used < c->slots[victim].last_used)
+        float need = need_of(c, r->chunk) / (1.0f + (float)(stamp - r->last_used) / AGE_FRAMES);
+        if (need < least) {
             victim = s;
+            least = need;
+        }
     }
     return victim;
 }
 
-static uint32_t find_free_slot(const stp_chunk_cache *c)
-{
-    for (uint32_t s = 0; s < c->texture.slot_capacity; s++)
-        if (c->slots[s].chunk == STP_CHUNK_NONE)
-            return s;
-    return NO_SLOT;
-}
-
 /* Evicts until slot and placement are found; false if what may be evicted does not do. */
-static bool make_room(stp_chunk_cache *c, const stp_want *want, uint64_t stamp, uint32_t *slot,
-                      stp_placement *placement, stp_status *status, stp_error *err)
+static bool make_room(stp_chunk_cache *c, const stp_want *want, uint64_t stamp, float limit,
+                      stp_load_place *place, stp_status *status, stp_error *err)
 {
-    const stp_chunk_entry *entry = &c->model->entries[want->chunk];
+    const stp_chunk_entry *entry = &c->scene->entries[want->chunk];
     for (;;) {
-        *slot = find_free_slot(c);
-        if (*slot != NO_SLOT &&
-            stp_object_texture_place(&c->texture, entry, want->finest, placement, status, err))
+        if (c->free_count > 0 && stp_object_texture_place(&c->texture, entry, want->finest,
+                                                          &place->placement, status, err)) {
+            place->slot = c->free_slots[--c->free_count];
             return true;
-        uint32_t victim = find_victim(c, stamp);
-        if (victim == NO_SLOT || *status != STP_OK)
+        }
+        uint32_t victim = *status == STP_OK ? find_victim(c, stamp, limit) : NO_SLOT;
+        if (victim == NO_SLOT)
             return false;
         evict(c, victim);
     }
 }
 
-/* *stored is false where there is no room. */
-static stp_status store(stp_chunk_cache *c, const stp_want *want, const stp_chunk *chunk,
-                        uint64_t stamp, bool *stored, stp_error *err)
+static void give_place(stp_chunk_cache *c, const stp_load_place *place)
+{
+    stp_object_texture_release(&c->texture, &place->placement);
+    c->free_slots[c->free_count++] = place->slot;
+}
+
+/* Sends a FETCHED load on to be decoded. *room is false where there is none: in the ring for now,
+ * or in the Object Texture. */
+static stp_status place(stp_chunk_cache *c, stp_load *load, uint64_t stamp, float limit, bool *room,
+                        bool *ring_full, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_resident r = {.chunk = want->chunk, .finest = want->finest, .last_used = stamp};
-    uint32_t slot = NO_SLOT;
-    if (c->slot_of[want->chunk] != NO_SLOT) /* there, but not fine enough */
-        evict(c, c->slot_of[want->chunk]);
-    *stored = make_room(c, want, stamp, &slot, &r.placement, &status, err);
-    if (!*stored)
+    stp_load_place p = {0};
+    *ring_full = false;
+    *room = make_room(c, &load->want, stamp, limit, &p, &status, err);
+    if (!*room)
         return status;
-    STP_TRY(stp_alloc(&r.patches, chunk->patch_count, sizeof *r.patches, "patches", err));
-    STP_TRY(stp_alloc(&r.bounds, chunk->patch_count, sizeof *r.bounds, "patches", err));
-    stp_gpu_patches_fill(r.patches, chunk, &r.placement, slot);
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        r.bounds[p] = stp_patch_bound(&r.patches[p]);
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            r.radius[l] = fmaxf(r.radius[l], r.patches[p].radius[l]);
+    if (!stp_upload_ring_take(&c->ring, stp_load_bytes(&p.placement), &p.piece, &status, err)) {
+        give_place(c, &p);
+        *room = false;
+        *ring_full = true;
+        return status;
     }
-    STP_TRY(stp_object_texture_upload(&c->texture, chunk, &r.placement, r.patches, err));
-    c->slots[slot] = r;
-    c->slot_of[want->chunk] = slot;
-    r.patches = NULL;
-    r.bounds = NULL;
-done:
-    if (status != STP_OK)
-        stp_object_texture_release(&c->texture, &r.placement);
-    free(r.patches);
-    free(r.bounds);
-    return status;
-}
-
-static stp_status decode_task(void *context, size_t index, unsigned worker, stp_error *err)
-{
-    decode_job *job = context;
-    (void)worker;
-    (void)err;
-    const stp_want *want = &job->wants[index];
-    job->errors[index].status =
-        stp_chunk_file_read(job->cache->model->file, want->chunk, want->finest, &job->chunks[index],
-                            &job->errors[index]);
-    return STP_OK; /* one damaged chunk does not stop the others */
-}
-
-/* Notes damage; any other failure is the caller's. */
-static stp_status take_failure(stp_chunk_cache *c, uint32_t chunk, const stp_error *failure,
-                               stp_error *err)
-{
-    if (failure->status != STP_CORRUPT && failure->status != STP_UNSUPPORTED)
-        return stp_error_set(err, failure->status, "%s", failure->message);
-    if (!c->damaged[chunk] && c->damage[0] == '\0')
-        snprintf(c->damage, sizeof c->damage, "%.500s", failure->message);
-    c->damaged[chunk] = true;
+    p.memory = stp_upload_ring_memory(&c->ring, p.piece);
+    stp_stream_decode(c->stream, load, &p);
     return STP_OK;
 }
 
-/* The next wants that are not there, at most a batch of them; *end: how far it looked. */
-static void fill_batch(decode_job *job, const stp_want *wants, size_t count, size_t begin,
-                       size_t limit, uint64_t stamp, size_t *end)
+/* ---- what has come ---- */
+
+static void copy(const stp_chunk_cache *c, GLuint buffer, uint64_t from, uint64_t to,
+                 uint64_t bytes)
 {
-    stp_chunk_cache *c = job->cache;
-    size_t i = begin;
-    job->count = 0;
-    for (; i < count && job->count < limit; i++) {
-        uint32_t chunk = wants[i].chunk;
-        if (c->damaged[chunk])
-            continue;
-        if (stp_chunk_cache_finest(c, chunk) <= wants[i].finest)
-            stp_chunk_cache_touch(c, chunk, stamp);
-        else
-            job->wants[job->count++] = wants[i];
-    }
-    *end = i;
+    if (bytes > 0)
+        glCopyNamedBufferSubData(c->ring.buffer, buffer, (GLintptr)from, (GLintptr)to,
+                                 (GLsizeiptr)bytes);
 }
 
-static stp_status load_batch(decode_job *job, uint64_t stamp, size_t *stored_count, bool *damaged,
-                             stp_error *err)
+/* A DONE load becomes resident, in the stead of a coarser version of it. */
+static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
 {
-    stp_chunk_cache *c = job->cache;
-    stp_status status = stp_pool_run(c->pool, job->count, decode_task, job, err);
-    bool stored = true;
-    *stored_count = 0;
-    for (size_t i = 0; i < job->count; i++) {
-        const stp_want *want = &job->wants[i];
-        const stp_chunk_entry *entry = &c->model->entries[want->chunk];
-        if (status == STP_OK && stored && job->chunks[i] != NULL) {
-            c->bytes_read += entry->segment_end[STP_SEGMENT_COUNT - 1 - want->finest];
-            status = store(c, want, job->chunks[i], stamp, &stored, err);
-        } else if (status == STP_OK && job->errors[i].status != STP_OK) {
-            status = take_failure(c, want->chunk, &job->errors[i], err);
-            *damaged = true;
-        }
-        *stored_count += status == STP_OK && stored;
-        stp_chunk_destroy(&job->chunks[i]);
+    const stp_load_place *p = &load->place;
+    const stp_placement *at = &p->placement;
+    uint64_t begin = stp_upload_ring_offset(p->piece);
+    copy(c, c->texture.samples, begin, at->samples.begin * (uint64_t)sizeof(stp_sample),
+         stp_load_numbers_offset(at));
+    copy(c, c->texture.patch_of_sample, begin + stp_load_numbers_offset(at),
+         at->samples.begin * (uint64_t)sizeof(uint32_t),
+         stp_load_patches_offset(at) - stp_load_numbers_offset(at));
+    copy(c, c->texture.patches, begin + stp_load_patches_offset(at),
+         at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
+         stp_load_bytes(at) - stp_load_patches_offset(at));
+    stp_upload_ring_copied(&c->ring, p->piece);
+    if (c->slot_of[load->want.chunk] != NO_SLOT)
+        evict(c, c->slot_of[load->want.chunk]);
+    stp_resident *r = &c->slots[p->slot];
+    *r = (stp_resident){.chunk = load->want.chunk,
+                        .finest = load->want.finest,
+                        .last_used = stamp,
+                        .placement = *at,
+                        .patches = load->patches,
+                        .bounds = load->bounds};
+    memcpy(r->radius, load->radius, sizeof r->radius);
+    c->slot_of[r->chunk] = p->slot;
+    load->patches = NULL;
+    load->bounds = NULL;
+}
+
+/* Where a load was placed before it failed, that is given back. */
+static void give_back(stp_chunk_cache *c, const stp_load *load)
+{
+    if (load->place.memory == NULL)
+        return;
+    give_place(c, &load->place);
+    stp_upload_ring_give(&c->ring, load->place.piece);
+}
+
+/* Damage is noted for good; true if it is that. */
+static bool note_damage(stp_chunk_cache *c, const stp_load *load)
+{
+    if (load->error.status != STP_CORRUPT && load->error.status != STP_UNSUPPORTED)
+        return false;
+    if (c->damage[0] == '\0')
+        snprintf(c->damage, sizeof c->damage, "%.500s", load->error.message);
+    c->damaged[load->want.chunk] = true;
+    return true;
+}
+
+/* The file cannot be read at the moment: the stream rests, longer each time. */
+static void note_trouble(stp_chunk_cache *c, const stp_load *load)
+{
+    snprintf(c->trouble, sizeof c->trouble, "%.500s", load->error.message);
+    c->rest_s = c->rest_s > 0.0 ? fmin(2.0 * c->rest_s, REST_MOST_S) : REST_LEAST_S;
+    c->rest_until = stp_clock_seconds() + c->rest_s;
+}
+
+/* Takes one load in; *bytes: copied. */
+static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
+{
+    if (load->state == STP_LOAD_DONE) {
+        *bytes += stp_load_bytes(&load->place.placement);
+        commit(c, load, stamp);
+        c->trouble[0] = '\0';
+        c->rest_s = 0.0;
+    } else {
+        give_back(c, load);
+        if (!note_damage(c, load))
+            note_trouble(c, load);
     }
+    stp_stream_release(c->stream, load);
+}
+
+/* ---- beside the frame ---- */
+
+static bool is_ahead(const stp_chunk_cache *c, uint32_t chunk)
+{
+    for (size_t i = 0; i < c->ahead; i++)
+        if (c->wants[i].chunk == chunk)
+            return false;
+    return true;
+}
+
+stp_status stp_chunk_cache_update(stp_chunk_cache *c, uint64_t stamp, stp_error *err)
+{
+    stp_load *load = NULL;
+    uint64_t bytes = 0;
+    while (bytes < STP_CACHE_FRAME_BYTES && stp_upload_ring_may_copy(&c->ring) &&
+           (load = stp_stream_next_done(c->stream)) != NULL)
+        take_in(c, load, stamp, &bytes);
+    stp_upload_ring_fence(&c->ring);
+    while ((load = stp_stream_next_fetched(c->stream)) != NULL) {
+        bool room = false, ring_full = false;
+        float limit = is_ahead(c, load->want.chunk) ? need_of(c, load->want.chunk) : INFINITY;
+        stp_status status = place(c, load, stamp, limit, &room, &ring_full, err);
+        if (status != STP_OK || ring_full)
+            return status;
+        c->refused = c->refused || !room;
+        if (!room)
+            stp_stream_release(c->stream, load);
+    }
+    return stp_gl_check("uploading chunks", err);
+}
+
+void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t count, size_t ahead)
+{
+    bool same = count == c->want_count &&
+                (count == 0 || memcmp(wants, c->wants, count * sizeof *wants) == 0);
+    if (stp_grow(&c->wants, &c->want_capacity, count, sizeof *c->wants, "a list of chunks", NULL) !=
+        STP_OK)
+        count = 0;
+    if (count > 0)
+        memcpy(c->wants, wants, count * sizeof *wants);
+    c->refused = c->refused && same;
+    c->want_count = count;
+    c->ahead = ahead < count ? ahead : count;
+    bool resting = stp_clock_seconds() < c->rest_until;
+    stp_stream_want(c->stream, c->wants, resting || c->refused ? 0 : count);
+}
+
+/* ---- waiting ---- */
+
+/* Frees a piece of the ring that is being copied, or takes in what is done. */
+static stp_status take_news(stp_chunk_cache *c, uint64_t stamp, bool *damaged, stp_error *err)
+{
+    stp_load *load = NULL;
+    uint64_t bytes = 0;
+    while ((load = stp_stream_next_done(c->stream)) != NULL) {
+        bool failed = load->state == STP_LOAD_FAILED;
+        stp_error error = load->error;
+        if (!stp_upload_ring_may_copy(&c->ring))
+            stp_upload_ring_fence(&c->ring);
+        take_in(c, load, stamp, &bytes);
+        if (failed && error.status != STP_CORRUPT && error.status != STP_UNSUPPORTED)
+            return stp_error_set(err, error.status, "%s", error.message);
+        *damaged = *damaged || failed;
+    }
+    stp_upload_ring_fence(&c->ring);
+    return STP_OK;
+}
+
+/* Whether a want needs nothing more. */
+static bool settled(stp_chunk_cache *c, const stp_want *want, uint64_t stamp)
+{
+    if (c->damaged[want->chunk])
+        return true;
+    if (stp_chunk_cache_finest(c, want->chunk) > want->finest)
+        return false;
+    stp_chunk_cache_touch(c, want->chunk, stamp);
+    return true;
+}
+
+/* A coarser version would keep the room that the finer one needs. */
+static void evict_coarser(stp_chunk_cache *c, const stp_want *want)
+{
+    uint32_t slot = c->slot_of[want->chunk];
+    if (slot != NO_SLOT && c->slots[slot].finest > want->finest &&
+        c->scene->entries[want->chunk].parent != STP_CHUNK_NONE)
+        evict(c, slot);
+}
+
+/* Places the want that is next in order, if it is read. */
+static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed, stp_error *err)
+{
+    const stp_want *want = &l->wants[l->begun];
+    stp_load *load = stp_stream_find(c->stream, want->chunk);
+    *placed = false;
+    if (load == NULL || load->state != STP_LOAD_FETCHED)
+        return STP_OK;
+    if (load->want.finest > want->finest) { /* begun for another picture */
+        stp_stream_release(c->stream, load);
+        return STP_OK;
+    }
+    evict_coarser(c, want);
+    stp_status status = place(c, load, l->stamp, INFINITY, placed, &l->ring_full, err);
+    l->full = !*placed && !l->ring_full;
     return status;
 }
 
-stp_status stp_chunk_cache_load(stp_chunk_cache *c, const stp_want *wants, size_t count,
-                                uint64_t stamp, double deadline, size_t *loaded, bool *damaged,
-                                stp_error *err)
+/* Takes in what is done and places what is read. */
+static stp_status load_round(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
+{
+    stp_status status = take_news(c, l->stamp, &l->damaged, err);
+    bool placed = true;
+    l->ring_full = false;
+    while (status == STP_OK && l->begun < l->count && placed && !l->full) {
+        placed = settled(c, &l->wants[l->begun], l->stamp);
+        if (!placed)
+            status = place_next(c, l, &placed, err);
+        l->begun += placed;
+    }
+    while (l->there < l->begun && settled(c, &l->wants[l->there], l->stamp))
+        l->there++;
+    return status;
+}
+
+stp_status stp_chunk_cache_load_step(stp_chunk_cache *c, stp_cache_load *l, bool *finished,
+                                     stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t begin = 0;
-    *loaded = 0;
-    *damaged = false;
-    while (begin < count) {
-        decode_job job = {.cache = c};
-        size_t end = 0, stored = 0;
-        fill_batch(&job, wants, count, begin, c->batch, stamp, &end);
-        if (job.count > 0 && deadline > 0.0 && stp_clock_seconds() >= deadline)
-            break;
-        status = load_batch(&job, stamp, &stored, damaged, err);
+    bool more = false;
+    do {
+        STP_TRY(load_round(c, l, err));
+        more = l->begun < l->count && !l->full;
+        *finished = l->there == l->begun && !more;
+    } while (!*finished && l->ring_full && stp_upload_ring_wait(&c->ring));
+    if (more && stp_stream_find(c->stream, l->wants[l->begun].chunk) == NULL)
+        stp_stream_want(c->stream, l->wants + l->begun, l->count - l->begun);
+    STP_TRY(stp_gl_check("uploading chunks", err));
+done:
+    if (status != STP_OK || *finished)
+        stp_stream_want(c->stream, NULL, 0);
+    return status;
+}
+
+stp_status stp_chunk_cache_load(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
+{
+    bool finished = false;
+    c->rest_until = 0.0;
+    while (!finished) {
+        uint64_t seen = stp_stream_news_count(c->stream);
+        stp_status status = stp_chunk_cache_load_step(c, l, &finished, err);
         if (status != STP_OK)
             return status;
-        if (stored < job.count) { /* full: count up to the first that has no room */
-            while (begin < end &&
-                   (c->damaged[wants[begin].chunk] ||
-                    stp_chunk_cache_finest(c, wants[begin].chunk) <= wants[begin].finest))
-                begin++;
-            break;
-        }
-        begin = end;
+        if (!finished)
+            stp_stream_wait(c->stream, seen);
     }
-    *loaded = begin;
     return STP_OK;
 }
 
-void stp_chunk_cache_touch(stp_chunk_cache *c, uint32_t chunk, uint64_t stamp)
+/* ---- creation ---- */
+
+static stp_status load_roots(stp_chunk_cache *c, stp_error *err)
 {
-    if (c->slot_of[chunk] != NO_SLOT)
-        c->slots[c->slot_of[chunk]].last_used = stamp;
+    stp_want roots[STP_SCENE_MODELS_LIMIT];
+    stp_cache_load load = {.wants = roots, .count = c->scene->model_count, .stamp = 1};
+    for (size_t i = 0; i < c->scene->model_count; i++)
+        roots[i] = (stp_want){c->scene->models[i].first, 0};
+    stp_status status = stp_chunk_cache_load(c, &load, err);
+    if (status == STP_OK && load.damaged)
+        status = stp_error_set(err, STP_CORRUPT, "%s", c->damage);
+    if (status == STP_OK && load.there < load.count)
+        status = stp_error_set(err, STP_LIMIT,
+                               "%zu models do not fit in the GPU memory given: give a larger "
+                               "--gpu-memory",
+                               load.count);
+    return status;
 }
 
-/* Room for the whole model, or for as much of it as the budget holds. */
-static stp_status choose_capacity(const stp_model *model, uint64_t budget, uint32_t out[3],
-                                  stp_error *err)
+static stp_status create_tables(stp_chunk_cache *c, stp_error *err)
 {
-    uint64_t samples = 0, patches = 0, most_samples = 0, most_patches = 0;
-    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
-        const stp_chunk_entry *e = &model->entries[id];
-        uint64_t own = 0;
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            own += e->sample_count[l];
-        samples += own;
-        patches += e->patch_count;
-        most_samples = own > most_samples ? own : most_samples;
-        most_patches = e->patch_count > most_patches ? e->patch_count : most_patches;
+    stp_status status = STP_OK;
+    uint32_t count = c->scene->chunk_count, slots = c->budget.slot_capacity;
+    STP_TRY(stp_alloc(&c->slot_of, count, sizeof *c->slot_of, "slots", err));
+    memset(c->slot_of, 0xff, count * sizeof *c->slot_of);
+    STP_TRY(stp_alloc(&c->damaged, count, sizeof *c->damaged, "slots", err));
+    STP_TRY(stp_alloc(&c->slots, slots, sizeof *c->slots, "slots", err));
+    STP_TRY(stp_alloc(&c->free_slots, slots, sizeof *c->free_slots, "slots", err));
+    for (uint32_t s = 0; s < slots; s++) {
+        c->slots[s].chunk = STP_CHUNK_NONE;
+        c->free_slots[slots - 1 - s] = s;
     }
-    uint64_t total = stp_model_gpu_bytes(model);
-    double share = total > budget ? (double)budget / (double)total : 1.0;
-    uint64_t sample_capacity = (uint64_t)(share * (double)samples);
-    uint64_t patch_capacity = (uint64_t)(share * (double)patches);
-    if (share < 1.0 && (sample_capacity < 2 * most_samples || patch_capacity < 2 * most_patches)) {
-        double most_share =
-            fmax((double)most_samples / (double)samples, (double)most_patches / (double)patches);
-        unsigned long long needed_mib =
-            1 + ((1 + (uint64_t)(2.0 * (double)total * most_share)) >> 20);
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: a GPU memory of %llu bytes holds not even two chunks: give "
-                             "--gpu-memory %lluM or more",
-                             stp_chunk_file_path(model->file), (unsigned long long)budget,
-                             needed_mib);
-    }
-    out[0] = (uint32_t)(sample_capacity < UINT32_MAX ? sample_capacity : UINT32_MAX);
-    out[1] = (uint32_t)(patch_capacity < UINT32_MAX ? patch_capacity : UINT32_MAX);
-    out[2] = model->info->chunk_count;
-    return STP_OK;
-}
-
-/* Two chunks a thread, as long as the CPU's budget holds them; at least one. */
-static size_t choose_batch(const stp_model *model, const stp_pool *pool, uint64_t cpu_bytes)
-{
-    size_t most = 1, batch = 2 * (size_t)stp_pool_thread_count(pool);
-    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
-        size_t bytes = stp_chunk_memory_bytes(&model->entries[id], 0);
-        most = bytes > most ? bytes : most;
-    }
-    uint64_t fit = (cpu_bytes != 0 ? cpu_bytes : DEFAULT_CPU_BYTES) / most;
-    batch = batch < BATCH_LIMIT ? batch : BATCH_LIMIT;
-    return fit < 1 ? 1 : fit < batch ? (size_t)fit : batch;
+    c->free_count = slots;
+done:
+    return status;
 }
 
 stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_params *params,
@@ -307,28 +500,24 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
 {
     stp_status status = STP_OK;
     stp_chunk_cache *c = NULL;
-    const stp_model *model = params->model;
-    uint64_t budget = params->gpu_bytes != 0 ? params->gpu_bytes : DEFAULT_GPU_BYTES;
-    uint32_t capacity[3] = {0, 0, 0};
-    size_t loaded = 0;
-    bool damaged = false;
-    STP_TRY(choose_capacity(model, budget, capacity, err));
+    stp_budget b;
+    STP_TRY(stp_budget_plan(&b, params->scene, params->gpu_bytes, params->cpu_bytes,
+                            params->thread_count, err));
     STP_TRY(stp_alloc(&c, 1, sizeof *c, "a chunk cache", err));
-    c->model = model;
-    c->pool = params->pool;
-    c->batch = choose_batch(model, params->pool, params->cpu_bytes);
-    STP_TRY(stp_alloc(&c->slot_of, model->info->chunk_count, sizeof *c->slot_of, "slots", err));
-    memset(c->slot_of, 0xff, model->info->chunk_count * sizeof *c->slot_of);
-    STP_TRY(stp_alloc(&c->damaged, model->info->chunk_count, sizeof *c->damaged, "slots", err));
-    STP_TRY(stp_alloc(&c->slots, capacity[2], sizeof *c->slots, "slots", err));
-    for (uint32_t s = 0; s < capacity[2]; s++)
-        c->slots[s].chunk = STP_CHUNK_NONE;
-    STP_TRY(stp_object_texture_create(&c->texture, capacity[0], capacity[1], capacity[2], err));
-    STP_TRY(stp_chunk_cache_load(c, &(stp_want){0, 0}, 1, 1, 0.0, &loaded, &damaged, err));
-    if (damaged || loaded < 1) {
-        status = stp_error_set(err, STP_CORRUPT, "%s", c->damage);
-        goto done;
-    }
+    c->scene = params->scene;
+    c->budget = b;
+    STP_TRY(create_tables(c, err));
+    STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
+                                      b.slot_capacity, err));
+    STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, err));
+    STP_TRY(stp_stream_create(&c->stream,
+                              &(stp_stream_params){.scene = params->scene,
+                                                   .payload_bytes = b.payload_bytes,
+                                                   .decoder_count = b.decoder_count,
+                                                   .wake = params->wake,
+                                                   .wake_context = params->wake_context},
+                              err));
+    STP_TRY(load_roots(c, err));
     *out = c;
     c = NULL;
 done:
@@ -341,14 +530,18 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache)
     stp_chunk_cache *c = *cache;
     if (c == NULL)
         return;
+    stp_stream_destroy(&c->stream); /* decoders write into the ring */
     for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++) {
         free(c->slots[s].patches);
         free(c->slots[s].bounds);
     }
+    stp_upload_ring_destroy(&c->ring);
     stp_object_texture_destroy(&c->texture);
     free(c->slots);
+    free(c->free_slots);
     free(c->slot_of);
     free(c->damaged);
+    free(c->wants);
     free(c);
     *cache = NULL;
 }

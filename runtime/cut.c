@@ -30,12 +30,17 @@ static float level_error(const stp_rule_sight *sight, const stp_chunk_entry *e, 
 }
 
 /* A child is wanted where its coarsest level, all that its parent has of it, would show. */
-static bool child_wanted(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                         const stp_chunk_entry *child)
+static bool child_wanted(const stp_cut_params *params, const stp_rule_sight *sight, uint32_t id)
 {
-    float threshold = frame->quality[0];
+    const stp_chunk_entry *child = &params->scene->entries[id];
+    const stp_cut_source *source = &params->source;
+    float threshold = params->frame->quality[0], cap = params->frame->quality[1];
+    if (source->was_drawn != NULL && source->was_drawn(source->context, id)) {
+        threshold *= STP_CUT_HYSTERESIS;
+        cap *= STP_CUT_HYSTERESIS;
+    }
     return threshold <= 0.0f || level_error(sight, child, STP_LEVEL_COUNT - 1) > threshold ||
-           child->radius_max * sight->scale > frame->quality[1];
+           child->radius_max * sight->scale > cap;
 }
 
 /* Finest level that any patch of the chunk can ask for. */
@@ -51,6 +56,27 @@ static int finest_needed(const stp_gpu_frame *frame, const stp_rule_sight *sight
     return 0;
 }
 
+/* Error beyond which more of it does not show more. */
+#define GAIN_ERROR_MOST_PX 256.0f
+
+/* What a chunk would improve, a byte: see stp_miss. bound: in sight, relative to the eye. */
+static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                     const stp_rule_bound *bound, const stp_chunk_entry *e, int finest)
+{
+    float screen = frame->viewport[0] * frame->viewport[1];
+    float error = fminf(level_error(sight, e, STP_LEVEL_COUNT - 1), GAIN_ERROR_MOST_PX);
+    float reach = bound->radius * sight->scale;
+    float area = sight->scale < 0.0f ? screen : fminf(3.14159265f * reach * reach, screen);
+    return area * fmaxf(error, 1.0f) / (float)(1 + stp_chunk_payload_bytes(e, finest));
+}
+
+/* A chunk to look at. What is below a chunk that is not there is looked at for what it misses. */
+typedef struct stp_cut_visit {
+    uint32_t chunk;
+    bool missing;
+    float gain; /* where missing: of the miss above */
+} stp_cut_visit;
+
 static stp_status add_miss(stp_cut *cut, stp_miss miss, stp_error *err)
 {
     stp_status status = stp_grow(&cut->misses, &cut->miss_capacity, cut->miss_count + 1,
@@ -60,39 +86,58 @@ static stp_status add_miss(stp_cut *cut, stp_miss miss, stp_error *err)
     return status;
 }
 
-/* Decides the children of a chunk: draws, leaves to the parent, or notes as missing. */
-static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp_draw *draw,
-                                 size_t *stack_count, stp_error *err)
+static stp_status push(stp_cut *cut, size_t *count, stp_cut_visit visit, stp_error *err)
+{
+    stp_status status = stp_grow(&cut->stack, &cut->stack_capacity, *count + 1, sizeof *cut->stack,
+                                 "a stack of chunks", err);
+    if (status == STP_OK)
+        cut->stack[(*count)++] = visit;
+    return status;
+}
+
+/* Decides one child: drawn, left to its parent, or missing. *drawn: it is, or is out of sight. */
+static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
+                              uint32_t id, bool *drawn, size_t *stack_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_chunk_entry *e = &params->model->entries[draw->chunk];
-    STP_TRY(stp_grow(&cut->stack, &cut->stack_capacity, *stack_count + e->child_count,
-                     sizeof *cut->stack, "a stack of chunks", err));
-    for (uint32_t k = 0; k < e->child_count; k++) {
-        uint32_t id = e->first_child + k;
-        const stp_chunk_entry *child = &params->model->entries[id];
-        stp_rule_bound bound = entry_bound(child, params->eye);
-        float eye[3];
-        if (!stp_rule_visible(params->frame, &bound, eye)) {
-            draw->drawn_children |= UINT64_C(1) << k;
-            continue;
-        }
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        if (!child_wanted(params->frame, &sight, child))
-            continue;
-        int finest = finest_needed(params->frame, &sight, child);
-        int available = params->available(params->context, id);
-        if (available > finest) {
-            float priority = level_error(&sight, child, STP_LEVEL_COUNT - 1);
-            STP_TRY(add_miss(cut, (stp_miss){id, finest, priority}, err));
-        }
-        if (available >= STP_LEVEL_COUNT)
-            continue;
-        draw->drawn_children |= UINT64_C(1) << k;
-        cut->stack[(*stack_count)++] = id;
+    const stp_chunk_entry *child = &params->scene->entries[id];
+    stp_rule_bound bound = entry_bound(child, params->eye);
+    stp_cut_visit visit = {id, parent.missing, parent.gain};
+    float eye[3];
+    *drawn = !stp_rule_visible(params->frame, &bound, eye);
+    if (*drawn)
+        return STP_OK;
+    stp_rule_sight sight = stp_rule_look(params->frame, &bound);
+    if (!child_wanted(params, &sight, id))
+        return STP_OK;
+    int finest = finest_needed(params->frame, &sight, child);
+    int available = params->source.available(params->source.context, id);
+    if (available > finest) {
+        float gain = gain_of(params->frame, &sight, &bound, child, finest);
+        visit.gain = parent.missing ? fminf(gain, 0.99f * parent.gain) : gain;
+        STP_TRY(add_miss(cut, (stp_miss){id, finest, visit.gain}, err));
     }
+    visit.missing = parent.missing || available >= STP_LEVEL_COUNT;
+    *drawn = !visit.missing;
+    STP_TRY(push(cut, stack_count, visit, err));
 done:
     return status;
+}
+
+/* Decides the children of a chunk. */
+static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,
+                                 stp_draw *draw, size_t *stack_count, stp_error *err)
+{
+    const stp_chunk_entry *e = &params->scene->entries[visit.chunk];
+    for (uint32_t k = 0; k < e->child_count; k++) {
+        bool drawn = false;
+        stp_status status =
+            visit_child(cut, params, visit, e->first_child + k, &drawn, stack_count, err);
+        if (status != STP_OK)
+            return status;
+        draw->drawn_children |= (uint64_t)drawn << k;
+    }
+    return STP_OK;
 }
 
 static uint64_t all_children(uint32_t count)
@@ -109,9 +154,53 @@ static int compare_draws(const void *a, const void *b)
 static int compare_misses(const void *a, const void *b)
 {
     const stp_miss *x = a, *y = b;
-    if (x->priority != y->priority)
-        return x->priority < y->priority ? 1 : -1;
+    if (x->gain != y->gain)
+        return x->gain < y->gain ? 1 : -1;
     return (x->chunk > y->chunk) - (x->chunk < y->chunk);
+}
+
+/* Draws a chunk that is there, or what of it is left to it. */
+static stp_status add_draw(stp_cut *cut, const stp_cut_params *params, const stp_draw *draw,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t count = params->scene->entries[draw->chunk].child_count;
+    if (count > 0 && draw->drawn_children == all_children(count)) {
+        STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
+                         sizeof *cut->passed, "a list of chunks", err));
+        cut->passed[cut->passed_count++] = draw->chunk;
+        return STP_OK;
+    }
+    STP_TRY(stp_grow(&cut->draws, &cut->draw_capacity, cut->draw_count + 1, sizeof *cut->draws,
+                     "a list of chunks", err));
+    cut->draws[cut->draw_count++] = *draw;
+done:
+    return status;
+}
+
+/* One chunk of the stack, which is wanted. */
+static stp_status visit_chunk(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,
+                              size_t *stack_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_draw draw = {.chunk = visit.chunk};
+    const stp_chunk_entry *e = &params->scene->entries[draw.chunk];
+    stp_rule_bound bound = entry_bound(e, params->eye);
+    float eye[3];
+    if (!stp_rule_visible(params->frame, &bound, eye))
+        return STP_OK;
+    stp_rule_sight sight = stp_rule_look(params->frame, &bound);
+    draw.scale = sight.scale;
+    draw.finest = finest_needed(params->frame, &sight, e);
+    if (!visit.missing && e->parent != STP_CHUNK_NONE) {
+        int available = params->source.available(params->source.context, draw.chunk);
+        draw.finest = available > draw.finest ? available : draw.finest;
+    }
+    STP_TRY(visit_children(cut, params, visit, &draw, stack_count, err));
+    if (!visit.missing)
+        STP_TRY(add_draw(cut, params, &draw, err));
+done:
+    return status;
 }
 
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err)
@@ -119,33 +208,13 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
     stp_status status = STP_OK;
     size_t stack_count = 0;
     cut->draw_count = cut->miss_count = cut->passed_count = 0;
-    STP_TRY(stp_grow(&cut->stack, &cut->stack_capacity, 1, sizeof *cut->stack, "a stack of chunks",
-                     err));
-    cut->stack[stack_count++] = 0;
+    for (size_t i = 0; i < params->scene->model_count; i++)
+        if (!(params->hidden_models >> i & 1))
+            STP_TRY(push(cut, &stack_count,
+                         (stp_cut_visit){.chunk = params->scene->models[i].first}, err));
     while (stack_count > 0) {
-        stp_draw draw = {.chunk = cut->stack[--stack_count]};
-        const stp_chunk_entry *e = &params->model->entries[draw.chunk];
-        stp_rule_bound bound = entry_bound(e, params->eye);
-        float eye[3];
-        if (!stp_rule_visible(params->frame, &bound, eye))
-            continue;
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        draw.scale = sight.scale;
-        draw.finest = finest_needed(params->frame, &sight, e);
-        if (draw.chunk != 0) {
-            int available = params->available(params->context, draw.chunk);
-            draw.finest = available > draw.finest ? available : draw.finest;
-        }
-        STP_TRY(visit_children(cut, params, &draw, &stack_count, err));
-        if (e->child_count > 0 && draw.drawn_children == all_children(e->child_count)) {
-            STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
-                             sizeof *cut->passed, "a list of chunks", err));
-            cut->passed[cut->passed_count++] = draw.chunk;
-            continue;
-        }
-        STP_TRY(stp_grow(&cut->draws, &cut->draw_capacity, cut->draw_count + 1, sizeof *cut->draws,
-                         "a list of chunks", err));
-        cut->draws[cut->draw_count++] = draw;
+        stp_cut_visit visit = cut->stack[--stack_count];
+        STP_TRY(visit_chunk(cut, params, visit, &stack_count, err));
     }
     if (cut->draw_count > 0)
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
@@ -164,9 +233,8 @@ void stp_cut_destroy(stp_cut *cut)
     *cut = (stp_cut){0};
 }
 
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye)
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *e, const stp_draw *draw, stp_dvec3 eye)
 {
-    const stp_chunk_entry *e = &model->entries[draw->chunk];
     stp_dvec3 offset = stp_dvec3_sub(e->origin, eye);
     return (stp_gpu_chunk){
         .offset = {(float)offset.x, (float)offset.y, (float)offset.z},

@@ -7,7 +7,7 @@
 #define STP_RUNTIME_CUT_H
 
 #include "runtime/level_choice.h"
-#include "runtime/model.h"
+#include "runtime/scene.h"
 
 #include <stddef.h>
 
@@ -21,7 +21,7 @@ typedef struct stp_draw {
 typedef struct stp_miss {
     uint32_t chunk;
     int finest;
-    float priority; /* pixels of error that its parent shows */
+    float gain; /* pixels of the screen times pixels of error that it takes away, a byte to read */
 } stp_miss;
 
 /* Zero is an empty cut; arrays grow and are kept. */
@@ -30,25 +30,36 @@ typedef struct stp_cut {
     size_t draw_count, draw_capacity;
     uint32_t *passed; /* drawn by their children alone: kept, so that a cut can fall back on them */
     size_t passed_count, passed_capacity;
-    stp_miss *misses; /* worst first */
+    stp_miss *misses; /* greatest gain first; a chunk's parent before it */
     size_t miss_count, miss_capacity;
-    uint32_t *stack;
+    struct stp_cut_visit *stack;
     size_t stack_capacity;
 } stp_cut;
 
-/* Finest level at which a chunk can be drawn now, or STP_LEVEL_COUNT if not at all. */
-typedef int stp_cut_available(const void *context, uint32_t chunk);
+/* What the cut asks of the cache; never of a root, which is always there. */
+typedef struct stp_cut_source {
+    const void *context;
+    /* Finest level at which a chunk can be drawn now, or STP_LEVEL_COUNT if not at all. */
+    int (*available)(const void *context, uint32_t chunk);
+    /* Whether it was part of the last cut; NULL: no matter. */
+    bool (*was_drawn)(const void *context, uint32_t chunk);
+} stp_cut_source;
+
+/* A chunk that was drawn is drawn until its error is less than this share of the threshold: what is
+ * at the threshold does not come and go with each move. */
+#define STP_CUT_HYSTERESIS 0.8f
 
 typedef struct stp_cut_params {
-    const stp_model *model;
+    const stp_scene *scene;
     const stp_gpu_frame *frame; /* its quality[0], the threshold: <= 0 takes every leaf's level 0 */
     stp_dvec3 eye;
-    stp_cut_available *available; /* never asked for the root, which is always there */
-    const void *context;
+    stp_cut_source source;
+    uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
 } stp_cut_params;
 
-/* The chunk record that shaders and the CPU read for one draw. */
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_model *model, const stp_draw *draw, stp_dvec3 eye);
+/* The chunk record that shaders and the CPU read for one draw of an entry. */
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *entry, const stp_draw *draw,
+                                      stp_dvec3 eye);
 
 /* Whether the child that refines a patch is drawn, or out of sight, so that the patch is not drawn.
  */

@@ -160,34 +160,3 @@ void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
         }
     }
 }
-
-static void upload(GLuint buffer, uint64_t first, uint64_t count, size_t size, const void *data)
-{
-    if (count > 0)
-        glNamedBufferSubData(buffer, (GLintptr)(first * size), (GLsizeiptr)(count * size), data);
-}
-
-stp_status stp_object_texture_upload(stp_object_texture *t, const stp_chunk *chunk,
-                                     const stp_placement *placement, const stp_gpu_patch *patches,
-                                     stp_error *err)
-{
-    stp_status status = STP_OK;
-    uint32_t *numbers = NULL;
-    STP_TRY(stp_alloc(&numbers, placement->samples.count, sizeof *numbers, "patch numbers", err));
-    upload(t->patches, placement->patches.begin, placement->patches.count, sizeof *patches,
-           patches);
-    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
-        const uint32_t *begin = chunk->level_begin[l];
-        for (uint32_t p = 0; p < chunk->patch_count; p++)
-            for (uint32_t i = begin[p]; i < begin[p + 1]; i++)
-                numbers[placement->level_begin[l] - placement->samples.begin + i] =
-                    placement->patches.begin + p;
-        upload(t->samples, placement->level_begin[l], begin[chunk->patch_count], sizeof(stp_sample),
-               chunk->samples[l]);
-    }
-    upload(t->patch_of_sample, placement->samples.begin, placement->samples.count, sizeof *numbers,
-           numbers);
-done:
-    free(numbers);
-    return status;
-}

@@ -48,9 +48,4 @@ void stp_object_texture_release(stp_object_texture *texture, const stp_placement
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
                           const stp_placement *placement, uint32_t slot);
 
-/* Uploads a placed chunk. Errors: OUT_OF_MEMORY. */
-stp_status stp_object_texture_upload(stp_object_texture *texture, const stp_chunk *chunk,
-                                     const stp_placement *placement, const stp_gpu_patch *patches,
-                                     stp_error *err);
-
 #endif

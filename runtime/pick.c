@@ -273,6 +273,33 @@ static stp_status find_sample(const stp_pick_params *params, stp_dvec3 *at, stp_
 
 /* ---- the whole ---- */
 
+bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
+{
+    enum { REACH = STP_PICK_REACH_PX, SIDE = 2 * REACH + 1 };
+    float depths[SIDE * SIDE];
+    int x0 = *x < REACH ? 0 : *x - REACH, y0 = *y < REACH ? 0 : *y - REACH;
+    int x1 = *x + REACH < pyramid->width ? *x + REACH : pyramid->width - 1;
+    int y1 = *y + REACH < pyramid->height ? *y + REACH : pyramid->height - 1;
+    int width = x1 - x0 + 1, height = y1 - y0 + 1, found = -1;
+    double least = INFINITY;
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureSubImage(pyramid->picture_depth, 0, x0, y0, 0, width, height, 1, GL_RED, GL_FLOAT,
+                         sizeof depths, depths);
+    for (int i = 0; i < width * height; i++) {
+        double away = hypot(x0 + i % width - *x, y0 + i / width - *y);
+        if (!(depths[i] > 0.0f) || away > REACH || away > least ||
+            (away == least && depths[i] >= depths[found]))
+            continue;
+        least = away;
+        found = i;
+    }
+    if (found < 0)
+        return false;
+    *x = x0 + found % width;
+    *y = y0 + found / width;
+    return true;
+}
+
 stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err)
 {
     stp_status status = STP_OK;

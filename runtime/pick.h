@@ -9,6 +9,8 @@
 #include "runtime/pyramid.h"
 #include "runtime/stipple.h"
 
+#define STP_PICK_REACH_PX 2
+
 /* Borrowed, as the last frame left them. */
 typedef struct stp_pick_params {
     const stp_pyramid *pyramid;
@@ -19,7 +21,11 @@ typedef struct stp_pick_params {
     int x, y;   /* inside the picture */
 } stp_pick_params;
 
-/* Errors: GL, OUT_OF_MEMORY. */
+/* The pixel that a pick at (*x, *y), inside the picture, takes: this one, or where nothing is there
+ * the nearest covered one within STP_PICK_REACH_PX, of equals the frontmost. False: none. */
+bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y);
+
+/* Says what is at a covered pixel. Errors: GL, OUT_OF_MEMORY. */
 stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err);
 
 #endif

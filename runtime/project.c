@@ -74,7 +74,8 @@ static seen_draw see(const stp_project_params *params, size_t i)
     uint32_t slot = stp_chunk_cache_slot(params->cache, params->draws[i].chunk);
     return (seen_draw){stp_chunk_cache_get(params->cache, slot), sight->patches + sight->begin[i],
                        sight->begin[i + 1] - sight->begin[i],
-                       stp_gpu_chunk_from_draw(params->model, &params->draws[i], params->eye)};
+                       stp_gpu_chunk_from_draw(&params->scene->entries[params->draws[i].chunk],
+                                               &params->draws[i], params->eye)};
 }
 
 static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)

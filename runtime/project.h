@@ -28,7 +28,7 @@ void stp_project_destroy(stp_project *project);
 
 /* What any road projects. */
 struct stp_project_params {
-    const stp_model *model;
+    const stp_scene *scene;
     const stp_chunk_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;

@@ -77,7 +77,7 @@ static size_t most_runs(const stp_project_params *params)
     size_t runs = STP_PATCH_QUARTERS * params->sight->begin[params->draw_count];
     for (size_t i = 0; i < params->draw_count; i++) {
         const stp_draw *draw = &params->draws[i];
-        runs += params->model->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
+        runs += params->scene->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
     }
     return runs;
 }

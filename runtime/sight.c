@@ -58,7 +58,8 @@ static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp
     const stp_draw *draw = &l->draws[index];
     const stp_resident *r =
         stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->model, draw, params->eye);
+    stp_gpu_chunk chunk =
+        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
     uint32_t *out = l->sight->patches + l->sight->begin[index];
     size_t found = 0;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
@@ -95,7 +96,7 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
                      "a list of patches", err));
     for (size_t i = 0; i < count; i++) {
         s->begin[i] = most;
-        most += params->model->entries[draws[i].chunk].patch_count;
+        most += params->scene->entries[draws[i].chunk].patch_count;
     }
     STP_TRY(stp_grow(&s->patches, &s->patch_capacity, most + 1, sizeof *s->patches,
                      "a list of patches", err));

@@ -18,7 +18,7 @@ typedef struct stp_sight {
 } stp_sight;
 
 typedef struct stp_sight_params {
-    const stp_model *model;
+    const stp_scene *scene;
     const stp_chunk_cache *cache; /* the draws' chunks are resident */
     const stp_gpu_frame *frame;
     stp_dvec3 eye;

@@ -90,23 +90,32 @@ typedef struct stp_draw_params {
     stp_clip clip;
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
-    double load_ms;   /* 0: waits until the cut is complete; else loads for about so long */
-    bool keep_pixels; /* finish level 0 of the pyramid too, for who reads its pixels or normals */
-    bool timed;       /* waits for the GPU between stages, so that their times are true */
+    bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
+    bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
+    uint32_t hidden_models; /* bit i: model i is not drawn */
+    bool keep_pixels;       /* finish level 0 of the pyramid too: for normals */
+    bool timed;             /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
 
 typedef struct stp_draw_stats {
     double frame_ms; /* choosing, drawing, waiting for the GPU; not loading nor compiling shaders */
-    double load_ms;
+    double load_ms;  /* waiting for chunks; none while streaming */
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
     uint64_t points_drawn;                     /* sent to projection */
     uint32_t chunks_drawn, chunks_missing;
+    uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */
     uint32_t passes;
     int pyramid_levels;
     bool cut_complete;
+    bool every_sample; /* nothing finer is in the model's files */
 } stp_draw_stats;
+
+/* Memory in use and what is allotted to a renderer, bytes; constant but for gpu_used. */
+typedef struct stp_memory_use {
+    uint64_t gpu_used, gpu_allotted, cpu_allotted;
+} stp_memory_use;
 
 /* What the rule chose for the last frame, recomputed on the CPU patch by patch. */
 typedef struct stp_cut_measure {
@@ -124,9 +133,12 @@ typedef struct stp_renderer stp_renderer;
 typedef struct stp_renderer_params {
     const stp_model *model;    /* borrowed; outlives the renderer */
     uint64_t gpu_memory_bytes; /* of samples and patches; 0: 1 GiB */
-    uint64_t cpu_memory_bytes; /* of chunks being decoded; 0: 1 GiB */
+    uint64_t cpu_memory_bytes; /* of payloads, patches and chunks being decoded; 0: 1 GiB */
     unsigned thread_count;     /* for decoding; 0: one per processor */
     const char *shader_folder; /* files there win over the embedded ones; may be NULL */
+    /* Called from another thread when a frame that streams would show more; must not call back. */
+    void (*wake)(void *);
+    void *wake_context;
 } stp_renderer_params;
 
 /* Errors: GL (no current 4.5 context), LIMIT (budget too small), NOT_FOUND (shader_folder),
@@ -134,6 +146,12 @@ typedef struct stp_renderer_params {
 stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
                                stp_error *err);
 void stp_renderer_destroy(stp_renderer **renderer);
+
+/* Replaces the models that are drawn, all in one picture; they are borrowed and outlive the
+ * renderer. Their roots are loaded anew. On failure those before are drawn on. Errors: those of
+ * stp_renderer_create; INVALID_ARGUMENT (none, more than 32). */
+stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *const *models,
+                                   size_t count, stp_error *err);
 
 /* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
  * no error: its parent is drawn and stp_renderer_damage says so. Programs are compiled for the
@@ -172,8 +190,11 @@ typedef struct stp_pick {
 } stp_pick;
 
 /* Picks the front surface of the last picture at a pixel (bottom row first); what lies behind it is
- * never taken. Leaves the picture as it is. Errors: INVALID_ARGUMENT (outside the picture), GL,
- * OUT_OF_MEMORY. */
+ * never taken. A pixel where nothing is takes the nearest that is covered, up to two pixels away:
+ * outlines and pinholes can be picked. Leaves the picture as it is; but while refine (or a budget)
+ * makes a still picture of passes, the frame before it is drawn anew and the passes begin again.
+ * Errors: INVALID_ARGUMENT
+ * (outside the picture), GL, OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
 
 /* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
@@ -198,6 +219,11 @@ stp_status stp_renderer_reload_shaders(stp_renderer *renderer, stp_error *err);
 
 /* The first damage met while reading chunks, as a sentence; empty if none. */
 const char *stp_renderer_damage(const stp_renderer *renderer);
+/* Why chunks that are missing do not come at the moment, as a sentence; empty if they do. */
+const char *stp_renderer_trouble(const stp_renderer *renderer);
 uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
+stp_memory_use stp_renderer_memory(const stp_renderer *renderer);
+/* Whether a frame that streams would take in what the last one had not. */
+bool stp_renderer_has_news(const stp_renderer *renderer);
 
 #endif

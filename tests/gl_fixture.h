@@ -55,7 +55,7 @@ static inline const stp_resident *gl_fixture_resident(const gl_fixture *f, size_
 {
     stp_inspection look = stp_renderer_inspect(f->renderer);
     const stp_draw *draw = &look.cut->draws[i];
-    *chunk = stp_gpu_chunk_from_draw(f->model, draw, look.eye);
+    *chunk = stp_gpu_chunk_from_draw(&f->model->entries[draw->chunk], draw, look.eye);
     return stp_chunk_cache_get(look.cache, stp_chunk_cache_slot(look.cache, draw->chunk));
 }
 

@@ -144,15 +144,8 @@ static inline bool pick_judge(const pick_scene *s, int x, int y, bool sheet, pic
     tally->behind += behind;
     tally->turned += turned && !behind;
     tally->far += !behind && !turned && distance > pick.radius;
-    if (behind || turned || distance > pick.radius) {
-        print_message("DBG %d %d depth %g true %g dist/r %g r_px %g cos %g plevel %d level %d disc "
-                      "r/sample r %g layers %u\n",
-                      x, y, at.z, t->depth, distance / pick.radius,
-                      pick.radius * s->view.f / t->depth, pick_cosine(s, t, x, y),
-                      pick.pyramid_level, pick.level, (pick.depth_end - pick.depth) / pick.radius,
-                      t->layers);
+    if (behind || turned || distance > pick.radius)
         return false;
-    }
     tally->right++;
     tally->distance_sum += distance / pick.radius;
     return true;

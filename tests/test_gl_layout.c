@@ -44,7 +44,8 @@ static const char decode[] =
     "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(centre); "
     "put4(frustum[0]);\n"
     "    put4(frustum[1]);\n"
-    "    put4(quality); put4(vec4(modes));\n"
+    "    put4(quality); put4(colour_range); put4(vec4(modes)); put4(clip_min); put4(clip_max);\n"
+    "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
     "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
     "    put(float(c.depth));\n"
@@ -89,7 +90,11 @@ static stp_gpu_frame make_frame(void)
                            .centre = {31, 32, 33, 34},
                            .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
                            .quality = {12, 13, 14, 15},
-                           .modes = {16, 17, 18, 19}};
+                           .colour_range = {71, 72, 73, 74},
+                           .modes = {16, 17, 18, 19},
+                           .clip_min = {75, 76, 77, 78},
+                           .clip_max = {79, 80, 81, 82},
+                           .hidden = {83, 84, 85, 86, 87, 88, 89, 90}};
     return frame;
 }
 
@@ -141,8 +146,13 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_floats(&e, frame->frustum[0], 4);
     want_floats(&e, frame->frustum[1], 4);
     want_floats(&e, frame->quality, 4);
+    want_floats(&e, frame->colour_range, 4);
     for (int i = 0; i < 4; i++)
         want(&e, frame->modes[i]);
+    want_floats(&e, frame->clip_min, 4);
+    want_floats(&e, frame->clip_max, 4);
+    for (int i = 0; i < STP_CLASS_WORDS; i++)
+        want(&e, frame->hidden[i]);
     want_floats(&e, chunk->offset, 3);
     want(&e, chunk->finest);
     want(&e, chunk->id);

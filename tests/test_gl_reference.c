@@ -1,6 +1,6 @@
 /* The GPU's reconstruction against the CPU reference, pixel by pixel: six scenes, odd viewports,
  * both kinds of filter. Normals and colours within 1e-3, depths within 1e-3 of the disc's radius,
- * on at least 99.9 % of the pixels that either covers.
+ * and the same pyramid level told as source, on at least 99.9 % of the pixels that either covers.
  *
  * Floats decide in the GPU which of two samples is nearer, or in which pixel one lies, where
  * doubles see no more than a float's last bits between them. Such pixels of level 0 are settled as
@@ -20,7 +20,7 @@
 typedef struct agreement {
     size_t settled; /* ties */
     size_t shaded;  /* pixels of the picture that differ */
-    size_t either, agree, coverage, normal, colour, depth;
+    size_t either, agree, coverage, normal, colour, depth, source;
 } agreement;
 
 static void compare_pixel(const reference_pixel *a, const reference_pixel *b, agreement *sum)
@@ -37,10 +37,12 @@ static void compare_pixel(const reference_pixel *a, const reference_pixel *b, ag
     bool colour = true;
     for (int k = 0; k < 3; k++)
         colour &= fabs(a->rgb[k] - b->rgb[k]) <= TOLERANCE;
+    bool source = (a->tag - 1) >> 4 == (b->tag - 1) >> 4;
+    sum->source += !source;
     sum->normal += !normal;
     sum->depth += !depth;
     sum->colour += !colour;
-    sum->agree += normal && depth && colour;
+    sum->agree += normal && depth && colour && source;
 }
 
 /* Shaded pictures have 8 bits: a step where values round apart, and the tolerance. */
@@ -249,9 +251,9 @@ static void judge_scene(const char *name, const model_recipe *recipe)
                                      (stp_shade)(i % 4), i % 3 ? (double)(i % 3) : 0.0);
             if ((double)a.agree < SHARE_WANTED * (double)a.either - 1.0)
                 print_message("%s %s view %d: %zu of %zu agree; coverage %zu, normal %zu, colour "
-                              "%zu, depth %zu differ\n",
+                              "%zu, depth %zu, source %zu differ\n",
                               name, box ? "box" : "gauss", i, a.agree, a.either, a.coverage,
-                              a.normal, a.colour, a.depth);
+                              a.normal, a.colour, a.depth, a.source);
             total.either += a.either;
             total.agree += a.agree;
             total.coverage += a.coverage;

@@ -142,13 +142,13 @@ static void while_loading(void **state)
         stp_view view = views_get(3, &f.model->ball, NULL, 0, SIZE, SIZE);
         stp_draw_params params = {.lod = STP_LOD_GEOMETRY, .threshold_px = 16.0};
         assert_true(covered_pixels(&f, &view, &params, found, &complete) > PIXELS / 8);
-        params = (stp_draw_params){.lod = all[i], .threshold_px = 0.25, .load_ms = 1.0};
+        params = (stp_draw_params){.lod = all[i], .threshold_px = 0.25, .stream = true};
         for (complete = false; !complete && frames < 1000; frames++)
             assert_true(covered_pixels(&f, &view, &params, found, &complete) > PIXELS / 8);
         assert_true(complete && frames > 1);
         gl_fixture_close(&f);
         gl_fixture_open(&f, "tiles.stipple", NULL);
-        params.load_ms = 0.0;
+        params.stream = false;
         (void)covered_pixels(&f, &view, &params, expected, &complete);
         assert_memory_equal(found, expected, sizeof found);
         gl_fixture_close(&f);

@@ -107,7 +107,7 @@ test_budget() {
     render "$model" --size 256x256 --lod full --stats "$FOLDER/stats.json"
     keep full
     [ "$(stat_of passes)" = 1 ] || fail "$command: $(stat_of passes) passes with 1 GiB"
-    for memory in 2500K 4M; do
+    for memory in 4M 6M; do
         for lod in full geometry cpu compute; do
             render "$model" --size 256x256 --lod $lod --threshold 0 --gpu-memory $memory \
                 --stats "$FOLDER/stats.json"
@@ -118,7 +118,7 @@ test_budget() {
             [ "$(stat_of cut_complete)" = true ] || fail "$command: the cut is not complete"
         done
     done
-    render "$model" --size 256x256 --cpu-memory 1
+    render "$model" --size 256x256 --cpu-memory 12M
     same_picture plain
     rm "$picture"
     render "$model" --gpu-memory 1K
@@ -188,6 +188,68 @@ test_cameras() {    local text
     expect_failure "none.json"
 }
 
+# Clip box, classes, eye-dome lighting, overlays: what is left of the picture, and what is refused.
+test_filters() {
+    local text whole
+    render "$model" --size 64x64
+    whole=$(coverage)
+    render "$model" --size 64x64 --clip -2,-2,-2,2,0,2
+    expect_picture 64 64
+    expect_coverage $((whole * 2 / 5)) $((whole * 3 / 5))
+    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 # the far half of it shows its back
+    expect_coverage 0 $((whole / 2))
+    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --back-faces
+    expect_coverage $((whole * 8 / 10)) "$whole"
+    render "$model" --size 64x64 --clip -0.1,-0.1,-0.1,0.1,0.1,0.1 # inside the hollow sphere
+    expect_picture 64 64
+    expect_coverage 0 0
+    for text in 1 1,2,3,4,5 0,0,0,1,1,nan 0,0,0,1,1,inf 1,0,0,0,1,1 0,0,0,1,1,1,1 5,5,5,6,6,6; do
+        render "$model" --clip "$text"
+        expect_failure "--clip $text"
+    done
+    for text in --edl --edl=0.5 "--edl 2" "--edl 0" "--shade error --overlay 0.4" \
+        "--edl --shade confidence --overlay 1"; do
+        # shellcheck disable=SC2086
+        render "$model" --size 64x64 $text
+        expect_picture 64 64
+        expect_coverage "$whole" "$whole"
+    done
+    render "$model" --overlay 0.5
+    expect_failure "--overlay"
+    render "$model" --shade level --overlay 1.5
+    expect_failure "--overlay 1.5"
+    render "$model" --edl -1
+    expect_failure "--edl -1"
+    render "$model" --classes 2
+    expect_failure "--classes: the model has no classes"
+}
+
+test_classes() {
+    local sheet="$FOLDER/sheet.stipple" whole
+    "$STIPPLE" gen sheet -n 20000 --normals -o "$FOLDER/sheet.ply" --quiet &&
+        "$STIPPLE" prep "$FOLDER/sheet.ply" -o "$sheet" --quiet || fail "no sheet"
+    render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 # sees class 1; class 2 is the other side
+    whole=$(coverage)
+    for words in "--classes 1" "--classes unclassified,ground" "--hide-classes ground" \
+        "--hide-classes 2,Low-Vegetation"; do
+        # shellcheck disable=SC2086
+        render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 $words
+        expect_coverage "$whole" "$whole"
+    done
+    for words in "--classes 2" "--hide-classes 1" "--hide-classes 1,2"; do
+        # shellcheck disable=SC2086
+        render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 $words
+        expect_picture 64 64
+        expect_coverage 0 0
+    done
+    for text in 256 -1 1,,2 1, 1.5 grund; do
+        render "$sheet" --classes "$text"
+        expect_failure "--classes $text"
+    done
+    render "$sheet" --classes 1 --hide-classes 2
+    expect_failure "--hide-classes"
+}
+
 test_usage() {
     run "$STIPPLE" render "$model"
     expect_usage "-o I.png"
@@ -197,6 +259,10 @@ test_usage() {
         render "$model" $words
         expect_usage "${words%% *}"
     done
+    render "$model" --edl=x
+    expect_usage "--edl takes a number or nothing"
+    render "$model" --clip=
+    expect_usage "--clip takes a text"
     echo kept >"$picture"
     run "$STIPPLE" render "$model" -o "$picture" --size 8x8
     expect_failure "exists"

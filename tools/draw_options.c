@@ -41,6 +41,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "eye-dome lighting: edges darkened by depth (1)", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw what lies in this box alone",
          NULL},
+        {"--back-faces", 0, CLI_FLAG, &o->back_faces, NULL,
+         "draw surfaces from behind, too: the inside of what --clip opens", NULL},
         {"--classes", 0, CLI_STRING, &o->classes, "LIST",
          "draw these classes alone: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
@@ -145,6 +147,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .palette = (stp_palette)o->palette,
         .overlay = o->overlay,
         .edl = o->edl,
+        .keep_back_faces = o->back_faces,
     };
     STP_TRY(check_amounts(o, err));
     STP_TRY(choose_filter(o, model, &p, err));

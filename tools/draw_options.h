@@ -14,10 +14,10 @@ typedef struct draw_options {
     const char *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
     uint64_t gpu_memory, cpu_memory;
-    bool has_threshold;
+    bool has_threshold, back_faces;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 17)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 18)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"

@@ -1,0 +1,336 @@
+/* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
+#include "runtime/filter.h"
+#include "runtime/renderer_parts.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+
+#include <string.h>
+
+/* Wants ahead of the motion, and all of them. */
+#define AHEAD_LIMIT 64
+#define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
+
+/* Waiting for the cut: everything that is not damaged will be there. */
+static int available_soon(const void *context, uint32_t chunk)
+{
+    const stp_renderer *r = context;
+    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_LEVEL_COUNT : 0;
+}
+
+static int available_now(const void *context, uint32_t chunk)
+{
+    const stp_renderer *r = context;
+    return stp_chunk_cache_finest(r->cache, chunk);
+}
+
+static bool was_drawn(const void *context, uint32_t chunk)
+{
+    const stp_renderer *r = context;
+    return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
+}
+
+stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
+                            const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err)
+{
+    bool stream = d->params->stream;
+    stp_cut_params params = {
+        .scene = &r->scene,
+        .frame = frame,
+        .eye = eye,
+        .source = {r, stream ? available_now : available_soon,
+                   stream && r->moves ? was_drawn : NULL},
+        .hidden_models = d->params->hidden_models,
+    };
+    return stp_cut_select(cut, &params, err);
+}
+
+/* The records that shaders read of the chunks drawn. */
+static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
+{
+    uint32_t first = UINT32_MAX, last = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t slot = stp_chunk_cache_slot(r->cache, draws[i].chunk);
+        r->chunk_records[slot] =
+            stp_gpu_chunk_from_draw(&r->scene.entries[draws[i].chunk], &draws[i], r->eye);
+        first = slot < first ? slot : first;
+        last = slot > last ? slot : last;
+    }
+    if (count > 0)
+        glNamedBufferSubData(
+            stp_chunk_cache_texture(r->cache)->chunks, (GLintptr)(first * sizeof *r->chunk_records),
+            (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
+}
+
+double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count)
+{
+    double greatest = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        const stp_resident *resident =
+            stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draws[i].chunk));
+        if (draws[i].scale < 0.0f)
+            return INFINITY;
+        double scale = (double)draws[i].scale;
+        double own = (double)resident->radius[draws[i].finest] * scale;
+        double coarse = (double)resident->radius[STP_LEVEL_COUNT - 1] * scale;
+        coarse = fmin(coarse, r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0);
+        greatest = fmax(greatest, fmax(own, coarse));
+    }
+    return greatest;
+}
+
+/* Levels above the viewport that a disc of this radius can reach down from; none for plain points.
+ */
+static int levels_for(const stp_renderer *r, const stp_drawing *d, double radius_px)
+{
+    int most = r->pyramid.level_count;
+    double levels = radius_px > 0.0 ? ceil(log2(6.0 * radius_px)) : 0.0;
+    if (d->params->reconstruct == STP_RECONSTRUCT_POINTS || levels <= 0.0)
+        return 0;
+    return levels < most ? (int)levels : most;
+}
+
+static void begin_pass(stp_renderer *r, bool first)
+{
+    static const GLuint none[4] = {UINT32_MAX, 0, 0, 0};
+    static const float far_depth = 0.0f;
+    const stp_pyramid *p = &r->pyramid;
+    glBindFramebuffer(GL_FRAMEBUFFER, p->nearest_frame);
+    glViewport(0, 0, p->width, p->height);
+    glScissor(0, 0, p->width, p->height);
+    glClearBufferuiv(GL_COLOR, 0, none);
+    if (first)
+        glClearBufferfv(GL_DEPTH, 0, &far_depth);
+    glEnable(GL_DEPTH_TEST);
+}
+
+/* Counts what the last pass's geometry shader emitted, which is asked for late: an answer waits for
+ * the GPU. */
+static void count_emitted(const stp_renderer *r, stp_drawing *d)
+{
+    GLuint emitted = 0;
+    if (d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+        return;
+    glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
+    d->stats.points_drawn += emitted;
+}
+
+stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
+                          stp_error *err)
+{
+    bool first = d->stats.passes == 0;
+    double begun = stp_clock_seconds();
+    const stp_sight_params sight = {&r->scene, r->cache, &r->frame, r->eye, r->pool, &r->tiles};
+    stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
+    if (status == STP_OK)
+        status = stp_tiles_collect(&r->tiles, first, err);
+    if (status != STP_OK)
+        return status;
+    upload_records(r, draws, count);
+    begin_pass(r, first);
+    count_emitted(r, d);
+    glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
+    status = stp_project_draw(&r->project,
+                              &(stp_project_params){.scene = &r->scene,
+                                                    .cache = r->cache,
+                                                    .frame = &r->frame,
+                                                    .eye = r->eye,
+                                                    .draws = draws,
+                                                    .draw_count = count,
+                                                    .sight = &r->sight,
+                                                    .lod = d->params->lod,
+                                                    .pyramid = &r->pyramid,
+                                                    .first = first},
+                              &d->stats.points_drawn, err);
+    glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (status != STP_OK)
+        return status;
+    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
+    if (d->params->timed)
+        glFinish();
+    d->stats.passes++;
+    d->stats.chunks_drawn += (uint32_t)count;
+    d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
+    return STP_OK;
+}
+
+stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
+                                stp_error *err)
+{
+    stp_status status =
+        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of chunks", err);
+    for (size_t i = 0; status == STP_OK && i < count; i++)
+        r->wants[i] = (stp_want){draws[i].chunk, draws[i].finest};
+    return status;
+}
+
+/* Loads the cut's draws from the first on as far as there is room. */
+static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
+                             stp_error *err)
+{
+    double begun = stp_clock_seconds();
+    size_t count = r->cut.draw_count - begin;
+    stp_status status = stp_frame_list_wants(r, r->cut.draws + begin, count, err);
+    if (status != STP_OK)
+        return status;
+    *load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
+    status = stp_chunk_cache_load(r->cache, load, err);
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    return status;
+}
+
+static stp_status refuse_chunk(const stp_renderer *r, uint32_t chunk, stp_error *err)
+{
+    return stp_error_set(
+        err, STP_LIMIT,
+        "%s: chunk %u does not fit in the GPU memory given: give a larger --gpu-memory",
+        stp_chunk_file_path(stp_scene_find(&r->scene, chunk)->model->file), chunk);
+}
+
+/* The whole cut, in as many passes as the budget makes of it. */
+static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t begin = 0;
+    double radius_px = 0.0;
+    stp_cache_load load;
+    STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+    do {
+        STP_TRY(load_draws(r, d, begin, &load, err));
+        if (load.damaged) { /* now known: choose again without it */
+            STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+            d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
+            begin = 0;
+            continue;
+        }
+        if (load.there == 0 && r->cut.draw_count > begin)
+            return refuse_chunk(r, r->cut.draws[begin].chunk, err);
+        radius_px = fmax(radius_px, stp_frame_radius_px(r, r->cut.draws + begin, load.there));
+        STP_TRY(stp_frame_pass(r, d, r->cut.draws + begin, load.there, err));
+        begin += load.there;
+    } while (begin < r->cut.draw_count || load.damaged);
+    stp_frame_finish(r, d, radius_px);
+done:
+    return status;
+}
+
+/* Adds what a cut misses to the wants, up to a limit; *count of them are there. */
+static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
+                            stp_error *err)
+{
+    size_t more = cut->miss_count < limit ? cut->miss_count : limit;
+    stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
+                                 "a list of chunks", err);
+    for (size_t i = 0; status == STP_OK && i < more; i++)
+        r->wants[(*count)++] = (stp_want){cut->misses[i].chunk, cut->misses[i].finest};
+    return status;
+}
+
+/* Asks for what is missing, and for what will be if the camera goes on as it does. */
+static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = 0, now = 0;
+    STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
+    now = count;
+    if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
+        stp_gpu_frame frame = stp_gpu_frame_from_view(ahead);
+        memcpy(frame.quality, r->frame.quality, 2 * sizeof *frame.quality);
+        frame.modes[1] = r->frame.modes[1];
+        stp_filter_place(&frame, d->params, &ahead->eye);
+        STP_TRY(stp_frame_select(r, d, &r->ahead_cut, &frame, ahead->eye, err));
+        STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
+    }
+    stp_chunk_cache_want(r->cache, r->wants, count, now);
+done:
+    return status;
+}
+
+/* What is there; what is missing is asked for. */
+static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view *ahead,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_chunk_cache_update(r->cache, r->stamp, err));
+    r->stamp++;
+    STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+    for (size_t i = 0; i < r->cut.draw_count; i++)
+        stp_chunk_cache_touch(r->cache, r->cut.draws[i].chunk, r->stamp);
+    for (size_t i = 0; i < r->cut.passed_count; i++)
+        stp_chunk_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+    STP_TRY(want_missing(r, d, ahead, err));
+    d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
+    STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
+    stp_frame_finish(r, d, stp_frame_radius_px(r, r->cut.draws, r->cut.draw_count));
+done:
+    return status;
+}
+
+void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
+{
+    d->levels = levels_for(r, d, radius_px);
+    double begun = stp_clock_seconds();
+    stp_tiles_set_levels(&r->tiles, d->levels);
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    if (d->params->timed)
+        glFinish();
+    double pulled = stp_clock_seconds();
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    if (d->params->keep_pixels && d->levels > 0)
+        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    const stp_pyramid_level *level = &r->pyramid.levels[0];
+    const GLuint *pixels = d->levels > 0 ? level->finished : level->pulled;
+    r->kept = d->params->keep_pixels ? pixels : NULL;
+    glFinish();
+    count_emitted(r, d);
+    d->stats.pull_push_ms = 1e3 * (pulled - begun);
+    d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
+    d->stats.pyramid_levels = d->levels;
+    d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
+    d->stats.cut_complete = r->cut.miss_count == 0;
+    d->stats.every_sample = d->stats.cut_complete && r->frame.quality[0] <= 0.0f;
+}
+
+void stp_frame_upload(const stp_renderer *r)
+{
+    glNamedBufferSubData(r->frame_buffer, 0, sizeof r->frame, &r->frame);
+}
+
+stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead, stp_error *err)
+{
+    stp_status status =
+        d->params->stream ? draw_streaming(r, d, ahead, err) : draw_waiting(r, d, err);
+    r->drawn_stamp = r->stamp;
+    return status;
+}
+
+/* Adds what one chunk's patches chose. */
+static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_measure *out)
+{
+    const stp_resident *resident =
+        stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draw->chunk));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene.entries[draw->chunk], draw, r->eye);
+    for (uint32_t i = 0; i < r->scene.entries[draw->chunk].patch_count; i++) {
+        const stp_gpu_patch *patch = &resident->patches[i];
+        stp_range parts[STP_PATCH_QUARTERS];
+        if (!stp_patch_in_sight(&r->frame, draw, &chunk, patch))
+            continue;
+        stp_levels levels = stp_levels_choose(&r->frame, &chunk, patch);
+        out->patches++;
+        for (unsigned k = stp_levels_select(patch, &levels, parts); k > 0; k--)
+            out->points += parts[k - 1].count;
+        for (int q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++)
+            out->max_error_px =
+                fmax(out->max_error_px,
+                     (double)stp_level_error_px(&r->frame, &chunk, patch, levels.of[q], q));
+    }
+}
+
+void stp_renderer_measure(const stp_renderer *r, stp_cut_measure *out)
+{
+    *out = (stp_cut_measure){0};
+    for (size_t i = 0; i < r->cut.draw_count; i++)
+        if (stp_chunk_cache_finest(r->cache, r->cut.draws[i].chunk) <= r->cut.draws[i].finest)
+            measure_chunk(r, &r->cut.draws[i], out);
+}

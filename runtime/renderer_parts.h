@@ -1,0 +1,97 @@
+/* What a renderer is made of: for renderer.c, frame.c and settle.c alone. */
+#ifndef STP_RUNTIME_RENDERER_PARTS_H
+#define STP_RUNTIME_RENDERER_PARTS_H
+
+#include "runtime/chunk_cache.h"
+#include "runtime/cut.h"
+#include "runtime/motion.h"
+#include "runtime/project.h"
+#include "runtime/reconstruct.h"
+#include "runtime/scene.h"
+#include "runtime/shader.h"
+#include "runtime/sight.h"
+#include "runtime/stipple.h"
+#include "runtime/tiles.h"
+
+typedef enum stp_settle_phase {
+    STP_SETTLE_NONE,
+    STP_SETTLE_RUNS,
+    STP_SETTLE_DONE,
+    STP_SETTLE_FAILED /* a chunk fits nowhere or cannot be read: frames go on as before */
+} stp_settle_phase;
+
+/* A still picture in the making: pass by pass, while the last picture is shown. Zero is none. */
+typedef struct stp_settling {
+    stp_settle_phase phase;
+    stp_draw_params params; /* of its passes */
+    bool loading;           /* a pass's chunks are on their way */
+    size_t begin;           /* draws before it are drawn */
+    stp_cache_load load;
+    double radius_px; /* greatest so far */
+    stp_draw_stats stats;
+} stp_settling;
+
+struct stp_renderer {
+    stp_renderer_params params;
+    stp_scene scene;
+    stp_pool *pool;
+    stp_chunk_cache *cache;
+    stp_project project;
+    stp_reconstruct_programs reconstruct;
+    stp_pyramid pyramid;
+    stp_tiles tiles;
+    stp_sight sight;
+    GLuint frame_buffer; /* uniform block */
+    GLuint points_query;
+    stp_cut cut, ahead_cut;
+    stp_motion motion;
+    bool moves;            /* the camera, since the last frame */
+    stp_draw_params drawn; /* of the last frame */
+    stp_draw_stats last;   /* of the last frame */
+    bool still;            /* view and parameters are those of the last frame */
+    uint64_t drawn_stamp;  /* of the last cut that was drawn */
+    stp_settling settling;
+    stp_gpu_chunk *chunk_records; /* by slot */
+    stp_want *wants;
+    size_t want_capacity;
+    uint64_t stamp; /* counts passes, for the cache */
+    char *shader_folder;
+    stp_variant variant; /* what the programs are compiled for */
+    stp_gpu_frame frame; /* of the last picture */
+    stp_dvec3 eye;
+    const GLuint *kept; /* likewise: its finished pixels where keep_pixels asked for them */
+};
+
+/* One picture in the making. */
+typedef struct stp_drawing {
+    const stp_view *view;
+    const stp_draw_params *params;
+    stp_draw_stats stats;
+    int levels;
+} stp_drawing;
+
+/* The frame's cut; while chunks stream and the camera moves it depends on the last one. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
+                            const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err);
+/* Projects resident draws and resolves what they left nearest. Errors: GL, LIMIT, OUT_OF_MEMORY. */
+stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
+                          stp_error *err);
+/* Greatest projected radius of any sample that may be drawn, pixels. */
+double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count);
+/* Pulls, pushes and shades what the passes left: the picture. */
+void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px);
+/* The wants of draws, in r->wants. Errors: OUT_OF_MEMORY. */
+stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
+                                stp_error *err);
+/* What shaders read of r->frame. */
+void stp_frame_upload(const stp_renderer *r);
+/* Draws a frame: the picture. Errors: IO, GL, LIMIT, OUT_OF_MEMORY. */
+stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead, stp_error *err);
+
+/* Whether a picture that settles is to be begun or gone on with, instead of a frame's own. */
+bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d);
+/* One step of it, without waiting. Errors: GL, OUT_OF_MEMORY. */
+stp_status stp_settle_step(stp_renderer *r, stp_drawing *d, stp_error *err);
+
+#endif

@@ -1,0 +1,113 @@
+/* A still picture beyond what the GPU memory holds at once, or beyond the threshold: in passes that
+ * take their time, behind the last picture. What comes out is what stp_frame_draw makes waiting. */
+#include "runtime/renderer_parts.h"
+
+/* Whether the picture that is there is to become one of every sample. */
+static bool may_refine(const stp_renderer *r, const stp_drawing *d)
+{
+    return d->params->refine && r->last.cut_complete && !r->last.every_sample;
+}
+
+bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
+{
+    if (!d->params->stream || !r->still || r->settling.phase == STP_SETTLE_FAILED)
+        return false;
+    if (r->settling.phase != STP_SETTLE_NONE)
+        return true;
+    bool stuck = !r->last.cut_complete && r->last.chunks_loading == 0 &&
+                 stp_chunk_cache_trouble(r->cache)[0] == '\0';
+    return stuck || may_refine(r, d);
+}
+
+/* Chooses what is to be drawn. */
+static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_error *err)
+{
+    stp_settling *s = &r->settling;
+    stp_status status = stp_tiles_begin(&r->tiles, d->view->width, d->view->height,
+                                        stp_pool_thread_count(r->pool), err);
+    *s = (stp_settling){.phase = STP_SETTLE_RUNS, .params = *d->params};
+    s->params.stream = false;
+    if (every) {
+        s->params.lod = STP_LOD_FULL;
+        r->frame.quality[0] = 0.0f;
+    }
+    if (status == STP_OK)
+        status = stp_frame_select(r, &(stp_drawing){.params = &s->params}, &r->cut, &r->frame,
+                                  r->eye, err);
+    return status;
+}
+
+/* Asks for the next pass's chunks. */
+static stp_status start_load(stp_renderer *r, stp_error *err)
+{
+    stp_settling *s = &r->settling;
+    size_t count = r->cut.draw_count - s->begin;
+    stp_status status = stp_frame_list_wants(r, r->cut.draws + s->begin, count, err);
+    s->load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
+    s->loading = status == STP_OK;
+    return status;
+}
+
+/* Draws the pass whose chunks are there; after the last one the picture. */
+static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_settling *s = &r->settling;
+    const stp_draw *draws = r->cut.draws + s->begin;
+    stp_drawing pass = {.view = d->view, .params = &s->params, .stats = s->stats};
+    s->radius_px = fmax(s->radius_px, stp_frame_radius_px(r, draws, s->load.there));
+    stp_status status = stp_frame_pass(r, &pass, draws, s->load.there, err);
+    if (status != STP_OK)
+        return status;
+    s->begin += s->load.there;
+    s->loading = false;
+    if (s->begin == r->cut.draw_count) {
+        stp_frame_finish(r, &pass, s->radius_px);
+        s->phase = STP_SETTLE_DONE;
+        d->stats = pass.stats;
+    }
+    s->stats = pass.stats;
+    return STP_OK;
+}
+
+/* Goes on with what runs. */
+static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_settling *s = &r->settling;
+    bool finished = false;
+    if (s->params.lod == STP_LOD_FULL)
+        r->frame.quality[0] = 0.0f;
+    stp_frame_upload(r);
+    if (!s->loading)
+        STP_TRY(start_load(r, err));
+    STP_TRY(stp_chunk_cache_load_step(r->cache, &s->load, &finished, err));
+    d->stats.chunks_loading = (uint32_t)(s->load.count - s->load.there);
+    if (!finished)
+        return STP_OK;
+    if (s->load.damaged)
+        return start(r, d, s->params.lod == STP_LOD_FULL, err);
+    if (s->load.there == 0 && s->load.count > 0)
+        s->phase = STP_SETTLE_FAILED;
+    else
+        STP_TRY(draw_loaded(r, d, err));
+done:
+    if (status == STP_IO || status == STP_CORRUPT) { /* the picture stays as it was */
+        s->phase = STP_SETTLE_FAILED;
+        return STP_OK;
+    }
+    return status;
+}
+
+stp_status stp_settle_step(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_settling *s = &r->settling;
+    d->stats = r->last;
+    d->stats.chunks_loading = 0;
+    if (s->phase == STP_SETTLE_NONE || (s->phase == STP_SETTLE_DONE && may_refine(r, d)))
+        STP_TRY(start(r, d, may_refine(r, d), err));
+    if (s->phase == STP_SETTLE_RUNS)
+        STP_TRY(run(r, d, err));
+done:
+    return status;
+}
