@@ -22,7 +22,7 @@ static int run(int argc, char **argv);
 const cli_command cli_fly = {
     .name = "fly",
     .summary = "a camera path as numbered pictures or a film, without a display",
-    .usage = "stipple fly M.stipple --path P.json -o F.mp4|DIR [options]",
+    .usage = "stipple fly M.stipple --path P.json -o F.mp4 [options]",
     .details =
         "A path is JSON: {\"keyframes\": [{\"time\": 0, \"eye\": [x, y, z], \"look\": [x, y, z]}, "
         "...],\n"

@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -21,6 +22,8 @@
 extern char **environ;
 
 #define ARGUMENT_LIMIT 48
+/* How long a wait for ffmpeg does not ask whether it is still wanted. */
+#define CANCEL_INTERVAL_MS 50
 #define WORDS_BYTES 400
 
 struct fly_film {
@@ -190,13 +193,14 @@ static stp_status cancelled(const fly_film *film, stp_error *err)
 static stp_status wait_for(fly_film *film, const stp_progress *progress, int *code, stp_error *err)
 {
     int state = 0;
-    while (waitpid(film->process, &state, 0) < 0) {
-        if (errno != EINTR)
-            return stp_error_set(err, STP_IO, "%s: ffmpeg is lost: %s", film->path,
-                                 strerror(errno));
+    pid_t ended = 0;
+    while ((ended = waitpid(film->process, &state, WNOHANG)) == 0) {
         if (is_cancelled(progress))
             return cancelled(film, err);
+        (void)poll(NULL, 0, CANCEL_INTERVAL_MS);
     }
+    if (ended < 0)
+        return stp_error_set(err, STP_IO, "%s: ffmpeg is lost: %s", film->path, strerror(errno));
     film->process = 0;
     *code = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
     return STP_OK;
@@ -231,11 +235,14 @@ stp_status fly_film_write(fly_film *film, const uint8_t *rgba, const stp_progres
 {
     size_t left = film->frame_bytes;
     while (left > 0) {
-        ssize_t sent = send(film->frames, rgba, left, MSG_NOSIGNAL);
-        if (sent < 0 && errno == EINTR && !is_cancelled(progress))
-            continue;
-        if (sent < 0 && errno == EINTR)
+        struct pollfd room = {.fd = film->frames, .events = POLLOUT};
+        if (is_cancelled(progress))
             return cancelled(film, err);
+        if (poll(&room, 1, CANCEL_INTERVAL_MS) <= 0)
+            continue;
+        ssize_t sent = send(film->frames, rgba, left, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (sent < 0 && (errno == EINTR || errno == EAGAIN))
+            continue;
         if (sent < 0) { /* it is gone, and has said why */
             int code = 0;
             stp_status status = wait_for(film, progress, &code, err);

@@ -32,6 +32,7 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     case STP_OIIO_UNKNOWN_FORMAT:
         return stp_error_set(err, STP_FORMAT, "%s is not an image that can be read: %s", path,
                              reason);
+    case STP_OIIO_DISK_FULL:
     case STP_OIIO_DAMAGED:
     case STP_OIIO_FAILED:
         break;
@@ -47,6 +48,9 @@ static stp_status check_saved(stp_oiio_result result, const char *path, const ch
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s: no image format of that ending can be written: use %s", path,
                              use);
+    if (result == STP_OIIO_DISK_FULL)
+        return stp_error_set(err, STP_IO,
+                             "%s: the disk is full: free some space or write elsewhere", path);
     if (result != STP_OIIO_OK)
         return stp_error_set(err, STP_IO, "%s: writing the image failed: %s", path, reason);
     return STP_OK;

@@ -3,8 +3,10 @@ extern "C" {
 #include "formats/image/image_shim.h"
 }
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -32,6 +34,35 @@ void spread(uint8_t *pixels, size_t count, int channels)
         out[2] = b;
         out[3] = a;
     }
+}
+
+/* Opens, writes and closes. Formats that can (PNG, EXR) write through a stream of ours, whose
+ * errors are asked for at the end: libpng's do not come back, and a full disk would go unnoticed.
+ */
+stp_oiio_result write(OIIO::ImageOutput &output, const OIIO::ImageSpec &spec, const char *path,
+                      OIIO::TypeDesc type, const void *values, OIIO::stride_t pixel, char *message,
+                      size_t message_bytes)
+{
+    FILE *file = output.supports("ioproxy") ? std::fopen(path, "wb") : nullptr;
+    int reason = 0;
+    {
+        OIIO::Filesystem::IOFile stream(file, OIIO::Filesystem::IOProxy::Write);
+        if (file)
+            output.set_ioproxy(&stream);
+        if (!output.open(path, spec) || !output.write_image(type, values, pixel) ||
+            !output.close()) {
+            say(message, message_bytes, output.geterror());
+            reason = EIO;
+        }
+        if (file && (std::fflush(file) != 0 || std::ferror(file)))
+            reason = errno == ENOSPC || errno == EDQUOT ? ENOSPC : EIO;
+        output.close();
+    }
+    if (file && std::fclose(file) != 0 && reason == 0)
+        reason = errno;
+    if (reason != 0 && message[0] == '\0')
+        say(message, message_bytes, "it could not be written whole");
+    return reason == 0 ? STP_OIIO_OK : reason == ENOSPC ? STP_OIIO_DISK_FULL : STP_OIIO_FAILED;
 }
 } // namespace
 
@@ -84,12 +115,8 @@ extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_na
         if (!output->supports("alpha"))
             spec.nchannels = 3;
         const OIIO::stride_t pixel = 4;
-        if (!output->open(path, spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgba, pixel) ||
-            !output->close()) {
-            say(message, message_bytes, output->geterror());
-            return STP_OIIO_FAILED;
-        }
-        return STP_OIIO_OK;
+        return write(*output, spec, path, OIIO::TypeDesc::UINT8, rgba, pixel, message,
+                     message_bytes);
     } catch (...) {
         return STP_OIIO_FAILED;
     }
@@ -109,14 +136,11 @@ extern "C" stp_oiio_result stp_oiio_save_floats(const char *path, const char *fo
                              OIIO::TypeDesc::FLOAT);
         spec.channelnames.assign(image->channel_names, image->channel_names + image->channel_count);
         spec["compression"] = "zip";
+        spec["DateTime"] = ""; /* else now: the same image would not be the same bytes */
         for (size_t i = 0; i < image->note_count; i++)
             spec[image->notes[i].name] = image->notes[i].text;
-        if (!output->open(path, spec) ||
-            !output->write_image(OIIO::TypeDesc::FLOAT, image->values) || !output->close()) {
-            say(message, message_bytes, output->geterror());
-            return STP_OIIO_FAILED;
-        }
-        return STP_OIIO_OK;
+        return write(*output, spec, path, OIIO::TypeDesc::FLOAT, image->values, OIIO::AutoStride,
+                     message, message_bytes);
     } catch (...) {
         return STP_OIIO_FAILED;
     }

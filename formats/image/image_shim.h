@@ -12,6 +12,7 @@ typedef enum stp_oiio_result {
     STP_OIIO_UNKNOWN_FORMAT,
     STP_OIIO_DAMAGED,
     STP_OIIO_NO_MEMORY,
+    STP_OIIO_DISK_FULL,
     STP_OIIO_FAILED
 } stp_oiio_result;
 

@@ -1,0 +1,27 @@
+/* Floats out of an image file by a reader that is not ours (OpenImageIO's). */
+#ifndef STP_TESTS_EXR_SHIM_H
+#define STP_TESTS_EXR_SHIM_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define EXR_TEXT_BYTES 1024
+
+typedef struct exr_image {
+    int width, height, channel_count;
+    char channels[64];           /* names with spaces between */
+    char camera[EXR_TEXT_BYTES]; /* the note stipple:camera */
+    float *values;               /* free with free(); top row first */
+} exr_image;
+
+/* 0, or -1 where the file is no image of 32-bit floats. */
+int exr_image_read(const char *path, exr_image *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
