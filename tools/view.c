@@ -80,14 +80,14 @@ static void reload_shaders(viewer *v)
     view_note(v, "%s", err.message);
 }
 
-static stp_status take_dropped(viewer *v, stp_error *err)
+static void take_dropped(viewer *v)
 {
     const char *paths[STP_WINDOW_DROP_LIMIT];
     size_t count = 0;
     while (count < STP_WINDOW_DROP_LIMIT &&
            (paths[count] = stp_window_dropped(v->window, count)) != NULL)
         count++;
-    return view_add_models(v, paths, count, err);
+    view_add_models(v, paths, count);
 }
 
 /* What the panels may want to know of an event; true if it is theirs alone. */
@@ -159,7 +159,7 @@ static void follow(viewer *v, const stp_window_event *e)
 
 /* Events up to a press or a release: each of these gets a turn of the panels of its own, so that
  * none is lost on them. */
-static stp_status take_events(viewer *v, stp_error *err)
+static void take_events(viewer *v)
 {
     stp_window_event event;
     bool again = true;
@@ -167,18 +167,14 @@ static stp_status take_events(viewer *v, stp_error *err)
         v->ui_turns = TURNS_TO_SETTLE;
         again = event.kind != STP_WINDOW_PRESS && event.kind != STP_WINDOW_RELEASE &&
                 event.kind != STP_WINDOW_KEY;
-        if (event.kind == STP_WINDOW_DROP) {
-            stp_status status = take_dropped(v, err);
-            if (status != STP_OK)
-                return status;
-        }
+        if (event.kind == STP_WINDOW_DROP)
+            take_dropped(v);
         if (panels_take(v, &event))
             continue;
         follow(v, &event);
         if (!view_clip_handle(v, &event))
             view_control_handle(&v->control, &event);
     }
-    return STP_OK;
 }
 
 /* Things that are shown for a while only. */
@@ -203,32 +199,22 @@ static void note_record(viewer *v)
     view_note(v, "%s", err.message);
 }
 
-/* The last model stays: there would be nothing to look at. */
-static stp_status remove_model(viewer *v, stp_error *err)
-{
-    if (v->removing < 0 || v->scene.count < 2)
-        return STP_OK;
-    stp_renderer_destroy(&v->renderer);
-    view_scene_remove(&v->scene, (size_t)v->removing);
-    v->removing = -1;
-    v->model_open = 0;
-    return view_scene_changed(v, err);
-}
-
 static stp_status turn(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
-    bool busy = v->control.changed || v->loading || v->ui_turns > 0 || v->control.wants != 0 ||
+    bool busy = v->control.changed || v->resting || v->ui_turns > 0 || v->control.wants != 0 ||
                 v->shot.state == VIEW_SHOT_DRAWING;
     stp_window_wait(v->window, busy ? 0.0 : WAIT_S);
     v->now_s = stp_window_seconds(v->window);
     double scale = stp_window_scale(v->window);
     if (scale != stp_ui_scale(v->ui))
         stp_ui_set_scale(v->ui, scale);
-    STP_TRY(take_events(v, err));
+    take_events(v);
     reload_shaders(v);
     STP_TRY(view_fulfil(v, err));
-    STP_TRY(remove_model(v, err));
+    if (v->removing >= 0)
+        view_remove_model(v, (size_t)v->removing);
+    v->removing = -1;
     view_layout_update(v);
     if (view_move_advance(&v->control, v->now_s - v->last_turn_s))
         v->control.changed = true;

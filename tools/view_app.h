@@ -7,6 +7,7 @@
 #ifndef STP_TOOLS_VIEW_APP_H
 #define STP_TOOLS_VIEW_APP_H
 
+#include "runtime/pace.h"
 #include "runtime/window/imgui_marks_shim.h"
 #include "runtime/window/window.h"
 #include "tools/draw_options.h"
@@ -21,8 +22,7 @@
 #define VIEW_HISTORY 240
 #define VIEW_NOTE_BYTES 1100
 
-/* Sections of the panel: bits of viewer.open. */
-/* X(name, draws it, title, open at first) */
+/* Sections of the panel: X(name, draws it, title, open at first) */
 #define VIEW_SECTION_LIST(X)                                                                       \
     X(MODELS, view_panel_models, "Models", true)                                                   \
     X(NUMBERS, view_panel_numbers, "Frames and memory", true)                                      \
@@ -90,13 +90,20 @@ typedef struct viewer {
     bool panels, help;
     bool panels_wanted; /* remembered: a narrow window has none though they are */
     bool open[VIEW_SECTION_COUNT];
+    size_t had_models;          /* that the renderer was told of */
     int removing;               /* the model that goes after this turn, -1: none */
     int model_open;             /* of several models, whose facts are shown */
     char note[VIEW_NOTE_BYTES]; /* what just happened */
     double note_until_s;
     double now_s, last_turn_s, last_ui_s;
-    int ui_turns; /* so often the panels are still to be drawn: they settle in some */
-    bool loading; /* the last frame brought chunks, so the next will show more */
+    int ui_turns;    /* so often the panels are still to be drawn: they settle in some */
+    double fps;      /* to hold while the hand moves; 0: whatever comes */
+    stp_pace pace;   /* for that */
+    double drawn_px; /* threshold of the last frame; 0: every sample */
+    bool loading;    /* chunks are on their way */
+    bool resting;    /* more frames come though nothing moves: they refine */
+    int idle_frames; /* such frames that brought nothing, in a row */
+    uint64_t rested_points;
     bool said_damage, quits;
     uint64_t shader_state;
 } viewer;
@@ -120,9 +127,12 @@ void view_begin_shot(viewer *v);
 void view_keep(viewer *v);
 void view_save_bookmarks(viewer *v);
 void view_recall(viewer *v, size_t index);
-/* Adds models by name, each with a note if it cannot be. Errors: of a renderer for them. */
-stp_status view_add_models(viewer *v, const char *const *paths, size_t count, stp_error *err);
-/* After the scene's models changed: a renderer for them. Errors: those of creating it. */
+/* Adds models by name, each with a note if it cannot be. */
+void view_add_models(viewer *v, const char *const *paths, size_t count);
+/* Takes a model away; the last one stays. */
+void view_remove_model(viewer *v, size_t index);
+/* Tells the renderer, made at the first call, of the scene's models. Errors: those of creating it;
+ * then it draws those before. */
 stp_status view_scene_changed(viewer *v, stp_error *err);
 
 /* ---- view_draw.c ---- */

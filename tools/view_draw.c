@@ -4,10 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Loading between two frames, while the hand moves and while it rests. */
-#define LOAD_MOVING_MS 20.0
-#define LOAD_RESTING_MS 80.0
 #define TITLE_BYTES 512
+/* Frames at rest that change nothing before there are no more. */
+#define IDLE_FRAMES 4
 
 /* Nothing for the samples' own colours. */
 static void colour_words(const stp_draw_params *p, char out[40])
@@ -81,17 +80,49 @@ static void note_frame(viewer *v)
     chart->count += chart->count < VIEW_HISTORY;
 }
 
+/* While frames follow each other the threshold is what holds --fps; at rest the asked one. */
+static stp_draw_params params_of(viewer *v, bool moving)
+{
+    stp_draw_params p = v->control.params;
+    p.stream = true;
+    p.hidden_models = 0;
+    for (size_t i = 0; i < v->scene.count; i++)
+        p.hidden_models |= v->scene.models[i].hidden ? 1u << i : 0u;
+    p.refine = v->fps > 0.0 && !moving;
+    if (v->fps > 0.0 && moving && !p.every_sample) {
+        if (v->pace.fps != v->fps || v->pace.asked_px != p.threshold_px)
+            v->pace = stp_pace_begin(v->fps, p.threshold_px);
+        p.threshold_px = v->pace.threshold_px;
+    }
+    return p;
+}
+
+/* After the last frame of a motion come those at rest, until they bring nothing any more: to the
+ * threshold in passes where memory is short, and with --fps to every sample. */
+static void note_rest(viewer *v, bool moved, bool refines)
+{
+    bool unfinished = moved ? v->fps > 0.0 || !v->stats.cut_complete
+                            : !v->stats.cut_complete || (refines && !v->stats.every_sample);
+    bool same = v->stats.points_drawn == v->rested_points && !v->loading;
+    v->idle_frames = moved || !same ? 0 : v->idle_frames + 1;
+    v->rested_points = v->stats.points_drawn;
+    v->resting = unfinished && v->idle_frames < IDLE_FRAMES;
+}
+
 static stp_status draw_scene(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
     view_control *c = &v->control;
-    uint64_t read = stp_renderer_bytes_read(v->renderer);
-    c->params.load_ms = c->drag != VIEW_REST ? LOAD_MOVING_MS : LOAD_RESTING_MS;
+    bool moving = c->changed;
+    const stp_draw_params params = params_of(v, moving);
     STP_TRY(stp_view_create(&c->view, &c->camera, &c->ball, v->layout.picture_width,
                             v->layout.picture_height, err));
-    STP_TRY(stp_renderer_draw(v->renderer, &c->view, &c->params, &v->stats, err));
-    /* where the budget is full, or chunks are damaged, some stay missing */
-    v->loading = stp_renderer_bytes_read(v->renderer) > read;
+    STP_TRY(stp_renderer_draw(v->renderer, &c->view, &params, &v->stats, err));
+    if (v->fps > 0.0 && moving)
+        stp_pace_follow(&v->pace, v->stats.frame_ms);
+    v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
+    v->loading = v->stats.chunks_loading > 0;
+    note_rest(v, moving, params.refine);
     note_frame(v);
     show_damage(v);
     c->changed = false;
@@ -106,8 +137,17 @@ static void look_under(viewer *v)
     int x = (int)floor(v->control.x), y = (int)floor(v->control.y);
     bool inside = x >= 0 && y >= 0 && x < v->layout.picture_width && y < v->layout.picture_height;
     v->under = (stp_pick){0};
-    if (inside && v->control.drag == VIEW_REST)
+    if (!inside || v->control.drag != VIEW_REST)
+        return;
+    if (!v->resting && !v->loading) {
         stp_renderer_pick(v->renderer, x, y, &v->under, NULL);
+        return;
+    }
+    /* picking would begin what is being refined anew */
+    float depth = 0.0f;
+    stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
+    v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_CHUNK_NONE};
+    v->under.position = stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth);
 }
 
 static void draw_shot(viewer *v)
@@ -155,13 +195,11 @@ static void draw_part(viewer *v)
 stp_status view_draw(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (v->layout.width < 1) { /* what is minimised waits */
-        v->loading = false;
+    if (v->layout.width < 1) /* what is minimised waits */
         return STP_OK;
-    }
     if (v->shot.state == VIEW_SHOT_DRAWING)
         draw_part(v);
-    else if (v->control.changed || v->loading)
+    else if (v->control.changed || v->resting || (v->loading && stp_renderer_has_news(v->renderer)))
         STP_TRY(draw_scene(v, err));
     if (v->ui_turns > 0) {
         draw_panels(v);

@@ -234,7 +234,9 @@ static void draw_status(const viewer *v)
     if (v->under.interpolated)
         snprintf(how, sizeof how, "interpolated, from level %d of the pyramid",
                  v->under.pyramid_level);
-    snprintf(text, sizeof text, "%s   %s", position, v->under.interpolated ? how : "measured");
+    else if (!v->resting && !v->loading)
+        snprintf(how, sizeof how, "measured");
+    snprintf(text, sizeof text, "%s   %s", position, how);
     stp_ui_draw_label(x, y, text, WHITE, false);
 }
 

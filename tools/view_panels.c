@@ -59,12 +59,6 @@ static void model_rows(const viewer *v, const view_model *m)
         stp_ui_row("system", m->system);
 }
 
-static void remove_model(viewer *v, size_t index)
-{
-    view_ground_forget(&v->ground, v->scene.models[index].model);
-    v->removing = (int)index; /* after the frame: the renderer holds it */
-}
-
 void view_panel_models(viewer *v)
 {
     for (size_t i = 0; i < v->scene.count; i++) {
@@ -80,7 +74,7 @@ void view_panel_models(viewer *v)
             }
             stp_ui_same_line();
             if (stp_ui_button("remove"))
-                remove_model(v, i);
+                v->removing = (int)i; /* after this frame */
         } else {
             stp_ui_text(m->name);
         }
@@ -180,15 +174,21 @@ void view_panel_numbers(viewer *v)
     format_count(v->stats.points_drawn, count);
     snprintf(text, sizeof text, "%s points", count);
     stp_ui_chart(text, chart->points, chart->count, first, greatest(chart->points, chart->count));
-    snprintf(text, sizeof text, "%u drawn, %u missing", v->stats.chunks_drawn,
-             v->stats.chunks_missing);
+    snprintf(text, sizeof text, "%u drawn, %u missing, %u loading", v->stats.chunks_drawn,
+             v->stats.chunks_missing, v->stats.chunks_loading);
     stp_ui_row("chunks", text);
-    format_bytes(v->options->gpu_memory, bytes);
-    stp_ui_row("for the GPU", bytes);
-    format_bytes(v->options->cpu_memory, bytes);
-    stp_ui_row("for decoding", bytes);
+    stp_memory_use use = stp_renderer_memory(v->renderer);
+    char used[32];
+    format_bytes(use.gpu_used, used);
+    format_bytes(use.gpu_allotted, bytes);
+    snprintf(text, sizeof text, "%s of %s", used, bytes);
+    stp_ui_row("GPU memory", text);
+    format_bytes(use.cpu_allotted, bytes);
+    stp_ui_row("CPU memory", bytes);
     format_bytes(stp_renderer_bytes_read(v->renderer), bytes);
     stp_ui_row("read so far", bytes);
+    if (stp_renderer_trouble(v->renderer)[0] != '\0')
+        stp_ui_note(stp_renderer_trouble(v->renderer));
 }
 
 /* ---- all ---- */

@@ -6,12 +6,37 @@
 #include <stdio.h>
 
 #define ALL 0xffffffffu
+#define FPS_AT_FIRST 24.0
+
+/* What --fps holds, and how the picture stands. */
+static void pace_rows(viewer *v)
+{
+    char text[120];
+    bool holds = v->fps > 0.0;
+    if (stp_ui_check("hold a frame rate", &holds)) {
+        v->fps = holds ? FPS_AT_FIRST : 0.0;
+        v->control.changed = true;
+    }
+    stp_ui_hint("coarser while the camera moves; at rest finer, up to every sample");
+    if (holds)
+        stp_ui_slider("frames a second", &v->fps, 5.0, 120.0, "%.0f", true);
+    if (holds && v->pace.fps > 0.0 && !stp_pace_holds(&v->pace))
+        stp_ui_note("Closing gaps alone takes longer than that: make the window smaller.");
+    if (v->resting || v->loading)
+        snprintf(text, sizeof text, "being refined");
+    else if (!v->stats.cut_complete)
+        snprintf(text, sizeof text, "%u chunks are missing", v->stats.chunks_missing);
+    else if (v->stats.every_sample)
+        snprintf(text, sizeof text, "complete, every sample");
+    else
+        snprintf(text, sizeof text, "complete, at %.3g px", v->drawn_px);
+    stp_ui_row("picture", text);
+}
 
 void view_panel_quality(viewer *v)
 {
     stp_draw_params *p = &v->control.params;
     int lod = (int)p->lod;
-    char text[120];
     bool changed = false;
     stp_ui_disable_begin(p->every_sample || p->lod == STP_LOD_FULL);
     changed |= stp_ui_slider("threshold", &p->threshold_px, 0.0625, 64.0, "%.2f px", true);
@@ -24,11 +49,7 @@ void view_panel_quality(viewer *v)
     }
     changed |= stp_ui_slider("largest disc", &p->radius_cap_px, 1.0, 32.0, "%.1f px", true);
     stp_ui_hint("coarser samples are not drawn larger than this");
-    if (v->stats.cut_complete)
-        snprintf(text, sizeof text, "complete");
-    else
-        snprintf(text, sizeof text, "%u chunks are missing", v->stats.chunks_missing);
-    stp_ui_row("picture", text);
+    pace_rows(v);
     v->control.changed |= changed;
 }
 

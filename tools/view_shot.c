@@ -70,7 +70,7 @@ stp_status view_shot_draw(view_shot *shot, stp_renderer *renderer, const stp_dra
     int across = parts_along(shot->view.width);
     int x = shot->next % across * PART_PX, y = shot->next / across * PART_PX;
     stp_view part = stp_view_part(&shot->view, x - RIM_PX, y - RIM_PX, SIDE_PX, SIDE_PX);
-    waiting.load_ms = 0.0;
+    waiting.stream = waiting.refine = false;
     shot->state = VIEW_SHOT_FAILED;
     STP_TRY(stp_renderer_draw(renderer, &part, &waiting, NULL, err));
     STP_TRY(stp_renderer_read(renderer, shot->part, err));

@@ -170,18 +170,17 @@ void view_recall(viewer *v, size_t index)
     view_note(v, "%s", v->bookmarks.items[index].name);
 }
 
-stp_status view_scene_changed(viewer *v, stp_error *err)
+static void wake(void *context)
 {
-    stp_status status = STP_OK;
-    const uint32_t always =
-        1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION;
+    (void)context;
+    stp_window_wake();
+}
+
+/* Which colours and classes there are. */
+static void survey(viewer *v)
+{
     view_control *c = &v->control;
-    stp_renderer_params params =
-        draw_options_renderer(v->options, v->scene.models[0].model, v->common);
-    stp_renderer_destroy(&v->renderer);
-    STP_TRY(stp_renderer_create(&v->renderer, &params, err));
-    c->ball = v->scene.ball;
-    c->colours = always;
+    c->colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION;
     c->colours |= v->scene.attributes & STP_HAS_INTENSITY ? 1u << STP_COLOUR_INTENSITY : 0;
     c->colours |= v->scene.attributes & STP_HAS_CLASS ? 1u << STP_COLOUR_CLASS : 0;
     c->colours |= v->scene.attributes & STP_HAS_OUTLIERS ? 1u << STP_COLOUR_OUTLIERS : 0;
@@ -193,23 +192,71 @@ stp_status view_scene_changed(viewer *v, stp_error *err)
         for (int k = 0; k < 8; k++)
             v->model_classes[k] |= classes[k];
     }
-    c->changed = true;
+}
+
+/* All models but one, or all of them. */
+static stp_status set_models(viewer *v, size_t without, stp_error *err)
+{
+    const stp_model *models[VIEW_MODELS_LIMIT];
+    size_t count = 0;
+    for (size_t i = 0; i < v->scene.count; i++)
+        if (i != without)
+            models[count++] = v->scene.models[i].model;
+    return stp_renderer_set_models(v->renderer, models, count, err);
+}
+
+stp_status view_scene_changed(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (v->renderer == NULL) {
+        stp_renderer_params params =
+            draw_options_renderer(v->options, v->scene.models[0].model, v->common);
+        params.wake = wake;
+        STP_TRY(stp_renderer_create(&v->renderer, &params, err));
+    }
+    if (v->scene.count > 1 || v->had_models > 1)
+        STP_TRY(set_models(v, VIEW_MODELS_LIMIT, err));
+    v->had_models = v->scene.count;
+    v->control.ball = v->scene.ball;
+    v->control.changed = true;
+    survey(v);
 done:
     return status;
 }
 
-stp_status view_add_models(viewer *v, const char *const *paths, size_t count, stp_error *err)
+void view_add_models(viewer *v, const char *const *paths, size_t count)
 {
-    size_t before = v->scene.count;
     for (size_t i = 0; i < count; i++) {
-        stp_error why = {0};
-        if (view_scene_add(&v->scene, paths[i], &why) != STP_OK)
-            view_note(v, "%s", why.message);
+        stp_error err = {0};
+        stp_status status = view_scene_add(&v->scene, paths[i], &err);
+        if (status == STP_OK) {
+            status = view_scene_changed(v, &err);
+            if (status != STP_OK)
+                view_scene_remove(&v->scene, v->scene.count - 1);
+        }
+        if (status == STP_OK)
+            view_note(v, "%s was added", v->scene.models[v->scene.count - 1].name);
+        else
+            view_note(v, "%s", err.message);
     }
-    if (v->scene.count == before)
-        return STP_OK;
-    view_note(v, "%s was added", v->scene.models[v->scene.count - 1].name);
-    return view_scene_changed(v, err);
+}
+
+void view_remove_model(viewer *v, size_t index)
+{
+    stp_error err = {0};
+    if (v->scene.count < 2)
+        return;
+    if (set_models(v, index, &err) != STP_OK) {
+        view_note(v, "%s", err.message);
+        return;
+    }
+    view_ground_forget(&v->ground, v->scene.models[index].model);
+    view_scene_remove(&v->scene, index);
+    v->had_models = v->scene.count;
+    v->model_open = 0;
+    v->control.ball = v->scene.ball;
+    v->control.changed = true;
+    survey(v);
 }
 
 /* Ends the innermost of what is going on. */

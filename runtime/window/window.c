@@ -296,6 +296,11 @@ void stp_window_wait(stp_window *w, double seconds)
         glfwPollEvents();
 }
 
+void stp_window_wake(void)
+{
+    glfwPostEmptyEvent();
+}
+
 bool stp_window_next(stp_window *w, stp_window_event *out)
 {
     if (w->event_next == w->event_count)

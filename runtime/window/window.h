@@ -84,6 +84,8 @@ void stp_window_destroy(stp_window **window);
 /* Collects events: waits for the first for at most so many seconds (0: does not wait). Those not
  * taken yet stay, and are not waited for. */
 void stp_window_wait(stp_window *window, double seconds);
+/* Ends a wait of the main thread. Threads: any. */
+void stp_window_wake(void);
 /* Takes the next collected event; false if there is none. */
 bool stp_window_next(stp_window *window, stp_window_event *out);
 /* A name of the last drop, or NULL past the last; valid until the next stp_window_wait. */
