@@ -26,6 +26,7 @@ const cli_command cli_view = {
 #define TURNS_TO_SETTLE 3
 /* A window narrower than this, ordinary pixels, begins without panels. */
 #define PANELS_LEAST_WIDTH 720.0
+#define FPS_MOST 1000.0
 
 static double depth_under(void *context, int x, int y)
 {
@@ -267,12 +268,13 @@ done:
     return status;
 }
 
-static stp_status view(const draw_options *o, const cli_common *common, const char *const *paths,
-                       size_t count, stp_error *err)
+static stp_status view(const draw_options *o, double fps, const cli_common *common,
+                       const char *const *paths, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     viewer v = {.options = o,
                 .common = common,
+                .fps = fps,
                 .clip = {.face = -1},
                 .removing = -1,
                 .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
@@ -303,14 +305,23 @@ static int run(int argc, char **argv)
     const char *paths[VIEW_MODELS_LIMIT] = {NULL};
     size_t count = 0;
     stp_error err = {0};
-    cli_option list[DRAW_OPTION_COUNT];
+    double fps = 0.0;
+    cli_option list[DRAW_OPTION_COUNT + 1] = {
+        [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
+                               "frames a second to hold while the camera moves, by a coarser "
+                               "threshold; at rest every sample",
+                               NULL},
+    };
     draw_options_fill(&o, list);
-    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT, argc, argv, paths, 1,
+    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
     if (o.threshold_px < 0.0)
         return cli_usage(&cli_view, "--threshold is not negative");
+    if (fps < 0.0 || fps > FPS_MOST)
+        return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
-    return view(&o, &common, paths, count, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_view, &err);
+    return view(&o, fps, &common, paths, count, &err) == STP_OK ? CLI_DONE
+                                                                : cli_fail(&cli_view, &err);
 }
