@@ -108,6 +108,7 @@ typedef struct viewer {
     uint64_t shader_state;
 } viewer;
 
+#define VIEW_SHOT_SIZE_COUNT 6
 #define VIEW_SHOT_SIZES "as the window|2 x|4 x|4096 px|8192 px|16384 px"
 
 /* Says something in the status line for some seconds. */

@@ -22,7 +22,9 @@ static void pace_rows(viewer *v)
         stp_ui_slider("frames a second", &v->fps, 5.0, 120.0, "%.0f", true);
     if (holds && v->pace.fps > 0.0 && !stp_pace_holds(&v->pace))
         stp_ui_note("Closing gaps alone takes longer than that: make the window smaller.");
-    if (v->resting || v->loading)
+    if (v->loading)
+        snprintf(text, sizeof text, "loading");
+    else if (v->resting)
         snprintf(text, sizeof text, "being refined");
     else if (!v->stats.cut_complete)
         snprintf(text, sizeof text, "%u chunks are missing", v->stats.chunks_missing);

@@ -21,40 +21,54 @@ static void read_bool(const cJSON *json, const char *key, bool *out)
         *out = cJSON_IsTrue(item);
 }
 
+typedef struct settings {
+    bool panels, open[VIEW_SECTION_COUNT];
+    int shot_size;
+} settings;
+
 /* What the file says, over the defaults. */
-static void read_settings(bool *panels, bool open[VIEW_SECTION_COUNT])
+static settings read_settings(void)
 {
     char path[VIEW_PATH_BYTES];
     cJSON *json = NULL;
-    *panels = true;
+    double size = 0.0;
+    settings s = {.panels = true};
     for (int i = 0; i < VIEW_SECTION_COUNT; i++)
-        open[i] = sections[i].open;
+        s.open[i] = sections[i].open;
     if (view_files_state(path, "view.json", NULL) != STP_OK ||
         stp_json_load(&json, path, "settings", NULL) != STP_OK)
-        return;
+        return s;
     const cJSON *opened = cJSON_GetObjectItemCaseSensitive(json, "open");
-    read_bool(json, "panels", panels);
+    read_bool(json, "panels", &s.panels);
     for (int i = 0; i < VIEW_SECTION_COUNT; i++)
-        read_bool(opened, sections[i].name, &open[i]);
+        read_bool(opened, sections[i].name, &s.open[i]);
+    if (stp_json_numbers(json, "screenshot", &size, 1, path, NULL) == STP_OK && size >= 0.0 &&
+        size < VIEW_SHOT_SIZE_COUNT)
+        s.shot_size = (int)size;
     cJSON_Delete(json);
+    return s;
 }
 
 void view_settings_load(viewer *v)
 {
-    read_settings(&v->panels_wanted, v->open);
+    settings s = read_settings();
+    v->panels_wanted = s.panels;
+    v->shot_size = s.shot_size;
+    memcpy(v->open, s.open, sizeof s.open);
 }
 
 void view_settings_save(const viewer *v)
 {
     char path[VIEW_PATH_BYTES];
-    bool panels = false, open[VIEW_SECTION_COUNT];
-    read_settings(&panels, open);
-    if (panels == v->panels_wanted && memcmp(open, v->open, sizeof open) == 0)
+    settings s = read_settings();
+    if (s.panels == v->panels_wanted && s.shot_size == v->shot_size &&
+        memcmp(s.open, v->open, sizeof s.open) == 0)
         return;
     if (view_files_state(path, "view.json", NULL) != STP_OK)
         return;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "panels", v->panels_wanted);
+    cJSON_AddNumberToObject(json, "screenshot", v->shot_size);
     cJSON *opened = cJSON_AddObjectToObject(json, "open");
     for (int i = 0; i < VIEW_SECTION_COUNT; i++)
         cJSON_AddBoolToObject(opened, sections[i].name, v->open[i]);

@@ -1,4 +1,5 @@
-/* What the viewer remembers from one time to the next: which panels are open, in view.json of the
+/* What the viewer remembers from one time to the next: which panels are open
+ * and the size of screenshots, in view.json of the
  * folder of states. Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_SETTINGS_H
 #define STP_TOOLS_VIEW_SETTINGS_H
