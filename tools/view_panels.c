@@ -174,8 +174,8 @@ void view_panel_numbers(viewer *v)
     format_count(v->stats.points_drawn, count);
     snprintf(text, sizeof text, "%s points", count);
     stp_ui_chart(text, chart->points, chart->count, first, greatest(chart->points, chart->count));
-    snprintf(text, sizeof text, "%u drawn, %u missing, %u loading", v->stats.chunks_drawn,
-             v->stats.chunks_missing, v->stats.chunks_loading);
+    snprintf(text, sizeof text, "%u drawn, %u missing", v->stats.chunks_drawn,
+             v->stats.chunks_missing);
     stp_ui_row("chunks", text);
     stp_memory_use use = stp_renderer_memory(v->renderer);
     char used[32];
