@@ -205,6 +205,7 @@ static stp_status turn(viewer *v, stp_error *err)
     stp_status status = STP_OK;
     bool busy = v->control.changed || v->resting || v->ui_turns > 0 || v->control.wants != 0 ||
                 v->shot.state == VIEW_SHOT_DRAWING;
+    busy = busy && v->layout.width > 0; /* what is minimised waits */
     stp_window_wait(v->window, busy ? 0.0 : WAIT_S);
     v->now_s = stp_window_seconds(v->window);
     double scale = stp_window_scale(v->window);

@@ -109,14 +109,28 @@ static void note_rest(viewer *v, bool moved, bool refines)
     v->resting = unfinished && v->idle_frames < IDLE_FRAMES;
 }
 
+/* A camera that sees nothing, however it came to be, goes home. */
+static stp_status make_view(viewer *v, stp_error *err)
+{
+    view_control *c = &v->control;
+    const int width = v->layout.picture_width, height = v->layout.picture_height;
+    stp_error why = {0};
+    if (stp_view_create(&c->view, &c->camera, &c->ball, width, height, &why) == STP_OK)
+        return STP_OK;
+    view_note(v, "%s", why.message);
+    stp_status status = view_go_home(v, err);
+    if (status == STP_OK)
+        status = stp_view_create(&c->view, &c->camera, &c->ball, width, height, err);
+    return status;
+}
+
 static stp_status draw_scene(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
     view_control *c = &v->control;
     bool moving = c->changed;
     const stp_draw_params params = params_of(v, moving);
-    STP_TRY(stp_view_create(&c->view, &c->camera, &c->ball, v->layout.picture_width,
-                            v->layout.picture_height, err));
+    STP_TRY(make_view(v, err));
     STP_TRY(stp_renderer_draw(v->renderer, &c->view, &params, &v->stats, err));
     if (v->fps > 0.0 && moving)
         stp_pace_follow(&v->pace, v->stats.frame_ms);
