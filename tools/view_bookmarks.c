@@ -135,6 +135,7 @@ stp_status view_bookmarks_save(view_bookmarks *b, const char *model, stp_error *
         }
     }
     STP_TRY(view_files_model_state(path, model, ENDING, err));
+    STP_TRY(view_files_make_folders(path, err));
     STP_TRY(cli_write_json(path, to_json(b), true, err));
     memcpy(b->path, path, sizeof path);
 done:

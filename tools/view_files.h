@@ -14,12 +14,14 @@
  * ending is left out. Errors: EXISTS (they are all taken). */
 stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
                            stp_error *err);
-/* The name of a file in the folder of states, which is made. Errors: IO (cannot be made, no home),
- * LIMIT (too long). */
+/* The name of a file in the folder of states, which need not be there. Errors: IO (no home), LIMIT
+ * (too long). */
 stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_error *err);
 /* The same for what belongs to a model, by its path or address. Errors: likewise. */
 stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
                                   stp_error *err);
+/* Makes the folders that a path leads through. Errors: IO. */
+stp_status view_files_make_folders(const char *path, stp_error *err);
 bool view_files_is_address(const char *path);
 
 #endif

@@ -64,7 +64,8 @@ void view_settings_save(const viewer *v)
     if (s.panels == v->panels_wanted && s.shot_size == v->shot_size &&
         memcmp(s.open, v->open, sizeof s.open) == 0)
         return;
-    if (view_files_state(path, "view.json", NULL) != STP_OK)
+    if (view_files_state(path, "view.json", NULL) != STP_OK ||
+        view_files_make_folders(path, NULL) != STP_OK)
         return;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "panels", v->panels_wanted);
