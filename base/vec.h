@@ -5,18 +5,11 @@
 #ifndef STP_BASE_VEC_H
 #define STP_BASE_VEC_H
 
+#include "base/vec_types.h"
+
 #include <cglm/struct.h>
 #include <math.h>
 #include <stdbool.h>
-
-typedef struct stp_dvec3 {
-    double x, y, z;
-} stp_dvec3;
-
-/* Empty when min > max on any axis; stp_dbox_empty() is the identity of stp_dbox_add. */
-typedef struct stp_dbox {
-    stp_dvec3 min, max;
-} stp_dbox;
 
 /* The greater and the lesser of two numbers that are not NaN: an instruction where fmax is a call.
  */
@@ -92,6 +85,7 @@ static inline bool stp_dvec3_finite(stp_dvec3 a)
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
+/* The identity of stp_dbox_add. */
 static inline stp_dbox stp_dbox_empty(void)
 {
     return (stp_dbox){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};

@@ -1,9 +1,11 @@
 /* Cameras and the views derived from them. */
 #include "runtime/camera.h"
 
-#define DEGREES (3.14159265358979323846 / 180.0)
+#include "base/vec.h"
+
 /* The near plane lies this fraction of the ball's radius in front of the eye. */
 #define NEAR_FRACTION 1e-5
+#define DEGREES (3.14159265358979323846 / 180.0)
 
 stp_ball stp_ball_from_box(const stp_dbox *box)
 {
@@ -13,6 +15,14 @@ stp_ball stp_ball_from_box(const stp_dbox *box)
     if (!(radius > least))
         radius = least > 0.0 ? least : 1.0;
     return (stp_ball){centre, radius};
+}
+
+void stp_view_set_ball(stp_view *view, const stp_ball *ball)
+{
+    double distance = stp_dvec3_dot(stp_dvec3_sub(view->eye, ball->centre), view->back);
+    view->near_depth = NEAR_FRACTION * ball->radius;
+    view->ball_near = fmax(view->near_depth, distance - ball->radius);
+    view->ball_far = fmax(2.0 * view->near_depth, distance + ball->radius);
 }
 
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
@@ -39,8 +49,6 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the camera's up points along its view: give another --up");
     right = stp_dvec3_normalize(right);
-    double distance = stp_dvec3_dot(stp_dvec3_sub(camera->eye, ball->centre), back);
-    double near_depth = NEAR_FRACTION * ball->radius;
     *out = (stp_view){
         .eye = camera->eye,
         .right = right,
@@ -48,13 +56,11 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         .back = back,
         .f = orthographic ? height / camera->height
                           : height / (2.0 * tan(0.5 * camera->fovy_deg * DEGREES)),
-        .near_depth = near_depth,
-        .ball_near = fmax(near_depth, distance - ball->radius),
-        .ball_far = fmax(2.0 * near_depth, distance + ball->radius),
         .width = width,
         .height = height,
         .orthographic = orthographic,
     };
+    stp_view_set_ball(out, ball);
     return STP_OK;
 }
 

@@ -7,9 +7,13 @@
 #define STP_RUNTIME_CAMERA_H
 
 #include "base/error.h"
-#include "base/vec.h"
+#include "base/vec_types.h"
 
 #include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 #define STP_CAMERA_FOVY_DEG 45.0
 
@@ -37,6 +41,10 @@ typedef struct stp_view {
     int width, height;
     bool orthographic;
     double offset[2]; /* of the camera's axis from the picture's middle, pixels; as a rule none */
+    /* Where a host's matrices put a depth in normalised device coordinates: ndc[0] + ndc[1] /
+     * depth, orthographic ndc[0] + ndc[1] * depth. ndc[1] is 0 where the view was made of a camera.
+     */
+    double ndc[2];
 } stp_view;
 
 /* The ball through the corners of a box; radius at least 1e-9 of the coordinates, and 1 where the
@@ -46,6 +54,21 @@ stp_ball stp_ball_from_box(const stp_dbox *box);
 /* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle outside (0, 180), not finite). */
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
                            int height, stp_error *err);
+
+/* Sets near_depth, ball_near and ball_far of a view whose eye and axes are set. */
+void stp_view_set_ball(stp_view *view, const stp_ball *ball);
+
+/* The view of a host application that draws with these matrices, columns first as GL has them, into
+ * a viewport of width x height pixels. model_view takes the model's coordinates to eye space:
+ * turned, shifted, scaled alike in all directions; it is where georeferenced coordinates cancel, so
+ * compute it in double. projection is perspective (also with the far plane at infinity, and with
+ * depth reversed) or orthographic, for any depth range: it is centred, its pixels are square, its
+ * eye looks along -z. The view's lengths are the model's; the eye of an orthographic one is moved
+ * back until the whole ball lies in front of it, which changes no pixel. Errors: INVALID_ARGUMENT
+ * (the sentence says what in which matrix). */
+stp_status stp_view_from_matrices(stp_view *out, const double model_view[16],
+                                  const double projection[16], const stp_ball *ball, int width,
+                                  int height, stp_error *err);
 
 /* The up axis of a model: z where the box is less than half as high in z as in both x and y (a
  * surveyed terrain), else y. */
@@ -81,5 +104,9 @@ stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height
 
 /* Window coordinates and depth of a world position as x, y, z; depth <= 0 is behind the eye. */
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,6 +1,8 @@
 /* Cameras as JSON: eye look up fovy_deg (or height, orthographic) and size. */
 #include "runtime/camera.h"
 
+#include "base/vec.h"
+
 #include "runtime/json.h"
 
 static stp_status read_camera(stp_camera *camera, const cJSON *json, const char *path,

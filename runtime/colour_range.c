@@ -2,6 +2,7 @@
 #include "runtime/colour_range.h"
 
 #include "base/memory.h"
+#include "runtime/model.h"
 
 #include <stdlib.h>
 

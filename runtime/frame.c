@@ -109,7 +109,7 @@ static void begin_pass(stp_renderer *r, bool first)
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
-    if (d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+    if (!d->counts || d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
@@ -129,7 +129,8 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     upload_records(r, draws, count);
     begin_pass(r, first);
     count_emitted(r, d);
-    glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
+    if (d->counts)
+        glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
     status = stp_project_draw(&r->project,
                               &(stp_project_params){.scene = &r->scene,
                                                     .cache = r->cache,
@@ -140,9 +141,11 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
                                                     .sight = &r->sight,
                                                     .lod = d->params->lod,
                                                     .pyramid = &r->pyramid,
-                                                    .first = first},
+                                                    .first = first,
+                                                    .waits = d->waits},
                               &d->stats.points_drawn, err);
-    glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (d->counts)
+        glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
@@ -252,6 +255,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
                                  stp_error *err)
 {
     stp_status status = STP_OK;
+    bool came = stp_chunk_cache_has_news(r->cache);
     STP_TRY(stp_chunk_cache_update(r->cache, r->stamp, err));
     r->stamp++;
     STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
@@ -263,6 +267,10 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     stp_frame_finish(r, d, stp_frame_radius_px(r, r->cut.draws, r->cut.draw_count));
+    if (r->reconstruct.marks)
+        STP_TRY(stp_fade_apply(&r->fade, r->reconstruct.fade, &r->pyramid, &r->tiles, &r->frame,
+                               r->eye, d->params->fade, !r->still || came, err));
+    d->stats.fading = r->fade.left > 0;
 done:
     return status;
 }
@@ -282,7 +290,8 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
     const stp_pyramid_level *level = &r->pyramid.levels[0];
     const GLuint *pixels = d->levels > 0 ? level->finished : level->pulled;
     r->kept = d->params->keep_pixels ? pixels : NULL;
-    glFinish();
+    if (d->waits)
+        glFinish();
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);

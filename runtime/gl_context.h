@@ -7,6 +7,10 @@
 
 #include "base/error.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct stp_gl_context stp_gl_context;
 
 /* Creates a context and makes it current. Errors: GL (no EGL library, no device, version too old:
@@ -19,5 +23,9 @@ stp_status stp_gl_context_check(stp_error *err);
 
 /* The first GL error since the last call as an error that names `what`. Errors: GL. */
 stp_status stp_gl_check(const char *what, stp_error *err);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -16,13 +16,17 @@ enum {
     STP_UNIT_FINE = 4,   /* shape, paint */
     STP_UNIT_COARSE = 6, /* shape, paint */
     STP_UNIT_NEAREST = 8,
-    STP_UNIT_COUNT = 9
+    STP_UNIT_COUNT = 11
 };
 enum {
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_READ_SIZE = 3,
     STP_UNIFORM_CHUNK_OFFSET = 4,
-    STP_UNIFORM_FIRST_PASS = 6
+    STP_UNIFORM_FIRST_PASS = 6,
+    STP_UNIFORM_FADE_KEPT = 8, /* fade.frag */
+    STP_UNIFORM_FADE_WAY = 9,
+    STP_UNIFORM_FADE_AXES = 10,
+    STP_UNIFORM_FADE_F = 11
 };
 
 /* Words of a bit set of all classes. */

@@ -5,6 +5,7 @@
 
 #include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
+#include "runtime/model.h"
 #include "runtime/pyramid.h"
 #include "runtime/stipple.h"
 

@@ -4,6 +4,7 @@
 #ifndef STP_RUNTIME_LEVEL_CHOICE_H
 #define STP_RUNTIME_LEVEL_CHOICE_H
 
+#include "base/vec.h"
 #include "runtime/camera.h"
 #include "runtime/gpu_layout.h"
 #include "runtime/range_pool.h"

@@ -31,10 +31,16 @@ static stp_ball ball_around(const stp_model *model)
 
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
 {
+    return stp_model_open_at(out, path, NULL, err);
+}
+
+stp_status stp_model_open_at(stp_model **out, const char *path,
+                             const stp_byte_source_params *params, stp_error *err)
+{
     stp_status status = STP_OK;
     stp_model *model = NULL;
     STP_TRY(stp_alloc(&model, 1, sizeof *model, "a model", err));
-    STP_TRY(stp_chunk_file_open(&model->file, path, err));
+    STP_TRY(stp_chunk_file_open_at(&model->file, path, params, err));
     model->info = stp_chunk_file_get_info(model->file);
     STP_TRY(stp_alloc(&model->entries, model->info->chunk_count, sizeof *model->entries,
                       "a directory of chunks", err));
@@ -56,6 +62,21 @@ void stp_model_close(stp_model **model)
     free((*model)->entries);
     free(*model);
     *model = NULL;
+}
+
+stp_ball stp_model_ball(const stp_model *model)
+{
+    return model->ball;
+}
+
+stp_dbox stp_model_box(const stp_model *model)
+{
+    return model->info->box;
+}
+
+uint64_t stp_model_point_count(const stp_model *model)
+{
+    return model->info->point_count;
 }
 
 uint64_t stp_model_gpu_bytes(const stp_model *model)

@@ -1,6 +1,8 @@
 /* Linear prediction of position and axes. */
 #include "runtime/motion.h"
 
+#include "base/vec.h"
+
 static bool equal(stp_dvec3 a, stp_dvec3 b)
 {
     return a.x == b.x && a.y == b.y && a.z == b.z;

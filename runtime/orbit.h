@@ -5,6 +5,7 @@
 #ifndef STP_RUNTIME_ORBIT_H
 #define STP_RUNTIME_ORBIT_H
 
+#include "base/vec.h"
 #include "runtime/camera.h"
 
 /* How near an eye may come to a point and how far from the ball it may go, in radii of the ball. */

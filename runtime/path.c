@@ -2,8 +2,10 @@
 #include "runtime/path.h"
 
 #include "base/memory.h"
+#include "base/vec.h"
 #include "runtime/path_curve.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,6 +1,8 @@
 /* Tangents, cubics, and the rotation that a camera falls back on. */
 #include "runtime/path_curve.h"
 
+#include "base/vec.h"
+
 #define DEGREES (3.14159265358979323846 / 180.0)
 /* Longest tangent, in lengths of the slower of the two segments it joins. */
 #define SPEED_LIMIT 3.0

@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/vec.h"
 #include "runtime/json.h"
 
 #include <stdlib.h>

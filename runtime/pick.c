@@ -69,7 +69,7 @@ static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
                .z_max = float_of(t->shape[3]),
                .rgb = {(t->paint[2] & 0xffffu) / 65535.0, (t->paint[2] >> 16) / 65535.0,
                        (t->paint[3] & 0xffffu) / 65535.0},
-               .tag = (int)(t->paint[3] >> 16)};
+               .tag = (int)(t->paint[3] >> 16 & 511)}; /* without the mark */
     p.centre =
         place(frame, x + 0.5 + float_of(t->paint[0]), y + 0.5 + float_of(t->paint[1]), p.z_min);
     return p;
@@ -214,7 +214,7 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
                    sizeof patch) ||
         !read_item(texture->chunks, patch.slot, texture->slot_capacity, &chunk, sizeof chunk))
         return;
-    stp_dvec3 from_eye;
+    stp_dvec3 from_eye = {0.0, 0.0, 0.0};
     double *const axes[3] = {&from_eye.x, &from_eye.y, &from_eye.z};
     for (int i = 0; i < 3; i++)
         *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
@@ -286,7 +286,8 @@ bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
     glGetTextureSubImage(pyramid->picture_depth, 0, x0, y0, 0, width, height, 1, GL_RED, GL_FLOAT,
                          sizeof depths, depths);
     for (int i = 0; i < width * height; i++) {
-        double away = hypot(x0 + i % width - *x, y0 + i / width - *y);
+        int dx = x0 + i % width - *x, dy = y0 + i / width - *y;
+        double away = hypot(dx, dy);
         if (!(depths[i] > 0.0f) || away > REACH || away > least ||
             (away == least && depths[i] >= depths[found]))
             continue;
@@ -304,7 +305,7 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
 {
     stp_status status = STP_OK;
     const stp_pyramid_level *level = &params->pyramid->levels[0];
-    stp_pick pick = {.chunk = STP_CHUNK_NONE, .level = -1};
+    stp_pick pick = {.chunk = STP_PICK_NO_CHUNK, .level = -1};
     texels t;
     read_texels(params->levels > 0 ? level->finished : level->pulled, params->x, params->y, &t);
     pixel p = unpack(params->frame, &t, params->x, params->y);
@@ -315,8 +316,8 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal = stp_dvec3_to_float(
-            turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0)));
+        pick.normal =
+            turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
         for (int i = 0; i < 3; i++)
             pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;

@@ -3,6 +3,7 @@
 #ifndef STP_RUNTIME_PROJECT_H
 #define STP_RUNTIME_PROJECT_H
 
+#include "runtime/model.h"
 #include "runtime/pyramid.h"
 #include "runtime/scatter.h"
 #include "runtime/sight.h"
@@ -38,6 +39,7 @@ struct stp_project_params {
     stp_lod lod;
     const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
     bool first;                 /* pass over the picture */
+    bool waits;                 /* for the GPU, where it alone knows how many points it drew */
 };
 
 /* Draws resident chunks into the bound framebuffer, in order. Adds to *points what was sent (where

@@ -16,7 +16,8 @@ static GLuint create_texture(GLenum format, int width, int height)
 /* A framebuffer of count colour textures, all drawn to. */
 static GLuint create_frame(const GLuint *textures, int count)
 {
-    static const GLenum buffers[STP_TARGET_COUNT] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    static const GLenum buffers[3] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                      GL_COLOR_ATTACHMENT2};
     GLuint frame = 0;
     glCreateFramebuffers(1, &frame);
     for (int i = 0; i < count; i++)
@@ -64,6 +65,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
     p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
+    p.picture_mark = create_texture(GL_R8UI, width, height);
+    p.marked_frame = create_frame((GLuint[]){p.picture, p.picture_depth, p.picture_mark}, 3);
     p.light_frame = create_frame(&p.picture, 1);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
@@ -75,9 +78,9 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[3] = {p->nearest_frame, p->picture_frame, p->light_frame};
-    const GLuint textures[5] = {p->nearest, p->nearest_depth, p->scatter_depth, p->picture,
-                                p->picture_depth};
+    const GLuint frames[4] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame};
+    const GLuint textures[6] = {p->nearest, p->nearest_depth, p->scatter_depth,
+                                p->picture, p->picture_depth, p->picture_mark};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -86,7 +89,7 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].pulled);
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
-    glDeleteFramebuffers(3, frames);
-    glDeleteTextures(5, textures);
+    glDeleteFramebuffers(4, frames);
+    glDeleteTextures(6, textures);
     *p = (stp_pyramid){0};
 }

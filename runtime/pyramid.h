@@ -28,7 +28,8 @@ typedef struct stp_pyramid {
     GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
     GLuint scatter_depth; /* R32UI: the bits of nearest_depth where compute shaders project */
     GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */
-    GLuint light_frame;                           /* of the picture's colour alone */
+    GLuint picture_mark, marked_frame; /* R8UI: what fade.frag compares; with picture and depth */
+    GLuint light_frame;                /* of the picture's colour alone */
 } stp_pyramid;
 
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */

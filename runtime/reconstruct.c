@@ -6,20 +6,23 @@
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err)
 {
-    stp_reconstruct_programs p = {0};
-    GLuint *const programs[6] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade, &p.edl};
-    static const char *const files[6] = {"resolve.frag", "pull.frag",  "push.frag",
-                                         "finish.frag",  "shade.frag", "edl.frag"};
+    static const char *const files[7] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
+                                         "shade.frag",   "edl.frag",  "fade.frag"};
+    stp_reconstruct_programs p = {.marks = variant->fade};
+    GLuint *const programs[7] = {&p.resolve, &p.pull, &p.push, &p.finish,
+                                 &p.shade,   &p.edl,  &p.fade};
+    const bool wanted[7] = {true, true, true, true, true, variant->edl, variant->fade};
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (int i = 0; i < (variant->edl ? 6 : 5); i++)
-        STP_TRY(stp_program_create(programs[i],
-                                   &(stp_program_params){.vertex = "screen.vert",
-                                                         .fragment = files[i],
-                                                         .defines = defines,
-                                                         .folder = folder},
-                                   err));
+    for (int i = 0; i < 7; i++)
+        if (wanted[i])
+            STP_TRY(stp_program_create(programs[i],
+                                       &(stp_program_params){.vertex = "screen.vert",
+                                                             .fragment = files[i],
+                                                             .defines = defines,
+                                                             .folder = folder},
+                                       err));
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -34,6 +37,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->push);
     glDeleteProgram(p->finish);
     glDeleteProgram(p->shade);
+    glDeleteProgram(p->fade);
     glDeleteProgram(p->edl);
     *p = (stp_reconstruct_programs){0};
 }
@@ -102,10 +106,14 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
                             int levels, const stp_tiles *tiles)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->picture_frame);
+    static const GLuint no_mark[4] = {0, 0, 0, 0};
+    glBindFramebuffer(GL_FRAMEBUFFER,
+                      programs->marks ? pyramid->marked_frame : pyramid->picture_frame);
     glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
     glClearBufferfv(GL_COLOR, 1, empty);
+    if (programs->marks)
+        glClearBufferuiv(GL_COLOR, 2, no_mark);
     glUseProgram(levels > 0 ? programs->finish : programs->shade);
     if (levels > 0)
         bind_push(pyramid, 0, levels);

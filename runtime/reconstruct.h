@@ -11,7 +11,8 @@
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
-    GLuint edl; /* 0: not asked for */
+    GLuint edl, fade; /* 0: not asked for */
+    bool marks;       /* pictures are marked for fading */
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */

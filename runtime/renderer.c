@@ -1,5 +1,6 @@
 /* One frame: cut, load, project, pull, push, shade. */
 #include "runtime/colour_range.h"
+#include "runtime/composite.h"
 #include "runtime/inspect.h"
 #include "runtime/renderer_parts.h"
 
@@ -7,8 +8,7 @@
 #include "base/memory.h"
 #include "runtime/filter.h"
 #include "runtime/gl_context.h"
-#include "runtime/pick.h"
-#include "runtime/pixel_read.h"
+#include "runtime/gl_state.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +55,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
+        .fade = params->fade > 0.0,
     };
     if (r->project.patch_program != 0 && stp_variant_equal(&variant, &r->variant))
         return STP_OK;
@@ -95,20 +96,22 @@ stp_status stp_renderer_set_models(stp_renderer *r, const stp_model *const *mode
 {
     const stp_model *before[STP_SCENE_MODELS_LIMIT];
     size_t before_count = r->scene.model_count;
+    stp_gl_state host;
     for (size_t i = 0; i < before_count; i++)
         before[i] = r->scene.models[i].model;
+    stp_gl_state_enter(&host);
     stp_status status = open_scene(r, models, count, err);
     if (status != STP_OK && open_scene(r, before, before_count, NULL) != STP_OK)
-        return stp_error_set(err, STP_IO, "no model can be read any more: open them again");
+        status = stp_error_set(err, STP_IO, "no model can be read any more: open them again");
+    stp_gl_state_leave(&host);
     return status;
 }
 
-stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
-                               stp_error *err)
+/* Within stp_gl_state_enter and leave. */
+static stp_status create(stp_renderer **out, const stp_renderer_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_renderer *r = NULL;
-    STP_TRY(stp_gl_context_check(err));
     STP_TRY(stp_alloc(&r, 1, sizeof *r, "a renderer", err));
     r->params = *params;
     r->stamp = 1;
@@ -136,6 +139,19 @@ done:
     return status;
 }
 
+stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *params,
+                               stp_error *err)
+{
+    stp_gl_state host;
+    stp_status status = stp_gl_context_check(err);
+    if (status != STP_OK)
+        return status;
+    stp_gl_state_enter(&host);
+    status = create(out, params, err);
+    stp_gl_state_leave(&host);
+    return status;
+}
+
 void stp_renderer_destroy(stp_renderer **renderer)
 {
     stp_renderer *r = *renderer;
@@ -149,9 +165,11 @@ void stp_renderer_destroy(stp_renderer **renderer)
         stp_project_destroy(&r->project);
         stp_reconstruct_destroy(&r->reconstruct);
     }
+    glDeleteProgram(r->composite);
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
     stp_sight_destroy(&r->sight);
+    stp_fade_destroy(&r->fade);
     stp_chunk_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     stp_pool_destroy(&r->pool);
@@ -166,7 +184,18 @@ void stp_renderer_destroy(stp_renderer **renderer)
 
 stp_status stp_renderer_reload_shaders(stp_renderer *r, stp_error *err)
 {
-    return r->project.patch_program != 0 ? load_programs(r, &r->variant, err) : STP_OK;
+    stp_status status = STP_OK;
+    GLuint composite = 0;
+    if (r->project.patch_program == 0)
+        return STP_OK;
+    STP_TRY(stp_composite_create(&composite, r->shader_folder, err));
+    STP_TRY(load_programs(r, &r->variant, err));
+    glDeleteProgram(r->composite);
+    r->composite = composite;
+    composite = 0;
+done:
+    glDeleteProgram(composite);
+    return status;
 }
 
 static void set_frame(stp_renderer *r, const stp_drawing *d)
@@ -184,33 +213,20 @@ static void set_frame(stp_renderer *r, const stp_drawing *d)
     stp_filter_place(&r->frame, params, &r->eye);
 }
 
-/* Pipeline state of all passes. Depth runs from 1, near, to 0. */
-static void set_state(const stp_renderer *r)
+void stp_renderer_bind_frame(const stp_renderer *r)
 {
     const stp_object_texture *texture = stp_chunk_cache_texture(r->cache);
-    glDisable(GL_BLEND);
-    glDisable(GL_CULL_FACE);
-    glDisable(GL_DITHER);
-    glDisable(GL_MULTISAMPLE);
-    glDisable(GL_STENCIL_TEST);
-    glDisable(GL_FRAMEBUFFER_SRGB);
-    glDisable(GL_PROGRAM_POINT_SIZE);
-    glPointSize(1.0f);
-    glEnable(GL_SCISSOR_TEST);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glDepthMask(GL_TRUE);
-    glDepthFunc(GL_GREATER);
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     stp_frame_upload(r);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
 }
 
-stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
-                             stp_draw_stats *stats, stp_error *err)
+/* The picture, within stp_gl_state_enter and leave. */
+static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_drawing d = {.view = view, .params = params};
+    const stp_view *view = d->view;
+    const stp_draw_params *params = d->params;
     stp_view ahead;
     double begun = stp_clock_seconds();
     STP_TRY(stp_filter_check(params, err));
@@ -219,124 +235,67 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     r->still = same && memcmp(params, &r->drawn, sizeof *params) == 0;
     if (!r->still)
         r->settling = (stp_settling){0};
-    bool settles = stp_settle_wanted(r, &d);
+    bool settles = stp_settle_wanted(r, d);
     STP_TRY(choose_programs(r, view, params, err));
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
-    set_frame(r, &d);
-    set_state(r);
+    set_frame(r, d);
+    stp_renderer_bind_frame(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();
+    if (settles || !params->stream)
+        stp_fade_forget(&r->fade);
     if (settles) {
-        STP_TRY(stp_settle_step(r, &d, err));
+        STP_TRY(stp_settle_step(r, d, err));
     } else {
         r->kept = NULL;
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));
-        STP_TRY(stp_frame_draw(r, &d, r->moves ? &ahead : NULL, err));
+        STP_TRY(stp_frame_draw(r, d, r->moves ? &ahead : NULL, err));
     }
-    d.stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d.stats.load_ms;
+    d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms;
     STP_TRY(stp_gl_check("drawing a frame", err));
     r->drawn = *params;
-    r->last = d.stats;
-    if (stats != NULL)
-        *stats = d.stats;
+    r->last = d->stats;
 done:
     if (status != STP_OK)
         r->motion.known = false; /* what was drawn is not the last view */
     return status;
 }
 
-stp_status stp_renderer_read(stp_renderer *r, uint8_t *rgba, stp_error *err)
+stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
+                             stp_draw_stats *stats, stp_error *err)
 {
-    const stp_pyramid *p = &r->pyramid;
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(p->picture, 0, GL_RGBA, GL_UNSIGNED_BYTE, 4 * p->width * p->height, rgba);
-    return stp_gl_check("reading the picture", err);
-}
-
-stp_status stp_renderer_depth_at(stp_renderer *r, int x, int y, float *depth, stp_error *err)
-{
-    const stp_pyramid *p = &r->pyramid;
-    if (x < 0 || y < 0 || x >= p->width || y >= p->height)
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
-                             y);
-    glGetTextureSubImage(p->picture_depth, 0, x, y, 0, 1, 1, 1, GL_RED, GL_FLOAT, sizeof *depth,
-                         depth);
-    return stp_gl_check("reading a depth", err);
-}
-
-/* The finished pixel of the last picture, in the pyramid again. */
-static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
-{
-    stp_status status = STP_OK;
-    if (r->settling.phase == STP_SETTLE_RUNS) { /* its passes have begun to take level 0's place */
-        stp_view view = r->motion.last;
-        stp_draw_params params = r->drawn;
-        r->motion.known = false;
-        STP_TRY(stp_renderer_draw(r, &view, &params, NULL, err));
-    }
-    if (r->last.pyramid_levels > 0) {
-        set_state(r);
-        stp_reconstruct_keep_pixel(&r->reconstruct, &r->pyramid, r->last.pyramid_levels, &r->tiles,
-                                   x, y);
-    }
-done:
+    stp_gl_state host;
+    stp_gl_state_enter(&host);
+    stp_drawing d = {.view = view, .params = params, .waits = true, .counts = host.counting == 0};
+    stp_status status = draw_picture(r, &d, err);
+    stp_gl_state_leave(&host);
+    if (status == STP_OK && stats != NULL)
+        *stats = d.stats;
     return status;
 }
 
-stp_status stp_renderer_pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *err)
+stp_status stp_renderer_draw_into(stp_renderer *r, const stp_view *view,
+                                  const stp_draw_params *params, const stp_target *target,
+                                  stp_draw_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_pyramid *p = &r->pyramid;
-    if (x < 0 || y < 0 || x >= p->width || y >= p->height)
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "pixel %d, %d lies outside the picture", x,
-                             y);
-    if (!stp_pick_choose(p, &x, &y)) {
-        *out = (stp_pick){.chunk = STP_CHUNK_NONE, .level = -1};
-        return stp_gl_check("picking", err);
-    }
-    STP_TRY(finish_pixel(r, x, y, err));
-    STP_TRY(stp_pick_find(out,
-                          &(stp_pick_params){.pyramid = p,
-                                             .texture = stp_chunk_cache_texture(r->cache),
-                                             .frame = &r->frame,
-                                             .eye = r->eye,
-                                             .levels = r->last.pyramid_levels,
-                                             .x = x,
-                                             .y = y},
-                          err));
+    stp_gl_state host;
+    stp_view cut;
+    stp_gl_state_enter(&host);
+    stp_drawing d = {.view = &cut, .params = params, .waits = params->timed};
+    d.counts = d.waits && host.counting == 0;
+    STP_TRY(stp_composite_view(&cut, &host, view, err));
+    if (r->composite == 0)
+        STP_TRY(stp_composite_create(&r->composite, r->shader_folder, err));
+    STP_TRY(draw_picture(r, &d, err));
+    stp_composite_draw(r->composite, r->tiles.array, &r->pyramid, &host, view, target);
+    STP_TRY(stp_gl_check("drawing into the host's framebuffer", err));
+    if (stats != NULL)
+        *stats = d.stats;
 done:
+    stp_gl_state_leave(&host);
     return status;
-}
-
-stp_status stp_renderer_read_depth(stp_renderer *r, float *depth, stp_error *err)
-{
-    const stp_pyramid *p = &r->pyramid;
-    const size_t bytes = (size_t)p->width * (size_t)p->height * sizeof *depth;
-    if (bytes > INT32_MAX)
-        return stp_error_set(err, STP_LIMIT, "%d x %d depths are too many to read at once",
-                             p->width, p->height);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(p->picture_depth, 0, GL_RED, GL_FLOAT, (GLsizei)bytes, depth);
-    return stp_gl_check("reading depths", err);
-}
-
-stp_status stp_renderer_read_normals(stp_renderer *r, float *xyz, stp_error *err)
-{
-    if (r->kept == NULL)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "the last picture was not drawn with keep_pixels: its normals are "
-                             "gone");
-    return stp_pixel_read_normals(r->kept, &r->frame, xyz, err);
-}
-
-void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
-{
-    glDisable(GL_SCISSOR_TEST);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
-    glBlitNamedFramebuffer(r->pyramid.picture_frame, framebuffer, 0, 0, r->pyramid.width,
-                           r->pyramid.height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 const char *stp_renderer_damage(const stp_renderer *r)

@@ -4,6 +4,7 @@
 
 #include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
+#include "runtime/fade.h"
 #include "runtime/motion.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
@@ -43,6 +44,7 @@ struct stp_renderer {
     stp_sight sight;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
+    GLuint composite; /* program, once something was drawn into a host's framebuffer */
     stp_cut cut, ahead_cut;
     stp_motion motion;
     bool moves;            /* the camera, since the last frame */
@@ -51,6 +53,7 @@ struct stp_renderer {
     bool still;            /* view and parameters are those of the last frame */
     uint64_t drawn_stamp;  /* of the last cut that was drawn */
     stp_settling settling;
+    stp_fade fade;
     stp_gpu_chunk *chunk_records; /* by slot */
     stp_want *wants;
     size_t want_capacity;
@@ -68,6 +71,8 @@ typedef struct stp_drawing {
     const stp_draw_params *params;
     stp_draw_stats stats;
     int levels;
+    bool waits;  /* for the GPU, at the end */
+    bool counts; /* what the geometry shader emits, by a query */
 } stp_drawing;
 
 /* The frame's cut; while chunks stream and the camera moves it depends on the last one. Errors:
@@ -84,6 +89,9 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px);
 /* The wants of draws, in r->wants. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
                                 stp_error *err);
+/* Binds what all passes read; the state they are drawn in is that of stp_gl_state_enter. */
+void stp_renderer_bind_frame(const stp_renderer *r);
+
 /* What shaders read of r->frame. */
 void stp_frame_upload(const stp_renderer *r);
 /* Draws a frame: the picture. Errors: IO, GL, LIMIT, OUT_OF_MEMORY. */

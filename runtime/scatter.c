@@ -138,7 +138,9 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
         return STP_OK;
     make_runs(s, params);
     scatter_runs(s, params->pyramid);
-    glGetNamedBufferSubData(s->runs, 0, sizeof head, &head);
-    *points += head.points_drawn;
+    if (params->waits) {
+        glGetNamedBufferSubData(s->runs, 0, sizeof head, &head);
+        *points += head.points_drawn;
+    }
     return stp_gl_check("projecting by compute shaders", err);
 }

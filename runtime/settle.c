@@ -10,7 +10,7 @@ static bool may_refine(const stp_renderer *r, const stp_drawing *d)
 
 bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
 {
-    if (!d->params->stream || !r->still || r->settling.phase == STP_SETTLE_FAILED)
+    if (!d->params->stream || !r->still || r->last.fading || r->settling.phase == STP_SETTLE_FAILED)
         return false;
     if (r->settling.phase != STP_SETTLE_NONE)
         return true;
@@ -53,7 +53,11 @@ static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_settling *s = &r->settling;
     const stp_draw *draws = r->cut.draws + s->begin;
-    stp_drawing pass = {.view = d->view, .params = &s->params, .stats = s->stats};
+    stp_drawing pass = {.view = d->view,
+                        .params = &s->params,
+                        .stats = s->stats,
+                        .waits = d->waits,
+                        .counts = d->counts};
     s->radius_px = fmax(s->radius_px, stp_frame_radius_px(r, draws, s->load.there));
     stp_status status = stp_frame_pass(r, &pass, draws, s->load.there, err);
     if (status != STP_OK)

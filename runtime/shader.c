@@ -221,10 +221,11 @@ void stp_variant_defines(const stp_variant *v, char out[STP_VARIANT_DEFINES_BYTE
              "#define STP_ORTHOGRAPHIC %d\n#define STP_BOX %d\n#define STP_KEEP_BACK_FACES %d\n"
              "#define STP_COLOUR %d\n#define STP_PALETTE %d\n#define STP_SHADE %d\n"
              "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n"
-             "#define STP_CLIP %d\n#define STP_HIDE_CLASSES %d\n#define STP_OVERLAY %d\n",
+             "#define STP_CLIP %d\n#define STP_HIDE_CLASSES %d\n#define STP_OVERLAY %d\n"
+             "#define STP_FADE %d\n",
              v->orthographic, v->box, v->keep_back_faces, v->colour, v->palette, v->shade,
              v->geometry_invocations, STP_PATCH_SAMPLES / v->geometry_invocations, v->clip,
-             v->classes, v->overlay);
+             v->classes, v->overlay, v->fade);
 }
 
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
@@ -233,5 +234,5 @@ bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
            a->keep_back_faces == b->keep_back_faces && a->clip == b->clip &&
            a->classes == b->classes && a->overlay == b->overlay && a->edl == b->edl &&
            a->colour == b->colour && a->palette == b->palette && a->shade == b->shade &&
-           a->geometry_invocations == b->geometry_invocations;
+           a->geometry_invocations == b->geometry_invocations && a->fade == b->fade;
 }

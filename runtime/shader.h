@@ -26,6 +26,7 @@ typedef struct stp_variant {
     int colour, palette; /* stp_colour, stp_palette but OWN */
     int shade;           /* STP_SHADE_* */
     int geometry_invocations;
+    bool fade; /* pixels are marked by level, and fade.frag is there */
 } stp_variant;
 
 #define STP_VARIANT_DEFINES_BYTES 480

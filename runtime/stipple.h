@@ -1,22 +1,74 @@
 /* Drawing a model: the renderer that a host application embeds, and that `stipple render` and
- * `stipple view` are made of.
+ * `stipple view` are made of. This header and those it includes are all of libstipple's interface.
  *
- * Give it a current OpenGL 4.5 core context (yours, or runtime/gl_context.h's) and a chunk file;
- * each call of stp_renderer_draw makes one picture. It chooses the cut and each patch's levels by
- * projected error, projects one pixel a sample, closes the surface by pull-push and shades it.
- * It does not open windows and does not write images.
+ * Give it a current OpenGL 4.5 context (yours, or one of gl_context.h) and a chunk file. A frame
+ * chooses the cut and each patch's levels by projected error, projects one pixel a sample, closes
+ * the surface by pull-push and shades it, in textures of its own; stp_renderer_draw_into then takes
+ * the picture to your framebuffer, among your triangles. It does not open windows and does not
+ * write images. In short, without the checks of what is returned:
+ *
+ *     stp_model_open(&model, "church.stipple", &err);
+ *     stp_renderer_create(&renderer, &(stp_renderer_params){.model = model}, &err);
+ *     each frame, your framebuffer being bound and your viewport and depth test set:
+ *         your opaque triangles
+ *         ball = stp_model_ball(model);
+ *         stp_view_from_matrices(&view, model_view, projection, &ball, width, height, &err);
+ *         stp_renderer_draw_into(renderer, &view, &(stp_draw_params){.stream = true}, NULL, NULL,
+ *                                &err);
+ *         more triangles, transparent ones
+ *     stp_renderer_destroy(&renderer);
+ *     stp_model_close(&model);
+ *
  * Axes: the scan's own world axes and units; pictures have their bottom row first, as GL has.
- * Ownership: create and destroy in pairs; what a parameter struct points to is borrowed.
- * Threads: all calls on the thread of the context; chunks are decoded on threads of its own. */
+ * Ownership: create and destroy in pairs, which sets NULL; what a parameter struct points to is
+ * borrowed. A renderer draws one model, or several (stp_renderer_set_models); a process may have
+ * several renderers, also in one context.
+ * Errors: a fallible function returns a status and, where err is not NULL, says in err->message
+ * what, where, and what to do; its outputs are then untouched. Nothing prints or ends the program.
+ * Threads: all calls on a renderer on the thread its context is current on, also destroying it;
+ * chunks are read and decoded on threads of its own. A model may be shared by threads.
+ *
+ * OpenGL state: every call leaves the context as it found it, and needs it in no particular state,
+ * but for what GL neither tells nor undoes: conditional rendering must not be active; queries of
+ * the host's that run meanwhile (of samples, of time) also count what is drawn here, and while one
+ * of GL_PRIMITIVES_GENERATED runs, points_drawn is not known; a program that is in use but deleted
+ * is gone, and values of subroutine uniforms are lost; errors that glGetError was not yet asked for
+ * are discarded. In a compatibility context, the alpha test must be off. */
 #ifndef STP_RUNTIME_STIPPLE_H
 #define STP_RUNTIME_STIPPLE_H
 
 #include "base/error.h"
 #include "runtime/camera.h"
-#include "runtime/model.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- models ---- */
+
+/* A chunk file opened for drawing: its directory in memory. */
+typedef struct stp_model stp_model;
+
+/* Reads the directory, no chunk. path: copied. Errors: NOT_FOUND, IO, FORMAT (not a chunk file),
+ * VERSION (made by a newer stipple), CORRUPT (where, and what was found), OUT_OF_MEMORY. */
+stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
+/* After the renderers that draw it. */
+void stp_model_close(stp_model **model);
+
+/* Around all of it: what views are placed by. */
+stp_ball stp_model_ball(const stp_model *model);
+/* Of the centres of its points. */
+stp_dbox stp_model_box(const stp_model *model);
+uint64_t stp_model_point_count(const stp_model *model);
+/* Bytes of samples and patches that all chunks need on the GPU: a larger gpu_memory_bytes is of no
+ * use. */
+uint64_t stp_model_gpu_bytes(const stp_model *model);
+
+/* ---- what is drawn ---- */
 
 /* Who chooses the levels. */
 typedef enum stp_lod {
@@ -91,6 +143,9 @@ typedef struct stp_draw_params {
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
+    /* While streaming: share of a level change that a frame still shows of the last one, so that it
+     * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
+    double fade;
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     uint32_t hidden_models; /* bit i: model i is not drawn */
     bool keep_pixels;       /* finish level 0 of the pyramid too: for normals */
@@ -100,15 +155,18 @@ typedef struct stp_draw_params {
 #define STP_RADIUS_CAP_PX 6.0
 
 typedef struct stp_draw_stats {
-    double frame_ms; /* choosing, drawing, waiting for the GPU; not loading nor compiling shaders */
-    double load_ms;  /* waiting for chunks; none while streaming */
+    /* Choosing, drawing, waiting for the GPU (stp_renderer_draw_into does not wait, so it is this
+     * thread's time); not loading nor compiling shaders. */
+    double frame_ms;
+    double load_ms;                            /* waiting for chunks; none while streaming */
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
-    uint64_t points_drawn;                     /* sent to projection */
+    uint64_t points_drawn; /* sent to projection; 0 where that is not known without waiting */
     uint32_t chunks_drawn, chunks_missing;
     uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */
     uint32_t passes;
     int pyramid_levels;
     bool cut_complete;
+    bool fading;       /* the next frame shows less of level changes */
     bool every_sample; /* nothing finer is in the model's files */
 } stp_draw_stats;
 
@@ -127,6 +185,8 @@ typedef struct stp_cut_measure {
  * colour_range may be set to. Errors: those of reading a chunk. */
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err);
+
+/* ---- renderers ---- */
 
 typedef struct stp_renderer stp_renderer;
 
@@ -161,6 +221,32 @@ stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *cons
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 
+/* How a picture lands in the host's framebuffer. Zero is the default. */
+typedef struct stp_target {
+    /* The host's framebuffer holds light, as floating-point ones of a lit scene do: the picture's
+     * colours, which are encoded for screens (sRGB), are decoded. Else they are written as they
+     * are, without GL_FRAMEBUFFER_SRGB. */
+    bool linear_light;
+} stp_target;
+
+/* Draws as stp_renderer_draw does, then into the host's framebuffer as one draw call of the host's
+ * would: into the framebuffer that is bound for drawing, within viewport 0, under the scissor, the
+ * stencil test, the depth test and function, the depth mask, the colour mask, the depth range and
+ * the clip control that are set. Only covered pixels are touched, each with its own depth; so
+ * points hide what the host has drawn or draws later, and are hidden by it. Enable GL_DEPTH_TEST,
+ * and draw before what blends.
+ *
+ * view: of stp_view_from_matrices, of the viewport's size; what lies outside the projection's depth
+ * range is cut away unless GL_DEPTH_CLAMP is on. Colour goes to the first draw buffer, alpha is 1,
+ * nothing is blended. A multisampled framebuffer gets the same colour and depth in each sample of a
+ * pixel. Does not wait for the GPU; with params->stream it does not wait for chunks either and
+ * draws what is there, which stats->cut_complete tells (draw again then). target, stats may be
+ * NULL. Errors: as stp_renderer_draw; INVALID_ARGUMENT (view or viewport), UNSUPPORTED (framebuffer
+ * not complete, or of integers); then the host's framebuffer is untouched. */
+stp_status stp_renderer_draw_into(stp_renderer *renderer, const stp_view *view,
+                                  const stp_draw_params *params, const stp_target *target,
+                                  stp_draw_stats *stats, stp_error *err);
+
 /* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered. */
 stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
 
@@ -169,6 +255,8 @@ stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *e
 stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *depth,
                                  stp_error *err);
 
+#define STP_PICK_NO_CHUNK UINT32_MAX
+
 /* What a picture shows at a pixel. */
 typedef struct stp_pick {
     bool hit; /* false: nothing is there, and nothing else is said */
@@ -176,12 +264,12 @@ typedef struct stp_pick {
      * centre of the nearest sample drawn, so at outlines a little beside the ray. */
     stp_dvec3 position;
     double depth, depth_end; /* the interval of the front surface along the camera's axis */
-    vec3s normal;            /* of the surface, unit, world axes; turned to the eye if two-sided */
+    stp_dvec3 normal;        /* of the surface, unit, world axes; turned to the eye if two-sided */
     uint8_t rgb[3];          /* of the surface, unlit: what colour and overlay made of it */
     bool interpolated;       /* no sample fell on this pixel, or one behind the front surface */
     int pyramid_level;       /* that the pixel comes from; 0: measured */
     /* Of the nearest sample drawn. All but the radius is not known of a picture made in several
-     * passes, and of chunks that gave way to others since: then chunk is STP_CHUNK_NONE. */
+     * passes, and of chunks that gave way to others since: then chunk is STP_PICK_NO_CHUNK. */
     double radius; /* world units */
     uint32_t chunk;
     int level; /* of its patch, 0 the finest; -1: not known */
@@ -193,8 +281,7 @@ typedef struct stp_pick {
  * never taken. A pixel where nothing is takes the nearest that is covered, up to two pixels away:
  * outlines and pinholes can be picked. Leaves the picture as it is; but while refine (or a budget)
  * makes a still picture of passes, the frame before it is drawn anew and the passes begin again.
- * Errors: INVALID_ARGUMENT
- * (outside the picture), GL, OUT_OF_MEMORY. */
+ * Errors: INVALID_ARGUMENT (outside the picture), GL, OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
 
 /* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
@@ -225,5 +312,9 @@ uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
 stp_memory_use stp_renderer_memory(const stp_renderer *renderer);
 /* Whether a frame that streams would take in what the last one had not. */
 bool stp_renderer_has_news(const stp_renderer *renderer);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

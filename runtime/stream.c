@@ -265,6 +265,26 @@ static stp_status start(stp_stream *s, void *(*run)(void *), unsigned count, stp
     return STP_OK;
 }
 
+/* As many as the model that profits most of reads in flight. */
+static unsigned count_readers(const stp_scene *scene)
+{
+    unsigned count = 1;
+    for (size_t i = 0; i < scene->model_count; i++) {
+        stp_byte_source *source = stp_chunk_file_source(scene->models[i].model->file);
+        unsigned parallel = stp_byte_source_parallel(source);
+        count = parallel > count ? parallel : count;
+    }
+    return count < STP_STREAM_READERS_LIMIT ? count : STP_STREAM_READERS_LIMIT;
+}
+
+/* A server may be silent for long: what is asked of it ends at once. The models live on, so they
+ * may be read from again afterwards. */
+static void interrupt_reads(const stp_scene *scene, void (*act)(stp_byte_source *source))
+{
+    for (size_t i = 0; i < scene->model_count; i++)
+        act(stp_chunk_file_source(scene->models[i].model->file));
+}
+
 stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -277,7 +297,7 @@ stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, 
     pthread_cond_init(&s->work, NULL);
     pthread_cond_init(&s->news, NULL);
     STP_TRY(stp_payload_store_create(&s->store, params->payload_bytes, err));
-    STP_TRY(start(s, run_reader, 1, err));
+    STP_TRY(start(s, run_reader, count_readers(s->scene), err));
     STP_TRY(start(s, run_decoder, params->decoder_count, err));
     *out = s;
     s = NULL;
@@ -295,8 +315,10 @@ void stp_stream_destroy(stp_stream **stream)
     s->quit = true;
     pthread_cond_broadcast(&s->work);
     pthread_mutex_unlock(&s->mutex);
+    interrupt_reads(s->scene, stp_byte_source_cancel);
     for (unsigned i = 0; i < s->thread_count; i++)
         pthread_join(s->threads[i], NULL);
+    interrupt_reads(s->scene, stp_byte_source_resume);
     for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++) {
         free(s->loads[i].patches);
         free(s->loads[i].bounds);

@@ -77,7 +77,8 @@ typedef struct stp_stream_params {
 
 /* Errors: OUT_OF_MEMORY, LIMIT (no threads). */
 stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, stp_error *err);
-/* Waits for what is being read and decoded. */
+/* Waits for what is being decoded; reads under way are interrupted, also those of others that share
+ * a model. */
 void stp_stream_destroy(stp_stream **stream);
 
 /* What is wanted now, most wanted first: replaces the queue, of which no more than

@@ -11,10 +11,16 @@
 
 layout(location = 0) out vec4 picture;
 layout(location = 1) out float depth; // z_min, 0 where nothing is
+#if STP_FADE
+layout(location = 2) out uint mark;
+#endif
 
 void main()
 {
     stp_pixel p = stp_push(ivec2(gl_FragCoord.xy));
     picture = stp_shade(p, gl_FragCoord.xy);
     depth = p.z_min;
+#if STP_FADE
+    mark = uint(stp_tag_mark(p.tag));
+#endif
 }

@@ -7,7 +7,7 @@ struct stp_pixel {
     float z_max;
     vec2 d;        // centre of the ellipse minus the pixel's centre, viewport pixels
     vec3 colour;
-    int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source
+    int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source + 512 mark
 };
 
 // Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
@@ -74,12 +74,18 @@ bool stp_tag_two_sided(int tag)
 // The pyramid level the values come from: 0 is a measured pixel.
 int stp_tag_source(int tag)
 {
-    return (tag - 1) >> 4;
+    return (tag - 1) >> 4 & 15;
+}
+
+// What fade.frag compares from frame to frame; 0 where the variant does not fade.
+int stp_tag_mark(int tag)
+{
+    return tag >> 9;
 }
 
 int stp_tag_from(int tag, int source)
 {
-    return 1 + ((tag - 1) & 15) + 16 * source;
+    return 1 + ((tag - 1) & 15) + 16 * source + (tag & ~511);
 }
 
 // Centre of pixel p of a level, viewport pixels.

@@ -38,6 +38,13 @@ vec2 stp_error_of(uvec2 id, stp_patch p)
                       : vec2(e.error_2[q], e.tangential_2[q]);
 }
 
+// Seven bits that differ where the same surface is drawn at another level: of the tree, of the chunk.
+int stp_mark_of(uvec2 id, stp_chunk chunk)
+{
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, p)) & 127;
+}
+
 // Projected error of a patch that has this perpendicular and tangential one, pixels.
 float stp_patch_error(stp_patch p, vec2 error)
 {
@@ -124,6 +131,9 @@ void main()
     float ppu = stp_pixels_per_unit(depth);
     vec2 window = centre.xy + disc.position.xy * ppu;
     int tag = index != STP_NO_SAMPLE ? 1 + int(disc.kind) + (disc.oriented ? 0 : 8) : 0;
+#if STP_FADE
+    tag += tag != 0 ? 512 * stp_mark_of(id, chunk) : 0;
+#endif
     stp_pixel p = stp_pixel(disc.normal, disc.radius, depth,
                             depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
                             window - gl_FragCoord.xy, disc.colour, tag);

@@ -8,6 +8,9 @@
 
 layout(location = 0) out vec4 picture;
 layout(location = 1) out float depth; // z_min, 0 where nothing is
+#if STP_FADE
+layout(location = 2) out uint mark;
+#endif
 
 void main()
 {
@@ -15,4 +18,7 @@ void main()
     stp_pixel p = stp_pixel_fine(here);
     picture = stp_shade(p, gl_FragCoord.xy);
     depth = p.z_min;
+#if STP_FADE
+    mark = uint(stp_tag_mark(p.tag));
+#endif
 }

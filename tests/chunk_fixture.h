@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #define FIXTURE_EXPONENT (-7)
-#define FIXTURE_CHUNK_LIMIT 32
+#define FIXTURE_CHUNK_LIMIT 80
 #define FIXTURE_METADATA "{\"sources\":[\"a height field\"],\"lambda\":1.7}"
 
 static inline void fixture_require(int truth)

@@ -81,7 +81,7 @@ static void before_a_wall(void **state)
             assert_true(strip.depth_end < wall.depth && strip.intensity == 1.0);
             assert_int_equal(wall.class_id, WALL);
             assert_true(fabs(wall.position.z) <= wall.radius && wall.intensity == 0.0);
-            assert_true(wall.normal.z > 0.99f);
+            assert_true(wall.normal.z > 0.99);
         }
     }
     gl_fixture_close(&f);

@@ -3,6 +3,7 @@
 #ifndef STP_TOOLS_CAMERA_OPTIONS_H
 #define STP_TOOLS_CAMERA_OPTIONS_H
 
+#include "base/vec.h"
 #include "runtime/camera.h"
 #include "tools/cli.h"
 

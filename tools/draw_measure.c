@@ -2,6 +2,8 @@
 #include "tools/draw_measure.h"
 
 #include "base/memory.h"
+#include "runtime/model.h"
+#include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
 #include <epoxy/gl.h>
@@ -45,7 +47,8 @@ static double quantile(const double *values, size_t count, double q)
     return count > 0 ? values[(size_t)(q * (double)(count - 1) + 0.5)] : 0.0;
 }
 
-struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer)
+struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
+                                const stp_model *model)
 {
     static const char *const names[DRAW_TIME_COUNT] = {NULL, "project_ms", "pull_push_ms",
                                                        "shade_ms"};
@@ -70,6 +73,7 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer)
     cJSON_AddNumberToObject(json, "passes", m->last.passes);
     cJSON_AddNumberToObject(json, "pyramid_levels", m->last.pyramid_levels);
     cJSON_AddNumberToObject(json, "bytes_read", (double)stp_renderer_bytes_read(renderer));
+    source_options_stats(json, model->file);
     cJSON_AddStringToObject(json, "gl_renderer", (const char *)glGetString(GL_RENDERER));
     return json;
 }

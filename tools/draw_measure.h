@@ -22,7 +22,8 @@ stp_status draw_measure_add(draw_measure *measure, const stp_draw_stats *stats, 
 void draw_measure_cut(draw_measure *measure, const stp_renderer *renderer);
 /* frame_ms project_ms ... gl_renderer; the times are sorted by it. NULL where memory is exhausted.
  * A context is current. */
-struct cJSON *draw_measure_json(draw_measure *measure, const stp_renderer *renderer);
+struct cJSON *draw_measure_json(draw_measure *measure, const stp_renderer *renderer,
+                                const stp_model *model);
 void draw_measure_clear(draw_measure *measure);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "runtime/gpu_layout.h"
 #include "tools/draw_filter.h"
+#include "tools/source_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -14,7 +15,8 @@ draw_options draw_options_default(void)
                           .threshold_px = 1.0,
                           .radius_cap_px = STP_RADIUS_CAP_PX,
                           .gpu_memory = UINT64_C(1) << 30,
-                          .cpu_memory = UINT64_C(1) << 30};
+                          .cpu_memory = UINT64_C(1) << 30,
+                          .cache_bytes = UINT64_C(1) << 30};
 }
 
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
@@ -50,6 +52,10 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
         {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
          NULL},
+        {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
+         "keep there what is read of a model on a web server (nothing is kept)", NULL},
+        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "at most so much in all (1G)",
+         NULL},
         {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
          "shader files there win over the built-in ones", NULL},
     };
@@ -62,6 +68,13 @@ void draw_options_word(const char *words, int index, char out[16])
     while (index-- > 0)
         words += strcspn(words, "|") + 1;
     snprintf(out, 16, "%.*s", (int)strcspn(words, "|"), words);
+}
+
+stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+                             stp_error *err)
+{
+    stp_byte_source_params params = source_options_params(o->cache_folder, o->cache_bytes);
+    return stp_model_open_at(model, path, &params, err);
 }
 
 /* The ends of the palette: what is asked for, else what the model has. */

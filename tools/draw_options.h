@@ -3,21 +3,22 @@
 #ifndef STP_TOOLS_DRAW_OPTIONS_H
 #define STP_TOOLS_DRAW_OPTIONS_H
 
+#include "runtime/model.h"
 #include "runtime/stipple.h"
 #include "tools/camera_options.h"
 
 typedef struct draw_options {
     camera_options camera;
-    const char *shader_folder;
+    const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, shade, colour, palette;
     const char *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
-    uint64_t gpu_memory, cpu_memory;
+    uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, back_faces;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 18)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 20)
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
@@ -32,6 +33,9 @@ draw_options draw_options_default(void);
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 /* One word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
+/* Opens a model, a path or an address. Errors: those of stp_model_open_at. */
+stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+                             stp_error *err);
 /* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or a
  * range, clip box, list of classes, overlay or strength is none), those of reading the model's
  * root. */

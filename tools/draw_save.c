@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/image/image.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,20 +60,20 @@ static void camera_text(const stp_camera *c, const stp_view *view, char out[CAME
 }
 
 static stp_status save_floats(const stp_view *view, const stp_camera *camera, float *values,
-                              stp_float_image *image, const char *meaning, const char *path,
+                              stp_float_image image, const char *meaning, const char *path,
                               bool force, stp_error *err)
 {
     char text[CAMERA_TEXT_BYTES];
     camera_text(camera, view, text);
     const stp_image_note notes[2] = {{"stipple:camera", text}, {"stipple:values", meaning}};
     stp_status status =
-        flip(values, (size_t)view->width * (size_t)image->channel_count * 4, view->height, err);
-    image->width = view->width;
-    image->height = view->height;
-    image->values = values;
-    image->notes = notes;
-    image->note_count = 2;
-    return status == STP_OK ? stp_image_save_floats(image, path, force, err) : status;
+        flip(values, (size_t)view->width * (size_t)image.channel_count * 4, view->height, err);
+    image.width = view->width;
+    image.height = view->height;
+    image.values = values;
+    image.notes = notes;
+    image.note_count = 2;
+    return status == STP_OK ? stp_image_save_floats(&image, path, force, err) : status;
 }
 
 static stp_status save_depth(stp_renderer *renderer, const stp_view *view, const stp_camera *camera,
@@ -86,7 +87,7 @@ static stp_status save_depth(stp_renderer *renderer, const stp_view *view, const
     STP_TRY(stp_renderer_read_depth(renderer, depth, err));
     for (size_t i = 0; i < count; i++)
         depth[i] = depth[i] > 0.0f ? depth[i] : INFINITY;
-    STP_TRY(save_floats(view, camera, depth, &image,
+    STP_TRY(save_floats(view, camera, depth, image,
                         "depth along the camera's axis in world units, inf where nothing is", path,
                         force, err));
 done:
@@ -104,7 +105,7 @@ static stp_status save_normals(stp_renderer *renderer, const stp_view *view,
     STP_TRY(stp_alloc(&xyz, (size_t)view->width * (size_t)view->height, 3 * sizeof *xyz, "normals",
                       err));
     STP_TRY(stp_renderer_read_normals(renderer, xyz, err));
-    STP_TRY(save_floats(view, camera, xyz, &image,
+    STP_TRY(save_floats(view, camera, xyz, image,
                         "unit normals in the world's axes, 0 0 0 where nothing is", path, force,
                         err));
 done:

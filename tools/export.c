@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/repair_note.h"
 #include "formats/scan/ply_write.h"
+#include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -167,12 +168,14 @@ static stp_status export_file(const char *path, const char *output, bool force,
     bool *stand_ins = NULL;
     uint64_t stand_in_count = 0;
     STP_TRY(stp_output_check_input(output, path, err));
-    STP_TRY(stp_chunk_file_open(&file, path, err));
+    const stp_byte_source_params source = source_options_params(NULL, 0);
+    STP_TRY(stp_chunk_file_open_at(&file, path, &source, err));
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     STP_TRY(find_stand_ins(file, &stand_ins, &stand_in_count, err));
     if (stand_in_count >= info->point_count) {
         status = stp_error_set(err, STP_EMPTY,
-                               "%s: all of its points are lost: there is nothing to write", path);
+                               "%s: all of its points are lost: there is nothing to write",
+                               stp_chunk_file_path(file));
         goto done;
     }
     stp_ply_writer_params params = {.force = force,
@@ -188,7 +191,7 @@ static stp_status export_file(const char *path, const char *output, bool force,
         fprintf(stderr,
                 "%s was repaired: %" PRIu64 " samples that stand in for lost points are "
                 "left out\n",
-                path, stand_in_count);
+                stp_chunk_file_path(file), stand_in_count);
 done:
     cli_progress_end();
     free(stand_ins);

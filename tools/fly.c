@@ -9,6 +9,7 @@
 #include "tools/fly_film.h"
 #include "tools/fly_folder.h"
 #include "tools/fly_job.h"
+#include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
 #include <epoxy/gl.h>
@@ -138,7 +139,7 @@ static stp_status open_flight(flight *f, const char *model, const cli_common *co
     const char *const outputs[CLI_OUTPUT_LIMIT] = {is_film ? o->output : NULL, o->stats};
     const char *const inputs[] = {model, o->draw.camera.path, o->path};
     STP_TRY(cli_check_outputs(outputs, inputs, 3, o->force, err));
-    STP_TRY(stp_model_open(&f->model, model, err));
+    STP_TRY(draw_options_open(&o->draw, model, &f->model, err));
     STP_TRY(open_path(f, err));
     STP_TRY(choose_frames(f, err));
     STP_TRY(draw_options_params(&o->draw, f->model, &f->params, err));
@@ -217,7 +218,7 @@ done:
 
 static stp_status write_stats(flight *f, double begun_s, stp_error *err)
 {
-    cJSON *json = draw_measure_json(&f->measure, f->renderer);
+    cJSON *json = draw_measure_json(&f->measure, f->renderer, f->model);
     cJSON_AddNumberToObject(json, "frames", (double)f->done);
     cJSON_AddNumberToObject(json, "frames_there", (double)f->there);
     cJSON_AddNumberToObject(json, "seconds", stp_clock_seconds() - begun_s);
@@ -227,6 +228,7 @@ static stp_status write_stats(flight *f, double begun_s, stp_error *err)
 static void say(const flight *f, const cli_common *common)
 {
     const char *damage = stp_renderer_damage(f->renderer);
+    source_options_warn(&cli_fly, common, f->model->file);
     if (common->quiet)
         return;
     if (damage[0] != '\0')

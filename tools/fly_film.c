@@ -19,8 +19,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-extern char **environ;
-
 #define ARGUMENT_LIMIT 48
 /* How long a wait for ffmpeg does not ask whether it is still wanted. */
 #define CANCEL_INTERVAL_MS 50
@@ -65,9 +63,9 @@ bool fly_film_is_name(const char *path)
 }
 
 /* Colours as films of today have them (BT.709, limited range): without, players guess. */
-#define FILTERS                                                                                    \
-    "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,"           \
-    "pad=ceil(iw/2)*2:ceil(ih/2)*2,format=yuv420p"
+static const char filters[] =
+    "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,"
+    "pad=ceil(iw/2)*2:ceil(ih/2)*2,format=yuv420p";
 
 /* Starts ffmpeg with a socket's end as its input and words for its messages; 0 or an errno. */
 static int spawn(fly_film *film, int input, const char *const *arguments)
@@ -116,7 +114,7 @@ static stp_status start(fly_film *film, const fly_film_params *params, const fil
                                              "pipe:0",
                                              "-an",
                                              "-vf",
-                                             FILTERS,
+                                             filters,
                                              "-colorspace",
                                              "bt709",
                                              "-color_primaries",
@@ -168,7 +166,7 @@ stp_status fly_film_create(fly_film **out, const fly_film_params *params, stp_er
     film->frames = film->words = -1;
     film->frame_bytes = (size_t)params->width * (size_t)params->height * 4;
     STP_TRY(stp_alloc(&film->path, strlen(params->path) + 1, 1, "a path", err));
-    strcpy(film->path, params->path);
+    memcpy(film->path, params->path, strlen(params->path));
     STP_TRY(stp_output_create(&film->output, params->path, params->force, err));
     STP_TRY(start(film, params, format, err));
     *out = film;

@@ -14,8 +14,9 @@
 /* Budgets change no pixel, cameras are told by what comes of them. */
 static bool is_passed_over(const cli_option *option)
 {
-    static const char *const names[] = {"--gpu-memory", "--cpu-memory", "--size", "--camera",
-                                        "--eye",        "--look",       "--up",   "--fovy"};
+    static const char *const names[] = {"--gpu-memory", "--cpu-memory", "--cache", "--cache-size",
+                                        "--size",       "--camera",     "--eye",   "--look",
+                                        "--up",         "--fovy"};
     bool found = option->help == NULL; /* another spelling */
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         found |= strcmp(option->name, names[i]) == 0;

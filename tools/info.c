@@ -252,9 +252,9 @@ static int run(int argc, char **argv)
     STP_TRY(stp_chunk_file_open(&file, path, &err));
     STP_TRY(summarise(file, &depths, &err));
     if (json)
-        STP_TRY(print_json(path, stp_chunk_file_get_info(file), depths, &err));
+        STP_TRY(print_json(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths, &err));
     else
-        print_text(path, stp_chunk_file_get_info(file), depths);
+        print_text(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths);
 done:
     free(depths);
     stp_chunk_file_close(&file);

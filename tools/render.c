@@ -4,6 +4,7 @@
 #include "tools/draw_measure.h"
 #include "tools/draw_options.h"
 #include "tools/draw_save.h"
+#include "tools/source_options.h"
 
 #include <stdio.h>
 
@@ -69,7 +70,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
                                                    o->stats};
     const char *const inputs[] = {path, o->draw.camera.path};
     STP_TRY(cli_check_outputs(outputs, inputs, 2, o->force, err));
-    STP_TRY(stp_model_open(&model, path, err));
+    STP_TRY(draw_options_open(&o->draw, path, &model, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
     STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
     STP_TRY(draw_options_params(&o->draw, model, &drawn, err));
@@ -81,7 +82,8 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
     STP_TRY(draw_save(renderer, &view, &camera, files, o->force, err));
     if (o->stats != NULL)
-        STP_TRY(cli_write_json(o->stats, draw_measure_json(&m, renderer), o->force, err));
+        STP_TRY(cli_write_json(o->stats, draw_measure_json(&m, renderer, model), o->force, err));
+    source_options_warn(&cli_render, common, model->file);
     if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
         fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
                 stp_renderer_damage(renderer));

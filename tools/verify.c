@@ -7,6 +7,7 @@
 #include "formats/chunk/repair.h"
 #include "formats/chunk/verify.h"
 #include "preprocess/rebuild.h"
+#include "tools/source_options.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -38,13 +39,14 @@ static stp_status verify(const verify_options *o, stp_pool *pool, stp_error *err
 {
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
-    STP_TRY(stp_chunk_file_open(&file, o->path, err));
+    const stp_byte_source_params params = source_options_params(NULL, 0);
+    STP_TRY(stp_chunk_file_open_at(&file, o->path, &params, err));
     STP_TRY(stp_chunk_file_verify(file, pool, cli_progress(&o->common), err));
     cli_progress_end();
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     if (!o->common.quiet)
-        printf("%s: sound: %" PRIu64 " points in %" PRIu32 " chunks\n", o->path, info->point_count,
-               info->chunk_count);
+        printf("%s: sound: %" PRIu64 " points in %" PRIu32 " chunks\n", stp_chunk_file_path(file),
+               info->point_count, info->chunk_count);
 done:
     cli_progress_end();
     stp_chunk_file_close(&file);
@@ -136,6 +138,8 @@ static int run(int argc, char **argv)
                          "no output given: add -o OUT.stipple, or --force to replace %s", o.path);
     if (!o.repair && (o.output || o.force))
         return cli_usage(&cli_verify, "nothing is written without --repair");
+    if (o.repair && stp_is_address(o.path))
+        return cli_usage(&cli_verify, "--repair reads local files only: copy the file here");
     stp_status status = stp_pool_create(&pool, (unsigned)o.common.threads, &err);
     if (status == STP_OK)
         status = o.repair ? repair(&o, pool, &err) : verify(&o, pool, &err);

@@ -1,5 +1,6 @@
 /* stipple view: a window to fly through models. */
 #include "base/clock.h"
+#include "tools/source_options.h"
 #include "tools/view_app.h"
 #include "tools/view_keys.h"
 #include "tools/view_move.h"
@@ -254,7 +255,7 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
     stp_status status = STP_OK;
     stp_error why = {0};
     for (size_t i = 0; i < count; i++)
-        STP_TRY(view_scene_add(&v->scene, paths[i], err));
+        STP_TRY(view_scene_add(&v->scene, v->options, paths[i], err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
         v->control.params.threshold_px = 1.0; /* for when samples are left out again */
@@ -288,6 +289,8 @@ static stp_status view(const draw_options *o, double fps, const cli_common *comm
     if (v.record.on)
         view_toggle_record(&v);
     view_settings_save(&v);
+    for (size_t i = 0; i < v.scene.count; i++)
+        source_options_warn(&cli_view, common, v.scene.models[i].model->file);
 done:
     view_shot_end(&v.shot);
     view_record_destroy(&v.record);

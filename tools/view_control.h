@@ -5,6 +5,7 @@
 #ifndef STP_TOOLS_VIEW_CONTROL_H
 #define STP_TOOLS_VIEW_CONTROL_H
 
+#include "runtime/model.h"
 #include "runtime/orbit.h"
 #include "runtime/stipple.h"
 #include "runtime/window/window.h"

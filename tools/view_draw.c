@@ -160,7 +160,7 @@ static void look_under(viewer *v)
     /* picking would begin what is being refined anew */
     float depth = 0.0f;
     stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
-    v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_CHUNK_NONE};
+    v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
     v->under.position = stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth);
 }
 

@@ -78,7 +78,7 @@ static void clicked_rows(const viewer *v)
     stp_ui_row("", text);
     snprintf(text, sizeof text, "%.*f", view_digits(v) + 1, pick->radius);
     stp_ui_row("disc's radius", text);
-    if (pick->chunk != STP_CHUNK_NONE) {
+    if (pick->chunk != STP_PICK_NO_CHUNK) {
         snprintf(text, sizeof text, "%u, level %d", pick->chunk, pick->level);
         stp_ui_row("chunk", text);
     }

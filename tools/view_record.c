@@ -2,6 +2,7 @@
 #include "tools/view_record.h"
 
 #include "base/memory.h"
+#include "base/vec.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -42,7 +42,8 @@ static void close_model(view_model *m)
     *m = (view_model){0};
 }
 
-stp_status view_scene_add(view_scene *scene, const char *path, stp_error *err)
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err)
 {
     stp_status status = STP_OK;
     view_model m = {0};
@@ -54,9 +55,9 @@ stp_status view_scene_add(view_scene *scene, const char *path, stp_error *err)
             return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
     STP_TRY(stp_alloc(&m.path, strlen(path) + 1, 1, "a path", err));
     memcpy(m.path, path, strlen(path) + 1);
-    const char *slash = strrchr(m.path, '/');
-    m.name = slash != NULL && slash[1] != '\0' ? slash + 1 : m.path;
-    STP_TRY(stp_model_open(&m.model, path, err));
+    STP_TRY(draw_options_open(options, path, &m.model, err));
+    const char *shown = stp_chunk_file_path(m.model->file), *slash = strrchr(shown, '/');
+    m.name = slash != NULL && slash[1] != '\0' ? slash + 1 : shown;
     read_metadata(&m);
     scene->models[scene->count++] = m;
     m = (view_model){0};

@@ -3,7 +3,7 @@
 #ifndef STP_TOOLS_VIEW_SCENE_H
 #define STP_TOOLS_VIEW_SCENE_H
 
-#include "runtime/model.h"
+#include "tools/draw_options.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 
 typedef struct view_model {
     char *path;
-    const char *name; /* the end of path */
+    const char *name; /* the end of the path, or of the address, without secrets */
     stp_model *model;
     bool hidden;
     char sources[160]; /* what it was made of */
@@ -29,8 +29,10 @@ typedef struct view_scene {
     uint32_t attributes;  /* STP_HAS_* of any */
 } view_scene;
 
-/* Errors: those of stp_model_open; LIMIT, EXISTS (it is there already), OUT_OF_MEMORY. */
-stp_status view_scene_add(view_scene *scene, const char *path, stp_error *err);
+/* options: where models of web servers are kept. Errors: those of draw_options_open; LIMIT, EXISTS
+ * (it is there already), OUT_OF_MEMORY. */
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err);
 void view_scene_remove(view_scene *scene, size_t index);
 /* Recomputes box and counts after models were shown or hidden. */
 void view_scene_update(view_scene *scene);

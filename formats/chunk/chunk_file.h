@@ -8,6 +8,7 @@
 #define STP_FORMATS_CHUNK_CHUNK_FILE_H
 
 #include "base/error.h"
+#include "formats/chunk/byte_source.h"
 #include "formats/chunk/sample.h"
 
 #include <stdbool.h>
@@ -106,13 +107,22 @@ typedef struct stp_chunk_file_info {
 
 typedef struct stp_chunk_file stp_chunk_file;
 
-/* Reads header and first directory page; other pages are read when asked for. Errors: NOT_FOUND,
- * IO, FORMAT (not a chunk file), VERSION (newer major), CORRUPT (cut, or a checksum or number is
- * wrong). */
+/* Reads header and first directory page; other pages are read when asked for. path may be an
+ * address (http:// or https://): then two requests bring them, with half a megabyte of the pages
+ * that follow. Errors: NOT_FOUND, IO, FORMAT (not a chunk file), VERSION (newer major), CORRUPT
+ * (cut, or a checksum or number is wrong); of an address also UNSUPPORTED, INVALID_ARGUMENT,
+ * CANCELLED. */
 stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error *err);
+/* The same with a cache, time-outs and a way to interrupt, for addresses; params may be NULL. */
+stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
+                                  const stp_byte_source_params *params, stp_error *err);
 void stp_chunk_file_close(stp_chunk_file **file);
 const stp_chunk_file_info *stp_chunk_file_get_info(const stp_chunk_file *file);
+/* The path, or the address as it may be printed: without user, password and query. */
 const char *stp_chunk_file_path(const stp_chunk_file *file);
+/* What it is read through: how many reads are worth having in flight, cancelling them, and counts.
+ * Belongs to the file. */
+stp_byte_source *stp_chunk_file_source(stp_chunk_file *file);
 
 /* One directory entry. Errors: INVALID_ARGUMENT (id), IO, CORRUPT. Thread-safe. */
 stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_entry *out,
@@ -127,7 +137,8 @@ void stp_chunk_destroy(stp_chunk **chunk);
 /* The same in two steps, for who reads and decodes on different threads, or keeps payloads. A
  * payload's first stp_chunk_payload_bytes are what decoding to a level needs. */
 uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level);
-/* Bytes [begin, end) of a chunk's payload. Errors: INVALID_ARGUMENT, IO, CORRUPT. */
+/* Bytes [begin, end) of a chunk's payload. From a server, segments that lie whole in them and fail
+ * their checksums are asked for once more. Errors: INVALID_ARGUMENT, IO, CORRUPT, CANCELLED. */
 stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
                                 uint8_t *out, stp_error *err);
 /* Checks and decodes a payload's first bytes. Errors: INVALID_ARGUMENT, CORRUPT, UNSUPPORTED

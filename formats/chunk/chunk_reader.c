@@ -1,6 +1,8 @@
-/* The chunk file's reader: header, directory pages when asked for, payload segments. */
+/* The chunk file's reader: header, directory pages when asked for, payload segments.
+ *
+ * From a server, what fails its checksum is asked for once more, past all caches: bits may have
+ * flipped on the way, or in a cache. */
 #include "base/checked.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/layout.h"
@@ -10,15 +12,17 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+/* From a server one request brings so many bytes of the directory's following pages too. */
+#define PAGES_AHEAD_BYTES (512u << 10)
 
 typedef struct page {
     stp_chunk_entry entries[STP_PAGE_ENTRIES];
 } page;
 
 struct stp_chunk_file {
-    int descriptor;
-    char *path;
+    stp_byte_source *source;
+    const char *path; /* the source's name */
     char *metadata;
     stp_header header;
     stp_chunk_file_info info;
@@ -40,11 +44,25 @@ static stp_status locate(const stp_chunk_file *file, stp_status status, const st
     return stp_error_set(err, status, "%s: %s", file->path, inner->message);
 }
 
+static stp_status read_bytes(const stp_chunk_file *file, uint64_t offset, void *data, size_t size,
+                             bool again, stp_error *err)
+{
+    return again ? stp_byte_source_reread(file->source, offset, data, size, err)
+                 : stp_byte_source_read(file->source, offset, data, size, err);
+}
+
+/* True if what gave this status should be read again. */
+static bool may_mend(const stp_chunk_file *file, stp_status status)
+{
+    return status == STP_CORRUPT && stp_byte_source_is_remote(file->source);
+}
+
 /* ---- opening ---- */
 
-static stp_status read_header(stp_chunk_file *file, uint64_t file_bytes, stp_error *err)
+static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
+    uint64_t file_bytes = stp_byte_source_size(file->source);
     uint8_t fixed[STP_HEADER_BYTES];
     uint8_t *grown = NULL;
     uint8_t *bytes = fixed;
@@ -53,7 +71,7 @@ static stp_status read_header(stp_chunk_file *file, uint64_t file_bytes, stp_err
     /* A file of another kind may be shorter than a header; it must still be called that. */
     size_t first = file_bytes < sizeof fixed ? (size_t)file_bytes : sizeof fixed;
     memset(fixed, 0, sizeof fixed);
-    STP_TRY(stp_file_read_at(file->descriptor, file->path, 0, fixed, first, err));
+    STP_TRY(read_bytes(file, 0, fixed, first, again, err));
     status = stp_header_peek(fixed, &header_bytes, &inner);
     if (status != STP_FORMAT && (file_bytes < sizeof fixed || header_bytes > file_bytes))
         return stp_error_set(err, STP_CORRUPT,
@@ -64,7 +82,7 @@ static stp_status read_header(stp_chunk_file *file, uint64_t file_bytes, stp_err
         return locate(file, status, &inner, err);
     if (header_bytes > sizeof fixed) {
         STP_TRY(stp_alloc(&grown, header_bytes, 1, "header", err));
-        STP_TRY(stp_file_read_at(file->descriptor, file->path, 0, grown, header_bytes, err));
+        STP_TRY(read_bytes(file, 0, grown, header_bytes, again, err));
         bytes = grown;
     }
     status = stp_header_read(bytes, header_bytes, file_bytes, &file->header, &inner);
@@ -107,16 +125,68 @@ done:
     return status;
 }
 
+/* How many pages from `number` on one read brings: from a file one, from a server those that follow
+ * and are not there yet. */
+static uint32_t pages_ahead(stp_chunk_file *file, uint32_t number)
+{
+    uint32_t count = 1;
+    size_t bytes = stp_page_bytes(&file->header, number);
+    if (!stp_byte_source_is_remote(file->source))
+        return count;
+    pthread_mutex_lock(&file->mutex);
+    while (number + count < file->page_count && !file->pages[number + count]) {
+        bytes += stp_page_bytes(&file->header, number + count);
+        if (bytes > PAGES_AHEAD_BYTES)
+            break;
+        count++;
+    }
+    pthread_mutex_unlock(&file->mutex);
+    return count;
+}
+
+static size_t pages_bytes(const stp_chunk_file *file, uint32_t number, uint32_t count)
+{
+    uint64_t begin = stp_page_offset(&file->header, number);
+    uint64_t last = stp_page_offset(&file->header, number + count - 1);
+    return (size_t)(last - begin) + stp_page_bytes(&file->header, number + count - 1);
+}
+
+/* Takes pages that lie together in memory. Of two threads that read one at once, the second throws
+ * its away. What is wrong with another page than the first is said when that one is asked for. */
+static stp_status take_pages(stp_chunk_file *file, uint32_t number, uint32_t count,
+                             const uint8_t *bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t begin = stp_page_offset(&file->header, number);
+    for (uint32_t i = 0; i < count; i++) {
+        page *p = NULL;
+        const uint8_t *at = bytes + (stp_page_offset(&file->header, number + i) - begin);
+        stp_status one = parse_page(file, number + i, at, &p, i == 0 ? err : NULL);
+        status = i == 0 ? one : status;
+        if (one != STP_OK)
+            continue;
+        pthread_mutex_lock(&file->mutex);
+        if (!file->pages[number + i]) {
+            file->pages[number + i] = p;
+            p = NULL;
+        }
+        pthread_mutex_unlock(&file->mutex);
+        free(p);
+    }
+    return status;
+}
+
 /* Metadata and first directory page lie together: one read. */
-static stp_status read_metadata_and_page(stp_chunk_file *file, stp_error *err)
+static stp_status read_metadata_and_page(stp_chunk_file *file, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_header *h = &file->header;
     uint8_t *bytes = NULL;
     size_t metadata_bytes = (size_t)h->metadata_bytes;
-    size_t size = metadata_bytes + stp_page_bytes(h, 0);
+    uint32_t count = pages_ahead(file, 0);
+    size_t size = metadata_bytes + pages_bytes(file, 0, count);
     STP_TRY(stp_alloc(&bytes, size, 1, "metadata and directory", err));
-    STP_TRY(stp_file_read_at(file->descriptor, file->path, h->metadata_offset, bytes, size, err));
+    STP_TRY(read_bytes(file, h->metadata_offset, bytes, size, again, err));
     if (stp_hash(bytes, metadata_bytes) != h->metadata_hash) {
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: the checksum of the metadata at byte %" PRIu64
@@ -124,9 +194,10 @@ static stp_status read_metadata_and_page(stp_chunk_file *file, stp_error *err)
                                file->path, h->metadata_offset);
         goto done;
     }
-    STP_TRY(stp_alloc(&file->metadata, metadata_bytes + 1, 1, "metadata", err));
+    if (file->metadata == NULL)
+        STP_TRY(stp_alloc(&file->metadata, metadata_bytes + 1, 1, "metadata", err));
     memcpy(file->metadata, bytes, metadata_bytes);
-    STP_TRY(parse_page(file, 0, bytes + metadata_bytes, &file->pages[0], err));
+    STP_TRY(take_pages(file, 0, count, bytes + metadata_bytes, err));
 done:
     free(bytes);
     return status;
@@ -153,28 +224,36 @@ static void fill_info(stp_chunk_file *file)
     };
 }
 
-stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error *err)
+stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
+                                  const stp_byte_source_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
-    uint64_t file_bytes = 0;
     STP_TRY(stp_alloc(&file, 1, sizeof *file, "chunk file", err));
-    file->descriptor = -1;
     pthread_mutex_init(&file->mutex, NULL);
-    size_t path_bytes = strlen(path) + 1;
-    STP_TRY(stp_alloc(&file->path, path_bytes, 1, "path", err));
-    memcpy(file->path, path, path_bytes);
-    STP_TRY(stp_file_open(path, &file->descriptor, &file_bytes, err));
-    STP_TRY(read_header(file, file_bytes, err));
+    STP_TRY(stp_byte_source_open(&file->source, path, params, err));
+    file->path = stp_byte_source_name(file->source);
+    status = read_header(file, false, err);
+    if (may_mend(file, status))
+        status = read_header(file, true, err);
+    STP_TRY(status);
     file->page_count = stp_page_count(&file->header);
     STP_TRY(stp_alloc(&file->pages, file->page_count, sizeof *file->pages, "directory", err));
-    STP_TRY(read_metadata_and_page(file, err));
+    status = read_metadata_and_page(file, false, err);
+    if (may_mend(file, status))
+        status = read_metadata_and_page(file, true, err);
+    STP_TRY(status);
     fill_info(file);
     *out = file;
     file = NULL;
 done:
     stp_chunk_file_close(&file);
     return status;
+}
+
+stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error *err)
+{
+    return stp_chunk_file_open_at(out, path, NULL, err);
 }
 
 void stp_chunk_file_close(stp_chunk_file **file)
@@ -186,9 +265,7 @@ void stp_chunk_file_close(stp_chunk_file **file)
         free(f->pages[i]);
     free(f->pages);
     free(f->metadata);
-    free(f->path);
-    if (f->descriptor >= 0)
-        close(f->descriptor);
+    stp_byte_source_close(&f->source);
     pthread_mutex_destroy(&f->mutex);
     free(f);
     *file = NULL;
@@ -204,6 +281,11 @@ const char *stp_chunk_file_path(const stp_chunk_file *file)
     return file->path;
 }
 
+stp_byte_source *stp_chunk_file_source(stp_chunk_file *file)
+{
+    return file->source;
+}
+
 /* ---- directory ---- */
 
 static page *known_page(stp_chunk_file *file, uint32_t number)
@@ -214,25 +296,17 @@ static page *known_page(stp_chunk_file *file, uint32_t number)
     return p;
 }
 
-/* Reads a page outside the lock; of two threads that do so at once, the second throws its away. */
-static stp_status load_page(stp_chunk_file *file, uint32_t number, stp_error *err)
+/* Reads a page outside the lock, and what comes with it. */
+static stp_status load_page(stp_chunk_file *file, uint32_t number, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
-    page *p = NULL;
-    size_t size = stp_page_bytes(&file->header, number);
+    uint32_t count = again ? 1 : pages_ahead(file, number);
+    size_t size = pages_bytes(file, number, count);
     STP_TRY(stp_alloc(&bytes, size, 1, "directory page", err));
-    STP_TRY(stp_file_read_at(file->descriptor, file->path, stp_page_offset(&file->header, number),
-                             bytes, size, err));
-    STP_TRY(parse_page(file, number, bytes, &p, err));
-    pthread_mutex_lock(&file->mutex);
-    if (!file->pages[number]) {
-        file->pages[number] = p;
-        p = NULL;
-    }
-    pthread_mutex_unlock(&file->mutex);
+    STP_TRY(read_bytes(file, stp_page_offset(&file->header, number), bytes, size, again, err));
+    STP_TRY(take_pages(file, number, count, bytes, err));
 done:
-    free(p);
     free(bytes);
     return status;
 }
@@ -247,7 +321,9 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
     uint32_t number = id / STP_PAGE_ENTRIES;
     page *p = known_page(file, number);
     if (!p) {
-        stp_status status = load_page(file, number, err);
+        stp_status status = load_page(file, number, false, err);
+        if (may_mend(file, status))
+            status = load_page(file, number, true, err);
         if (status != STP_OK)
             return status;
         p = known_page(file, number);
@@ -268,6 +344,21 @@ uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level)
     return entry->segment_end[last_segment(finest_level)];
 }
 
+/* True if all segments that lie whole in [begin, end) have their checksums. */
+static bool is_sound(const stp_chunk_entry *entry, uint32_t begin, uint32_t end,
+                     const uint8_t *bytes)
+{
+    uint32_t from = 0;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        uint32_t to = entry->segment_end[s];
+        if (from >= begin && to <= end &&
+            stp_hash(bytes + (from - begin), to - from) != entry->segment_hash[s])
+            return false;
+        from = to;
+    }
+    return true;
+}
+
 stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
                                 uint8_t *out, stp_error *err)
 {
@@ -279,8 +370,12 @@ stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begi
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "chunk %" PRIu32 ": bytes %" PRIu32 " to %" PRIu32 " are not its own",
                              id, begin, end);
-    return stp_file_read_at(file->descriptor, file->path, entry.offset + begin, out, end - begin,
-                            err);
+    uint64_t offset = entry.offset + begin;
+    status = read_bytes(file, offset, out, end - begin, false, err);
+    if (status == STP_OK && stp_byte_source_is_remote(file->source) &&
+        !is_sound(&entry, begin, end, out))
+        status = read_bytes(file, offset, out, end - begin, true, err);
+    return status;
 }
 
 static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_entry *entry,

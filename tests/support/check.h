@@ -3,6 +3,7 @@
 #define STP_TESTS_CHECK_H
 
 #include "base/error.h"
+#include "base/vec.h"
 #include "runtime/camera.h"
 
 #include <setjmp.h>

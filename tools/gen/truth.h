@@ -5,6 +5,7 @@
 #ifndef STP_TOOLS_GEN_TRUTH_H
 #define STP_TOOLS_GEN_TRUTH_H
 
+#include "base/vec.h"
 #include "formats/image/image.h"
 #include "runtime/camera.h"
 #include "tools/gen/surface.h"

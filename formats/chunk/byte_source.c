@@ -1,0 +1,198 @@
+/* The bytes of a chunk file: of a local file, or of an address, with its cache. */
+#include "formats/chunk/byte_source.h"
+
+#include "base/checked.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "formats/chunk/disk_cache.h"
+#include "formats/chunk/http.h"
+
+#include <inttypes.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct stp_byte_source {
+    char *path; /* of a file */
+    int descriptor;
+    uint64_t size;
+    stp_http *http;        /* of an address; NULL: a file */
+    stp_disk_cache *cache; /* NULL: none */
+    bool unknown_state;    /* a cache was asked for, but cannot know the file again */
+    atomic_bool cancelled;
+    atomic_uint_fast64_t file_bytes, cached_bytes;
+};
+
+/* ---- opening ---- */
+
+/* What a cache knows this state of the file by; a server that tells no states is not trusted to
+ * keep one. */
+static stp_status open_cache(stp_byte_source *s, const stp_byte_source_params *params,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *key = NULL;
+    const char *address = stp_http_address(s->http), *identity = stp_http_identity(s->http);
+    s->unknown_state = params->cache_folder != NULL && identity[0] == '\0';
+    if (params->cache_folder == NULL || s->unknown_state)
+        return STP_OK;
+    size_t room = strlen(address) + strlen(identity) + 32;
+    STP_TRY(stp_alloc(&key, room, 1, "a cache", err));
+    snprintf(key, room, "%s\n%s\n%" PRIu64, address, identity, s->size);
+    STP_TRY(stp_disk_cache_open(&s->cache, params->cache_folder, params->cache_bytes, key, err));
+done:
+    free(key);
+    return status;
+}
+
+static stp_status open_file(stp_byte_source *s, const char *path, stp_error *err)
+{
+    size_t path_bytes = strlen(path) + 1;
+    stp_status status = stp_alloc(&s->path, path_bytes, 1, "path", err);
+    if (status != STP_OK)
+        return status;
+    memcpy(s->path, path, path_bytes);
+    return stp_file_open(path, &s->descriptor, &s->size, err);
+}
+
+stp_status stp_byte_source_open(stp_byte_source **out, const char *path,
+                                const stp_byte_source_params *params, stp_error *err)
+{
+    static const stp_byte_source_params defaults;
+    stp_status status = STP_OK;
+    stp_byte_source *s = NULL;
+    STP_TRY(stp_alloc(&s, 1, sizeof *s, "a source of bytes", err));
+    s->descriptor = -1;
+    params = params != NULL ? params : &defaults;
+    if (stp_is_address(path)) {
+        STP_TRY(stp_http_open(&s->http, path, params, err));
+        s->size = stp_http_size(s->http);
+        STP_TRY(open_cache(s, params, err));
+    } else {
+        STP_TRY(open_file(s, path, err));
+    }
+    *out = s;
+    s = NULL;
+done:
+    stp_byte_source_close(&s);
+    return status;
+}
+
+void stp_byte_source_close(stp_byte_source **source)
+{
+    stp_byte_source *s = *source;
+    if (s == NULL)
+        return;
+    stp_disk_cache_close(&s->cache);
+    stp_http_close(&s->http);
+    if (s->descriptor >= 0)
+        close(s->descriptor);
+    free(s->path);
+    free(s);
+    *source = NULL;
+}
+
+uint64_t stp_byte_source_size(const stp_byte_source *s)
+{
+    return s->size;
+}
+
+const char *stp_byte_source_name(const stp_byte_source *s)
+{
+    return s->http != NULL ? stp_http_name(s->http) : s->path;
+}
+
+bool stp_byte_source_is_remote(const stp_byte_source *s)
+{
+    return s->http != NULL;
+}
+
+unsigned stp_byte_source_parallel(const stp_byte_source *s)
+{
+    return s->http != NULL ? STP_SOURCE_CONNECTIONS : 1;
+}
+
+/* ---- reading ---- */
+
+static stp_status read_remote(stp_byte_source *s, uint64_t offset, uint8_t *data, size_t size,
+                              bool fresh, stp_error *err)
+{
+    size_t kept = 0;
+    if (!stp_range_inside(offset, size, s->size))
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s ends at byte %" PRIu64 ", before byte %" PRIu64
+                             ": the file was cut; copy it again",
+                             stp_byte_source_name(s), s->size, offset + size);
+    if (!fresh && offset + size <= STP_HTTP_HEAD_BYTES) {
+        memcpy(data, stp_http_head(s->http) + offset, size);
+        return STP_OK;
+    }
+    if (s->cache != NULL && fresh)
+        stp_disk_cache_drop(s->cache, offset, size);
+    else if (s->cache != NULL)
+        kept = stp_disk_cache_read(s->cache, offset, data, size);
+    atomic_fetch_add(&s->cached_bytes, kept);
+    stp_status status = stp_http_read(s->http, offset + kept, data + kept, size - kept, fresh, err);
+    if (status == STP_OK && s->cache != NULL)
+        stp_disk_cache_write(s->cache, offset + kept, data + kept, size - kept);
+    return status;
+}
+
+static stp_status read_file(stp_byte_source *s, uint64_t offset, void *data, size_t size,
+                            stp_error *err)
+{
+    if (atomic_load(&s->cancelled))
+        return stp_error_set(err, STP_CANCELLED, "%s: reading was interrupted", s->path);
+    atomic_fetch_add(&s->file_bytes, size);
+    return stp_file_read_at(s->descriptor, s->path, offset, data, size, err);
+}
+
+stp_status stp_byte_source_read(stp_byte_source *s, uint64_t offset, void *data, size_t size,
+                                stp_error *err)
+{
+    return s->http != NULL ? read_remote(s, offset, data, size, false, err)
+                           : read_file(s, offset, data, size, err);
+}
+
+stp_status stp_byte_source_reread(stp_byte_source *s, uint64_t offset, void *data, size_t size,
+                                  stp_error *err)
+{
+    return s->http != NULL ? read_remote(s, offset, data, size, true, err)
+                           : read_file(s, offset, data, size, err);
+}
+
+void stp_byte_source_cancel(stp_byte_source *s)
+{
+    atomic_store(&s->cancelled, true);
+    if (s->http != NULL)
+        stp_http_cancel(s->http);
+}
+
+void stp_byte_source_resume(stp_byte_source *s)
+{
+    atomic_store(&s->cancelled, false);
+    if (s->http != NULL)
+        stp_http_resume(s->http);
+}
+
+void stp_byte_source_get_stats(stp_byte_source *s, stp_byte_source_stats *out)
+{
+    *out = (stp_byte_source_stats){.bytes = atomic_load(&s->file_bytes),
+                                   .cached_bytes = atomic_load(&s->cached_bytes)};
+    if (s->http != NULL)
+        stp_http_add_stats(s->http, out);
+    if (s->cache != NULL)
+        out->cache_damaged = stp_disk_cache_damaged(s->cache);
+}
+
+bool stp_byte_source_note(stp_byte_source *s, stp_error *note)
+{
+    if (s->unknown_state)
+        (void)stp_error_set(note, STP_IO,
+                            "%s: the server sends neither ETag nor Last-Modified: nothing is kept "
+                            "in the cache",
+                            stp_byte_source_name(s));
+    return s->unknown_state || (s->cache != NULL && stp_disk_cache_note(s->cache, note));
+}

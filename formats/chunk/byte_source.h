@@ -1,0 +1,84 @@
+/* The bytes of a chunk file, wherever they are: a local file, or an http:// or https:// address
+ * that is read by ranges, with a folder of the user's as a cache where one is given.
+ *
+ * Knows nothing of chunks. Offsets and sizes in bytes. Threads: reads may run on several at once,
+ * so that as many requests are in flight; cancel on any; close when no read runs any more.
+ *
+ * What a remote read does: one request for the range; if it is cut, answered by 429, 500, 502, 503
+ * or 504, or nothing comes for stall_ms, it goes on from the last byte that came, after a pause
+ * that doubles, at most `tries` times in all. A file that changed on the server, a server without
+ * ranges, wrong ranges and all other answers end it at once. Every try ends after connect_ms, then
+ * stall_ms, and a second for each KiB asked for; pauses take at most STP_SOURCE_PAUSE_LIMIT_MS
+ * each. */
+#ifndef STP_FORMATS_CHUNK_BYTE_SOURCE_H
+#define STP_FORMATS_CHUNK_BYTE_SOURCE_H
+
+#include "base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Connections to a server, and so requests in flight. */
+#define STP_SOURCE_CONNECTIONS 6u
+/* A server that asks for a longer one (Retry-After) is told of instead. */
+#define STP_SOURCE_PAUSE_LIMIT_MS 20000u
+
+typedef struct stp_byte_source stp_byte_source;
+
+/* For addresses; a local file needs none of them. Strings are borrowed until open returns. */
+typedef struct stp_byte_source_params {
+    const char *cache_folder; /* made if missing; NULL: nothing is kept */
+    uint64_t cache_bytes;     /* of all files in the folder together; 0: 1 GiB */
+    unsigned connect_ms;      /* until a connection stands; 0: 10,000 */
+    unsigned stall_ms;        /* without a byte; 0: 10,000 */
+    unsigned tries;           /* of a request; 0: 4 */
+    unsigned pause_ms;        /* before the second try, half of it by chance; 0: 200 */
+    /* Asked at least every 0.1 s while a read waits; true ends it. NULL: never. Any thread. */
+    bool (*cancelled)(void *context);
+    void *cancelled_context;
+} stp_byte_source_params;
+
+/* So far. */
+typedef struct stp_byte_source_stats {
+    uint64_t requests;      /* sent, second tries included */
+    uint64_t retries;       /* requests that followed a failed one */
+    uint64_t bytes;         /* read from the file, or received as bodies of answers */
+    uint64_t cached_bytes;  /* taken from the cache's folder instead */
+    uint64_t cache_damaged; /* files there that were wrong, and dropped */
+} stp_byte_source_stats;
+
+/* True for http://... and https://... */
+bool stp_is_address(const char *path);
+
+/* params may be NULL. Errors: NOT_FOUND, IO, OUT_OF_MEMORY, UNSUPPORTED (a server without ranges),
+ * INVALID_ARGUMENT (no address), CANCELLED. */
+stp_status stp_byte_source_open(stp_byte_source **out, const char *path,
+                                const stp_byte_source_params *params, stp_error *err);
+void stp_byte_source_close(stp_byte_source **source);
+
+uint64_t stp_byte_source_size(const stp_byte_source *source);
+/* The path, or the address without user, password and query: fit to be printed. */
+const char *stp_byte_source_name(const stp_byte_source *source);
+bool stp_byte_source_is_remote(const stp_byte_source *source);
+/* Reads worth having in flight: 1 for a file. */
+unsigned stp_byte_source_parallel(const stp_byte_source *source);
+
+/* Reads exactly size bytes at offset. On failure what is in data is undefined. Errors: IO, CORRUPT
+ * (beyond the end), CANCELLED, those of open. */
+stp_status stp_byte_source_read(stp_byte_source *source, uint64_t offset, void *data, size_t size,
+                                stp_error *err);
+/* The same past all caches, for bytes that a checksum found wrong. */
+stp_status stp_byte_source_reread(stp_byte_source *source, uint64_t offset, void *data, size_t size,
+                                  stp_error *err);
+
+/* All reads, present and future, end soon with CANCELLED, until resume. */
+void stp_byte_source_cancel(stp_byte_source *source);
+/* Reads may begin again: when those that were cancelled have ended. */
+void stp_byte_source_resume(stp_byte_source *source);
+
+void stp_byte_source_get_stats(stp_byte_source *source, stp_byte_source_stats *out);
+/* Why nothing is kept in the cache's folder, as a sentence; false if all is well. */
+bool stp_byte_source_note(stp_byte_source *source, stp_error *note);
+
+#endif

@@ -1,0 +1,65 @@
+// Fades level changes: a pixel whose surface was drawn at another level in the last frame keeps the
+// difference to what was shown there, and loses a share of it with each frame ("Fading" in README.md).
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+
+// Of the last frame the difference is rounded away once it is less than half of this.
+#define STP_FADE_STEP (1.0 / 255.0)
+// The same surface: depths that differ by no more than this share.
+#define STP_FADE_DEPTH 0.01
+
+layout(binding = 4) uniform sampler2D fresh_picture;
+layout(binding = 5) uniform sampler2D fresh_depth;
+layout(binding = 6) uniform usampler2D fresh_mark; // depth in the tree and level of what is drawn
+layout(binding = 7) uniform sampler2D last_picture; // as shown
+layout(binding = 8) uniform sampler2D last_depth;
+layout(binding = 9) uniform usampler2D last_mark;
+layout(binding = 10) uniform sampler2D last_difference;
+
+layout(location = 8) uniform float kept;       // share of a difference that stays; 0: nothing is known
+layout(location = 9) uniform vec3 way;         // eye minus the last frame's
+layout(location = 10) uniform mat3 last_axes;  // rows: right, up, back
+layout(location = 11) uniform float last_f;
+
+layout(location = 0) out vec4 picture;
+layout(location = 1) out float depth;
+layout(location = 2) out uint mark;
+layout(location = 3) out vec4 difference;
+
+// Window coordinates and depth in the last frame of what is at a pixel now.
+vec3 stp_last_window(vec2 window, float at_depth)
+{
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
+    vec2 off = (window - 0.5 * viewport.xy) / viewport.z * (orthographic ? 1.0 : at_depth);
+    vec3 world = axis_right.xyz * off.x + axis_up.xyz * off.y - axis_back.xyz * at_depth + way;
+    vec3 eye = last_axes * world;
+    float scale = orthographic ? last_f : last_f / max(-eye.z, 1e-30);
+    return vec3(0.5 * viewport.xy + eye.xy * scale, -eye.z);
+}
+
+void main()
+{
+    ivec2 here = ivec2(gl_FragCoord.xy);
+    picture = texelFetch(fresh_picture, here, 0);
+    depth = texelFetch(fresh_depth, here, 0).x;
+    mark = texelFetch(fresh_mark, here, 0).x;
+    difference = vec4(0.0);
+    if (depth <= 0.0 || kept <= 0.0)
+        return;
+    vec3 was = stp_last_window(gl_FragCoord.xy, depth);
+    ivec2 there = ivec2(floor(was.xy));
+    if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(vec2(there), viewport.xy)))
+        return;
+    float was_depth = texelFetch(last_depth, there, 0).x;
+    if (was_depth <= 0.0 || abs(was_depth - was.z) > STP_FADE_DEPTH * was.z)
+        return;
+    bool changed = texelFetch(last_mark, there, 0).x != mark;
+    vec3 left = changed ? texelFetch(last_picture, there, 0).rgb - picture.rgb
+                        : texelFetch(last_difference, there, 0).rgb;
+    left *= kept;
+    if (all(lessThan(abs(left), vec3(0.5 * STP_FADE_STEP))))
+        return;
+    difference = vec4(left, 0.0);
+    picture.rgb = clamp(picture.rgb + left, 0.0, 1.0);
+}

@@ -1,0 +1,37 @@
+/* Models on web servers, as commands read them. */
+#include "tools/source_options.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+
+static bool is_interrupted(void *context)
+{
+    (void)context;
+    return cli_interrupted();
+}
+
+stp_byte_source_params source_options_params(const char *cache, uint64_t cache_bytes)
+{
+    return (stp_byte_source_params){.cache_folder = cache_bytes > 0 ? cache : NULL,
+                                    .cache_bytes = cache_bytes,
+                                    .cancelled = is_interrupted};
+}
+
+void source_options_warn(const cli_command *command, const cli_common *common, stp_chunk_file *file)
+{
+    stp_error note;
+    if (!common->quiet && stp_byte_source_note(stp_chunk_file_source(file), &note))
+        fprintf(stderr, "stipple %s: warning: %s\n", command->name, note.message);
+}
+
+void source_options_stats(struct cJSON *json, stp_chunk_file *file)
+{
+    stp_byte_source_stats stats;
+    cJSON *source = cJSON_AddObjectToObject(json, "source");
+    stp_byte_source_get_stats(stp_chunk_file_source(file), &stats);
+    cJSON_AddNumberToObject(source, "requests", (double)stats.requests);
+    cJSON_AddNumberToObject(source, "retries", (double)stats.retries);
+    cJSON_AddNumberToObject(source, "bytes", (double)stats.bytes);
+    cJSON_AddNumberToObject(source, "cached_bytes", (double)stats.cached_bytes);
+    cJSON_AddNumberToObject(source, "cache_damaged", (double)stats.cache_damaged);
+}
