@@ -316,8 +316,7 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal =
-            turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
+        pick.normal = turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
         for (int i = 0; i < 3; i++)
             pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;
