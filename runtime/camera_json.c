@@ -2,7 +2,6 @@
 #include "runtime/camera.h"
 
 #include "base/vec.h"
-
 #include "runtime/json.h"
 
 static stp_status read_camera(stp_camera *camera, const cJSON *json, const char *path,

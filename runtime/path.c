@@ -1,8 +1,9 @@
 /* Paths made and asked: which keyframes lie around a time, turntables, frames. */
 #include "runtime/path.h"
 
-#include "base/memory.h"
 #include "base/vec.h"
+
+#include "base/memory.h"
 #include "runtime/path_curve.h"
 
 #include <stdio.h>
@@ -24,12 +25,15 @@ struct stp_path {
     stp_camera start; /* of the turntable */
 };
 
+static bool same_vector(stp_dvec3 a, stp_dvec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 static bool same_camera(const stp_camera *a, const stp_camera *b)
 {
-    return memcmp(&a->eye, &b->eye, sizeof a->eye) == 0 &&
-           memcmp(&a->look, &b->look, sizeof a->look) == 0 &&
-           memcmp(&a->up, &b->up, sizeof a->up) == 0 && a->fovy_deg == b->fovy_deg &&
-           a->height == b->height;
+    return same_vector(a->eye, b->eye) && same_vector(a->look, b->look) &&
+           same_vector(a->up, b->up) && a->fovy_deg == b->fovy_deg && a->height == b->height;
 }
 
 /* What stp_view_create says of a camera, which asks for a ball and a size. */

@@ -6,6 +6,7 @@
 #include "base/vec.h"
 #include "runtime/json.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

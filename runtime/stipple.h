@@ -53,8 +53,9 @@ extern "C" {
 /* A chunk file opened for drawing: its directory in memory. */
 typedef struct stp_model stp_model;
 
-/* Reads the directory, no chunk. path: copied. Errors: NOT_FOUND, IO, FORMAT (not a chunk file),
- * VERSION (made by a newer stipple), CORRUPT (where, and what was found), OUT_OF_MEMORY. */
+/* Reads the directory, no chunk. path, or an http(s):// address: copied. Errors: NOT_FOUND, IO,
+ * FORMAT (not a chunk file), VERSION (made by a newer stipple), CORRUPT (where, and what was
+ * found), OUT_OF_MEMORY. */
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
 /* After the renderers that draw it. */
 void stp_model_close(stp_model **model);
@@ -127,8 +128,8 @@ typedef struct stp_draw_params {
     stp_reconstruct reconstruct;
     stp_shade shade;
     double threshold_px;  /* greatest projected error; 0: 1 pixel */
-    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
     double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
+    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
     bool keep_back_faces; /* cull nothing by orientation */
     stp_colour colour;
     stp_palette palette;
@@ -142,10 +143,10 @@ typedef struct stp_draw_params {
     stp_clip clip;
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
-    bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     /* While streaming: share of a level change that a frame still shows of the last one, so that it
      * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
     double fade;
+    bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     uint32_t hidden_models; /* bit i: model i is not drawn */
     bool keep_pixels;       /* finish level 0 of the pyramid too: for normals */
@@ -283,7 +284,6 @@ typedef struct stp_pick {
  * makes a still picture of passes, the frame before it is drawn anew and the passes begin again.
  * Errors: INVALID_ARGUMENT (outside the picture), GL, OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
-
 /* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
  * Errors: LIMIT (2 GiB of them), GL. */
 stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_error *err);

@@ -103,7 +103,10 @@ static void format_state(uint64_t done, uint64_t total, double now_s, char *text
         format_amount((double)done, amount, sizeof amount);
     if (elapsed_s >= 0.5 && done > 0) {
         char number[32];
-        format_amount((double)done / elapsed_s, number, sizeof number);
+        double per_second = (double)done / elapsed_s;
+        format_amount(per_second, number, sizeof number);
+        if (per_second < 10.0)
+            snprintf(number, sizeof number, "%.2g", per_second);
         snprintf(rate, sizeof rate, ", %s%s/s", number, strchr(number, ' ') ? "" : " ");
     }
     if (elapsed_s >= 0.5 && left_s > 0.0) {

@@ -94,7 +94,7 @@ stp_status stp_image_save_floats(const stp_float_image *image, const char *path,
     STP_TRY(stp_output_create(&output, path, force, err));
     stp_oiio_result result =
         module.save_floats(stp_output_temporary_path(output), path, image, reason, sizeof reason);
-    STP_TRY(check_saved(result, path, ".png for pictures", reason, err));
+    STP_TRY(check_saved(result, path, ".exr", reason, err));
     STP_TRY(stp_output_commit(&output, err));
 done:
     stp_output_destroy(&output);
