@@ -3,7 +3,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/vec.h"
 #include "runtime/json.h"
 
 #include <stdio.h>
