@@ -56,8 +56,8 @@ static stp_dvec3 normal_of(GLuint bits)
 static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
 {
     double scale = (frame->modes[0] != 0 ? 1.0 : depth) / (double)frame->viewport[2];
-    return (stp_dvec3){(u - 0.5 * (double)frame->viewport[0]) * scale,
-                       (v - 0.5 * (double)frame->viewport[1]) * scale, -depth};
+    return (stp_dvec3){(u - (double)frame->centre[0]) * scale,
+                       (v - (double)frame->centre[1]) * scale, -depth};
 }
 
 /* The pixel at (x, y) of level 0. */
