@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
+#include "tools/bench/pace_run.h"
 #include "tools/cli.h"
 
 #include <epoxy/gl.h>
@@ -49,6 +50,7 @@ static const road roads_wanted[] = {
 #define ROAD_COUNT (sizeof roads_wanted / sizeof *roads_wanted)
 #define REPEAT_LIMIT 10000u
 #define WARM_UP_ROUNDS 1
+#define PACE_SECONDS 6.0
 
 typedef struct measured {
     road roads[ROAD_COUNT];
@@ -58,6 +60,7 @@ typedef struct measured {
 typedef struct options {
     int size[2];
     uint64_t repeat, gpu_memory;
+    double fps;
 } options;
 
 typedef struct bench_state {
@@ -173,6 +176,25 @@ static void print_table(const bench_state *s, const options *o, measured *m)
         print_road(&m->roads[i], count, full_ms, points_ms);
 }
 
+/* The rate that is held, in one line. */
+static stp_status bench_pace(const bench_state *s, const options *o, stp_error *err)
+{
+    pace_run_result r;
+    stp_status status = pace_run(&(pace_run_params){.model = s->model,
+                                                    .renderer = s->renderer,
+                                                    .fps = o->fps,
+                                                    .seconds = PACE_SECONDS,
+                                                    .width = o->size[0],
+                                                    .height = o->size[1]},
+                                 &r, err);
+    if (status == STP_OK)
+        printf("%s: %.1f fps wanted, %.2f held (%+.0f %%) at %.3g px, %.1f ms a frame; %.1f ms "
+               "without a choice%s\n",
+               stp_chunk_file_path(s->model->file), o->fps, r.fps, 100.0 * (r.fps / o->fps - 1.0),
+               r.threshold_px, r.frame_ms, r.bare_ms, r.holds ? "" : "; cannot be held");
+    return status;
+}
+
 static stp_status run_bench(const options *o, const cli_common *common, const char *path,
                             stp_error *err)
 {
@@ -189,6 +211,10 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
                                                        .gpu_memory_bytes = o->gpu_memory,
                                                        .thread_count = (unsigned)common->threads},
                                 err));
+    if (o->fps > 0.0) {
+        STP_TRY(bench_pace(&s, o, err));
+        goto done;
+    }
     STP_TRY(bare_points_create(&s.points, s.model, &s.view, err));
     STP_TRY(measure(&s, o, &m, err));
     print_table(&s, o, &m);
@@ -216,6 +242,7 @@ static int run(int argc, char **argv)
         {"--size", 0, CLI_EXTENT, o.size, "WxH", "of the picture in pixels (1024x1024)", NULL},
         {"--repeat", 0, CLI_UINT, &o.repeat, "N", "rounds to measure (9)", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "for samples on the GPU (2G)", NULL},
+        {"--fps", 0, CLI_NUMBER, &o.fps, "N", "how well N frames a second are held, instead", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
                          &common);
