@@ -1,7 +1,9 @@
 /* stipple-bench: how long a frame takes by each road, measured in turns in one run. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
+#include "tools/bench/open_run.h"
 #include "tools/bench/pace_run.h"
 #include "tools/cli.h"
 
@@ -61,6 +63,7 @@ typedef struct options {
     int size[2];
     uint64_t repeat, gpu_memory;
     double fps;
+    bool open;
 } options;
 
 typedef struct bench_state {
@@ -195,12 +198,29 @@ static stp_status bench_pace(const bench_state *s, const options *o, stp_error *
     return status;
 }
 
+/* How soon the model looks like itself, in one line. */
+static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
+{
+    open_run_result r;
+    stp_status status = open_run(s->renderer, &s->view, begun, &r, err);
+    double share = 100.0 * (double)r.bytes / (double)s->model->info->file_bytes;
+    if (status == STP_OK)
+        printf(
+            "%s: first picture after %.2f s (covers %.1f %% of what the last does), %.0f %% after "
+            "%.2f s, %s after %.2f s, %u frames, %.2f MB of payloads: %.1f %% of the file\n",
+            stp_chunk_file_path(s->model->file), r.first_s, 100.0 * r.first_overlap,
+            100.0 * OPEN_RUN_OVERLAP, r.alike_s, r.complete ? "complete" : "memory full",
+            r.complete_s, r.frames, 1e-6 * (double)r.bytes, share);
+    return status;
+}
+
 static stp_status run_bench(const options *o, const cli_common *common, const char *path,
                             stp_error *err)
 {
     stp_status status = STP_OK;
     bench_state s = {0};
     measured m = {0};
+    double begun = stp_clock_seconds();
     STP_TRY(stp_model_open(&s.model, path, err));
     stp_camera camera =
         stp_camera_default(&s.model->info->box, &s.model->ball, o->size[0], o->size[1]);
@@ -211,6 +231,10 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
                                                        .gpu_memory_bytes = o->gpu_memory,
                                                        .thread_count = (unsigned)common->threads},
                                 err));
+    if (o->open) {
+        STP_TRY(bench_open(&s, begun, err));
+        goto done;
+    }
     if (o->fps > 0.0) {
         STP_TRY(bench_pace(&s, o, err));
         goto done;
@@ -242,6 +266,7 @@ static int run(int argc, char **argv)
         {"--size", 0, CLI_EXTENT, o.size, "WxH", "of the picture in pixels (1024x1024)", NULL},
         {"--repeat", 0, CLI_UINT, &o.repeat, "N", "rounds to measure (9)", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "for samples on the GPU (2G)", NULL},
+        {"--open", 0, CLI_FLAG, &o.open, NULL, "how soon it looks like itself, instead", NULL},
         {"--fps", 0, CLI_NUMBER, &o.fps, "N", "how well N frames a second are held, instead", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
