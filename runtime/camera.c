@@ -97,11 +97,21 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
+stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height)
+{
+    stp_view part = *view;
+    part.width = width;
+    part.height = height;
+    part.offset[0] = stp_view_axis_x(view) - x - 0.5 * width;
+    part.offset[1] = stp_view_axis_y(view) - y - 0.5 * height;
+    return part;
+}
+
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position)
 {
     stp_dvec3 p = stp_dvec3_sub(position, view->eye);
     double depth = -stp_dvec3_dot(view->back, p);
     double scale = view->orthographic ? view->f : view->f / depth;
-    return (stp_dvec3){0.5 * view->width + scale * stp_dvec3_dot(view->right, p),
-                       0.5 * view->height + scale * stp_dvec3_dot(view->up, p), depth};
+    return (stp_dvec3){stp_view_axis_x(view) + scale * stp_dvec3_dot(view->right, p),
+                       stp_view_axis_y(view) + scale * stp_dvec3_dot(view->up, p), depth};
 }

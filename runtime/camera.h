@@ -40,6 +40,7 @@ typedef struct stp_view {
     double ball_near, ball_far; /* depths between which the model's ball lies, ball_near >= near */
     int width, height;
     bool orthographic;
+    double offset[2]; /* of the camera's axis from the picture's middle, pixels; as a rule none */
     /* Where a host's matrices put a depth in normalised device coordinates: ndc[0] + ndc[1] /
      * depth, orthographic ndc[0] + ndc[1] * depth. ndc[1] is 0 where the view was made of a camera.
      */
@@ -85,6 +86,21 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
 /* Replaces what a JSON file gives: eye, look, up, fovy_deg or height, size. Errors: NOT_FOUND, IO,
  * FORMAT (not such a file; the key is named). */
 stp_status stp_camera_load(stp_camera *camera, const char *path, stp_error *err);
+
+/* Window coordinates of the camera's axis. */
+static inline double stp_view_axis_x(const stp_view *view)
+{
+    return 0.5 * view->width + view->offset[0];
+}
+
+static inline double stp_view_axis_y(const stp_view *view)
+{
+    return 0.5 * view->height + view->offset[1];
+}
+
+/* The part of a view that begins at pixel (x, y) of it and is so large: a picture of its own, of
+ * the same perspective, that may reach over the view's rim. What is drawn of both is the same. */
+stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height);
 
 /* Window coordinates and depth of a world position as x, y, z; depth <= 0 is behind the eye. */
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position);

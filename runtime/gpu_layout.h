@@ -35,9 +35,10 @@ enum {
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
     float axis_right[4], axis_up[4], axis_back[4];
-    float viewport[4]; /* width, height, f, near depth */
-    float frustum[4];  /* side planes: x's (cos, sin), y's (cos, sin) */
-    float quality[4];  /* threshold, radius cap in pixels; ball near, far */
+    float viewport[4];   /* width, height, f, near depth */
+    float centre[4];     /* window coordinates of the camera's axis; -, - */
+    float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
+    float quality[4];    /* threshold, radius cap in pixels; ball near, far */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
     int32_t modes[4];                 /* orthographic, keep back faces, clipped */
@@ -71,7 +72,7 @@ typedef struct stp_gpu_chunk {
     uint32_t unused[2];
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 192, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_frame) == 224, "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 

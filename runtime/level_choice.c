@@ -18,18 +18,20 @@ static void set_axis(float out[4], stp_dvec3 axis)
 
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
 {
-    double half_width = 0.5 * view->width;
-    double half_height = 0.5 * view->height;
-    double x = sqrt(view->f * view->f + half_width * half_width);
-    double y = sqrt(view->f * view->f + half_height * half_height);
     stp_gpu_frame frame = {
         .viewport = {(float)view->width, (float)view->height, (float)view->f,
                      (float)view->near_depth},
-        .frustum = {(float)(view->f / x), (float)(half_width / x), (float)(view->f / y),
-                    (float)(half_height / y)},
+        .centre = {(float)stp_view_axis_x(view), (float)stp_view_axis_y(view)},
         .quality = {0.0f, 0.0f, (float)view->ball_near, (float)view->ball_far},
         .modes = {view->orthographic, 0, 0, 0},
     };
+    double x = stp_view_axis_x(view), y = stp_view_axis_y(view);
+    const double sides[4] = {x, view->width - x, y, view->height - y};
+    for (int i = 0; i < 4; i++) {
+        double length = sqrt(view->f * view->f + sides[i] * sides[i]);
+        frame.frustum[i / 2][2 * (i % 2)] = (float)(view->f / length);
+        frame.frustum[i / 2][2 * (i % 2) + 1] = (float)(sides[i] / length);
+    }
     set_axis(frame.axis_right, view->right);
     set_axis(frame.axis_up, view->up);
     set_axis(frame.axis_back, view->back);
@@ -42,11 +44,11 @@ static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], f
     if (depth + radius <= frame->viewport[3])
         return true;
     for (int i = 0; i < 2; i++) {
-        float side =
-            frame->modes[0]
-                ? fabsf(centre[i]) - 0.5f * frame->viewport[i] / frame->viewport[2]
-                : fabsf(centre[i]) * frame->frustum[2 * i] - depth * frame->frustum[2 * i + 1];
-        if (side > radius)
+        const float *planes = frame->frustum[i];
+        float low = frame->centre[i], high = frame->viewport[i] - low, f = frame->viewport[2];
+        bool flat = frame->modes[0] != 0;
+        if ((flat ? -centre[i] - low / f : -centre[i] * planes[0] - depth * planes[1]) > radius ||
+            (flat ? centre[i] - high / f : centre[i] * planes[2] - depth * planes[3]) > radius)
             return true;
     }
     return false;

@@ -12,7 +12,8 @@ bool stp_view_equal(const stp_view *a, const stp_view *b)
 {
     return equal(a->eye, b->eye) && equal(a->right, b->right) && equal(a->up, b->up) &&
            equal(a->back, b->back) && a->f == b->f && a->near_depth == b->near_depth &&
-           a->width == b->width && a->height == b->height && a->orthographic == b->orthographic;
+           a->width == b->width && a->height == b->height && a->orthographic == b->orthographic &&
+           a->offset[0] == b->offset[0] && a->offset[1] == b->offset[1];
 }
 
 static stp_dvec3 go_on(stp_dvec3 last, stp_dvec3 now, double steps)

@@ -31,8 +31,8 @@ static void rotate_about(stp_camera *c, stp_dvec3 pivot, stp_dvec3 axis, double 
 stp_dvec3 stp_view_unproject(const stp_view *view, double u, double v, double depth)
 {
     double scale = view->orthographic ? 1.0 / view->f : depth / view->f;
-    stp_dvec3 p = add_scaled(view->eye, view->right, (u - 0.5 * view->width) * scale);
-    p = add_scaled(p, view->up, (v - 0.5 * view->height) * scale);
+    stp_dvec3 p = add_scaled(view->eye, view->right, (u - stp_view_axis_x(view)) * scale);
+    p = add_scaled(p, view->up, (v - stp_view_axis_y(view)) * scale);
     return add_scaled(p, view->back, -depth);
 }
 

@@ -56,8 +56,8 @@ static stp_dvec3 normal_of(GLuint bits)
 static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
 {
     double scale = (frame->modes[0] != 0 ? 1.0 : depth) / (double)frame->viewport[2];
-    return (stp_dvec3){(u - 0.5 * (double)frame->viewport[0]) * scale,
-                       (v - 0.5 * (double)frame->viewport[1]) * scale, -depth};
+    return (stp_dvec3){(u - (double)frame->centre[0]) * scale,
+                       (v - (double)frame->centre[1]) * scale, -depth};
 }
 
 /* The pixel at (x, y) of level 0. */
@@ -316,8 +316,7 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal =
-            turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
+        pick.normal = turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
         for (int i = 0; i < 3; i++)
             pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;

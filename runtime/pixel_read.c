@@ -27,8 +27,8 @@ static bool faces_away(const stp_gpu_frame *frame, stp_dvec3 n, int x, int y)
     double f = (double)frame->viewport[2];
     stp_dvec3 ray = {0.0, 0.0, -1.0};
     if (frame->modes[0] == 0) {
-        ray.x = (x + 0.5 - 0.5 * (double)frame->viewport[0]) / f;
-        ray.y = (y + 0.5 - 0.5 * (double)frame->viewport[1]) / f;
+        ray.x = (x + 0.5 - (double)frame->centre[0]) / f;
+        ray.y = (y + 0.5 - (double)frame->centre[1]) / f;
     }
     return stp_dvec3_dot(n, ray) > 0.0;
 }

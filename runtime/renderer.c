@@ -228,6 +228,14 @@ void stp_renderer_bind_frame(const stp_renderer *r)
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
 }
 
+/* Whether the same is asked for; how fast level changes fade does not matter. */
+static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
+{
+    stp_draw_params x = *a, y = *b;
+    x.fade = y.fade = 0.0;
+    return (a->fade > 0.0) == (b->fade > 0.0) && memcmp(&x, &y, sizeof x) == 0;
+}
+
 /* The picture, within stp_gl_state_enter and leave. */
 static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
@@ -239,7 +247,7 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_filter_check(params, err));
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
-    r->still = same && memcmp(params, &r->drawn, sizeof *params) == 0;
+    r->still = same && same_params(params, &r->drawn);
     if (!r->still)
         r->settling = (stp_settling){0};
     bool settles = stp_settle_wanted(r, d);
@@ -265,6 +273,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_gl_check("drawing a frame", err));
     r->drawn = *params;
     r->last = d->stats;
+    if (params->stream)
+        d->stats.more = !r->still || d->stats.fading || stp_settle_goes_on(r, d);
 done:
     if (status != STP_OK)
         r->motion.known = false; /* what was drawn is not the last view */

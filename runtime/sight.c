@@ -29,8 +29,8 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
         float x = eye[0] / depth, y = eye[1] / depth;
         reach *= sqrtf(1.0f + x * x + y * y) / (depth - radius);
     }
-    stp_tiles_mark(params->tiles, worker, 0.5f * frame->viewport[0] + eye[0] * scale,
-                   0.5f * frame->viewport[1] + eye[1] * scale, reach);
+    stp_tiles_mark(params->tiles, worker, frame->centre[0] + eye[0] * scale,
+                   frame->centre[1] + eye[1] * scale, reach);
 }
 
 /* Whether a bound, relative to the chunk's origin, is in sight; eye: gets its centre in eye space.

@@ -11,7 +11,7 @@ vec3 stp_ray(vec2 window)
 {
     if (STP_ORTHOGRAPHIC != 0)
         return vec3(0.0, 0.0, -1.0);
-    return normalize(vec3((window - 0.5 * viewport.xy) / viewport.z, -1.0));
+    return normalize(vec3((window - centre.xy) / viewport.z, -1.0));
 }
 
 // Pixels that a world unit facing the eye covers at a depth.
@@ -28,7 +28,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     vec3 from_eye = stp_sample_position(texel, origin, step);
     vec3 position = stp_to_eye(from_eye);
     float depth = -position.z;
-    vec2 window = 0.5 * viewport.xy + position.xy * stp_pixels_per_unit(depth);
+    vec2 window = centre.xy + position.xy * stp_pixels_per_unit(depth);
     vec2 pixel = floor(window);
     bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
                  all(lessThan(pixel, viewport.xy));

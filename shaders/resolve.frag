@@ -129,7 +129,7 @@ void main()
     disc.colour = stp_sample_colour(disc, id, chunk);
     float depth = -disc.position.z;
     float ppu = stp_pixels_per_unit(depth);
-    vec2 window = 0.5 * viewport.xy + disc.position.xy * ppu;
+    vec2 window = centre.xy + disc.position.xy * ppu;
     int tag = index != STP_NO_SAMPLE ? 1 + int(disc.kind) + (disc.oriented ? 0 : 8) : 0;
 #if STP_FADE
     tag += tag != 0 ? 512 * stp_mark_of(id, chunk) : 0;

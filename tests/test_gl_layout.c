@@ -41,7 +41,9 @@ static const char decode[] =
     "void put3(vec3 v) { put(v.x); put(v.y); put(v.z); }\n"
     "void put4(vec4 v) { put3(v.xyz); put(v.w); }\n"
     "void main()\n{\n"
-    "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(frustum);\n"
+    "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(centre); "
+    "put4(frustum[0]);\n"
+    "    put4(frustum[1]);\n"
     "    put4(quality); put4(colour_range); put4(vec4(modes)); put4(clip_min); put4(clip_max);\n"
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
@@ -85,7 +87,8 @@ static stp_gpu_frame make_frame(void)
                            .axis_up = {0, 1, 0, 102},
                            .axis_back = {0, 0, 1, 103},
                            .viewport = {4, 5, 6, 7},
-                           .frustum = {8, 9, 10, 11},
+                           .centre = {31, 32, 33, 34},
+                           .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
                            .quality = {12, 13, 14, 15},
                            .colour_range = {71, 72, 73, 74},
                            .modes = {16, 17, 18, 19},
@@ -139,7 +142,9 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_floats(&e, frame->axis_up, 4);
     want_floats(&e, frame->axis_back, 4);
     want_floats(&e, frame->viewport, 4);
-    want_floats(&e, frame->frustum, 4);
+    want_floats(&e, frame->centre, 4);
+    want_floats(&e, frame->frustum[0], 4);
+    want_floats(&e, frame->frustum[1], 4);
     want_floats(&e, frame->quality, 4);
     want_floats(&e, frame->colour_range, 4);
     for (int i = 0; i < 4; i++)

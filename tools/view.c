@@ -1,9 +1,10 @@
-/* stipple view: a window to fly through a model. */
-#include "base/memory.h"
-#include "runtime/window/window.h"
-#include "tools/draw_options.h"
+/* stipple view: a window to fly through models. */
+#include "base/clock.h"
 #include "tools/source_options.h"
-#include "tools/view_control.h"
+#include "tools/view_app.h"
+#include "tools/view_keys.h"
+#include "tools/view_move.h"
+#include "tools/view_settings.h"
 #include "tools/view_watch.h"
 
 #include <stdio.h>
@@ -12,31 +13,21 @@
 static int run(int argc, char **argv);
 const cli_command cli_view = {
     .name = "view",
-    .summary = "a window to fly through a model",
-    .usage = "stipple view M.stipple [options]",
+    .summary = "a window to fly through models",
+    .usage = "stipple view M.stipple... [options]",
     .details = "The window's title says how long a frame took, how many points it drew, and how.\n"
-               "With --shaders, files saved in the folder show at once.\n" VIEW_KEYS,
+               "With --shaders, files saved in the folder show at once. Pictures and paths are\n"
+               "written to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
     .run = run,
 };
 
-/* How long to wait for an event while chunks are on their way. */
-#define LOADING_S 0.004
 /* How long to wait for an event before looking at the shader folder and for Ctrl-C. */
 #define WAIT_S 0.25
-#define TITLE_BYTES 512
-
-typedef struct viewer {
-    const draw_options *options;
-    const char *name; /* of the model, for the title */
-    stp_model *model;
-    stp_window *window;
-    stp_renderer *renderer;
-    view_control control;
-    stp_draw_stats stats; /* of the last frame */
-    bool loading;         /* chunks are on their way */
-    bool quiet, said_damage;
-    uint64_t shader_state;
-} viewer;
+/* Panels are drawn so often after an event: they settle in some turns. */
+#define TURNS_TO_SETTLE 3
+/* A window narrower than this, ordinary pixels, begins without panels. */
+#define PANELS_LEAST_WIDTH 720.0
+#define FPS_MOST 1000.0
 
 static double depth_under(void *context, int x, int y)
 {
@@ -46,96 +37,33 @@ static double depth_under(void *context, int x, int y)
     return (double)depth;
 }
 
-/* The view it began with, for the window's present size. */
-static stp_status go_home(viewer *v, stp_error *err)
+/* The highest of the models' grounds. */
+static bool ground_under(void *context, stp_dvec3 position, stp_dvec3 up, double *height)
 {
-    draw_options o = *v->options;
-    int size[2];
-    int *wanted = o.camera.size;
-    stp_window_size(v->window, &wanted[0], &wanted[1]);
-    o.camera.has_size = true;
-    if (wanted[0] < 1 || wanted[1] < 1)
-        wanted[0] = wanted[1] = 1;
-    return draw_options_camera(&o, v->model, &v->control.camera, size, err);
-}
-
-/* What --colour-range gives is of the colour it began with. */
-static stp_status set_range(viewer *v, stp_error *err)
-{
-    stp_draw_params *p = &v->control.params, first;
-    if ((int)p->colour == v->options->colour) {
-        stp_status status = draw_options_params(v->options, v->model, &first, err);
-        memcpy(p->colour_range, first.colour_range, sizeof p->colour_range);
-        return status;
+    viewer *v = context;
+    bool found = false;
+    for (size_t i = 0; i < v->scene.count; i++) {
+        double here = 0.0;
+        const view_ground_params params = {.model = v->scene.models[i].model,
+                                           .position = position,
+                                           .up = up,
+                                           .reach = 0.3 * v->control.eye_height};
+        if (v->scene.models[i].hidden || !view_ground_find(&v->ground, &params, &here))
+            continue;
+        *height = found ? fmax(*height, here) : here;
+        found = true;
     }
-    if (p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION)
-        return stp_model_colour_range(v->model, p->colour, p->colour_range, err);
-    return STP_OK;
+    return found;
 }
 
-static uint32_t colours_of(const stp_model *model)
+static const char *pasted(void *context)
 {
-    uint32_t colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION;
-    colours |= model->info->attributes & STP_HAS_INTENSITY ? 1u << STP_COLOUR_INTENSITY : 0;
-    colours |= model->info->attributes & STP_HAS_CLASS ? 1u << STP_COLOUR_CLASS : 0;
-    return colours;
+    return stp_window_pasted_text(context);
 }
 
-/* Nothing for the samples' own colours. */
-static void colour_words(const stp_draw_params *p, char out[40])
+static void copied(void *context, const char *text)
 {
-    char colour[16], palette[16];
-    draw_options_word(DRAW_COLOURS, (int)p->colour, colour);
-    draw_options_word(DRAW_PALETTES, (int)p->palette, palette);
-    bool graded = p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION;
-    out[0] = '\0';
-    if (p->colour != STP_COLOUR_RGB)
-        snprintf(out, 40, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
-}
-
-static void show_title(const viewer *v)
-{
-    const stp_draw_params *p = &v->control.params;
-    char title[TITLE_BYTES], lod[16], reconstruct[16], shade[16], threshold[32], colour[40],
-        missing[40] = "";
-    draw_options_word(DRAW_LODS, (int)p->lod, lod);
-    draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
-    draw_options_word(DRAW_SHADES, (int)p->shade, shade);
-    colour_words(p, colour);
-    snprintf(threshold, sizeof threshold, "threshold %.4g px", p->threshold_px);
-    if (p->every_sample || p->lod == STP_LOD_FULL)
-        snprintf(threshold, sizeof threshold, "every sample");
-    if (v->stats.chunks_missing > 0)
-        snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
-    snprintf(title, sizeof title, "%.200s: %.1f ms, %llu points, %s, %s, %s, %s%s%s", v->name,
-             v->stats.frame_ms, (unsigned long long)v->stats.points_drawn, threshold, lod,
-             reconstruct, shade, colour, missing);
-    stp_window_set_title(v->window, title);
-}
-
-static void show_damage(viewer *v)
-{
-    const char *damage = stp_renderer_damage(v->renderer);
-    if (v->said_damage || v->quiet || damage[0] == '\0')
-        return;
-    fprintf(stderr, "stipple view: warning: %s; its parent is drawn instead\n", damage);
-    v->said_damage = true;
-}
-
-static stp_status draw_frame(viewer *v, int width, int height, stp_error *err)
-{
-    stp_status status = STP_OK;
-    view_control *c = &v->control;
-    c->params.stream = true;
-    STP_TRY(stp_view_create(&c->view, &c->camera, &c->ball, width, height, err));
-    STP_TRY(stp_renderer_draw(v->renderer, &c->view, &c->params, &v->stats, err));
-    stp_renderer_present(v->renderer, 0, width, height);
-    stp_window_present(v->window);
-    v->loading = v->stats.chunks_loading > 0;
-    show_title(v);
-    show_damage(v);
-done:
-    return status;
+    stp_window_copy_text(context, text);
 }
 
 /* Shaders that were saved; those that do not compile are told of, and the old ones go on. */
@@ -146,75 +74,231 @@ static void reload_shaders(viewer *v)
     if (state == v->shader_state)
         return;
     v->shader_state = state;
-    if (stp_renderer_reload_shaders(v->renderer, &err) == STP_OK)
+    if (stp_renderer_reload_shaders(v->renderer, &err) == STP_OK) {
         v->control.changed = true;
-    else
-        fprintf(stderr, "stipple view: %s\n", err.message);
-}
-
-static stp_status loop(viewer *v, stp_error *err)
-{
-    stp_status status = STP_OK;
-    view_control *c = &v->control;
-    c->changed = true;
-    while (!c->wants_quit && !cli_interrupted()) {
-        stp_window_event event;
-        int width = 0, height = 0;
-        stp_window_wait(v->window, c->changed ? 0.0 : v->loading ? LOADING_S : WAIT_S);
-        while (stp_window_next(v->window, &event))
-            view_control_handle(c, &event);
-        reload_shaders(v);
-        if (c->wants_home)
-            STP_TRY(go_home(v, err));
-        c->wants_home = false;
-        if (c->wants_range)
-            STP_TRY(set_range(v, err));
-        c->wants_range = false;
-        stp_window_size(v->window, &width, &height);
-        bool seen = width > 0 && height > 0;
-        c->changed = c->changed || (v->loading && stp_renderer_has_news(v->renderer));
-        if (seen && !c->wants_quit && c->changed)
-            STP_TRY(draw_frame(v, width, height, err));
-        c->changed = false;
+        return;
     }
+    fprintf(stderr, "stipple view: %s\n", err.message);
+    view_note(v, "%s", err.message);
+}
+
+static void take_dropped(viewer *v)
+{
+    const char *paths[STP_WINDOW_DROP_LIMIT];
+    size_t count = 0;
+    while (count < STP_WINDOW_DROP_LIMIT &&
+           (paths[count] = stp_window_dropped(v->window, count)) != NULL)
+        count++;
+    view_add_models(v, paths, count);
+}
+
+/* What the panels may want to know of an event; true if it is theirs alone. */
+static bool panels_take(viewer *v, const stp_window_event *e)
+{
+    static const int keys[STP_UI_KEY_COUNT] = {STP_KEY_TAB,
+                                               STP_KEY_LEFT,
+                                               STP_KEY_RIGHT,
+                                               STP_KEY_UP,
+                                               STP_KEY_DOWN,
+                                               STP_KEY_HOME,
+                                               STP_KEY_END,
+                                               STP_KEY_DELETE,
+                                               STP_KEY_BACKSPACE,
+                                               STP_KEY_ENTER,
+                                               STP_KEY_ESCAPE,
+                                               'A',
+                                               'C',
+                                               'V',
+                                               'X',
+                                               'Y',
+                                               'Z'};
+    bool typing = stp_ui_wants_keys(v->ui), picture_drags = v->control.drag != VIEW_REST;
+    if (e->kind == STP_WINDOW_MOVE || e->kind == STP_WINDOW_PRESS ||
+        e->kind == STP_WINDOW_RELEASE || e->kind == STP_WINDOW_WHEEL)
+        stp_ui_pointer(v->ui, e->x, v->layout.height - e->y);
+    bool over = stp_ui_wants_pointer(v->ui) && !picture_drags;
+    switch (e->kind) {
+    case STP_WINDOW_CHARACTER:
+        stp_ui_character(v->ui, e->character);
+        return typing;
+    case STP_WINDOW_KEY:
+        for (int i = 0; i < STP_UI_KEY_COUNT; i++)
+            if (keys[i] == e->key)
+                stp_ui_key_down(v->ui, (stp_ui_key)i, e->down, e->shift, e->control);
+        return typing && e->down && e->key != STP_KEY_F1 && e->key != STP_KEY_F11;
+    case STP_WINDOW_PRESS:
+        if (over)
+            stp_ui_button_down(v->ui, e->button, true);
+        return over;
+    case STP_WINDOW_RELEASE:
+        stp_ui_button_down(v->ui, e->button, false);
+        return over;
+    case STP_WINDOW_WHEEL:
+        if (over)
+            stp_ui_wheel(v->ui, e->wheel);
+        return over;
+    case STP_WINDOW_MOVE:
+        if (over) { /* the picture's cursor is nowhere */
+            v->control.x = v->control.y = -1.0;
+        }
+        return over;
+    case STP_WINDOW_BLUR:
+        stp_ui_release_all(v->ui);
+        return false;
+    default:
+        return false;
+    }
+}
+
+/* The cursor's place is known between drags, too. */
+static void follow(viewer *v, const stp_window_event *e)
+{
+    if (e->kind == STP_WINDOW_MOVE && v->control.drag == VIEW_REST) {
+        v->control.x = e->x;
+        v->control.y = e->y;
+    }
+}
+
+/* Events up to a press or a release: each of these gets a turn of the panels of its own, so that
+ * none is lost on them. */
+static void take_events(viewer *v)
+{
+    stp_window_event event;
+    bool again = true;
+    while (again && stp_window_next(v->window, &event)) {
+        v->ui_turns = TURNS_TO_SETTLE;
+        again = event.kind != STP_WINDOW_PRESS && event.kind != STP_WINDOW_RELEASE &&
+                event.kind != STP_WINDOW_KEY;
+        if (event.kind == STP_WINDOW_DROP)
+            take_dropped(v);
+        if (panels_take(v, &event))
+            continue;
+        follow(v, &event);
+        if (!view_clip_handle(v, &event))
+            view_control_handle(&v->control, &event);
+    }
+}
+
+/* Things that are shown for a while only. */
+static void let_fade(viewer *v)
+{
+    if (v->note[0] != '\0' && v->now_s > v->note_until_s) {
+        v->note[0] = '\0';
+        v->ui_turns = v->ui_turns > 0 ? v->ui_turns : 1;
+    }
+    if (v->control.pivot_until_s > 0.0 && v->now_s > v->control.pivot_until_s) {
+        v->control.pivot_until_s = 0.0;
+        v->ui_turns = v->ui_turns > 0 ? v->ui_turns : 1;
+    }
+}
+
+static void note_record(viewer *v)
+{
+    stp_error err = {0};
+    if (view_record_note(&v->record, &v->control.camera, v->now_s, &err) == STP_OK)
+        return;
+    view_toggle_record(v);
+    view_note(v, "%s", err.message);
+}
+
+static stp_status turn(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool busy = v->control.changed || v->resting || v->ui_turns > 0 || v->control.wants != 0 ||
+                v->shot.state == VIEW_SHOT_DRAWING;
+    busy = busy && v->layout.width > 0; /* what is minimised waits */
+    stp_window_wait(v->window, busy ? 0.0 : WAIT_S);
+    v->now_s = stp_window_seconds(v->window);
+    double scale = stp_window_scale(v->window);
+    if (scale != stp_ui_scale(v->ui))
+        stp_ui_set_scale(v->ui, scale);
+    take_events(v);
+    reload_shaders(v);
+    STP_TRY(view_fulfil(v, err));
+    if (v->removing >= 0)
+        view_remove_model(v, (size_t)v->removing);
+    v->removing = -1;
+    view_layout_update(v);
+    if (view_move_advance(&v->control, v->now_s - v->last_turn_s))
+        v->control.changed = true;
+    v->last_turn_s = v->now_s;
+    note_record(v);
+    let_fade(v);
+    if (!v->quits)
+        STP_TRY(view_draw(v, err));
 done:
     return status;
 }
 
-static stp_status open_viewer(viewer *v, const char *path, const cli_common *common, stp_error *err)
+static stp_status open_window(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
+    const stp_ui_clipboard clipboard = {pasted, copied, NULL};
     int size[2];
-    STP_TRY(draw_options_open(v->options, path, &v->model, err));
-    const char *name = stp_chunk_file_path(v->model->file), *slash = strrchr(name, '/');
-    v->name = slash != NULL && slash[1] != '\0' ? slash + 1 : name;
-    v->control.ball = v->model->ball;
-    v->control.colours = colours_of(v->model);
-    STP_TRY(draw_options_camera(v->options, v->model, &v->control.camera, size, err));
-    STP_TRY(draw_options_params(v->options, v->model, &v->control.params, err));
     bool has_size = v->options->camera.has_size;
-    STP_TRY(stp_window_create(&v->window, v->name, size[0], size[1], !has_size, err));
-    stp_renderer_params params = draw_options_renderer(v->options, v->model, common);
-    STP_TRY(stp_renderer_create(&v->renderer, &params, err));
-    STP_TRY(go_home(v, err));
-    v->shader_state = view_watch_state(v->options->shader_folder);
+    STP_TRY(camera_options_size(&v->options->camera, size, err));
+    STP_TRY(
+        stp_window_create(&v->window, v->scene.models[0].name, size[0], size[1], !has_size, err));
+    stp_ui_clipboard of_window = clipboard;
+    of_window.context = v->window;
+    double scale = stp_window_scale(v->window);
+    STP_TRY(stp_ui_create(&v->ui, scale, &of_window, err));
+    stp_window_size(v->window, &v->layout.width, &v->layout.height);
+    v->panels = v->panels_wanted && v->layout.width >= PANELS_LEAST_WIDTH * scale;
+    view_layout_update(v);
 done:
     return status;
 }
 
-static stp_status view(const draw_options *o, const cli_common *common, const char *path,
-                       stp_error *err)
+static stp_status open_viewer(viewer *v, const char *const *paths, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    viewer v = {.options = o, .quiet = common->quiet, .control = {.depth = depth_under}};
-    v.control.context = &v;
-    STP_TRY(open_viewer(&v, path, common, err));
-    STP_TRY(loop(&v, err));
-    source_options_warn(&cli_view, common, v.model->file);
+    stp_error why = {0};
+    for (size_t i = 0; i < count; i++)
+        STP_TRY(view_scene_add(&v->scene, v->options, paths[i], err));
+    STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
+    if (v->control.params.threshold_px <= 0.0)
+        v->control.params.threshold_px = 1.0; /* for when samples are left out again */
+    STP_TRY(open_window(v, err));
+    STP_TRY(view_scene_changed(v, err));
+    STP_TRY(view_go_home(v, err));
+    view_move_reset(&v->control);
+    v->shader_state = view_watch_state(v->options->shader_folder);
+    if (view_bookmarks_load(&v->bookmarks, paths[0], &why) != STP_OK)
+        view_note(v, "%s", why.message);
 done:
+    return status;
+}
+
+static stp_status view(const draw_options *o, double fps, const cli_common *common,
+                       const char *const *paths, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    viewer v = {.options = o,
+                .common = common,
+                .fps = fps,
+                .clip = {.face = -1},
+                .removing = -1,
+                .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
+    v.control.context = &v;
+    view_settings_load(&v);
+    STP_TRY(open_viewer(&v, paths, count, err));
+    v.ui_turns = TURNS_TO_SETTLE;
+    while (!v.quits && !cli_interrupted())
+        STP_TRY(turn(&v, err));
+    if (v.record.on)
+        view_toggle_record(&v);
+    view_settings_save(&v);
+    for (size_t i = 0; i < v.scene.count; i++)
+        source_options_warn(&cli_view, common, v.scene.models[i].model->file);
+done:
+    view_shot_end(&v.shot);
+    view_record_destroy(&v.record);
+    view_ground_forget(&v.ground, NULL);
     stp_renderer_destroy(&v.renderer);
+    stp_ui_destroy(&v.ui);
     stp_window_destroy(&v.window);
-    stp_model_close(&v.model);
+    view_scene_clear(&v.scene);
     return status;
 }
 
@@ -222,17 +306,26 @@ static int run(int argc, char **argv)
 {
     draw_options o = draw_options_default();
     cli_common common = {0};
-    const char *path = NULL;
+    const char *paths[VIEW_MODELS_LIMIT] = {NULL};
     size_t count = 0;
     stp_error err = {0};
-    cli_option list[DRAW_OPTION_COUNT];
+    double fps = 0.0;
+    cli_option list[DRAW_OPTION_COUNT + 1] = {
+        [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
+                               "frames a second to hold while the camera moves, by a coarser "
+                               "threshold; at rest every sample",
+                               NULL},
+    };
     draw_options_fill(&o, list);
-    int code =
-        cli_parse(&cli_view, list, DRAW_OPTION_COUNT, argc, argv, &path, 1, 1, &count, &common);
+    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
+                         VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
     if (o.threshold_px < 0.0)
         return cli_usage(&cli_view, "--threshold is not negative");
+    if (fps < 0.0 || fps > FPS_MOST)
+        return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
-    return view(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_view, &err);
+    return view(&o, fps, &common, paths, count, &err) == STP_OK ? CLI_DONE
+                                                                : cli_fail(&cli_view, &err);
 }

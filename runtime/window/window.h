@@ -11,17 +11,20 @@
 #include "base/error.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef enum stp_window_event_kind {
-    STP_WINDOW_CHARACTER, /* a key that writes: character */
-    STP_WINDOW_ESCAPE,
-    STP_WINDOW_PRESS,   /* a mouse button: button, x, y, shift */
-    STP_WINDOW_RELEASE, /* likewise */
-    STP_WINDOW_MOVE,    /* the cursor: x, y; neighbours in the queue are joined */
-    STP_WINDOW_WHEEL,   /* x, y, wheel */
-    STP_WINDOW_REFRESH, /* the size changed or the picture was lost */
-    STP_WINDOW_CLOSE    /* the user closed it; it stays until destroyed */
+    STP_WINDOW_CHARACTER, /* a key that writes, without Ctrl and Alt: character */
+    STP_WINDOW_KEY,       /* key, down, repeated, shift, control */
+    STP_WINDOW_PRESS,     /* a mouse button: button, x, y, shift, control */
+    STP_WINDOW_RELEASE,   /* likewise */
+    STP_WINDOW_MOVE,      /* the cursor: x, y; neighbours in the queue are joined */
+    STP_WINDOW_WHEEL,     /* x, y, wheel */
+    STP_WINDOW_DROP,      /* files were dropped: stp_window_dropped has their names */
+    STP_WINDOW_REFRESH,   /* the size or the scale changed or the picture was lost */
+    STP_WINDOW_BLUR,      /* the keyboard went elsewhere: keys held are no longer told of */
+    STP_WINDOW_CLOSE      /* the user closed it; it stays until destroyed */
 } stp_window_event_kind;
 
 typedef enum stp_window_button {
@@ -30,17 +33,45 @@ typedef enum stp_window_button {
     STP_WINDOW_MIDDLE = 2
 } stp_window_button;
 
+/* Keys by their place on a US keyboard: letters and digits are 'A' to 'Z' and '0' to '9'. */
+typedef enum stp_window_key {
+    STP_KEY_NONE = 0,
+    STP_KEY_SPACE = ' ',
+    STP_KEY_ESCAPE = 256,
+    STP_KEY_ENTER,
+    STP_KEY_TAB,
+    STP_KEY_BACKSPACE,
+    STP_KEY_DELETE,
+    STP_KEY_LEFT,
+    STP_KEY_RIGHT,
+    STP_KEY_UP,
+    STP_KEY_DOWN,
+    STP_KEY_PAGE_UP,
+    STP_KEY_PAGE_DOWN,
+    STP_KEY_HOME,
+    STP_KEY_END,
+    STP_KEY_SHIFT, /* either of them */
+    STP_KEY_F1,
+    STP_KEY_F11,
+    STP_KEY_COUNT
+} stp_window_key;
+
 typedef struct stp_window_event {
     stp_window_event_kind kind;
     uint32_t character; /* Unicode */
+    int key;            /* stp_window_key */
     int button;         /* stp_window_button, or a further one */
-    bool shift;
+    bool down, repeated;
+    bool shift, control;
     double x, y;
     double wheel; /* notches away from the user */
+    double at_s;  /* seconds since the window opened, as it was noticed */
 } stp_window_event;
 
-/* Events between two waits; further ones are lost. */
+/* Events that are kept; further ones are lost. */
 #define STP_WINDOW_EVENTS_LIMIT 256
+/* Names of files that one drop may bring; further ones are lost. */
+#define STP_WINDOW_DROP_LIMIT 64
 
 typedef struct stp_window stp_window;
 
@@ -50,14 +81,31 @@ stp_status stp_window_create(stp_window **out, const char *title, int width, int
                              stp_error *err);
 void stp_window_destroy(stp_window **window);
 
-/* Collects events: waits for the first for at most so many seconds (0: does not wait). */
+/* Collects events: waits for the first for at most so many seconds (0: does not wait). Those not
+ * taken yet stay, and are not waited for. */
 void stp_window_wait(stp_window *window, double seconds);
+/* Ends a wait of the main thread. Threads: any. */
+void stp_window_wake(void);
 /* Takes the next collected event; false if there is none. */
 bool stp_window_next(stp_window *window, stp_window_event *out);
+/* A name of the last drop, or NULL past the last; valid until the next stp_window_wait. */
+const char *stp_window_dropped(const stp_window *window, size_t index);
+
+/* The clock of the events. */
+double stp_window_seconds(const stp_window *window);
 
 /* Of the framebuffer. */
 void stp_window_size(const stp_window *window, int *width, int *height);
+/* Pixels to what is one on an ordinary screen: 2 on many fine ones. */
+double stp_window_scale(const stp_window *window);
 void stp_window_set_title(stp_window *window, const char *title);
+/* Fills the screen the window is on, or goes back to its place. */
+void stp_window_set_full_screen(stp_window *window, bool full);
+bool stp_window_is_full_screen(const stp_window *window);
+/* For other programs to paste. */
+void stp_window_copy_text(stp_window *window, const char *text);
+/* What other programs copied; "" if nothing. Valid until the next call. */
+const char *stp_window_pasted_text(stp_window *window);
 /* Shows what was drawn into framebuffer 0. */
 void stp_window_present(stp_window *window);
 

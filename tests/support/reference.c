@@ -34,8 +34,8 @@ static stp_dvec3 ray(const stp_view *view, double u, double v)
 {
     if (view->orthographic)
         return (stp_dvec3){0.0, 0.0, -1.0};
-    return stp_dvec3_normalize(
-        (stp_dvec3){(u - 0.5 * view->width) / view->f, (v - 0.5 * view->height) / view->f, -1.0});
+    return stp_dvec3_normalize((stp_dvec3){(u - stp_view_axis_x(view)) / view->f,
+                                           (v - stp_view_axis_y(view)) / view->f, -1.0});
 }
 
 static double centre_of(int i, int level)
@@ -116,8 +116,8 @@ static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
     if (!(depth > view->near_depth))
         return;
     double scale = pixels_per_unit(view, depth);
-    double u = 0.5 * view->width + scale * disc->position.x;
-    double v = 0.5 * view->height + scale * disc->position.y;
+    double u = stp_view_axis_x(view) + scale * disc->position.x;
+    double v = stp_view_axis_y(view) + scale * disc->position.y;
     if (!(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
         return;
     stp_dvec3 w =

@@ -1,0 +1,564 @@
+/* Dear ImGui behind C functions. */
+#include "runtime/window/imgui_shim.h"
+
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include <backends/imgui_impl_opengl3.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+
+struct stp_ui {
+    double scale = 0.0;
+    stp_ui_clipboard clipboard = {};
+    ImGuiContext *context = nullptr;
+    bool draws = false; /* the renderer's part was made */
+};
+
+namespace
+{
+
+constexpr float TEXT_PX = 15.0f;
+/* Of a row, to where its value begins; and of a panel, what widgets take before their labels. */
+constexpr float VALUE_COLUMN = 0.36f, WIDGET_SHARE = 0.62f;
+
+template <typename Body> void guard(Body body) noexcept
+{
+    try {
+        body();
+    } catch (...) {
+    }
+}
+
+template <typename Body> bool ask(Body body) noexcept
+{
+    try {
+        return body();
+    } catch (...) {
+        return false;
+    }
+}
+
+bool readable(const char *path)
+{
+    std::FILE *file = std::fopen(path, "rb");
+    if (file != nullptr)
+        std::fclose(file);
+    return file != nullptr;
+}
+
+/* Text with accents where the system has a font for it; else ImGui's own, of ASCII, in whole
+ * multiples of its pixels, so that it stays sharp. */
+void load_font(double scale)
+{
+    static const char *const paths[] = {
+        "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+        "/usr/share/fonts/TTF/DejaVuSans.ttf",
+        "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+        "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+        "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+        "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
+    };
+    static const ImWchar ranges[] = {0x20,   0x24f,  0x370,  0x52f,  0x2010, 0x2044,
+                                     0x2190, 0x2193, 0x2200, 0x2265, 0};
+    ImFontAtlas *fonts = ImGui::GetIO().Fonts;
+    fonts->Clear();
+    ImFontConfig config;
+    config.OversampleH = 2;
+    config.PixelSnapH = true;
+    float size = std::floor(TEXT_PX * static_cast<float>(scale) + 0.5f);
+    for (const char *path : paths)
+        if (readable(path) && fonts->AddFontFromFileTTF(path, size, &config, ranges) != nullptr)
+            return;
+    ImFontConfig plain;
+    plain.SizePixels = 13.0f * std::fmax(1.0f, std::floor(static_cast<float>(scale) + 0.5f));
+    fonts->AddFontDefault(&plain);
+}
+
+void set_style(double scale)
+{
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    style.WindowRounding = 0.0f;
+    style.FrameRounding = 3.0f;
+    style.GrabRounding = 3.0f;
+    style.PopupRounding = 3.0f;
+    style.WindowBorderSize = 0.0f;
+    style.WindowPadding = ImVec2(10.0f, 8.0f);
+    style.FramePadding = ImVec2(6.0f, 3.0f);
+    style.ItemSpacing = ImVec2(8.0f, 5.0f);
+    style.ScrollbarSize = 11.0f;
+    ImVec4 *c = style.Colors;
+    c[ImGuiCol_WindowBg] = ImVec4(0.105f, 0.112f, 0.125f, 1.0f);
+    c[ImGuiCol_PopupBg] = ImVec4(0.13f, 0.14f, 0.155f, 0.98f);
+    c[ImGuiCol_FrameBg] = ImVec4(0.19f, 0.205f, 0.23f, 1.0f);
+    c[ImGuiCol_FrameBgHovered] = ImVec4(0.25f, 0.27f, 0.30f, 1.0f);
+    c[ImGuiCol_FrameBgActive] = ImVec4(0.28f, 0.30f, 0.34f, 1.0f);
+    c[ImGuiCol_Header] = ImVec4(0.165f, 0.18f, 0.205f, 1.0f);
+    c[ImGuiCol_HeaderHovered] = ImVec4(0.22f, 0.245f, 0.28f, 1.0f);
+    c[ImGuiCol_HeaderActive] = ImVec4(0.25f, 0.28f, 0.32f, 1.0f);
+    c[ImGuiCol_Button] = ImVec4(0.21f, 0.235f, 0.27f, 1.0f);
+    c[ImGuiCol_ButtonHovered] = ImVec4(0.28f, 0.33f, 0.39f, 1.0f);
+    c[ImGuiCol_ButtonActive] = ImVec4(0.20f, 0.42f, 0.55f, 1.0f);
+    c[ImGuiCol_CheckMark] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
+    c[ImGuiCol_SliderGrab] = ImVec4(0.30f, 0.60f, 0.78f, 1.0f);
+    c[ImGuiCol_SliderGrabActive] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
+    c[ImGuiCol_PlotLines] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
+    c[ImGuiCol_PlotHistogram] = ImVec4(0.30f, 0.60f, 0.78f, 1.0f);
+    c[ImGuiCol_TextDisabled] = ImVec4(0.60f, 0.63f, 0.68f, 1.0f);
+    c[ImGuiCol_TitleBgActive] = c[ImGuiCol_Header];
+    style.ScaleAllSizes(static_cast<float>(scale));
+    ImGui::GetStyle() = style;
+}
+
+void set_keys(ImGuiIO &io)
+{
+    static const ImGuiKey keys[STP_UI_KEY_COUNT] = {
+        ImGuiKey_Tab,       ImGuiKey_LeftArrow, ImGuiKey_RightArrow, ImGuiKey_UpArrow,
+        ImGuiKey_DownArrow, ImGuiKey_Home,      ImGuiKey_End,        ImGuiKey_Delete,
+        ImGuiKey_Backspace, ImGuiKey_Enter,     ImGuiKey_Escape,     ImGuiKey_A,
+        ImGuiKey_C,         ImGuiKey_V,         ImGuiKey_X,          ImGuiKey_Y,
+        ImGuiKey_Z};
+    for (int i = 0; i < STP_UI_KEY_COUNT; i++)
+        io.KeyMap[keys[i]] = i;
+}
+
+const char *get_clipboard(void *user)
+{
+    const auto *clipboard = static_cast<const stp_ui_clipboard *>(user);
+    return clipboard->get != nullptr ? clipboard->get(clipboard->context) : "";
+}
+
+void set_clipboard(void *user, const char *text)
+{
+    const auto *clipboard = static_cast<const stp_ui_clipboard *>(user);
+    if (clipboard->set != nullptr)
+        clipboard->set(clipboard->context, text);
+}
+
+void rescale(stp_ui *ui, double scale)
+{
+    if (ui->scale == scale)
+        return;
+    ui->scale = scale;
+    set_style(scale);
+    load_font(scale);
+    if (ui->draws) {
+        ImGui_ImplOpenGL3_DestroyFontsTexture();
+        ImGui_ImplOpenGL3_CreateFontsTexture();
+    }
+}
+
+bool start(stp_ui *ui, double scale, const stp_ui_clipboard *clipboard)
+{
+    ui->context = ImGui::CreateContext();
+    ImGuiIO &io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.LogFilename = nullptr;
+    io.ConfigInputTextCursorBlink = false; /* frames are drawn only when something changes */
+    io.BackendPlatformName = "stipple";
+    if (clipboard != nullptr)
+        ui->clipboard = *clipboard;
+    io.ClipboardUserData = &ui->clipboard;
+    io.GetClipboardTextFn = get_clipboard;
+    io.SetClipboardTextFn = set_clipboard;
+    set_keys(io);
+    rescale(ui, scale);
+    ui->draws = ImGui_ImplOpenGL3_Init("#version 450 core");
+    return ui->draws;
+}
+
+void stop(stp_ui *ui)
+{
+    if (ui->draws)
+        ImGui_ImplOpenGL3_Shutdown();
+    if (ui->context != nullptr)
+        ImGui::DestroyContext(ui->context);
+    delete ui;
+}
+
+ImVec2 at(double x, double y)
+{
+    return ImVec2(static_cast<float>(x), static_cast<float>(y));
+}
+
+/* Word i of "a|b|c"; false past the last. */
+bool word_of(const char *words, int i, char *out, size_t bytes)
+{
+    while (i-- > 0) {
+        words = std::strchr(words, '|');
+        if (words == nullptr)
+            return false;
+        words++;
+    }
+    std::snprintf(out, bytes, "%.*s", static_cast<int>(std::strcspn(words, "|")), words);
+    return true;
+}
+
+void set_widget_width()
+{
+    ImGui::SetNextItemWidth(WIDGET_SHARE * ImGui::GetContentRegionAvail().x);
+}
+
+bool begin_window(const char *name, const stp_ui_rect *rect, bool *open, ImGuiWindowFlags flags)
+{
+    ImGui::SetNextWindowPos(at(rect->x, rect->y));
+    ImGui::SetNextWindowSize(at(rect->width, rect->height));
+    flags |= ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+             ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
+    return ImGui::Begin(name, open, flags);
+}
+
+/* After a field: whether what was typed is to be taken. */
+bool field_left()
+{
+    return ImGui::IsItemDeactivatedAfterEdit();
+}
+
+} // namespace
+
+stp_status stp_ui_create(stp_ui **out, double scale, const stp_ui_clipboard *clipboard,
+                         stp_error *err)
+{
+    try {
+        auto *ui = new (std::nothrow) stp_ui;
+        if (ui == nullptr)
+            return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the panels");
+        if (!start(ui, scale, clipboard)) {
+            stop(ui);
+            return stp_error_set(err, STP_GL,
+                                 "the panels cannot be drawn: Dear ImGui finds no "
+                                 "OpenGL library: install libGL");
+        }
+        *out = ui;
+        return STP_OK;
+    } catch (...) {
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the panels");
+    }
+}
+
+void stp_ui_destroy(stp_ui **ui)
+{
+    guard([&] {
+        if (*ui != nullptr)
+            stop(*ui);
+        *ui = nullptr;
+    });
+}
+
+void stp_ui_set_scale(stp_ui *ui, double scale)
+{
+    guard([&] { rescale(ui, scale); });
+}
+
+double stp_ui_scale(const stp_ui *ui)
+{
+    return ui->scale;
+}
+
+void stp_ui_pointer(stp_ui *, double x, double y)
+{
+    guard([&] { ImGui::GetIO().MousePos = at(x, y); });
+}
+
+void stp_ui_button_down(stp_ui *, int button, bool down)
+{
+    guard([&] {
+        if (button >= 0 && button < 3)
+            ImGui::GetIO().MouseDown[button] = down;
+    });
+}
+
+void stp_ui_wheel(stp_ui *, double notches)
+{
+    guard([&] { ImGui::GetIO().MouseWheel += static_cast<float>(notches); });
+}
+
+void stp_ui_key_down(stp_ui *, stp_ui_key key, bool down, bool shift, bool control)
+{
+    guard([&] {
+        ImGuiIO &io = ImGui::GetIO();
+        io.KeysDown[key] = down;
+        io.KeyShift = shift;
+        io.KeyCtrl = control;
+    });
+}
+
+void stp_ui_character(stp_ui *, uint32_t character)
+{
+    guard([&] { ImGui::GetIO().AddInputCharacter(character); });
+}
+
+void stp_ui_release_all(stp_ui *)
+{
+    guard([&] {
+        ImGuiIO &io = ImGui::GetIO();
+        for (bool &down : io.KeysDown)
+            down = false;
+        for (bool &down : io.MouseDown)
+            down = false;
+        io.KeyShift = io.KeyCtrl = false;
+    });
+}
+
+bool stp_ui_wants_pointer(stp_ui *)
+{
+    return ask([&] {
+        ImGui::UpdateHoveredWindowAndCaptureFlags(); /* for where the pointer is by now */
+        return ImGui::GetIO().WantCaptureMouse;
+    });
+}
+
+bool stp_ui_wants_keys(const stp_ui *)
+{
+    return ask([&] { return ImGui::GetIO().WantTextInput; });
+}
+
+void stp_ui_begin(stp_ui *, int width, int height, double seconds_since_last)
+{
+    guard([&] {
+        ImGuiIO &io = ImGui::GetIO();
+        io.DisplaySize = at(width, height);
+        io.DeltaTime = static_cast<float>(seconds_since_last > 1e-4 ? seconds_since_last : 1e-4);
+        ImGui_ImplOpenGL3_NewFrame();
+        ImGui::NewFrame();
+    });
+}
+
+void stp_ui_end(stp_ui *)
+{
+    guard([&] {
+        ImGui::Render();
+        ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    });
+}
+
+bool stp_ui_panel_begin(const char *name, const stp_ui_rect *rect)
+{
+    return ask([&] {
+        ImGuiWindowFlags flags =
+            ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoBringToFrontOnFocus;
+        return begin_window(name, rect, nullptr, flags);
+    });
+}
+
+bool stp_ui_dialog_begin(const char *title, const stp_ui_rect *rect, bool *open)
+{
+    return ask([&] { return begin_window(title, rect, open, ImGuiWindowFlags_None); });
+}
+
+void stp_ui_panel_end(void)
+{
+    guard([] { ImGui::End(); });
+}
+
+bool stp_ui_section(const char *title, bool *open)
+{
+    return ask([&] {
+        ImGui::SetNextItemOpen(*open);
+        *open = ImGui::CollapsingHeader(title);
+        return *open;
+    });
+}
+
+void stp_ui_text(const char *text)
+{
+    guard([&] { ImGui::TextUnformatted(text); });
+}
+
+void stp_ui_note(const char *text)
+{
+    guard([&] {
+        ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyle().Colors[ImGuiCol_TextDisabled]);
+        ImGui::PushTextWrapPos(0.0f);
+        ImGui::TextUnformatted(text);
+        ImGui::PopTextWrapPos();
+        ImGui::PopStyleColor();
+    });
+}
+
+void stp_ui_row(const char *label, const char *value)
+{
+    guard([&] {
+        ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyle().Colors[ImGuiCol_TextDisabled]);
+        ImGui::TextUnformatted(label);
+        ImGui::PopStyleColor();
+        ImGui::SameLine(VALUE_COLUMN * ImGui::GetWindowContentRegionMax().x);
+        ImGui::PushTextWrapPos(0.0f);
+        ImGui::TextUnformatted(value);
+        ImGui::PopTextWrapPos();
+    });
+}
+
+void stp_ui_swatch(const uint8_t rgb[3])
+{
+    guard([&] {
+        float side = ImGui::GetFrameHeight();
+        ImVec2 p = ImGui::GetCursorScreenPos();
+        ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(p.x, p.y + 0.2f * side),
+                                                  ImVec2(p.x + 0.6f * side, p.y + 0.8f * side),
+                                                  IM_COL32(rgb[0], rgb[1], rgb[2], 255));
+        ImGui::Dummy(ImVec2(0.6f * side, side));
+    });
+}
+
+bool stp_ui_button(const char *label)
+{
+    return ask([&] { return ImGui::Button(label); });
+}
+
+bool stp_ui_check(const char *label, bool *value)
+{
+    return ask([&] { return ImGui::Checkbox(label, value); });
+}
+
+bool stp_ui_choice(const char *label, int *value, const char *words, uint32_t allowed)
+{
+    return ask([&] {
+        char word[64] = "", shown[64] = "";
+        bool changed = false;
+        word_of(words, *value, shown, sizeof shown);
+        set_widget_width();
+        if (!ImGui::BeginCombo(label, shown))
+            return false;
+        for (int i = 0; i < 32 && word_of(words, i, word, sizeof word); i++)
+            if ((allowed >> i & 1u) != 0 && ImGui::Selectable(word, i == *value) && i != *value) {
+                *value = i;
+                changed = true;
+            }
+        ImGui::EndCombo();
+        return changed;
+    });
+}
+
+bool stp_ui_radio(int *value, const char *words, uint32_t allowed)
+{
+    return ask([&] {
+        char word[64] = "";
+        bool changed = false, first = true;
+        for (int i = 0; i < 32 && word_of(words, i, word, sizeof word); i++) {
+            if ((allowed >> i & 1u) == 0)
+                continue;
+            if (!first)
+                ImGui::SameLine();
+            first = false;
+            if (ImGui::RadioButton(word, i == *value) && i != *value) {
+                *value = i;
+                changed = true;
+            }
+        }
+        return changed;
+    });
+}
+
+bool stp_ui_slider(const char *label, double *value, double low, double high, const char *format,
+                   bool logarithmic)
+{
+    return ask([&] {
+        set_widget_width();
+        return ImGui::SliderScalar(label, ImGuiDataType_Double, value, &low, &high, format,
+                                   ImGuiSliderFlags_AlwaysClamp |
+                                       (logarithmic ? ImGuiSliderFlags_Logarithmic : 0));
+    });
+}
+
+bool stp_ui_number(const char *label, double *value, const char *format)
+{
+    return ask([&] {
+        double typed = *value;
+        set_widget_width();
+        ImGui::InputScalar(label, ImGuiDataType_Double, &typed, nullptr, nullptr, format);
+        bool taken = std::isfinite(typed) && typed != *value;
+        if (taken)
+            *value = typed;
+        return taken;
+    });
+}
+
+bool stp_ui_numbers(const char *label, double values[3], const char *format)
+{
+    return ask([&] {
+        bool taken = false;
+        ImGui::PushID(label);
+        float width =
+            (ImGui::GetContentRegionAvail().x - 2.0f * ImGui::GetStyle().ItemSpacing.x) / 3.0f;
+        for (int i = 0; i < 3; i++) {
+            double typed = values[i];
+            ImGui::PushID(i);
+            ImGui::SetNextItemWidth(width);
+            ImGui::InputScalar("", ImGuiDataType_Double, &typed, nullptr, nullptr, format);
+            ImGui::PopID();
+            if (i < 2)
+                ImGui::SameLine();
+            if (std::isfinite(typed) && typed != values[i]) {
+                values[i] = typed;
+                taken = true;
+            }
+        }
+        ImGui::PopID();
+        return taken;
+    });
+}
+
+bool stp_ui_field(const char *label, char *text, size_t bytes)
+{
+    return ask([&] {
+        set_widget_width();
+        ImGui::InputText(label, text, bytes);
+        return field_left();
+    });
+}
+
+void stp_ui_chart(const char *text, const float *values, int count, int first, float top)
+{
+    guard([&] {
+        ImGui::PushID(text);
+        ImGui::PlotLines("", values, count, first, nullptr, 0.0f, top,
+                         ImVec2(ImGui::GetContentRegionAvail().x, 3.2f * ImGui::GetFontSize()));
+        ImGui::PopID();
+        ImVec2 p = ImGui::GetItemRectMin();
+        ImGui::GetWindowDrawList()->AddText(ImVec2(p.x + 5.0f, p.y + 2.0f),
+                                            ImGui::GetColorU32(ImGuiCol_Text), text);
+    });
+}
+
+void stp_ui_same_line(void)
+{
+    guard([] { ImGui::SameLine(); });
+}
+
+void stp_ui_space(void)
+{
+    guard([] { ImGui::Spacing(); });
+}
+
+void stp_ui_hint(const char *text)
+{
+    guard([&] {
+        if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+            ImGui::SetTooltip("%s", text);
+    });
+}
+
+void stp_ui_push_id(int id)
+{
+    guard([&] { ImGui::PushID(id); });
+}
+
+void stp_ui_pop_id(void)
+{
+    guard([] { ImGui::PopID(); });
+}
+
+void stp_ui_disable_begin(bool disabled)
+{
+    guard([&] { ImGui::BeginDisabled(disabled); });
+}
+
+void stp_ui_disable_end(void)
+{
+    guard([] { ImGui::EndDisabled(); });
+}

@@ -1,0 +1,105 @@
+# shellcheck shell=bash disable=SC2034
+# Sourced by tests of the viewer, after shell.sh: a virtual display with nothing else on it, the
+# viewer in it, its title and its pixels.
+
+for tool in Xvfb xdotool; do
+    command -v $tool >/dev/null || skip_test "$tool is not installed"
+done
+"$STIPPLE" --help | grep -q '^  view ' || skip_test "built without the renderer"
+
+export XDG_STATE_HOME="$FOLDER/state"
+screen="$FOLDER/Xvfb_screen0"
+viewer=
+server=
+
+stop() {
+    if [ -n "$viewer" ]; then kill -KILL "$viewer" 2>/dev/null; fi
+    if [ -n "$server" ]; then kill "$server" 2>/dev/null && wait "$server" 2>/dev/null; fi
+    chmod -R u+w "$FOLDER" 2>/dev/null
+    rm -rf "$FOLDER"
+}
+trap stop EXIT
+
+start_display() { # width height
+    SCREEN_WIDTH=$1
+    SCREEN_HEIGHT=$2
+    # -noreset: without it the server begins anew, and refuses a viewer, each time the last one leaves
+    Xvfb -displayfd 3 -screen 0 ${SCREEN_WIDTH}x${SCREEN_HEIGHT}x24 -fbdir "$FOLDER" -nocursor \
+        -noreset -nolisten tcp 3>"$FOLDER/display" 2>"$FOLDER/xvfb.log" &
+    server=$!
+    for _ in $(seq 100); do
+        [ -s "$FOLDER/display" ] && break
+        sleep 0.1
+    done
+    [ -s "$FOLDER/display" ] || skip_test "Xvfb does not start: $(tail -1 "$FOLDER/xvfb.log")"
+    DISPLAY=:$(cat "$FOLDER/display")
+    export DISPLAY
+}
+
+# wait_for SECONDS COMMAND...: until it succeeds.
+wait_for() {
+    local end=$((SECONDS + $1))
+    shift
+    until "$@"; do
+        [ $SECONDS -lt $end ] || return 1
+        sleep 0.1
+    done
+}
+
+title() { xdotool getwindowname "$window" 2>/dev/null; }
+title_has() { [[ $(title) == *"$1"* ]]; }
+title_lacks() { [[ $(title) != *"$1"* ]]; }
+expect_title() { wait_for 60 title_has "$1" || fail "$2: no '$1' in the title '$(title)'"; }
+expect_no_title() { wait_for 60 title_lacks "$1" || fail "$2: '$1' in the title '$(title)'"; }
+find_window() {
+    window=$(xdotool search --all --onlyvisible --pid "$viewer" --name 'ms, ' 2>/dev/null) &&
+        [ -n "$window" ]
+}
+window_or_end() { find_window || has_ended; }
+has_ended() { ! kill -0 "$viewer" 2>/dev/null; }
+
+# The screen as hexadecimal pixels, one a line; Xvfb keeps it as an XWD file.
+screen_pixels() {
+    local header colours
+    header=$(od -An -tu4 --endian=big -N4 "$screen")
+    colours=$(od -An -tu4 --endian=big -j76 -N4 "$screen")
+    tail -c +$((header + 12 * colours + 1)) "$screen" | od -An -v -tx4 -w4
+}
+# Pixels that are not black in a rectangle of the screen: x0 y0 x1 y1.
+lit_pixels() {
+    screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" -v x1="$3" -v y1="$4" '
+        { i = NR - 1; x = i % w; y = int(i / w) }
+        x >= x0 && x < x1 && y >= y0 && y < y1 && substr($1, 3) != "000000" { n++ }
+        END { print n + 0 }'
+}
+screen_sum() { cksum <"$screen"; }
+screen_changed() { [ "$(screen_sum)" != "$before" ]; }
+screen_is() { [ "$(screen_sum)" = "$1" ]; }
+
+is_still() { ! title_has missing; }
+
+# run_viewer ARGUMENTS...: begins it in the test's folder, its window in the screen's corner.
+run_viewer() {
+    (cd "$FOLDER" && exec "$STIPPLE" view "$@") >"$FOLDER/out" 2>"$FOLDER/err" </dev/null &
+    viewer=$!
+    command="view $*"
+    wait_for 60 window_or_end && find_window ||
+        { fail "no window: $(head -3 "$FOLDER/err")"; return 1; }
+    xdotool windowmove "$window" 0 0 windowfocus --sync "$window"
+    # every chunk is there, and the position known to the window
+    wait_for 60 is_still || fail "chunks stay missing: $(title)"
+}
+
+expect_end() { # exit code, after
+    wait_for 30 has_ended || { fail "$2 does not end the viewer"; kill -KILL "$viewer"; }
+    wait "$viewer" && code=0 || code=$?
+    viewer=
+    [ "$code" = "$1" ] || fail "$2: exit $code, expected $1: $(head -3 "$FOLDER/err")"
+    expect_empty out
+    expect_empty err
+}
+
+expect_kill_by_key() {
+    xdotool key "$1"
+    expect_end 0 "key $1"
+}

@@ -1,0 +1,84 @@
+/* Names of files that the viewer writes. */
+#include "tools/view_files.h"
+
+#include <errno.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define NUMBERS_LIMIT 10000
+
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash != NULL && slash[1] != '\0' ? slash + 1 : path;
+}
+
+stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
+                           stp_error *err)
+{
+    const char *name = base_name(model), *dot = strrchr(name, '.');
+    int length = dot != NULL && dot > name ? (int)(dot - name) : (int)strlen(name);
+    struct stat found;
+    for (int i = 1; i < NUMBERS_LIMIT; i++) {
+        snprintf(out, VIEW_PATH_BYTES, "%.*s-%d%s", length < 200 ? length : 200, name, i, ending);
+        if (lstat(out, &found) != 0 && errno == ENOENT)
+            return STP_OK;
+    }
+    return stp_error_set(err, STP_EXISTS, "no name like %s is free here: move some away", out);
+}
+
+bool view_files_is_address(const char *path)
+{
+    return strstr(path, "://") != NULL;
+}
+
+stp_status view_files_make_folders(const char *path, stp_error *err)
+{
+    char part[VIEW_PATH_BYTES];
+    for (const char *slash = strchr(path + 1, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
+        snprintf(part, sizeof part, "%.*s", (int)(slash - path), path);
+        if (mkdir(part, 0777) != 0 && errno != EEXIST)
+            return stp_error_set(err, STP_IO, "%s: cannot be made: %s", part, strerror(errno));
+    }
+    return STP_OK;
+}
+
+stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_error *err)
+{
+    const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
+    int length = 0;
+    if (state != NULL && state[0] == '/') /* others are to be ignored, says the specification */
+        length = snprintf(out, VIEW_PATH_BYTES, "%s/stipple/%s", state, name);
+    else if (home != NULL && home[0] == '/')
+        length = snprintf(out, VIEW_PATH_BYTES, "%s/.local/state/stipple/%s", home, name);
+    else
+        return stp_error_set(err, STP_IO, "there is no folder for %s: set HOME or XDG_STATE_HOME",
+                             name);
+    if (length >= VIEW_PATH_BYTES)
+        return stp_error_set(err, STP_LIMIT, "the folder of states has too long a name");
+    return STP_OK;
+}
+
+/* FNV-1a: tells models of one name apart. */
+static uint64_t hash_text(const char *text)
+{
+    uint64_t hash = UINT64_C(14695981039346656037);
+    for (; *text != '\0'; text++)
+        hash = (hash ^ (unsigned char)*text) * UINT64_C(1099511628211);
+    return hash;
+}
+
+stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
+                                  stp_error *err)
+{
+    char name[320];
+    char *real = view_files_is_address(model) ? NULL : realpath(model, NULL);
+    snprintf(name, sizeof name, "%.200s-%016llx%s", base_name(model),
+             (unsigned long long)hash_text(real != NULL ? real : model), ending);
+    free(real);
+    return view_files_state(out, name, err);
+}
