@@ -11,6 +11,7 @@
 
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 typedef enum judge_task {
@@ -25,8 +26,14 @@ typedef struct judge_question {
     double threshold_px;
 } judge_question;
 
+/* What a frame took: by the clock, and of a processor on the render thread, which does not count
+ * what other programs take meanwhile. */
+typedef struct judge_time {
+    double ms, processor_ms;
+} judge_time;
+
 typedef struct judge_answer {
-    double ms; /* of the whole call */
+    judge_time time; /* of the whole call */
     bool complete;
 } judge_answer;
 
@@ -34,6 +41,20 @@ typedef struct judge {
     pid_t process;
     int link;
 } judge;
+
+static inline judge_time judge_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (judge_time){1e3 * stp_clock_seconds(),
+                        1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec};
+}
+
+static inline judge_time judge_since(judge_time begun)
+{
+    judge_time now = judge_now();
+    return (judge_time){now.ms - begun.ms, now.processor_ms - begun.processor_ms};
+}
 
 static inline bool judge_send(int link, const void *bytes, size_t count)
 {
@@ -61,11 +82,11 @@ static inline stp_status judge_reply(stp_renderer *renderer, int link, const jud
     size_t bytes = 4 * (size_t)q->view.width * (size_t)q->view.height;
     stp_draw_stats stats;
     stp_draw_params params = {.threshold_px = q->threshold_px, .stream = q->task != JUDGE_PICTURE};
-    double begun = stp_clock_seconds();
+    judge_time begun = judge_now();
     do {
         STP_TRY(stp_renderer_draw(renderer, &q->view, &params, &stats, err));
     } while (q->task == JUDGE_LOAD && !stats.cut_complete);
-    judge_answer answer = {1e3 * (stp_clock_seconds() - begun), stats.cut_complete};
+    judge_answer answer = {judge_since(begun), stats.cut_complete};
     bool sent = judge_send(link, &answer, sizeof answer);
     if (q->task == JUDGE_PICTURE) {
         STP_TRY(stp_alloc(&rgba, bytes, 1, "a picture", err));

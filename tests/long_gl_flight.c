@@ -42,6 +42,11 @@ enum {
 #define STOP_S TEST_SIZE(120.0, 1200.0)
 #define SEED 20
 
+typedef struct flown_view {
+    stp_view view;
+    judge_time time;
+} flown_view;
+
 typedef struct flight {
     const char *path;
     uint64_t budget_bytes;
@@ -51,14 +56,14 @@ typedef struct flight {
     stp_renderer *renderer;
     uint64_t draw; /* of random numbers */
     stp_camera camera;
-    figures views_ms; /* of a leg, beside views */
-    stp_view *views;
-    size_t views_capacity;
+    flown_view *views; /* of a leg */
+    size_t view_count, view_capacity;
     int *finest; /* by chunk, after the last frame */
     /* what is known of it */
-    double flown_s, judged_s, last_ms;
+    double flown_s, judged_s;
     figures ms, stop_s, rss;
-    figures streamed_ms, resident_ms, again_ms; /* of the views drawn again */
+    /* of the views drawn again: streaming, resident, once more */
+    figures replayed_ms[3], replayed_processor_ms[3];
     uint64_t frames, frames_incomplete, loaded, evicted;
     uint64_t baseline_bytes, peak_bytes;
     unsigned descriptors, threads, legs;
@@ -134,14 +139,14 @@ static void watch(flight *f)
     assert_int_equal(watch_count("/proc/self/task"), f->threads);
 }
 
-static stp_draw_stats draw(flight *f, const stp_view *view)
+static judge_time draw(flight *f, const stp_view *view, stp_draw_stats *out)
 {
     stp_draw_stats stats;
     stp_draw_params params = {.threshold_px = THRESHOLD_PX, .stream = true};
-    double begun = stp_clock_seconds();
+    judge_time time = judge_now();
     check_ok(stp_renderer_draw(f->renderer, view, &params, &stats, err));
-    f->last_ms = 1e3 * (stp_clock_seconds() - begun);
-    f->flown_s += 1e-3 * f->last_ms;
+    time = judge_since(time);
+    f->flown_s += 1e-3 * time.ms;
     f->frames++;
     stp_memory_use use = stp_renderer_memory(f->renderer);
     assert_true(use.gpu_used <= use.gpu_allotted);
@@ -153,20 +158,20 @@ static stp_draw_stats draw(flight *f, const stp_view *view)
     count_chunks(f);
     if (f->frames % WATCH_FRAMES == 0)
         watch(f);
-    return stats;
+    *out = stats;
+    return time;
 }
 
 /* ---- legs and stops ---- */
 
-static void keep_view(flight *f, const stp_view *view, double ms)
+static void keep_view(flight *f, const stp_view *view, judge_time time)
 {
-    if (f->views_ms.count == f->views_capacity) {
-        f->views_capacity = f->views_capacity > 0 ? 2 * f->views_capacity : 1024;
-        f->views = realloc(f->views, f->views_capacity * sizeof *f->views);
+    if (f->view_count == f->view_capacity) {
+        f->view_capacity = f->view_capacity > 0 ? 2 * f->view_capacity : 1024;
+        f->views = realloc(f->views, f->view_capacity * sizeof *f->views);
         assert_non_null(f->views);
     }
-    f->views[f->views_ms.count] = *view;
-    figures_add(&f->views_ms, ms);
+    f->views[f->view_count++] = (flown_view){*view, time};
 }
 
 static stp_view view_of(const flight *f, const stp_camera *camera)
@@ -180,13 +185,15 @@ static void fly(flight *f)
 {
     stp_path *path = random_path(f);
     double begun = stp_clock_seconds(), now = 0.0;
-    f->views_ms.count = 0;
+    stp_draw_stats stats;
+    f->view_count = 0;
     for (; now < stp_path_duration_s(path); now = stp_clock_seconds() - begun) {
         stp_camera camera = stp_path_camera(path, now);
         stp_view view = view_of(f, &camera);
-        f->frames_incomplete += !draw(f, &view).cut_complete;
-        figures_add(&f->ms, f->last_ms);
-        keep_view(f, &view, f->last_ms);
+        judge_time time = draw(f, &view, &stats);
+        f->frames_incomplete += !stats.cut_complete;
+        figures_add(&f->ms, time.ms);
+        keep_view(f, &view, time);
     }
     stp_path_destroy(&path);
 }
@@ -199,13 +206,13 @@ static void stop(flight *f)
     stp_draw_stats stats = {0};
     double begun = stp_clock_seconds();
     while (!stats.cut_complete) {
-        stats = draw(f, &view);
+        draw(f, &view, &stats);
         assert_true(stp_clock_seconds() - begun < STOP_S);
         if (stats.chunks_loading > 0)
             usleep(1000);
     }
     figures_add(&f->stop_s, stp_clock_seconds() - begun);
-    for (int i = 0; i < 2; i++, draw(f, &view)) {
+    for (int i = 0; i < 2; i++, draw(f, &view, &stats)) {
         check_ok(stp_renderer_read(f->renderer, found, err));
         judge_ask(&f->judge, &(judge_question){JUDGE_PICTURE, view, THRESHOLD_PX}, expected);
         assert_memory_equal(found, expected, sizeof found);
@@ -216,20 +223,19 @@ static void stop(flight *f)
  * that it shows how far such times repeat. */
 static void replay(flight *f)
 {
-    size_t count = f->views_ms.count < REPLAYED ? f->views_ms.count : REPLAYED;
-    size_t begin = f->legs % 3 == 0 ? 0 : (size_t)(chance(f) * (double)(f->views_ms.count - count));
+    size_t count = f->view_count < REPLAYED ? f->view_count : REPLAYED;
+    size_t begin = f->legs % 3 == 0 ? 0 : (size_t)(chance(f) * (double)(f->view_count - count));
     if (f->legs % 4 != 0)
         return;
     for (int round = 0; round < 3; round++)
         for (size_t i = begin; i < begin + count; i++) {
-            judge_question question = {JUDGE_FRAME, f->views[i], THRESHOLD_PX};
+            judge_question question = {JUDGE_FRAME, f->views[i].view, THRESHOLD_PX};
             if (round == 0)
-                question = (judge_question){JUDGE_LOAD, f->views[i], LOADED_PX};
+                question = (judge_question){JUDGE_LOAD, f->views[i].view, LOADED_PX};
             judge_answer answer = judge_ask(&f->judge, &question, NULL);
-            if (round == 1)
-                figures_add(&f->streamed_ms, f->views_ms.values[i]);
-            if (round > 0)
-                figures_add(round == 1 ? &f->resident_ms : &f->again_ms, answer.ms);
+            judge_time time = round == 0 ? f->views[i].time : answer.time;
+            figures_add(&f->replayed_ms[round], time.ms);
+            figures_add(&f->replayed_processor_ms[round], time.processor_ms);
             assert_true(answer.complete);
         }
 }
@@ -255,10 +261,13 @@ static void land(flight *f)
 {
     stp_renderer_destroy(&f->renderer);
     stp_model_close(&f->model);
-    figures *const all[] = {&f->ms,          &f->stop_s,   &f->rss,     &f->streamed_ms,
-                            &f->resident_ms, &f->again_ms, &f->views_ms};
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-        free(all[i]->values);
+    for (int i = 0; i < 3; i++) {
+        free(f->replayed_ms[i].values);
+        free(f->replayed_processor_ms[i].values);
+    }
+    free(f->ms.values);
+    free(f->stop_s.values);
+    free(f->rss.values);
     free(f->views);
     free(f->finest);
 }
@@ -269,16 +278,27 @@ static void print_times(const char *name, const figures *ms)
            figures_of(ms, 0.99), figures_of(ms, 1.0));
 }
 
+/* Of the views that were drawn again, and what the 99th percentiles are to the resident ones. */
+static void print_replayed(const char *what, const figures times[3])
+{
+    static const char *const names[3] = {"streaming", "resident", "resident again"};
+    double resident = figures_of(&times[1], 0.99);
+    for (int i = 0; i < 3; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s, %s", what, names[i]);
+        print_times(name, &times[i]);
+    }
+    printf("p99 streaming / resident %.2f; resident again / resident %.2f\n",
+           figures_of(&times[0], 0.99) / resident, figures_of(&times[2], 0.99) / resident);
+}
+
 static void print_summary(const flight *f, const double load[2])
 {
-    double mib = 1.0 / 1048576.0, resident = figures_of(&f->resident_ms, 0.99);
+    double mib = 1.0 / 1048576.0;
     printf("%-28s %9s %8s %8s %8s\n", "frames, ms", "count", "p50", "p99", "max");
     print_times("in flight", &f->ms);
-    print_times("some views, streaming", &f->streamed_ms);
-    print_times("the same, resident", &f->resident_ms);
-    print_times("the same, resident again", &f->again_ms);
-    printf("p99 streaming / resident %.2f; resident again / resident %.2f\n",
-           figures_of(&f->streamed_ms, 0.99) / resident, figures_of(&f->again_ms, 0.99) / resident);
+    print_replayed("clock", f->replayed_ms);
+    print_replayed("render thread", f->replayed_processor_ms);
     printf("flown %.0f s in %u legs (the judge %.0f s), load %.1f to %.1f, %ld processors, %s\n",
            f->flown_s, f->legs, f->judged_s, load[0], load[1], sysconf(_SC_NPROCESSORS_ONLN),
            (const char *)glGetString(GL_RENDERER));
