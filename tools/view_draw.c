@@ -206,6 +206,13 @@ static void draw_part(viewer *v)
         view_note(v, "%s", err.message);
 }
 
+/* Chunks that are there, or, now and then, the hope that a file can be read again. */
+static bool comes_more(const viewer *v)
+{
+    return (v->loading && stp_renderer_has_news(v->renderer)) ||
+           stp_renderer_trouble(v->renderer)[0] != '\0';
+}
+
 stp_status view_draw(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -213,7 +220,7 @@ stp_status view_draw(viewer *v, stp_error *err)
         return STP_OK;
     if (v->shot.state == VIEW_SHOT_DRAWING)
         draw_part(v);
-    else if (v->control.changed || v->resting || (v->loading && stp_renderer_has_news(v->renderer)))
+    else if (v->control.changed || v->resting || comes_more(v))
         STP_TRY(draw_scene(v, err));
     if (v->ui_turns > 0) {
         draw_panels(v);
