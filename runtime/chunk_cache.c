@@ -363,9 +363,10 @@ void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t coun
     c->ahead_refused = c->ahead_refused && same;
     c->want_count = count;
     c->ahead = ahead < count ? ahead : count;
-    if (count == 0)
+    bool rests = stp_chunk_cache_rests(c);
+    if (count == 0 && !rests)
         c->trouble[0] = '\0';
-    if (stp_chunk_cache_rests(c) || c->refused)
+    if (rests || c->refused)
         count = 0;
     else if (c->ahead_refused)
         count = c->ahead;

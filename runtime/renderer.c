@@ -237,8 +237,8 @@ static bool clips_equal(const stp_clip *a, const stp_clip *b)
            s->x == t->x && s->y == t->y && s->z == t->z;
 }
 
-/* Whether the same picture is asked for; it may fade in another way. */
-static bool params_equal(const stp_draw_params *a, const stp_draw_params *b)
+/* Whether the same is asked for; how fast level changes fade does not matter. */
+static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
     return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
            a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
@@ -249,7 +249,7 @@ static bool params_equal(const stp_draw_params *a, const stp_draw_params *b)
            memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
            a->stream == b->stream && a->refine == b->refine &&
            a->hidden_models == b->hidden_models && a->keep_pixels == b->keep_pixels &&
-           a->timed == b->timed;
+           a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
 }
 
 /* The picture, within stp_gl_state_enter and leave. */
@@ -267,7 +267,7 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
         return status; /* the last picture is still that */
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
-    r->still = same && params_equal(params, &r->drawn);
+    r->still = same && same_params(params, &r->drawn);
     if (!r->still)
         r->settling = (stp_settling){0};
     bool settles = stp_settle_wanted(r, d);
@@ -291,6 +291,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_gl_check("drawing a frame", err));
     r->drawn = *params;
     r->last = d->stats;
+    if (params->stream)
+        d->stats.more = !r->still || d->stats.fading || stp_settle_goes_on(r, d);
 done:
     if (status != STP_OK) { /* what was drawn is not the last view */
         r->motion.known = false;

@@ -99,6 +99,8 @@ stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead
 
 /* Whether a picture that settles is to be begun or gone on with, instead of a frame's own. */
 bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d);
+/* Whether the next frame, if nothing changes, goes on with it without any chunk coming. */
+bool stp_settle_goes_on(const stp_renderer *r, const stp_drawing *d);
 /* One step of it, without waiting. Errors: GL, OUT_OF_MEMORY. */
 stp_status stp_settle_step(stp_renderer *r, stp_drawing *d, stp_error *err);
 

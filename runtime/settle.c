@@ -23,6 +23,21 @@ bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
     return stuck || may_refine(r, d);
 }
 
+bool stp_settle_goes_on(const stp_renderer *r, const stp_drawing *d)
+{
+    switch (r->settling.phase) {
+    case STP_SETTLE_RUNS:
+        return !r->settling.loading;
+    case STP_SETTLE_DONE:
+        return may_refine(r, d);
+    case STP_SETTLE_NONE:
+        return stp_settle_wanted(r, d);
+    case STP_SETTLE_FAILED:
+        break;
+    }
+    return false;
+}
+
 /* Chooses what is to be drawn. */
 static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_error *err)
 {

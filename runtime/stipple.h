@@ -167,6 +167,7 @@ typedef struct stp_draw_stats {
     uint32_t passes;
     int pyramid_levels;
     bool cut_complete;
+    bool more;         /* while streaming: the next frame may show more without any chunk coming */
     bool fading;       /* the next frame shows less of level changes */
     bool every_sample; /* nothing finer is in the model's files */
 } stp_draw_stats;

@@ -102,8 +102,7 @@ typedef struct viewer {
     double drawn_px; /* threshold of the last frame; 0: every sample */
     bool loading;    /* chunks are on their way */
     bool resting;    /* more frames come though nothing moves: they refine */
-    int idle_frames; /* such frames that brought nothing, in a row */
-    uint64_t rested_points;
+    double last_frame_s;
     bool said_damage, quits;
     uint64_t shader_state;
 } viewer;

@@ -1,12 +1,14 @@
 /* The viewer's frames: the scene, then panels and marks over it; the title. */
 #include "tools/view_app.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #define TITLE_BYTES 512
-/* Frames at rest that change nothing before there are no more. */
-#define IDLE_FRAMES 4
+/* A level change has faded to a third after so long. */
+#define FADE_S 0.12
+#define FADE_LEAST 0.05
 
 /* Nothing for the samples' own colours. */
 static void colour_words(const stp_draw_params *p, char out[40])
@@ -89,24 +91,14 @@ static stp_draw_params params_of(viewer *v, bool moving)
     for (size_t i = 0; i < v->scene.count; i++)
         p.hidden_models |= v->scene.models[i].hidden ? 1u << i : 0u;
     p.refine = v->fps > 0.0 && !moving;
+    p.fade = fmax(exp(-(v->now_s - v->last_frame_s) / FADE_S), FADE_LEAST);
+    v->last_frame_s = v->now_s;
     if (v->fps > 0.0 && moving && !p.every_sample) {
         if (v->pace.fps != v->fps || v->pace.asked_px != p.threshold_px)
             v->pace = stp_pace_begin(v->fps, p.threshold_px);
         p.threshold_px = v->pace.threshold_px;
     }
     return p;
-}
-
-/* After the last frame of a motion come those at rest, until they bring nothing any more: to the
- * threshold in passes where memory is short, and with --fps to every sample. */
-static void note_rest(viewer *v, bool moved, bool refines)
-{
-    bool unfinished = moved ? v->fps > 0.0 || !v->stats.cut_complete
-                            : !v->stats.cut_complete || (refines && !v->stats.every_sample);
-    bool same = v->stats.points_drawn == v->rested_points && !v->loading;
-    v->idle_frames = moved || !same ? 0 : v->idle_frames + 1;
-    v->rested_points = v->stats.points_drawn;
-    v->resting = unfinished && v->idle_frames < IDLE_FRAMES;
 }
 
 /* A camera that sees nothing, however it came to be, goes home. */
@@ -135,8 +127,8 @@ static stp_status draw_scene(viewer *v, stp_error *err)
     if (v->fps > 0.0 && moving)
         stp_pace_follow(&v->pace, v->stats.frame_ms);
     v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
-    v->loading = v->stats.chunks_loading > 0;
-    note_rest(v, moving, params.refine);
+    v->loading = v->stats.chunks_loading > 0 || stp_renderer_trouble(v->renderer)[0] != '\0';
+    v->resting = v->stats.more;
     note_frame(v);
     show_damage(v);
     c->changed = false;
@@ -206,11 +198,10 @@ static void draw_part(viewer *v)
         view_note(v, "%s", err.message);
 }
 
-/* Chunks that are there, or, now and then, the hope that a file can be read again. */
-static bool comes_more(const viewer *v)
+/* Chunks, or a moment to ask once more for what could not be read. */
+static bool has_come(const viewer *v)
 {
-    return (v->loading && stp_renderer_has_news(v->renderer)) ||
-           stp_renderer_trouble(v->renderer)[0] != '\0';
+    return stp_renderer_has_news(v->renderer) || stp_renderer_trouble(v->renderer)[0] != '\0';
 }
 
 stp_status view_draw(viewer *v, stp_error *err)
@@ -220,7 +211,7 @@ stp_status view_draw(viewer *v, stp_error *err)
         return STP_OK;
     if (v->shot.state == VIEW_SHOT_DRAWING)
         draw_part(v);
-    else if (v->control.changed || v->resting || comes_more(v))
+    else if (v->control.changed || v->resting || (v->loading && has_come(v)))
         STP_TRY(draw_scene(v, err));
     if (v->ui_turns > 0) {
         draw_panels(v);

@@ -1,7 +1,10 @@
 /* stipple-bench: how long a frame takes by each road, measured in turns in one run. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
+#include "tools/bench/open_run.h"
+#include "tools/bench/pace_run.h"
 #include "tools/cli.h"
 
 #include <epoxy/gl.h>
@@ -49,6 +52,7 @@ static const road roads_wanted[] = {
 #define ROAD_COUNT (sizeof roads_wanted / sizeof *roads_wanted)
 #define REPEAT_LIMIT 10000u
 #define WARM_UP_ROUNDS 1
+#define PACE_SECONDS 6.0
 
 typedef struct measured {
     road roads[ROAD_COUNT];
@@ -58,6 +62,8 @@ typedef struct measured {
 typedef struct options {
     int size[2];
     uint64_t repeat, gpu_memory;
+    double fps;
+    bool open;
 } options;
 
 typedef struct bench_state {
@@ -173,12 +179,48 @@ static void print_table(const bench_state *s, const options *o, measured *m)
         print_road(&m->roads[i], count, full_ms, points_ms);
 }
 
+/* The rate that is held, in one line. */
+static stp_status bench_pace(const bench_state *s, const options *o, stp_error *err)
+{
+    pace_run_result r;
+    stp_status status = pace_run(&(pace_run_params){.model = s->model,
+                                                    .renderer = s->renderer,
+                                                    .fps = o->fps,
+                                                    .seconds = PACE_SECONDS,
+                                                    .width = o->size[0],
+                                                    .height = o->size[1]},
+                                 &r, err);
+    if (status == STP_OK)
+        printf("%s: %.1f fps wanted, %.2f held (%+.0f %%) at %.3g px, %.1f ms a frame; %.1f ms "
+               "without a choice%s\n",
+               stp_chunk_file_path(s->model->file), o->fps, r.fps, 100.0 * (r.fps / o->fps - 1.0),
+               r.threshold_px, r.frame_ms, r.bare_ms, r.holds ? "" : "; cannot be held");
+    return status;
+}
+
+/* How soon the model looks like itself, in one line. */
+static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
+{
+    open_run_result r;
+    stp_status status = open_run(s->renderer, &s->view, begun, &r, err);
+    double share = 100.0 * (double)r.bytes / (double)s->model->info->file_bytes;
+    if (status == STP_OK)
+        printf(
+            "%s: first picture after %.2f s (covers %.1f %% of what the last does), %.0f %% after "
+            "%.2f s, %s after %.2f s, %u frames, %.2f MB of payloads: %.1f %% of the file\n",
+            stp_chunk_file_path(s->model->file), r.first_s, 100.0 * r.first_overlap,
+            100.0 * OPEN_RUN_OVERLAP, r.alike_s, r.complete ? "complete" : "memory full",
+            r.complete_s, r.frames, 1e-6 * (double)r.bytes, share);
+    return status;
+}
+
 static stp_status run_bench(const options *o, const cli_common *common, const char *path,
                             stp_error *err)
 {
     stp_status status = STP_OK;
     bench_state s = {0};
     measured m = {0};
+    double begun = stp_clock_seconds();
     STP_TRY(stp_model_open(&s.model, path, err));
     stp_camera camera =
         stp_camera_default(&s.model->info->box, &s.model->ball, o->size[0], o->size[1]);
@@ -189,6 +231,14 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
                                                        .gpu_memory_bytes = o->gpu_memory,
                                                        .thread_count = (unsigned)common->threads},
                                 err));
+    if (o->open) {
+        STP_TRY(bench_open(&s, begun, err));
+        goto done;
+    }
+    if (o->fps > 0.0) {
+        STP_TRY(bench_pace(&s, o, err));
+        goto done;
+    }
     STP_TRY(bare_points_create(&s.points, s.model, &s.view, err));
     STP_TRY(measure(&s, o, &m, err));
     print_table(&s, o, &m);
@@ -216,6 +266,8 @@ static int run(int argc, char **argv)
         {"--size", 0, CLI_EXTENT, o.size, "WxH", "of the picture in pixels (1024x1024)", NULL},
         {"--repeat", 0, CLI_UINT, &o.repeat, "N", "rounds to measure (9)", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "for samples on the GPU (2G)", NULL},
+        {"--open", 0, CLI_FLAG, &o.open, NULL, "how soon it looks like itself, instead", NULL},
+        {"--fps", 0, CLI_NUMBER, &o.fps, "N", "how well N frames a second are held, instead", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
                          &common);

@@ -1,0 +1,24 @@
+/* How soon a model that is opened looks like itself: frames from the first on while chunks stream,
+ * each compared with the one that is complete. Threads: the render thread. */
+#ifndef STP_TOOLS_BENCH_OPEN_RUN_H
+#define STP_TOOLS_BENCH_OPEN_RUN_H
+
+#include "runtime/stipple.h"
+
+/* Of what both pictures cover, over what either does. */
+#define OPEN_RUN_OVERLAP 0.95
+
+typedef struct open_run_result {
+    double first_s, alike_s, complete_s; /* since `begun` */
+    double first_overlap;                /* of the first frame */
+    uint64_t bytes;                      /* of payloads, until the cut was complete */
+    unsigned frames;
+    bool complete; /* else the memory given does not hold the cut */
+} open_run_result;
+
+/* begun: stp_clock_seconds() of the beginning. Errors: those of stp_renderer_draw; OUT_OF_MEMORY.
+ */
+stp_status open_run(stp_renderer *renderer, const stp_view *view, double begun,
+                    open_run_result *out, stp_error *err);
+
+#endif
