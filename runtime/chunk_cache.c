@@ -32,7 +32,8 @@ struct stp_chunk_cache {
     stp_dvec3 eye;
     stp_want *wants;
     size_t want_count, want_capacity, ahead;
-    bool refused; /* one of the wants found no room: they are not asked for again */
+    bool refused;       /* one of the wants found no room: they are not asked for again */
+    bool ahead_refused; /* one of those that will be wanted soon */
     double rest_until, rest_s;
     char damage[512], trouble[512];
 };
@@ -104,6 +105,11 @@ const char *stp_chunk_cache_trouble(const stp_chunk_cache *cache)
 size_t stp_chunk_cache_pending(const stp_chunk_cache *cache)
 {
     return stp_stream_pending(cache->stream);
+}
+
+bool stp_chunk_cache_rests(const stp_chunk_cache *cache)
+{
+    return stp_clock_seconds() < cache->rest_until;
 }
 
 bool stp_chunk_cache_has_news(const stp_chunk_cache *cache)
@@ -266,23 +272,31 @@ static void give_back(stp_chunk_cache *c, const stp_load *load)
     stp_upload_ring_give(&c->ring, load->place.piece);
 }
 
-/* Damage is noted for good; true if it is that. */
-static bool note_damage(stp_chunk_cache *c, const stp_load *load)
+/* Whether a chunk is as the file has it, and wrong: not what a server does not want to send. */
+static bool is_damage(const stp_load *load)
 {
-    if (load->error.status != STP_CORRUPT && load->error.status != STP_UNSUPPORTED)
-        return false;
+    bool placed = load->place.memory != NULL;
+    return load->error.status == STP_CORRUPT || (placed && load->error.status == STP_UNSUPPORTED);
+}
+
+/* Damage is noted for good. */
+static void note_damage(stp_chunk_cache *c, const stp_load *load)
+{
     if (c->damage[0] == '\0')
         snprintf(c->damage, sizeof c->damage, "%.500s", load->error.message);
     c->damaged[load->want.chunk] = true;
-    return true;
 }
 
-/* The file cannot be read at the moment: the stream rests, longer each time. */
+/* The file cannot be read at the moment: the stream rests, longer each time. All reads under way
+ * then fail as one. */
 static void note_trouble(stp_chunk_cache *c, const stp_load *load)
 {
+    double now_s = stp_clock_seconds();
+    if (now_s < c->rest_until)
+        return;
     snprintf(c->trouble, sizeof c->trouble, "%.500s", load->error.message);
     c->rest_s = c->rest_s > 0.0 ? fmin(2.0 * c->rest_s, REST_MOST_S) : REST_LEAST_S;
-    c->rest_until = stp_clock_seconds() + c->rest_s;
+    c->rest_until = now_s + c->rest_s;
 }
 
 /* Takes one load in; *bytes: copied. */
@@ -295,7 +309,9 @@ static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t
         c->rest_s = 0.0;
     } else {
         give_back(c, load);
-        if (!note_damage(c, load))
+        if (is_damage(load))
+            note_damage(c, load);
+        else
             note_trouble(c, load);
     }
     stp_stream_release(c->stream, load);
@@ -320,14 +336,16 @@ stp_status stp_chunk_cache_update(stp_chunk_cache *c, uint64_t stamp, stp_error 
         take_in(c, load, stamp, &bytes);
     stp_upload_ring_fence(&c->ring);
     while ((load = stp_stream_next_fetched(c->stream)) != NULL) {
-        bool room = false, ring_full = false;
-        float limit = is_ahead(c, load->want.chunk) ? need_of(c, load->want.chunk) : INFINITY;
+        bool room = false, ring_full = false, ahead = is_ahead(c, load->want.chunk);
+        float limit = ahead ? need_of(c, load->want.chunk) : INFINITY;
         stp_status status = place(c, load, stamp, limit, &room, &ring_full, err);
         if (status != STP_OK || ring_full)
             return status;
-        c->refused = c->refused || !room;
-        if (!room)
-            stp_stream_release(c->stream, load);
+        if (room)
+            continue;
+        c->refused = c->refused || !ahead;
+        c->ahead_refused = c->ahead_refused || ahead;
+        stp_stream_release(c->stream, load);
     }
     return stp_gl_check("uploading chunks", err);
 }
@@ -342,28 +360,37 @@ void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t coun
     if (count > 0)
         memcpy(c->wants, wants, count * sizeof *wants);
     c->refused = c->refused && same;
+    c->ahead_refused = c->ahead_refused && same;
     c->want_count = count;
     c->ahead = ahead < count ? ahead : count;
-    bool resting = stp_clock_seconds() < c->rest_until;
-    stp_stream_want(c->stream, c->wants, resting || c->refused ? 0 : count);
+    bool rests = stp_chunk_cache_rests(c);
+    if (count == 0 && !rests)
+        c->trouble[0] = '\0';
+    if (rests || c->refused)
+        count = 0;
+    else if (c->ahead_refused)
+        count = c->ahead;
+    stp_stream_want(c->stream, c->wants, count);
 }
 
 /* ---- waiting ---- */
 
-/* Frees a piece of the ring that is being copied, or takes in what is done. */
+/* Frees a piece of the ring that is being copied, or takes in what is done. What failed and was
+ * begun for another picture is no failure of this one. */
 static stp_status take_news(stp_chunk_cache *c, uint64_t stamp, bool *damaged, stp_error *err)
 {
     stp_load *load = NULL;
     uint64_t bytes = 0;
     while ((load = stp_stream_next_done(c->stream)) != NULL) {
-        bool failed = load->state == STP_LOAD_FAILED;
+        bool failed = load->state == STP_LOAD_FAILED, broken = failed && is_damage(load);
+        bool wanted = !load->dropped;
         stp_error error = load->error;
         if (!stp_upload_ring_may_copy(&c->ring))
             stp_upload_ring_fence(&c->ring);
         take_in(c, load, stamp, &bytes);
-        if (failed && error.status != STP_CORRUPT && error.status != STP_UNSUPPORTED)
+        if (failed && !broken && wanted)
             return stp_error_set(err, error.status, "%s", error.message);
-        *damaged = *damaged || failed;
+        *damaged = *damaged || broken;
     }
     stp_upload_ring_fence(&c->ring);
     return STP_OK;
@@ -429,6 +456,9 @@ stp_status stp_chunk_cache_load_step(stp_chunk_cache *c, stp_cache_load *l, bool
 {
     stp_status status = STP_OK;
     bool more = false;
+    if (!l->started)
+        stp_stream_want(c->stream, NULL, 0);
+    l->started = true;
     do {
         STP_TRY(load_round(c, l, err));
         more = l->begun < l->count && !l->full;

@@ -48,7 +48,7 @@ const stp_object_texture *stp_chunk_cache_texture(const stp_chunk_cache *cache);
 const stp_budget *stp_chunk_cache_budget(const stp_chunk_cache *cache);
 /* Finest resident level of a chunk, STP_NOT_RESIDENT if none. */
 int stp_chunk_cache_finest(const stp_chunk_cache *cache, uint32_t chunk);
-/* True if the chunk could not be read: its parent stands for it. */
+/* True if the chunk is damaged: its parent stands for it. */
 bool stp_chunk_cache_damaged(const stp_chunk_cache *cache, uint32_t chunk);
 /* Whether it is resident and was used at `stamp`. */
 bool stp_chunk_cache_used(const stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp);
@@ -71,6 +71,8 @@ void stp_chunk_cache_want(stp_chunk_cache *cache, const stp_want *wants, size_t 
                           size_t ahead);
 /* Chunks on their way. */
 size_t stp_chunk_cache_pending(const stp_chunk_cache *cache);
+/* Whether, after a failure to read, nothing is asked for, for some seconds. */
+bool stp_chunk_cache_rests(const stp_chunk_cache *cache);
 /* Whether update would take something in. */
 bool stp_chunk_cache_has_news(const stp_chunk_cache *cache);
 
@@ -83,6 +85,7 @@ typedef struct stp_cache_load {
     const stp_want *wants; /* borrowed until the load ends */
     size_t count;
     uint64_t stamp;
+    bool started; /* what was wanted before no longer is */
     size_t there; /* wants[0..there) are resident; a damaged chunk counts as resident */
     size_t begun; /* wants[there..begun) are being decoded */
     bool damaged; /* a chunk was found damaged */

@@ -119,7 +119,8 @@ static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cu
     }
     visit.missing = parent.missing || available >= STP_LEVEL_COUNT;
     *drawn = !visit.missing;
-    STP_TRY(push(cut, stack_count, visit, err));
+    if (available != STP_CUT_NEVER)
+        STP_TRY(push(cut, stack_count, visit, err));
 done:
     return status;
 }

@@ -36,10 +36,13 @@ typedef struct stp_cut {
     size_t stack_capacity;
 } stp_cut;
 
+#define STP_CUT_NEVER (STP_LEVEL_COUNT + 1)
+
 /* What the cut asks of the cache; never of a root, which is always there. */
 typedef struct stp_cut_source {
     const void *context;
-    /* Finest level at which a chunk can be drawn now, or STP_LEVEL_COUNT if not at all. */
+    /* Finest level at which a chunk can be drawn now, STP_LEVEL_COUNT if not at all, or
+     * STP_CUT_NEVER: it is missed, and what is below it is not even looked for. */
     int (*available)(const void *context, uint32_t chunk);
     /* Whether it was part of the last cut; NULL: no matter. */
     bool (*was_drawn)(const void *context, uint32_t chunk);

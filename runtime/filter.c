@@ -20,6 +20,10 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "a strength of %g for eye-dome lighting is negative or not a number",
                              params->edl);
+    if (!(params->fade >= 0.0 && params->fade < 1.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%g of a level change cannot fade: give 0 or more, but less than 1",
+                             params->fade);
     return STP_OK;
 }
 

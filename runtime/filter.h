@@ -7,7 +7,7 @@
 #include "runtime/stipple.h"
 
 /* Errors: INVALID_ARGUMENT (a clip box that is inverted or not a number; overlay not in 0..1, edl
- * negative or not finite). */
+ * negative or not finite, fade not in 0..1 or 1). */
 stp_status stp_filter_check(const stp_draw_params *params, stp_error *err);
 /* Writes clip box, classes, overlay and eye-dome lighting. */
 void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_dvec3 *eye);

@@ -15,13 +15,14 @@
 static int available_soon(const void *context, uint32_t chunk)
 {
     const stp_renderer *r = context;
-    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_LEVEL_COUNT : 0;
+    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_CUT_NEVER : 0;
 }
 
 static int available_now(const void *context, uint32_t chunk)
 {
     const stp_renderer *r = context;
-    return stp_chunk_cache_finest(r->cache, chunk);
+    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_CUT_NEVER
+                                                    : stp_chunk_cache_finest(r->cache, chunk);
 }
 
 static bool was_drawn(const void *context, uint32_t chunk)
@@ -217,15 +218,19 @@ done:
     return status;
 }
 
-/* Adds what a cut misses to the wants, up to a limit; *count of them are there. */
+/* Adds what a cut misses, and what may come, to the wants, up to a limit; *count are there. */
 static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
                             stp_error *err)
 {
     size_t more = cut->miss_count < limit ? cut->miss_count : limit;
     stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
                                  "a list of chunks", err);
-    for (size_t i = 0; status == STP_OK && i < more; i++)
+    for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
+        if (stp_chunk_cache_damaged(r->cache, cut->misses[i].chunk))
+            continue;
         r->wants[(*count)++] = (stp_want){cut->misses[i].chunk, cut->misses[i].finest};
+        more--;
+    }
     return status;
 }
 

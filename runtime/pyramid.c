@@ -51,8 +51,17 @@ static void create_finished(stp_pyramid_level *level)
 
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err)
 {
+    GLint limit = 0;
     if (pyramid->width == width && pyramid->height == height)
         return STP_OK;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
+    limit =
+        limit < 1 << (STP_PYRAMID_LEVELS_LIMIT - 1) ? limit : 1 << (STP_PYRAMID_LEVELS_LIMIT - 1);
+    if (width < 1 || height < 1 || width > limit || height > limit)
+        return stp_error_set(err, STP_LIMIT,
+                             "a picture of %d x %d pixels: give each side 1 to %d, or draw it in "
+                             "parts",
+                             width, height, limit);
     stp_pyramid_destroy(pyramid);
     stp_pyramid p = {.width = width, .height = height};
     while ((1 << p.level_count) < width || (1 << p.level_count) < height)

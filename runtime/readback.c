@@ -97,7 +97,7 @@ static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
 static stp_status pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (!stp_pick_choose(&r->pyramid, &x, &y)) {
+    if (r->cache == NULL || !stp_pick_choose(&r->pyramid, &x, &y)) {
         *out = (stp_pick){.chunk = STP_PICK_NO_CHUNK, .level = -1};
         return stp_gl_check("picking", err);
     }

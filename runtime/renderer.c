@@ -95,7 +95,16 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
                       sizeof *r->chunk_records, "chunk records", err));
     r->stamp++;
 done:
+    if (status != STP_OK) {
+        stp_chunk_cache_destroy(&r->cache);
+        stp_scene_destroy(&r->scene);
+    }
     return status;
+}
+
+static stp_status say_nothing_open(stp_error *err)
+{
+    return stp_error_set(err, STP_IO, "no model can be read any more: open them again");
 }
 
 stp_status stp_renderer_set_models(stp_renderer *r, const stp_model *const *models, size_t count,
@@ -108,8 +117,8 @@ stp_status stp_renderer_set_models(stp_renderer *r, const stp_model *const *mode
         before[i] = r->scene.models[i].model;
     stp_gl_state_enter(&host);
     stp_status status = open_scene(r, models, count, err);
-    if (status != STP_OK && open_scene(r, before, before_count, NULL) != STP_OK)
-        status = stp_error_set(err, STP_IO, "no model can be read any more: open them again");
+    if (status != STP_OK && before_count > 0 && open_scene(r, before, before_count, NULL) != STP_OK)
+        status = say_nothing_open(err);
     stp_gl_state_leave(&host);
     return status;
 }
@@ -228,12 +237,26 @@ void stp_renderer_bind_frame(const stp_renderer *r)
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
 }
 
+static bool clips_equal(const stp_clip *a, const stp_clip *b)
+{
+    const stp_dvec3 *p = &a->box.min, *q = &b->box.min, *s = &a->box.max, *t = &b->box.max;
+    return a->enabled == b->enabled && p->x == q->x && p->y == q->y && p->z == q->z &&
+           s->x == t->x && s->y == t->y && s->z == t->z;
+}
+
 /* Whether the same is asked for; how fast level changes fade does not matter. */
 static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
-    stp_draw_params x = *a, y = *b;
-    x.fade = y.fade = 0.0;
-    return (a->fade > 0.0) == (b->fade > 0.0) && memcmp(&x, &y, sizeof x) == 0;
+    return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
+           a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
+           a->every_sample == b->every_sample && a->keep_back_faces == b->keep_back_faces &&
+           a->colour == b->colour && a->palette == b->palette &&
+           a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
+           a->overlay == b->overlay && a->edl == b->edl && clips_equal(&a->clip, &b->clip) &&
+           memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
+           a->stream == b->stream && a->refine == b->refine &&
+           a->hidden_models == b->hidden_models && a->keep_pixels == b->keep_pixels &&
+           a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
 }
 
 /* The picture, within stp_gl_state_enter and leave. */
@@ -244,7 +267,11 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     const stp_draw_params *params = d->params;
     stp_view ahead;
     double begun = stp_clock_seconds();
-    STP_TRY(stp_filter_check(params, err));
+    if (r->cache == NULL)
+        return say_nothing_open(err);
+    status = stp_filter_check(params, err);
+    if (status != STP_OK)
+        return status; /* the last picture is still that */
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
     r->still = same && same_params(params, &r->drawn);
@@ -276,8 +303,13 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (params->stream)
         d->stats.more = !r->still || d->stats.fading || stp_settle_goes_on(r, d);
 done:
-    if (status != STP_OK)
-        r->motion.known = false; /* what was drawn is not the last view */
+    if (status != STP_OK) { /* what was drawn is not the last view */
+        r->motion.known = false;
+        r->last = (stp_draw_stats){0};
+        r->kept = NULL;
+        if (r->pyramid.width == 0)
+            stp_tiles_destroy(&r->tiles); /* they say what of the pyramid is empty */
+    }
     return status;
 }
 
@@ -319,28 +351,30 @@ done:
 
 const char *stp_renderer_damage(const stp_renderer *r)
 {
-    return stp_chunk_cache_damage(r->cache);
+    return r->cache != NULL ? stp_chunk_cache_damage(r->cache) : "";
 }
 
 const char *stp_renderer_trouble(const stp_renderer *r)
 {
-    return stp_chunk_cache_trouble(r->cache);
+    return r->cache != NULL ? stp_chunk_cache_trouble(r->cache) : "";
 }
 
 bool stp_renderer_has_news(const stp_renderer *r)
 {
-    return stp_chunk_cache_has_news(r->cache);
+    return r->cache != NULL && stp_chunk_cache_has_news(r->cache);
 }
 
 stp_memory_use stp_renderer_memory(const stp_renderer *r)
 {
+    if (r->cache == NULL)
+        return (stp_memory_use){0};
     const stp_budget *b = stp_chunk_cache_budget(r->cache);
     return (stp_memory_use){stp_chunk_cache_gpu_used(r->cache), b->gpu_bytes, b->cpu_bytes};
 }
 
 uint64_t stp_renderer_bytes_read(const stp_renderer *r)
 {
-    return stp_chunk_cache_bytes_read(r->cache);
+    return r->cache != NULL ? stp_chunk_cache_bytes_read(r->cache) : 0;
 }
 
 stp_inspection stp_renderer_inspect(const stp_renderer *r)

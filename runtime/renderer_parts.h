@@ -18,7 +18,7 @@ typedef enum stp_settle_phase {
     STP_SETTLE_NONE,
     STP_SETTLE_RUNS,
     STP_SETTLE_DONE,
-    STP_SETTLE_FAILED /* a chunk fits nowhere or cannot be read: frames go on as before */
+    STP_SETTLE_FAILED /* a chunk fits nowhere: frames go on as before */
 } stp_settle_phase;
 
 /* A still picture in the making: pass by pass, while the last picture is shown. Zero is none. */

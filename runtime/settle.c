@@ -2,10 +2,13 @@
  * take their time, behind the last picture. What comes out is what stp_frame_draw makes waiting. */
 #include "runtime/renderer_parts.h"
 
-/* Whether the picture that is there is to become one of every sample. */
+/* Whether the picture that is there, as good as can be had at the threshold, is to become one of
+ * every sample. */
 static bool may_refine(const stp_renderer *r, const stp_drawing *d)
 {
-    return d->params->refine && r->last.cut_complete && !r->last.every_sample;
+    const stp_settling *s = &r->settling;
+    bool had = s->phase == STP_SETTLE_DONE && s->params.lod != STP_LOD_FULL;
+    return d->params->refine && (r->last.cut_complete || had) && !r->last.every_sample;
 }
 
 bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
@@ -14,8 +17,9 @@ bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
         return false;
     if (r->settling.phase != STP_SETTLE_NONE)
         return true;
-    bool stuck = !r->last.cut_complete && r->last.chunks_loading == 0 &&
-                 stp_chunk_cache_trouble(r->cache)[0] == '\0';
+    if (stp_chunk_cache_rests(r->cache))
+        return false;
+    bool stuck = !r->last.cut_complete && r->last.chunks_loading == 0;
     return stuck || may_refine(r, d);
 }
 
@@ -112,11 +116,10 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     else
         STP_TRY(draw_loaded(r, d, err));
 done:
-    if (status == STP_IO || status == STP_CORRUPT) { /* the picture stays as it was */
-        s->phase = STP_SETTLE_FAILED;
-        return STP_OK;
-    }
-    return status;
+    if (status == STP_OK || status == STP_GL || status == STP_OUT_OF_MEMORY)
+        return status;
+    *s = (stp_settling){0}; /* it cannot be read: the picture stays, until the stream has rested */
+    return STP_OK;
 }
 
 stp_status stp_settle_step(stp_renderer *r, stp_drawing *d, stp_error *err)

@@ -210,7 +210,8 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
 void stp_renderer_destroy(stp_renderer **renderer);
 
 /* Replaces the models that are drawn, all in one picture; they are borrowed and outlive the
- * renderer. Their roots are loaded anew. On failure those before are drawn on. Errors: those of
+ * renderer. Their roots are loaded anew. On failure those before are drawn on; if they cannot be
+ * read again either, which is IO, drawing fails until this succeeds. Errors: those of
  * stp_renderer_create; INVALID_ARGUMENT (none, more than 32). */
 stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *const *models,
                                    size_t count, stp_error *err);
@@ -218,8 +219,8 @@ stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *cons
 /* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
  * no error: its parent is drawn and stp_renderer_damage says so. Programs are compiled for the
  * parameters, anew when those of the last frame do not do. Errors: GL (a shader), IO, LIMIT,
- * OUT_OF_MEMORY; INVALID_ARGUMENT (a clip box that is inverted or not a number, overlay or edl out
- * of range). */
+ * OUT_OF_MEMORY; INVALID_ARGUMENT (a clip box that is inverted or not a number, overlay, edl or
+ * fade out of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 

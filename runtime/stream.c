@@ -112,10 +112,16 @@ static stp_load *begin_next(stp_stream *s, uint32_t *known)
             set_state(s, load, STP_LOAD_FETCHED);
             continue;
         }
-        if (!stp_payload_store_make(&s->store, want->chunk, bytes, &load->payload, known, &status,
-                                    NULL))
+        bool made = stp_payload_store_make(&s->store, want->chunk, bytes, &load->payload, known,
+                                           &status, &load->error);
+        if (!made && status == STP_OK)
             return NULL; /* until something is unpinned */
         s->want_next++;
+        if (!made) {
+            load->error.status = status;
+            set_state(s, load, STP_LOAD_FAILED);
+            continue;
+        }
         load->state = STP_LOAD_FETCHING;
         return load;
     }
@@ -333,9 +339,10 @@ void stp_stream_destroy(stp_stream **stream)
 
 static void end_load(stp_stream *s, stp_load *load)
 {
-    if (load->state == STP_LOAD_FAILED)
+    bool pinned = load->payload.count > 0;
+    if (pinned && load->state == STP_LOAD_FAILED)
         stp_payload_store_discard(&s->store, load->payload);
-    else
+    else if (pinned)
         stp_payload_store_unpin(&s->store, load->payload);
     free(load->patches);
     free(load->bounds);
@@ -358,9 +365,13 @@ void stp_stream_want(stp_stream *s, const stp_want *wants, size_t count)
         if (load != NULL && load->want.finest <= wants[i].finest)
             load->rank = (unsigned)i;
     }
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        if (s->loads[i].state == STP_LOAD_FETCHED && s->loads[i].rank == STP_STREAM_WANTS_LIMIT)
+    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++) {
+        if (s->loads[i].rank < STP_STREAM_WANTS_LIMIT)
+            continue;
+        s->loads[i].dropped = true;
+        if (s->loads[i].state == STP_LOAD_FETCHED)
             end_load(s, &s->loads[i]);
+    }
     pthread_cond_broadcast(&s->work);
     pthread_mutex_unlock(&s->mutex);
 }
