@@ -312,8 +312,7 @@ static int run(int argc, char **argv)
     double fps = 0.0;
     cli_option list[DRAW_OPTION_COUNT + 1] = {
         [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
-                               "frames a second to hold while the camera moves, by a coarser "
-                               "threshold; at rest every sample",
+                               "frames a second to hold while the camera moves; at rest finer",
                                NULL},
     };
     draw_options_fill(&o, list);
