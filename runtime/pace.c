@@ -59,7 +59,11 @@ void stp_pace_follow(stp_pace *p, double frame_ms)
         p->threshold_px *= exp(clamp(GAIN * off / p->slope, -log(FINER_MOST), log(COARSER_MOST)));
     bool most = p->threshold_px >= STP_PACE_THRESHOLD_MOST_PX;
     p->threshold_px = clamp(p->threshold_px, p->asked_px, STP_PACE_THRESHOLD_MOST_PX);
-    p->slow_frames = most && ms > TOLERANCE * period_ms ? p->slow_frames + 1 : 0;
+    bool slow = most && ms > TOLERANCE * period_ms;
+    if (slow && p->slow_frames < 2 * SLOW_FRAMES)
+        p->slow_frames++;
+    else if (!slow && p->slow_frames > 0)
+        p->slow_frames--;
 }
 
 bool stp_pace_holds(const stp_pace *p)

@@ -20,7 +20,7 @@ typedef struct stp_pace {
     double slope;        /* by which the logarithm of the cost falls with that of the threshold */
     double last_ms, last_px; /* of the last frame that counted; 0: none yet */
     bool spiked;             /* the last frame was one that did not count */
-    int slow_frames;         /* in a row, at the coarsest threshold */
+    int slow_frames;         /* at the coarsest threshold, less those that were not slow */
 } stp_pace;
 
 /* fps > 0, asked_px > 0. */
