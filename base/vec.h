@@ -33,6 +33,11 @@ static inline stp_dvec3 stp_dvec3_sub(stp_dvec3 a, stp_dvec3 b)
     return (stp_dvec3){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
+static inline bool stp_dvec3_equal(stp_dvec3 a, stp_dvec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 static inline stp_dvec3 stp_dvec3_scale(stp_dvec3 a, double s)
 {
     return (stp_dvec3){a.x * s, a.y * s, a.z * s};

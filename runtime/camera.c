@@ -97,6 +97,12 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
+bool stp_camera_equal(const stp_camera *a, const stp_camera *b)
+{
+    return stp_dvec3_equal(a->eye, b->eye) && stp_dvec3_equal(a->look, b->look) &&
+           stp_dvec3_equal(a->up, b->up) && a->fovy_deg == b->fovy_deg && a->height == b->height;
+}
+
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height)
 {
     stp_view part = *view;

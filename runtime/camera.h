@@ -83,6 +83,9 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
  * which way is up. */
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height);
 
+/* Whether both see the same; the pictures' sizes do not matter. */
+bool stp_camera_equal(const stp_camera *a, const stp_camera *b);
+
 /* Replaces what a JSON file gives: eye, look, up, fovy_deg or height, size. Errors: NOT_FOUND, IO,
  * FORMAT (not such a file; the key is named). */
 stp_status stp_camera_load(stp_camera *camera, const char *path, stp_error *err);

@@ -3,17 +3,13 @@
 
 #include "base/vec.h"
 
-static bool equal(stp_dvec3 a, stp_dvec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 bool stp_view_equal(const stp_view *a, const stp_view *b)
 {
-    return equal(a->eye, b->eye) && equal(a->right, b->right) && equal(a->up, b->up) &&
-           equal(a->back, b->back) && a->f == b->f && a->near_depth == b->near_depth &&
-           a->width == b->width && a->height == b->height && a->orthographic == b->orthographic &&
-           a->offset[0] == b->offset[0] && a->offset[1] == b->offset[1];
+    return stp_dvec3_equal(a->eye, b->eye) && stp_dvec3_equal(a->right, b->right) &&
+           stp_dvec3_equal(a->up, b->up) && stp_dvec3_equal(a->back, b->back) && a->f == b->f &&
+           a->near_depth == b->near_depth && a->width == b->width && a->height == b->height &&
+           a->orthographic == b->orthographic && a->offset[0] == b->offset[0] &&
+           a->offset[1] == b->offset[1];
 }
 
 static stp_dvec3 go_on(stp_dvec3 last, stp_dvec3 now, double steps)

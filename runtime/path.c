@@ -25,17 +25,6 @@ struct stp_path {
     stp_camera start; /* of the turntable */
 };
 
-static bool same_vector(stp_dvec3 a, stp_dvec3 b)
-{
-    return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
-static bool same_camera(const stp_camera *a, const stp_camera *b)
-{
-    return same_vector(a->eye, b->eye) && same_vector(a->look, b->look) &&
-           same_vector(a->up, b->up) && a->fovy_deg == b->fovy_deg && a->height == b->height;
-}
-
 /* What stp_view_create says of a camera, which asks for a ball and a size. */
 static stp_status check_camera(const stp_camera *camera, const char *name, stp_error *err)
 {
@@ -94,7 +83,7 @@ static void close_loop(stp_path *path, const stp_path_params *params)
     size_t last = params->count - 1;
     double span = keys[last].time_s - keys[0].time_s;
     double loop_s = params->loop_s;
-    if (loop_s == 0.0 && same_camera(&keys[0].camera, &keys[last].camera))
+    if (loop_s == 0.0 && stp_camera_equal(&keys[0].camera, &keys[last].camera))
         return;
     if (loop_s == 0.0)
         loop_s = span + span / (double)last;

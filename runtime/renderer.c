@@ -239,9 +239,8 @@ void stp_renderer_bind_frame(const stp_renderer *r)
 
 static bool clips_equal(const stp_clip *a, const stp_clip *b)
 {
-    const stp_dvec3 *p = &a->box.min, *q = &b->box.min, *s = &a->box.max, *t = &b->box.max;
-    return a->enabled == b->enabled && p->x == q->x && p->y == q->y && p->z == q->z &&
-           s->x == t->x && s->y == t->y && s->z == t->z;
+    return a->enabled == b->enabled && stp_dvec3_equal(a->box.min, b->box.min) &&
+           stp_dvec3_equal(a->box.max, b->box.max);
 }
 
 /* Whether the same is asked for; how fast level changes fade does not matter. */

@@ -2,7 +2,6 @@
 #include "tools/view_record.h"
 
 #include "base/memory.h"
-#include "base/vec.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -16,15 +15,6 @@ void view_record_begin(view_record *r, double now_s)
     r->begun_s = now_s;
     r->still_s = 0.0;
     r->count = 0;
-}
-
-static bool same(const stp_camera *a, const stp_camera *b)
-{
-    const stp_dvec3 pairs[3][2] = {{a->eye, b->eye}, {a->look, b->look}, {a->up, b->up}};
-    for (int i = 0; i < 3; i++)
-        if (stp_dvec3_length(stp_dvec3_sub(pairs[i][0], pairs[i][1])) > 0.0)
-            return false;
-    return a->fovy_deg == b->fovy_deg && a->height == b->height;
 }
 
 static stp_status add(view_record *r, const stp_camera *camera, double time_s, stp_error *err)
@@ -47,7 +37,7 @@ stp_status view_record_note(view_record *r, const stp_camera *camera, double now
     if (r->count == 0)
         return add(r, camera, 0.0, err);
     const stp_keyframe last = r->frames[r->count - 1];
-    if (same(&last.camera, camera)) {
+    if (stp_camera_equal(&last.camera, camera)) {
         r->still_s = time_s;
         return STP_OK;
     }
