@@ -375,22 +375,33 @@ void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t coun
 
 /* ---- waiting ---- */
 
-/* Frees a piece of the ring that is being copied, or takes in what is done. What failed and was
- * begun for another picture is no failure of this one. */
-static stp_status take_news(stp_chunk_cache *c, uint64_t stamp, bool *damaged, stp_error *err)
+/* Whether what failed is a failure of this load: what it had placed, though it no longer asks for
+ * that, and what was wanted since it was begun. What another picture began is asked for again. */
+static bool is_own(const stp_cache_load *l, const stp_load *load)
+{
+    if (load->place.memory == NULL)
+        return !load->dropped;
+    for (size_t i = l->there; i < l->begun; i++)
+        if (l->wants[i].chunk == load->want.chunk)
+            return true;
+    return false;
+}
+
+/* Frees a piece of the ring that is being copied, or takes in what is done. */
+static stp_status take_news(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_load *load = NULL;
     uint64_t bytes = 0;
     while ((load = stp_stream_next_done(c->stream)) != NULL) {
         bool failed = load->state == STP_LOAD_FAILED, broken = failed && is_damage(load);
-        bool wanted = !load->dropped;
+        bool own = is_own(l, load);
         stp_error error = load->error;
         if (!stp_upload_ring_may_copy(&c->ring))
             stp_upload_ring_fence(&c->ring);
-        take_in(c, load, stamp, &bytes);
-        if (failed && !broken && wanted)
+        take_in(c, load, l->stamp, &bytes);
+        if (failed && !broken && own)
             return stp_error_set(err, error.status, "%s", error.message);
-        *damaged = *damaged || broken;
+        l->damaged = l->damaged || broken;
     }
     stp_upload_ring_fence(&c->ring);
     return STP_OK;
@@ -437,7 +448,7 @@ static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed
 /* Takes in what is done and places what is read. */
 static stp_status load_round(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
 {
-    stp_status status = take_news(c, l->stamp, &l->damaged, err);
+    stp_status status = take_news(c, l, err);
     bool placed = true;
     l->ring_full = false;
     while (status == STP_OK && l->begun < l->count && placed && !l->full) {

@@ -53,8 +53,8 @@ uint64_t stp_load_bytes(const stp_placement *placement);
 typedef struct stp_load {
     stp_load_state state;
     stp_want want;
-    unsigned rank;     /* the less the earlier it is taken; STP_STREAM_WANTS_LIMIT: not wanted */
-    bool dropped;      /* it was not wanted for a while: if it fails, that is old news */
+    unsigned rank;     /* the less the earlier it is taken; STP_STREAM_WANTS_LIMIT: not asked for */
+    bool dropped;      /* it was not asked for for a while: if reading fails, that is old news */
     stp_range payload; /* in the store, pinned while not FREE; empty: it found no memory */
     stp_load_place place;
     /* When DONE; who takes the load owns these. */

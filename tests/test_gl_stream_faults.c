@@ -1,11 +1,14 @@
-/* Streaming meets what goes wrong: damaged chunks, a server that fails, files cut short, sizes and
- * settings that change with each frame. Each ends, and in the picture of a renderer that waited. */
+/* Streaming meets what goes wrong: damaged chunks, a server that fails, no memory to decode, sizes
+ * and settings that change with each frame. Each ends, and in the picture of a renderer that
+ * waited.
+ */
 #include "tests/chunk_fixture.h"
 #include "tests/gl_fixture.h"
 #include "tests/model_fixture.h"
 #include "tests/support/fault_server.h"
 
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <unistd.h>
 
 enum { SIZE = 160, PIXELS = SIZE * SIZE, FRAMES_LIMIT = 20000, DAMAGE_BYTES = 64 };
@@ -216,6 +219,93 @@ static void silence_holds_nothing_up(void **state)
     }
 }
 
+/* ---- no memory ---- */
+
+/* The linker puts these before the functions that read and decode chunks (CMakeLists.txt): a read
+ * may take a while, so that a picture asks for the next chunk before it is there; a decoder may
+ * find no memory, after a while, too. */
+#define SLOW_READ_US 20000
+#define SLOW_FAILURE_US 200000
+static atomic_bool reads_are_slow, next_decode_fails;
+
+stp_status __real_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
+                                       uint32_t end, uint8_t *out, stp_error *err);
+stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
+                                       uint32_t end, uint8_t *out, stp_error *err);
+stp_status __real_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
+                                        const uint8_t *payload, stp_chunk **out, stp_error *err);
+stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
+                                        const uint8_t *payload, stp_chunk **out, stp_error *err);
+
+stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
+                                       uint32_t end, uint8_t *out, stp_error *err)
+{
+    if (reads_are_slow)
+        usleep(SLOW_READ_US);
+    return __real_stp_chunk_file_fetch(file, id, begin, end, out, err);
+}
+
+stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
+                                        const uint8_t *payload, stp_chunk **out, stp_error *err)
+{
+    if (!atomic_exchange(&next_decode_fails, false))
+        return __real_stp_chunk_file_decode(file, id, finest, payload, out, err);
+    usleep(SLOW_FAILURE_US);
+    return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to decode chunk %u", id);
+}
+
+/* A waiting picture fails with a sentence where one of its chunks does, also one that it no longer
+ * asks for as it is being decoded, and one that a streaming picture began to read; the next picture
+ * is whole. */
+static void no_memory_ends_a_waiting_picture(void **state)
+{
+    static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
+    stp_draw_params params = {.threshold_px = 0.2};
+    stp_view view = look(*state, 0.3, 0.6, SIZE, SIZE);
+    stp_renderer *local = renderer_of(*state);
+    check_ok(stp_renderer_draw(local, &view, &params, NULL, err));
+    read_picture(local, expected);
+    stp_renderer_destroy(&local);
+    for (int streamed = 0; streamed < 2; streamed++) {
+        stp_renderer *r = renderer_of(*state);
+        stp_error error = {0};
+        reads_are_slow = next_decode_fails = true;
+        params.stream = true;
+        if (streamed)
+            check_ok(stp_renderer_draw(r, &view, &params, NULL, err));
+        params.stream = false;
+        assert_int_equal(stp_renderer_draw(r, &view, &params, NULL, &error), STP_OUT_OF_MEMORY);
+        assert_non_null(strstr(error.message, "no memory to decode chunk"));
+        assert_string_equal(stp_renderer_damage(r), "");
+        reads_are_slow = false;
+        check_ok(stp_renderer_draw(r, &view, &params, NULL, err));
+        read_picture(r, found);
+        assert_memory_equal(found, expected, sizeof found);
+        stp_renderer_destroy(&r);
+    }
+}
+
+/* What fails of a streaming picture's is no failure of the waiting one after it. */
+static void no_memory_before_is_old_news(void **state)
+{
+    stp_draw_params params = {.threshold_px = 0.2, .stream = true};
+    stp_view view = look(*state, 0.3, 0.6, SIZE, SIZE);
+    stp_renderer *r = renderer_of(*state);
+    stp_draw_stats stats;
+    next_decode_fails = true;
+    for (int frame = 0; next_decode_fails; frame++) {
+        assert_true(frame < FRAMES_LIMIT);
+        check_ok(stp_renderer_draw(r, &view, &params, NULL, err));
+        usleep(1000);
+    }
+    params.stream = false;
+    check_ok(stp_renderer_draw(r, &view, &params, &stats, err));
+    assert_true(stats.cut_complete);
+    params.stream = true;
+    check_rest(r, *state, &view, &params, &stats);
+    stp_renderer_destroy(&r);
+}
+
 /* ---- a scene ---- */
 
 /* Models of which none can be read any more: drawing says so until there are others. */
@@ -333,6 +423,8 @@ int main(void)
         cmocka_unit_test_prestate(outages_pass, model),
         cmocka_unit_test_prestate(waiting_fails_and_goes_on, model),
         cmocka_unit_test_prestate(silence_holds_nothing_up, model),
+        cmocka_unit_test_prestate(no_memory_ends_a_waiting_picture, model),
+        cmocka_unit_test_prestate(no_memory_before_is_old_news, model),
         cmocka_unit_test_prestate(no_model_is_left, model),
         cmocka_unit_test_prestate(one_model_many_times, model),
         cmocka_unit_test_prestate(all_changes_each_frame, model),
