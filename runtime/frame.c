@@ -272,7 +272,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     stp_frame_finish(r, d, stp_frame_radius_px(r, r->cut.draws, r->cut.draw_count));
-    if (r->reconstruct.marks)
+    if (r->reconstruct.fade != 0)
         STP_TRY(stp_fade_apply(&r->fade, r->reconstruct.fade, &r->pyramid, &r->tiles, &r->frame,
                                r->eye, d->params->fade, !r->still || came, err));
     d->stats.fading = r->fade.left > 0;
@@ -282,25 +282,25 @@ done:
 
 void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
 {
-    d->levels = levels_for(r, d, radius_px);
+    int levels = levels_for(r, d, radius_px);
     double begun = stp_clock_seconds();
-    stp_tiles_set_levels(&r->tiles, d->levels);
-    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    stp_tiles_set_levels(&r->tiles, levels);
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles);
     if (d->params->timed)
         glFinish();
     double pulled = stp_clock_seconds();
-    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
-    if (d->params->keep_pixels && d->levels > 0)
-        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, d->levels, &r->tiles);
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles);
+    if (d->params->keep_pixels && levels > 0)
+        stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, levels, &r->tiles);
     const stp_pyramid_level *level = &r->pyramid.levels[0];
-    const GLuint *pixels = d->levels > 0 ? level->finished : level->pulled;
+    const GLuint *pixels = levels > 0 ? level->finished : level->pulled;
     r->kept = d->params->keep_pixels ? pixels : NULL;
     if (d->waits)
         glFinish();
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
-    d->stats.pyramid_levels = d->levels;
+    d->stats.pyramid_levels = levels;
     d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
     d->stats.cut_complete = r->cut.miss_count == 0;
     d->stats.every_sample = d->stats.cut_complete && r->frame.quality[0] <= 0.0f;

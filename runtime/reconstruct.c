@@ -8,7 +8,7 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
 {
     static const char *const files[7] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
                                          "shade.frag",   "edl.frag",  "fade.frag"};
-    stp_reconstruct_programs p = {.marks = variant->fade};
+    stp_reconstruct_programs p = {0};
     GLuint *const programs[7] = {&p.resolve, &p.pull, &p.push, &p.finish,
                                  &p.shade,   &p.edl,  &p.fade};
     const bool wanted[7] = {true, true, true, true, true, variant->edl, variant->fade};
@@ -107,12 +107,12 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     static const GLuint no_mark[4] = {0, 0, 0, 0};
-    glBindFramebuffer(GL_FRAMEBUFFER,
-                      programs->marks ? pyramid->marked_frame : pyramid->picture_frame);
+    bool marks = programs->fade != 0;
+    glBindFramebuffer(GL_FRAMEBUFFER, marks ? pyramid->marked_frame : pyramid->picture_frame);
     glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
     glClearBufferfv(GL_COLOR, 1, empty);
-    if (programs->marks)
+    if (marks)
         glClearBufferuiv(GL_COLOR, 2, no_mark);
     glUseProgram(levels > 0 ? programs->finish : programs->shade);
     if (levels > 0)

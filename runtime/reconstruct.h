@@ -11,8 +11,7 @@
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
-    GLuint edl, fade; /* 0: not asked for */
-    bool marks;       /* pictures are marked for fading */
+    GLuint edl, fade; /* 0: not asked for; where fade is, pictures are marked for it */
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */

@@ -70,7 +70,6 @@ typedef struct stp_drawing {
     const stp_view *view;
     const stp_draw_params *params;
     stp_draw_stats stats;
-    int levels;
     bool waits;  /* for the GPU, at the end */
     bool counts; /* what the geometry shader emits, by a query */
 } stp_drawing;

@@ -21,7 +21,7 @@ struct stp_stream {
     void (*wake)(void *);
     void *wake_context;
     pthread_t threads[THREADS_LIMIT];
-    unsigned thread_count, reader_count;
+    unsigned thread_count;
     pthread_mutex_t mutex; /* guards all below; innermost, but for a file's own */
     pthread_cond_t work;   /* readers and decoders */
     pthread_cond_t news;   /* the render thread */
