@@ -147,11 +147,9 @@ static void evict(stp_chunk_cache *c, uint32_t slot)
 static float need_of(const stp_chunk_cache *c, uint32_t chunk)
 {
     const stp_chunk_entry *e = &c->scene->entries[chunk];
-    vec3s half = glms_vec3_scale(glms_vec3_sub(e->box_max, e->box_min), 0.5f);
-    vec3s centre = glms_vec3_add(e->box_min, half);
-    stp_dvec3 to = stp_dvec3_sub(stp_dvec3_add(e->origin, stp_dvec3_from_float(centre)), c->eye);
+    stp_ball ball = stp_entry_ball(e, c->eye);
     float f = c->frame.viewport[2], error = e->error[STP_LEVEL_COUNT - 1];
-    float distance = (float)stp_dvec3_length(to) - glms_vec3_norm(half);
+    float distance = (float)(stp_dvec3_length(ball.centre) - ball.radius);
     return c->frame.modes[0] != 0
                ? error * f
                : error * f / fmaxf(distance, fmaxf(c->frame.viewport[3], 1e-30f));

@@ -8,12 +8,10 @@
 
 static stp_rule_bound entry_bound(const stp_chunk_entry *e, stp_dvec3 eye)
 {
-    vec3s half = glms_vec3_scale(glms_vec3_sub(e->box_max, e->box_min), 0.5f);
-    vec3s centre = glms_vec3_add(e->box_min, half);
-    stp_dvec3 c = stp_dvec3_sub(stp_dvec3_add(e->origin, stp_dvec3_from_float(centre)), eye);
+    stp_ball ball = stp_entry_ball(e, eye);
     return (stp_rule_bound){
-        .centre = {(float)c.x, (float)c.y, (float)c.z},
-        .radius = glms_vec3_norm(half) * 1.000001f,
+        .centre = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z},
+        .radius = (float)ball.radius,
         .cone_axis = {e->cone_axis.x, e->cone_axis.y, e->cone_axis.z},
         .cone_cos = e->cone_angle >= 3.14159f ? -1.0f : cosf(e->cone_angle),
         .two_sided = (e->flags & STP_PATCH_TWO_SIDED) != 0,

@@ -126,6 +126,16 @@ stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *b
     };
 }
 
+stp_ball stp_entry_ball(const stp_chunk_entry *e, stp_dvec3 eye)
+{
+    vec3s half = glms_vec3_scale(glms_vec3_sub(e->box_max, e->box_min), 0.5f);
+    stp_dvec3 centre = stp_dvec3_from_float(glms_vec3_add(e->box_min, half));
+    return (stp_ball){
+        .centre = stp_dvec3_sub(stp_dvec3_add(e->origin, centre), eye),
+        .radius = (double)(glms_vec3_norm(half) * 1.000001f),
+    };
+}
+
 stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch)
 {
     stp_rule_bound bound = {

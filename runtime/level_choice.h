@@ -5,6 +5,7 @@
 #define STP_RUNTIME_LEVEL_CHOICE_H
 
 #include "base/vec.h"
+#include "formats/chunk/chunk_file.h"
 #include "runtime/camera.h"
 #include "runtime/gpu_layout.h"
 #include "runtime/range_pool.h"
@@ -47,6 +48,8 @@ typedef struct stp_rule_sight {
     float sin_alpha; /* greatest sine between eye ray and normal */
 } stp_rule_sight;
 
+/* The ball around a chunk's samples, relative to the eye. */
+stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
 /* Of a patch, relative to its chunk's origin. */
 stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch);
 
