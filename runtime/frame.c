@@ -1,11 +1,10 @@
 /* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
+#include "runtime/colour_range.h"
 #include "runtime/filter.h"
 #include "runtime/renderer_parts.h"
 
 #include "base/clock.h"
 #include "base/memory.h"
-
-#include <string.h>
 
 /* Wants ahead of the motion, and all of them. */
 #define AHEAD_LIMIT 64
@@ -29,6 +28,20 @@ static bool was_drawn(const void *context, uint32_t chunk)
 {
     const stp_renderer *r = context;
     return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
+}
+
+stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)
+{
+    stp_gpu_frame frame = stp_gpu_frame_from_view(view);
+    bool every = params->every_sample || params->lod == STP_LOD_FULL;
+    double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
+    double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    frame.quality[0] = every ? 0.0f : (float)threshold;
+    frame.quality[1] = (float)cap;
+    frame.modes[1] = params->keep_back_faces;
+    stp_colour_range_place(frame.colour_range, params, &view->eye);
+    stp_filter_place(&frame, params, &view->eye);
+    return frame;
 }
 
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
@@ -243,10 +256,7 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
     STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
-        stp_gpu_frame frame = stp_gpu_frame_from_view(ahead);
-        memcpy(frame.quality, r->frame.quality, 2 * sizeof *frame.quality);
-        frame.modes[1] = r->frame.modes[1];
-        stp_filter_place(&frame, d->params, &ahead->eye);
+        stp_gpu_frame frame = stp_frame_describe(ahead, d->params);
         STP_TRY(stp_frame_select(r, d, &r->ahead_cut, &frame, ahead->eye, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

@@ -214,21 +214,6 @@ done:
     return status;
 }
 
-static void set_frame(stp_renderer *r, const stp_drawing *d)
-{
-    const stp_draw_params *params = d->params;
-    bool every = params->every_sample || params->lod == STP_LOD_FULL;
-    double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
-    double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
-    r->frame = stp_gpu_frame_from_view(d->view);
-    r->frame.quality[0] = every ? 0.0f : (float)threshold;
-    r->frame.quality[1] = (float)cap;
-    r->frame.modes[1] = params->keep_back_faces;
-    r->eye = d->view->eye;
-    stp_colour_range_place(r->frame.colour_range, params, &r->eye);
-    stp_filter_place(&r->frame, params, &r->eye);
-}
-
 void stp_renderer_bind_frame(const stp_renderer *r)
 {
     const stp_object_texture *texture = stp_chunk_cache_texture(r->cache);
@@ -281,7 +266,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     if (params->keep_pixels)
         STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
-    set_frame(r, d);
+    r->frame = stp_frame_describe(view, params);
+    r->eye = view->eye;
     stp_renderer_bind_frame(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();

@@ -76,6 +76,9 @@ typedef struct stp_drawing {
 
 /* Compiles what a road needs, where a picture takes another than its parameters say. Errors: GL. */
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);
+/* What shaders and the cut read of a picture: of its view, its threshold, its colours and what it
+ * leaves out. */
+stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params);
 /* The frame's cut; while chunks stream and the camera moves it depends on the last one. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,

@@ -46,10 +46,9 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
                                         stp_pool_thread_count(r->pool), err);
     *s = (stp_settling){.phase = STP_SETTLE_RUNS, .params = *d->params};
     s->params.stream = false;
-    if (every) {
+    if (every)
         s->params.lod = STP_LOD_FULL;
-        r->frame.quality[0] = 0.0f;
-    }
+    r->frame = stp_frame_describe(d->view, &s->params);
     if (status == STP_OK)
         status = stp_frame_prepare(r, s->params.lod, err);
     if (status == STP_OK)
@@ -100,8 +99,7 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_status status = STP_OK;
     stp_settling *s = &r->settling;
     bool finished = false;
-    if (s->params.lod == STP_LOD_FULL)
-        r->frame.quality[0] = 0.0f;
+    r->frame = stp_frame_describe(d->view, &s->params);
     stp_frame_upload(r);
     if (!s->loading)
         STP_TRY(start_load(r, err));
