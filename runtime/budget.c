@@ -5,7 +5,8 @@
 #include "runtime/object_texture.h"
 #include "runtime/payload_store.h"
 
-/* Draco's tables beside the decoded chunk, as measured. */
+/* What decoding a chunk takes, with Draco's tables, in decoded chunks: an estimate, not measured.
+ */
 #define DECODING_CHUNKS 3
 #define RING_LEAST_CHUNKS 1
 #define RING_MOST_BYTES (UINT64_C(32) << 20)
