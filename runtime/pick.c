@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "runtime/gl_context.h"
+#include "runtime/pixel_read.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -36,22 +37,6 @@ static double float_of(GLuint bits)
     return (double)value;
 }
 
-static double fraction_of(GLuint bits)
-{
-    return (double)(int16_t)(uint16_t)(bits & 0xffffu) / 32767.0;
-}
-
-static stp_dvec3 normal_of(GLuint bits)
-{
-    double x = fraction_of(bits), y = fraction_of(bits >> 16);
-    stp_dvec3 n = {x, y, 1.0 - fabs(x) - fabs(y)};
-    if (n.z < 0.0) {
-        n.x = (1.0 - fabs(y)) * (x >= 0.0 ? 1.0 : -1.0);
-        n.y = (1.0 - fabs(x)) * (y >= 0.0 ? 1.0 : -1.0);
-    }
-    return stp_dvec3_normalize(n);
-}
-
 /* The point at a depth that is seen at window coordinates. */
 static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
 {
@@ -63,7 +48,7 @@ static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double de
 /* The pixel at (x, y) of level 0. */
 static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
 {
-    pixel p = {.normal = normal_of(t->shape[0]),
+    pixel p = {.normal = stp_direction_unpack(t->shape[0]),
                .radius = float_of(t->shape[1]),
                .z_min = float_of(t->shape[2]),
                .z_max = float_of(t->shape[3]),
@@ -73,19 +58,6 @@ static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
     p.centre =
         place(frame, x + 0.5 + float_of(t->paint[0]), y + 0.5 + float_of(t->paint[1]), p.z_min);
     return p;
-}
-
-static stp_dvec3 axis_of(const float axis[4])
-{
-    return (stp_dvec3){(double)axis[0], (double)axis[1], (double)axis[2]};
-}
-
-/* A direction of eye space in the world. */
-static stp_dvec3 turn_to_world(const stp_gpu_frame *frame, stp_dvec3 d)
-{
-    stp_dvec3 right = stp_dvec3_scale(axis_of(frame->axis_right), d.x);
-    stp_dvec3 up = stp_dvec3_scale(axis_of(frame->axis_up), d.y);
-    return stp_dvec3_add(stp_dvec3_add(right, up), stp_dvec3_scale(axis_of(frame->axis_back), d.z));
 }
 
 /* Where the ray through the middle of pixel (x, y) meets the disc's plane, no farther from its
@@ -142,7 +114,6 @@ static stp_status read_surrounding(const stp_pick_params *params, surrounding *s
     STP_TRY(stp_alloc(&s->shape, count, sizeof *s->shape, "pixels", err));
     STP_TRY(stp_alloc(&s->paint, count, sizeof *s->paint, "pixels", err));
     STP_TRY(stp_alloc(&s->sample, count, sizeof *s->sample, "pixels", err));
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureSubImage(level->pulled[STP_TARGET_SHAPE], 0, s->x, s->y, 0, s->width, s->height, 1,
                          GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->shape),
                          s->shape);
@@ -216,10 +187,12 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
         return;
     stp_dvec3 from_eye = {0.0, 0.0, 0.0};
     double *const axes[3] = {&from_eye.x, &from_eye.y, &from_eye.z};
-    for (int i = 0; i < 3; i++)
+    double depth = 0.0;
+    for (int i = 0; i < 3; i++) {
         *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
                    (double)patch.step * sample.position[i];
-    double depth = -stp_dvec3_dot(axis_of(params->frame->axis_back), from_eye);
+        depth -= (double)params->frame->axis_back[i] * *axes[i];
+    }
     double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(from_eye);
     int level = 0;
     while (level < STP_LEVEL_COUNT && !(drawn->index - patch.first[level] < patch.count[level]))
@@ -282,7 +255,6 @@ bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
     int y1 = *y + REACH < pyramid->height ? *y + REACH : pyramid->height - 1;
     int width = x1 - x0 + 1, height = y1 - y0 + 1, found = -1;
     double least = INFINITY;
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureSubImage(pyramid->picture_depth, 0, x0, y0, 0, width, height, 1, GL_RED, GL_FLOAT,
                          sizeof depths, depths);
     for (int i = 0; i < width * height; i++) {
@@ -316,14 +288,15 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal = turn_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
+        pick.normal =
+            stp_direction_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
         for (int i = 0; i < 3; i++)
             pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;
         pick.pyramid_level = (p.tag - 1) >> 4;
         pick.interpolated = pick.pyramid_level > 0;
         STP_TRY(find_sample(params, &at, &pick, err));
-        pick.position = stp_dvec3_add(params->eye, turn_to_world(params->frame, at));
+        pick.position = stp_dvec3_add(params->eye, stp_direction_to_world(params->frame, at));
     }
     STP_TRY(stp_gl_check("picking", err));
     *out = pick;

@@ -1,7 +1,8 @@
 /* What lies at a pixel: the front surface out of the finished pixel's depth interval, and the
  * sample drawn next to it out of the Object Texture (shaders/README.md, "Picking").
  *
- * Reads textures and buffers alone; draws nothing. Threads: the render thread. */
+ * Reads textures and buffers alone; draws nothing. Threads: the render thread,
+ * between stp_gl_state_enter and leave. */
 #ifndef STP_RUNTIME_PICK_H
 #define STP_RUNTIME_PICK_H
 

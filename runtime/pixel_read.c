@@ -11,14 +11,25 @@
 /* Read at once, or a row if that is more. */
 #define BAND_PIXELS (1 << 18)
 
-/* As stp_direction_unpack of shaders/pixel.glsl. */
-static stp_dvec3 unpack_direction(uint32_t code)
+stp_dvec3 stp_direction_unpack(uint32_t code)
 {
     double x = (double)(int16_t)(uint16_t)code / 32767.0;
     double y = (double)(int16_t)(uint16_t)(code >> 16) / 32767.0;
     double z = 1.0 - fabs(x) - fabs(y), fold = fmax(-z, 0.0);
     return stp_dvec3_normalize(
         (stp_dvec3){x + (x >= 0.0 ? -fold : fold), y + (y >= 0.0 ? -fold : fold), z});
+}
+
+static stp_dvec3 scale_axis(const float axis[4], double s)
+{
+    return (stp_dvec3){(double)axis[0] * s, (double)axis[1] * s, (double)axis[2] * s};
+}
+
+stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 d)
+{
+    return stp_dvec3_add(
+        scale_axis(frame->axis_right, d.x),
+        stp_dvec3_add(scale_axis(frame->axis_up, d.y), scale_axis(frame->axis_back, d.z)));
 }
 
 /* Whether a normal in eye space points away from the eye at a pixel. */
@@ -33,23 +44,16 @@ static bool faces_away(const stp_gpu_frame *frame, stp_dvec3 n, int x, int y)
     return stp_dvec3_dot(n, ray) > 0.0;
 }
 
-static stp_dvec3 scale_axis(const float axis[4], double s)
-{
-    return (stp_dvec3){(double)axis[0] * s, (double)axis[1] * s, (double)axis[2] * s};
-}
-
 static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
                        const stp_gpu_frame *frame, int width, int y, float *xyz)
 {
     for (int x = 0; x < width; x++) {
         int tag = (int)(paint[x][3] >> 16);
-        stp_dvec3 n = unpack_direction(shape[x][0]);
+        stp_dvec3 n = stp_direction_unpack(shape[x][0]);
         stp_dvec3 world = {0.0, 0.0, 0.0};
         if (tag != 0) {
             double side = (((tag - 1) & 8) != 0 && faces_away(frame, n, x, y)) ? -1.0 : 1.0;
-            world = stp_dvec3_add(scale_axis(frame->axis_right, side * n.x),
-                                  stp_dvec3_add(scale_axis(frame->axis_up, side * n.y),
-                                                scale_axis(frame->axis_back, side * n.z)));
+            world = stp_direction_to_world(frame, stp_dvec3_scale(n, side));
         }
         xyz[3 * x] = (float)world.x;
         xyz[3 * x + 1] = (float)world.y;
@@ -67,7 +71,6 @@ stp_status stp_pixel_read_normals(const GLuint textures[STP_TARGET_COUNT],
     size_t count = (size_t)width * (size_t)band;
     for (int i = 0; i < STP_TARGET_COUNT; i++)
         STP_TRY(stp_alloc(&texels[i], count, sizeof *texels[i], "pixels to read", err));
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
     for (int y = 0; y < height; y += band) {
         int rows = height - y < band ? height - y : band;
         for (int i = 0; i < STP_TARGET_COUNT; i++)

@@ -1,11 +1,17 @@
 /* Finished pixels of the pyramid read back: packed as in shaders/pixel.glsl.
- * Threads: the render thread. */
+ * Threads: the render thread, between stp_gl_state_enter and leave; of what calls no GL, any. */
 #ifndef STP_RUNTIME_PIXEL_READ_H
 #define STP_RUNTIME_PIXEL_READ_H
 
 #include "base/error.h"
+#include "base/vec.h"
 #include "runtime/gpu_layout.h"
 #include "runtime/pyramid.h"
+
+/* The unit vector that stp_direction_pack of shaders/pixel.glsl packed. */
+stp_dvec3 stp_direction_unpack(uint32_t code);
+/* A direction of eye space in the world. */
+stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 direction);
 
 /* Normals of a level's textures, shape and paint, of the frame's viewport: xyz in the world's axes,
  * bottom row first, turned to the viewer where two-sided; 0 0 0 where nothing is. Errors:
