@@ -2,6 +2,7 @@
  * sphere's and the plane's depths are known, so is what each pixel must show, whichever is drawn
  * first, for each way to hold depth, at any scale and far from the origin. */
 #include "tests/gl_fixture.h"
+#include "tests/gl_program.h"
 #include "tests/prep_fixture.h"
 
 #define W 200
@@ -77,22 +78,12 @@ static void set_model_view(scene *s)
 
 static GLuint make_program(void)
 {
-    static const char *const texts[2] = {
-        "#version 450 core\nlayout(location = 0) uniform mat4 clip;\n"
-        "layout(location = 1) uniform vec4 corners[3];\n"
-        "void main() { gl_Position = clip * corners[gl_VertexID]; }\n",
-        "#version 450 core\nlayout(location = 0) out vec4 colour;\n"
-        "void main() { colour = vec4(1.0, 0.0, 1.0, 1.0); }\n"};
-    GLuint program = glCreateProgram();
-    for (int i = 0; i < 2; i++) {
-        GLuint shader = glCreateShader(i == 0 ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-        glShaderSource(shader, 1, &texts[i], NULL);
-        glCompileShader(shader);
-        glAttachShader(program, shader);
-        glDeleteShader(shader);
-    }
-    glLinkProgram(program);
-    return program;
+    return gl_program_make("#version 450 core\nlayout(location = 0) uniform mat4 clip;\n"
+                           "layout(location = 1) uniform vec4 corners[3];\n"
+                           "void main() { gl_Position = clip * corners[gl_VertexID]; }\n",
+                           "#version 450 core\nlayout(location = 0) out vec4 colour;\n"
+                           "void main() { colour = vec4(1.0, 0.0, 1.0, 1.0); }\n",
+                           NULL);
 }
 
 static void make_target(scene *s)

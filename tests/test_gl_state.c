@@ -3,6 +3,7 @@
 #include "runtime/gl_state.h"
 #include "tests/gl_dump.h"
 #include "tests/gl_fixture.h"
+#include "tests/gl_program.h"
 #include "tests/model_fixture.h"
 
 #define SIZE 160
@@ -16,26 +17,11 @@ typedef struct host {
 
 static GLuint make_program(void)
 {
-    static const char vertex[] = "#version 450 core\nout vec4 kept;\n"
-                                 "void main() { kept = vec4(gl_VertexID); gl_Position = kept; }\n";
-    static const char fragment[] = "#version 450 core\nlayout(location = 0) out vec4 c;\n"
-                                   "void main() { c = vec4(1.0); }\n";
-    static const char *const texts[2] = {vertex, fragment};
-    static const char *const kept = "kept";
-    GLuint program = glCreateProgram();
-    GLint linked = 0;
-    for (int i = 0; i < 2; i++) {
-        GLuint shader = glCreateShader(i == 0 ? GL_VERTEX_SHADER : GL_FRAGMENT_SHADER);
-        glShaderSource(shader, 1, &texts[i], NULL);
-        glCompileShader(shader);
-        glAttachShader(program, shader);
-        glDeleteShader(shader);
-    }
-    glTransformFeedbackVaryings(program, 1, &kept, GL_INTERLEAVED_ATTRIBS);
-    glLinkProgram(program);
-    glGetProgramiv(program, GL_LINK_STATUS, &linked);
-    assert_true(linked);
-    return program;
+    return gl_program_make("#version 450 core\nout vec4 kept;\n"
+                           "void main() { kept = vec4(gl_VertexID); gl_Position = kept; }\n",
+                           "#version 450 core\nlayout(location = 0) out vec4 c;\n"
+                           "void main() { c = vec4(1.0); }\n",
+                           "kept");
 }
 
 static GLuint make_texture(GLenum target, GLenum format, int size)
