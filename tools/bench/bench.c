@@ -4,6 +4,7 @@
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
 #include "tools/bench/first.h"
+#include "tools/bench/median.h"
 #include "tools/bench/open_run.h"
 #include "tools/bench/pace_run.h"
 #include "tools/cli.h"
@@ -78,19 +79,6 @@ typedef struct bench_state {
     stp_view view;
 } bench_state;
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* Sorts the values. */
-static double median(double *values, size_t count)
-{
-    qsort(values, count, sizeof *values, compare_doubles);
-    return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
-}
-
 static stp_status draw_once(bench_state *s, const road *r, bool timed, stp_draw_stats *stats,
                             stp_error *err)
 {
@@ -155,13 +143,13 @@ done:
 
 static void print_road(road *r, size_t count, double full_ms, double points_ms)
 {
-    double frame = median(r->frame_ms, count); /* now sorted */
+    double frame = bench_median(r->frame_ms, count); /* now sorted */
     printf("%-16s %9.1f %8.1f %8.1f", r->name, frame, r->frame_ms[0], r->frame_ms[count - 1]);
     if (r->bare)
         printf(" %9s %9s %9s", "-", "-", "-");
     else
-        printf(" %9.1f %9.1f %9.1f", median(r->stage_ms[0], count), median(r->stage_ms[1], count),
-               median(r->stage_ms[2], count));
+        printf(" %9.1f %9.1f %9.1f", bench_median(r->stage_ms[0], count),
+               bench_median(r->stage_ms[1], count), bench_median(r->stage_ms[2], count));
     printf(" %11llu %7.2f %7.2f\n", (unsigned long long)r->points, full_ms / frame,
            points_ms / frame);
 }
@@ -169,8 +157,8 @@ static void print_road(road *r, size_t count, double full_ms, double points_ms)
 static void print_table(const bench_state *s, const options *o, measured *m)
 {
     size_t count = (size_t)o->repeat;
-    double points_ms = median(m->roads[0].frame_ms, count);
-    double full_ms = median(m->roads[FULL_ROAD].frame_ms, count);
+    double points_ms = bench_median(m->roads[0].frame_ms, count);
+    double full_ms = bench_median(m->roads[FULL_ROAD].frame_ms, count);
     printf("%s: %llu points, %u chunks, %dx%d, %zu rounds after %d of warm-up\n",
            stp_chunk_file_path(s->model->file), (unsigned long long)s->model->info->point_count,
            s->model->info->chunk_count, s->view.width, s->view.height, count, WARM_UP_ROUNDS);

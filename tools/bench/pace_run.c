@@ -6,6 +6,7 @@
 #include "base/vec.h"
 #include "runtime/model.h"
 #include "runtime/pace.h"
+#include "tools/bench/median.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -32,18 +33,6 @@ static stp_status view_at(const pace_run_params *p, double time_s, stp_view *out
     return stp_view_create(out, &c, &ball, p->width, p->height, err);
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values, size_t count)
-{
-    qsort(values, count, sizeof *values, compare);
-    return count > 0 ? values[count / 2] : 0.0;
-}
-
 static void sleep_until(double time_s)
 {
     double left = time_s - stp_clock_seconds();
@@ -66,7 +55,7 @@ static stp_status measure_bare(const pace_run_params *p, double *out, stp_error 
             return status;
         ms[i] = stats.frame_ms;
     }
-    *out = median(ms, BARE_FRAMES);
+    *out = bench_median(ms, BARE_FRAMES);
     return STP_OK;
 }
 
@@ -97,8 +86,8 @@ stp_status pace_run(const pace_run_params *p, pace_run_result *out, stp_error *e
         now = stp_clock_seconds();
     }
     out->fps = (double)count / (now - first);
-    out->frame_ms = median(ms, count);
-    out->threshold_px = median(px, count);
+    out->frame_ms = bench_median(ms, count);
+    out->threshold_px = bench_median(px, count);
     out->holds = stp_pace_holds(&pace);
 done:
     free(ms);
