@@ -14,7 +14,7 @@
 /* Of what a whole scene takes, where there is room: for gaps, and for a chunk's finer version
  * beside the one that is drawn. */
 #define SCENE_SHARE 1.25
-#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_rule_bound))
+#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
 
 /* Sums and maxima over a scene's chunks. */
 typedef struct demand {

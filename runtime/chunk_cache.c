@@ -136,7 +136,7 @@ static void evict(stp_chunk_cache *c, uint32_t slot)
     stp_resident *r = &c->slots[slot];
     stp_object_texture_release(&c->texture, &r->placement);
     free(r->patches);
-    free(r->bounds);
+    free(r->briefs);
     c->slot_of[r->chunk] = NO_SLOT;
     *r = (stp_resident){.chunk = STP_CHUNK_NONE};
     c->free_slots[c->free_count++] = slot;
@@ -254,11 +254,11 @@ static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
                         .last_used = stamp,
                         .placement = *at,
                         .patches = load->patches,
-                        .bounds = load->bounds};
+                        .briefs = load->briefs};
     memcpy(r->radius, load->radius, sizeof r->radius);
     c->slot_of[r->chunk] = p->slot;
     load->patches = NULL;
-    load->bounds = NULL;
+    load->briefs = NULL;
 }
 
 /* Where a load was placed before it failed, that is given back. */
@@ -582,7 +582,7 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache)
     stp_stream_destroy(&c->stream); /* decoders write into the ring */
     for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++) {
         free(c->slots[s].patches);
-        free(c->slots[s].bounds);
+        free(c->slots[s].briefs);
     }
     stp_upload_ring_destroy(&c->ring);
     stp_object_texture_destroy(&c->texture);

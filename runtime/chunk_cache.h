@@ -23,7 +23,7 @@ typedef struct stp_resident {
     uint64_t last_used;
     stp_placement placement;
     stp_gpu_patch *patches;        /* the GPU's, for choosing on the CPU */
-    stp_rule_bound *bounds;        /* the patches': what culling them reads */
+    stp_patch_brief *briefs;       /* the patches': what looking at them reads */
     float radius[STP_LEVEL_COUNT]; /* greatest of each level */
 } stp_resident;
 

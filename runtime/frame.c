@@ -134,7 +134,14 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
 {
     bool first = d->stats.passes == 0;
     double begun = stp_clock_seconds();
-    const stp_sight_params sight = {&r->scene, r->cache, &r->frame, r->eye, r->pool, &r->tiles};
+    stp_lod lod = d->params->lod;
+    const stp_sight_params sight = {.scene = &r->scene,
+                                    .cache = r->cache,
+                                    .frame = &r->frame,
+                                    .eye = r->eye,
+                                    .pool = r->pool,
+                                    .tiles = &r->tiles,
+                                    .vertices = lod == STP_LOD_GEOMETRY || lod == STP_LOD_CPU};
     stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
     if (status == STP_OK)
         status = stp_tiles_collect(&r->tiles, first, err);
@@ -153,7 +160,7 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
                                                     .draws = draws,
                                                     .draw_count = count,
                                                     .sight = &r->sight,
-                                                    .lod = d->params->lod,
+                                                    .lod = lod,
                                                     .pyramid = &r->pyramid,
                                                     .first = first,
                                                     .waits = d->waits},

@@ -136,24 +136,26 @@ stp_ball stp_entry_ball(const stp_chunk_entry *e, stp_dvec3 eye)
     };
 }
 
-stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch)
+stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch)
 {
-    stp_rule_bound bound = {
-        .radius = patch->bound_radius,
-        .cone_cos = patch->cone_cos,
-        .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0,
+    stp_patch_brief brief = {
+        .bound = {.radius = patch->bound_radius,
+                  .cone_cos = patch->cone_cos,
+                  .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0},
+        .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
+        .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
     };
     for (int i = 0; i < 3; i++) {
-        bound.centre[i] = patch->bound_centre[i];
-        bound.cone_axis[i] = patch->cone_axis[i];
+        brief.bound.centre[i] = patch->bound_centre[i];
+        brief.bound.cone_axis[i] = patch->cone_axis[i];
     }
-    return bound;
+    return brief;
 }
 
 static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                                     const stp_gpu_patch *patch)
 {
-    stp_rule_bound bound = stp_patch_bound(patch);
+    stp_rule_bound bound = stp_patch_brief_of(patch).bound;
     for (int i = 0; i < 3; i++)
         bound.centre[i] += chunk->offset[i];
     return stp_rule_look(frame, &bound);
@@ -168,14 +170,31 @@ static void errors_of(const stp_gpu_patch *patch, int level, int quarter, float 
                                  : patch->quarter_error[2 - level][kind][quarter];
 }
 
+static bool is_small(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
+                     float radius)
+{
+    return stp_rule_error(sight->scale, sight->sin_alpha, error[0], error[1]) <=
+               frame->quality[0] &&
+           radius * sight->scale <= frame->quality[1];
+}
+
 static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                  const stp_gpu_patch *patch, int level, int quarter)
 {
     float error[2];
     errors_of(patch, level, quarter, error);
-    return stp_rule_error(sight->scale, sight->sin_alpha, error[0], error[1]) <=
-               frame->quality[0] &&
-           patch->radius[level] * sight->scale <= frame->quality[1];
+    return is_small(frame, sight, error, patch->radius[level]);
+}
+
+static bool must_refine(const stp_gpu_frame *frame, const stp_rule_sight *sight)
+{
+    return frame->quality[0] <= 0.0f || sight->scale < 0.0f;
+}
+
+bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
+                     float radius)
+{
+    return !must_refine(frame, sight) && is_small(frame, sight, error, radius);
 }
 
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
@@ -185,8 +204,8 @@ stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *ch
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
         out.of[q] = STP_LEVEL_SKIP;
     stp_rule_sight sight = look_at_patch(frame, chunk, patch);
-    bool refine = frame->quality[0] <= 0.0f || sight.scale < 0.0f;
-    if (!refine && fits(frame, &sight, patch, 3, 0)) {
+    bool refine = must_refine(frame, &sight);
+    if (stp_vertex_does(frame, &sight, patch->vertex_error, patch->radius[STP_LEVEL_COUNT - 1])) {
         out.of[0] = 3;
         return out;
     }

@@ -50,8 +50,19 @@ typedef struct stp_rule_sight {
 
 /* The ball around a chunk's samples, relative to the eye. */
 stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
-/* Of a patch, relative to its chunk's origin. */
-stp_rule_bound stp_patch_bound(const stp_gpu_patch *patch);
+
+/* What is asked of every patch of a cut, apart from the rest of its record: this is read for some
+ * hundred thousand patches a frame. */
+typedef struct stp_patch_brief {
+    stp_rule_bound bound;                 /* relative to its chunk's origin */
+    float vertex_error[2], vertex_radius; /* of level 3 */
+} stp_patch_brief;
+
+stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch);
+
+/* Whether level 3, the patch's vertex, does for all of it. */
+bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
+                     float radius);
 
 /* Not outside the frustum or the clip box, nor seen from behind all over. eye: gets the centre in
  * eye space. */

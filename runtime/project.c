@@ -9,9 +9,11 @@
 stp_status stp_project_prepare(stp_project *p, stp_lod lod, const char *folder, const char *defines,
                                stp_error *err)
 {
-    bool listed = lod == STP_LOD_CPU || lod == STP_LOD_FULL;
-    stp_program_params program = {.vertex = listed ? "sample.vert" : "patch.vert",
-                                  .geometry = listed ? NULL : "patch.geom",
+    stp_status status = STP_OK;
+    stp_program_params samples = {
+        .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
+    stp_program_params patches = {.vertex = "patch.vert",
+                                  .geometry = "patch.geom",
                                   .fragment = "id.frag",
                                   .defines = defines,
                                   .folder = folder};
@@ -20,8 +22,12 @@ stp_status stp_project_prepare(stp_project *p, stp_lod lod, const char *folder, 
     if (lod == STP_LOD_COMPUTE)
         return p->scatter.runs_program != 0 ? STP_OK
                                             : stp_scatter_create(&p->scatter, folder, defines, err);
-    GLuint *wanted = listed ? &p->sample_program : &p->patch_program;
-    return *wanted != 0 ? STP_OK : stp_program_create(wanted, &program, err);
+    if (p->sample_program == 0)
+        STP_TRY(stp_program_create(&p->sample_program, &samples, err));
+    if (lod == STP_LOD_GEOMETRY && p->patch_program == 0)
+        STP_TRY(stp_program_create(&p->patch_program, &patches, err));
+done:
+    return status;
 }
 
 void stp_project_destroy(stp_project *p)
@@ -57,8 +63,9 @@ static seen_draw see(const stp_project_params *params, size_t i)
 {
     const stp_sight *sight = params->sight;
     uint32_t slot = stp_chunk_cache_slot(params->cache, params->draws[i].chunk);
-    return (seen_draw){stp_chunk_cache_get(params->cache, slot), sight->patches + sight->begin[i],
-                       sight->begin[i + 1] - sight->begin[i],
+    return (seen_draw){stp_chunk_cache_get(params->cache, slot),
+                       sight->patches.items + sight->patches.begin[i],
+                       sight->patches.begin[i + 1] - sight->patches.begin[i],
                        stp_gpu_chunk_from_draw(&params->scene->entries[params->draws[i].chunk],
                                                &params->draws[i], params->eye)};
 }
@@ -86,66 +93,63 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
     return STP_OK;
 }
 
-/* A driver whose geometry shader is one thread and whose rasteriser others (llvmpipe) gets its
- * parts early by a flush: of so many patches at least, in so many parts at most. */
-#define FLUSH_PATCHES 2048
+/* A driver whose vertex and geometry shaders are one thread and whose rasteriser others (llvmpipe)
+ * gets its parts early by a flush: of so many points at least, in so many parts at most. */
+#define FLUSH_POINTS 2048
 #define FLUSH_PARTS 16
 
-static void draw_patches(stp_project *p, const stp_project_params *params)
+/* Draws these numbers as points of a vertex array with the program in use. */
+static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count)
 {
-    const stp_sight *sight = params->sight;
-    GLuint array = stp_chunk_cache_texture(params->cache)->empty_array;
-    size_t count = sight->begin[params->draw_count];
-    size_t part = count / FLUSH_PARTS > FLUSH_PATCHES ? count / FLUSH_PARTS : FLUSH_PATCHES;
-    glUseProgram(p->patch_program);
+    size_t part = count / FLUSH_PARTS > FLUSH_POINTS ? count / FLUSH_PARTS : FLUSH_POINTS;
     glBindVertexArray(array);
-    glNamedBufferData(p->index_buffer, (GLsizeiptr)(count * sizeof *sight->patches), sight->patches,
-                      GL_STREAM_DRAW);
+    glNamedBufferData(p->index_buffer, (GLsizeiptr)(count * sizeof *items), items, GL_STREAM_DRAW);
     glVertexArrayElementBuffer(array, p->index_buffer);
     for (size_t i = 0; i < count; i += part) {
         glDrawElements(GL_POINTS, (GLsizei)(count - i < part ? count - i : part), GL_UNSIGNED_INT,
-                       (const void *)(i * sizeof *sight->patches));
+                       (const void *)(i * sizeof *items));
         glFlush();
     }
 }
 
-/* The chunk's origin, for the program of samples. */
-static void set_offset(const seen_draw *seen)
+static void use_samples(const stp_project *p, bool vertices)
 {
-    glUniform3fv(STP_UNIFORM_CHUNK_OFFSET, 1, seen->chunk.offset);
+    glUseProgram(p->sample_program);
+    glUniform1i(STP_UNIFORM_VERTICES, vertices);
 }
 
-/* Lists the samples of all chunks, uploads the list once and draws each chunk's part. */
+static void draw_vertices(stp_project *p, const stp_project_params *params)
+{
+    const stp_sight_list *vertices = &params->sight->vertices;
+    use_samples(p, true);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, vertices->items,
+                vertices->begin[params->draw_count]);
+}
+
+static void draw_patches(stp_project *p, const stp_project_params *params)
+{
+    const stp_sight_list *patches = &params->sight->patches;
+    glUseProgram(p->patch_program);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->empty_array, patches->items,
+                patches->begin[params->draw_count]);
+}
+
+/* Lists the samples of all chunks and draws them at once. */
 static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
                               stp_error *err)
 {
-    stp_status status = STP_OK;
-    size_t *begins = NULL;
-    GLuint array = stp_chunk_cache_texture(params->cache)->sample_array;
-    STP_TRY(stp_alloc(&begins, params->draw_count + 1, sizeof *begins, "a list of chunks", err));
     p->index_count = 0;
     for (size_t i = 0; i < params->draw_count; i++) {
         seen_draw seen = see(params, i);
-        STP_TRY(list_samples(p, params, &seen, err));
-        begins[i + 1] = p->index_count;
+        stp_status status = list_samples(p, params, &seen, err);
+        if (status != STP_OK)
+            return status;
     }
-    glNamedBufferData(p->index_buffer, (GLsizeiptr)(p->index_count * sizeof *p->indices),
-                      p->indices, GL_STREAM_DRAW);
-    glUseProgram(p->sample_program);
-    glBindVertexArray(array);
-    glVertexArrayElementBuffer(array, p->index_buffer);
-    for (size_t i = 0; i < params->draw_count; i++) {
-        if (begins[i + 1] == begins[i])
-            continue;
-        seen_draw seen = see(params, i);
-        set_offset(&seen);
-        glDrawElements(GL_POINTS, (GLsizei)(begins[i + 1] - begins[i]), GL_UNSIGNED_INT,
-                       (const void *)(begins[i] * sizeof *p->indices));
-    }
-    *points += p->index_count;
-done:
-    free(begins);
-    return status;
+    use_samples(p, false);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices,
+                p->index_count);
+    *points += p->index_count + params->sight->vertices.begin[params->draw_count];
+    return STP_OK;
 }
 
 /* Runs of samples of one chunk's patches, of the finest level there: one out of sight ends a run.
@@ -175,14 +179,13 @@ static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *poi
 static stp_status draw_full(stp_project *p, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
-    glUseProgram(p->sample_program);
+    use_samples(p, false);
     glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
     for (size_t i = 0; i < params->draw_count; i++) {
         seen_draw seen = see(params, i);
         stp_status status = list_runs(p, &seen, points, err);
         if (status != STP_OK)
             return status;
-        set_offset(&seen);
         for (size_t k = 0; k < p->run_count; k++)
             glDrawArrays(GL_POINTS, (GLint)p->runs[k].begin, (GLsizei)p->runs[k].count);
     }
@@ -192,12 +195,13 @@ static stp_status draw_full(stp_project *p, const stp_project_params *params, ui
 stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
-    if (params->lod == STP_LOD_CPU)
-        return draw_listed(p, params, points, err);
     if (params->lod == STP_LOD_FULL)
         return draw_full(p, params, points, err);
     if (params->lod == STP_LOD_COMPUTE)
         return stp_scatter_draw(&p->scatter, params, points, err);
+    draw_vertices(p, params);
+    if (params->lod == STP_LOD_CPU)
+        return draw_listed(p, params, points, err);
     draw_patches(p, params);
     return STP_OK;
 }

@@ -43,10 +43,11 @@ struct stp_project_params {
     bool waits;                 /* for the GPU, where it alone knows how many points it drew */
 };
 
-/* Draws resident chunks into the bound framebuffer, in order, by the road prepared. Adds to *points
- * what was sent (where the geometry shader chooses: the samples of the patches it looked at are not
- * known here, and a query counts what it emitted). Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also
- * GL, LIMIT. */
+/* Draws resident chunks into the bound framebuffer, in order, by the road prepared: first the
+ * vertices that were listed apart, if any (shaders/README.md, Projection: why that changes no
+ * picture). Adds to *points what was sent (where the geometry shader chooses: the samples of the
+ * patches it looked at are not known here, and a query counts what it emitted). Errors:
+ * OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 

@@ -10,11 +10,20 @@
 #include "runtime/cut.h"
 #include "runtime/tiles.h"
 
+/* Numbers in the Object Texture, by draw, ascending. */
+typedef struct stp_sight_list {
+    uint32_t *items;
+    size_t *begin; /* of each draw's; begin[number of draws]: how many there are */
+    size_t item_capacity, begin_capacity;
+} stp_sight_list;
+
 /* Zero is nothing in sight; arrays grow and are kept. */
 typedef struct stp_sight {
-    uint32_t *patches; /* their numbers in the Object Texture, by draw, ascending */
-    size_t *begin;     /* of each draw's; begin[number of draws]: how many there are */
-    size_t patch_capacity, begin_capacity;
+    stp_sight_list patches;
+    /* Of patches for which level 3 does, which are not among `patches` then: its sample. In a whole
+     * view of a large model nine patches of ten are such, and a point costs far less than a patch
+     * whose levels are chosen. Empty unless asked for. */
+    stp_sight_list vertices;
 } stp_sight;
 
 typedef struct stp_sight_params {
@@ -24,6 +33,7 @@ typedef struct stp_sight_params {
     stp_dvec3 eye;
     stp_pool *pool;
     stp_tiles *tiles; /* marked where patches in sight may cover them */
+    bool vertices;    /* list these apart */
 } stp_sight_params;
 
 /* Errors: OUT_OF_MEMORY. */

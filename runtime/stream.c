@@ -194,10 +194,10 @@ static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, stp_err
 {
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
-    STP_TRY(stp_alloc(&load->bounds, chunk->patch_count, sizeof *load->bounds, "patches", err));
+    STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
     stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        load->bounds[p] = stp_patch_bound(&load->patches[p]);
+        load->briefs[p] = stp_patch_brief_of(&load->patches[p]);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
             load->radius[l] = fmaxf(load->radius[l], load->patches[p].radius[l]);
     }
@@ -327,7 +327,7 @@ void stp_stream_destroy(stp_stream **stream)
     interrupt_reads(s->scene, stp_byte_source_resume);
     for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++) {
         free(s->loads[i].patches);
-        free(s->loads[i].bounds);
+        free(s->loads[i].briefs);
     }
     stp_payload_store_destroy(&s->store);
     pthread_cond_destroy(&s->news);
@@ -345,9 +345,9 @@ static void end_load(stp_stream *s, stp_load *load)
     else if (pinned)
         stp_payload_store_unpin(&s->store, load->payload);
     free(load->patches);
-    free(load->bounds);
+    free(load->briefs);
     load->patches = NULL;
-    load->bounds = NULL;
+    load->briefs = NULL;
     set_state(s, load, STP_LOAD_FREE);
 }
 

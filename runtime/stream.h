@@ -59,7 +59,7 @@ typedef struct stp_load {
     stp_load_place place;
     /* When DONE; who takes the load owns these. */
     stp_gpu_patch *patches;
-    stp_rule_bound *bounds;
+    stp_patch_brief *briefs;
     float radius[STP_LEVEL_COUNT];
     stp_error error; /* when FAILED */
 } stp_load;

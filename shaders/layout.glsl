@@ -54,7 +54,5 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// The draw call's chunk: its origin minus the eye.
-layout(location = 4) uniform vec3 chunk_offset;
 // The pass's level of the pyramid.
 layout(location = 2) uniform int pyramid_level;

@@ -50,6 +50,14 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     return drawn;
 }
 
+// Depths of patches' vertices, which are drawn before all else, have an even last bit, and those of other
+// samples an odd one: the two never tie, so who wins a pixel does not depend on what was drawn at once.
+float stp_depth_apart(float z, bool is_vertex)
+{
+    uint even = floatBitsToUint(min(z, 0.99999988)) & ~1u;
+    return uintBitsToFloat(is_vertex ? even : even + 1u);
+}
+
 // Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
 // volume if the sample is not drawn.
 vec4 stp_project(uvec4 texel, vec3 origin, float step)

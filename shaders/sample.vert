@@ -1,4 +1,4 @@
-// One vertex is one sample: the roads that choose levels on the CPU, or not at all.
+// One vertex is one sample: of patches whose level the CPU chose, or all.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -6,11 +6,15 @@
 layout(location = 0) in uvec4 texel;
 layout(location = 1) in uint patch_index;
 
+layout(location = 4) uniform bool vertices; // all are patches' only samples at level 3
+
 flat out uint id; // of the sample
 
 void main()
 {
     vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS));
+    vec3 offset = stp_chunk_fetch(stp_patch_slot(patch_index)).offset;
     id = uint(gl_VertexID);
-    gl_Position = stp_project(texel, lattice.xyz + chunk_offset, lattice.w);
+    gl_Position = stp_project(texel, lattice.xyz + offset, lattice.w);
+    gl_Position.z = stp_depth_apart(gl_Position.z, vertices);
 }

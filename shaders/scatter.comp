@@ -22,11 +22,12 @@ void main()
     uvec2 run = texelFetch(run_texture, int(at + STP_RUN_HEAD)).xy;
     if (at >= run_count || lane > run.x >> 29)
         return;
-    vec4 lattice = texelFetch(lattice_texture, int(run.y));
+    vec4 lattice = texelFetch(lattice_texture, int(run.y & 0x7fffffffu));
     uint index = (run.x & 0x1fffffffu) + lane;
     ivec2 pixel;
     float z;
     if (stp_place(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w, pixel, z)) {
+        z = stp_depth_apart(z, run.y >> 31 != 0u);
         // The nearest of all; the first of equals.
         if (!naming)
             imageAtomicMax(nearest_depth, pixel, floatBitsToUint(z));
