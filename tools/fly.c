@@ -1,5 +1,6 @@
 /* stipple fly: a camera path as numbered pictures or as a film, without a display. */
 #include "base/clock.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "runtime/path.h"
@@ -11,7 +12,6 @@
 #include "tools/fly_job.h"
 #include "tools/source_options.h"
 
-#include <cjson/cJSON.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -222,7 +222,7 @@ static stp_status write_stats(flight *f, double begun_s, stp_error *err)
     cJSON_AddNumberToObject(json, "frames", (double)f->done);
     cJSON_AddNumberToObject(json, "frames_there", (double)f->there);
     cJSON_AddNumberToObject(json, "seconds", stp_clock_seconds() - begun_s);
-    return cli_write_json(f->o->stats, json, f->o->force, err);
+    return stp_json_save(json, f->o->stats, f->o->force, err);
 }
 
 static void say(const flight *f, const cli_common *common)

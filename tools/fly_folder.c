@@ -1,14 +1,11 @@
 /* Frames by number, and fly.json beside them. */
 #include "tools/fly_folder.h"
 
-#include "base/file.h"
+#include "base/json.h"
 #include "base/memory.h"
-#include "runtime/json.h"
-#include "tools/cli.h"
 
 #include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -117,7 +114,7 @@ static stp_status settle_job(const fly_folder_params *params, const char *file, 
         STP_TRY(compare_jobs(there, params->job, params->path, err));
         goto done;
     }
-    STP_TRY(cli_write_json(file, cJSON_Duplicate(params->job, true), true, err));
+    STP_TRY(stp_json_save(cJSON_Duplicate(params->job, true), file, true, err));
 done:
     cJSON_Delete(there);
     return status;

@@ -1,4 +1,5 @@
 /* stipple render: one picture without a display. */
+#include "base/json.h"
 #include "formats/image/image.h"
 #include "runtime/gl_context.h"
 #include "tools/draw_measure.h"
@@ -82,7 +83,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
     STP_TRY(draw_save(renderer, &view, &camera, files, o->force, err));
     if (o->stats != NULL)
-        STP_TRY(cli_write_json(o->stats, draw_measure_json(&m, renderer, model), o->force, err));
+        STP_TRY(stp_json_save(draw_measure_json(&m, renderer, model), o->stats, o->force, err));
     source_options_warn(&cli_render, common, model->file);
     if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
         fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
