@@ -320,8 +320,9 @@ static int run(int argc, char **argv)
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
-    if (o.threshold_px < 0.0)
-        return cli_usage(&cli_view, "--threshold is not negative");
+    code = draw_options_check(&o, &cli_view);
+    if (code != CLI_CONTINUE)
+        return code;
     if (fps < 0.0 || fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
