@@ -130,6 +130,10 @@ static void test_alloc(void **state)
     free(numbers);
     assert_int_equal(stp_alloc(&numbers, 0, 8, "none", &err), STP_OK);
     assert_null(numbers);
+    char *text = NULL;
+    assert_int_equal(stp_text_copy(&text, "kept", "a text", &err), STP_OK);
+    assert_string_equal(text, "kept");
+    free(text);
 }
 
 static void test_grow(void **state)

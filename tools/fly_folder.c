@@ -128,10 +128,9 @@ stp_status fly_folder_open(fly_folder **out, const fly_folder_params *params, st
     folder->depth = params->depth;
     folder->normals = params->normals;
     folder->file_bytes = strlen(params->path) + NAME_BYTES;
-    STP_TRY(stp_alloc(&folder->path, folder->file_bytes, 1, "a path", err));
+    STP_TRY(stp_text_copy(&folder->path, params->path, "a path", err));
     for (int i = 0; i < 3; i++)
         STP_TRY(stp_alloc(&folder->files[i], folder->file_bytes, 1, "a path", err));
-    memcpy(folder->path, params->path, strlen(params->path));
     STP_TRY(make_folder(params->path, err));
     snprintf(folder->files[0], folder->file_bytes, "%s/%s", params->path, job_name);
     STP_TRY(settle_job(params, folder->files[0], err));

@@ -139,9 +139,7 @@ stp_status stp_disk_cache_open(stp_disk_cache **out, const char *folder, uint64_
     c->folder = (stp_cache_folder){-1, -1};
     pthread_mutex_init(&c->mutex, NULL);
     pthread_mutex_init(&c->write_mutex, NULL);
-    size_t path_bytes = strlen(folder) + 1;
-    STP_TRY(stp_alloc(&c->path, path_bytes, 1, "path", err));
-    memcpy(c->path, folder, path_bytes);
+    STP_TRY(stp_text_copy(&c->path, folder, "path", err));
     XXH128_hash_t hash = XXH3_128bits(key, strlen(key));
     c->key[0] = hash.high64;
     c->key[1] = hash.low64;
