@@ -1,6 +1,8 @@
 /* Names of files that the viewer writes. */
 #include "tools/view_files.h"
 
+#include "base/file.h"
+
 #include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -38,13 +40,10 @@ bool view_files_is_address(const char *path)
 
 stp_status view_files_make_folders(const char *path, stp_error *err)
 {
-    char part[VIEW_PATH_BYTES];
-    for (const char *slash = strchr(path + 1, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
-        snprintf(part, sizeof part, "%.*s", (int)(slash - path), path);
-        if (mkdir(part, 0777) != 0 && errno != EEXIST)
-            return stp_error_set(err, STP_IO, "%s: cannot be made: %s", part, strerror(errno));
-    }
-    return STP_OK;
+    char folder[VIEW_PATH_BYTES];
+    const char *slash = strrchr(path, '/');
+    snprintf(folder, sizeof folder, "%.*s", slash != NULL ? (int)(slash - path) : 0, path);
+    return stp_folder_make(folder, 0777, err);
 }
 
 stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_error *err)
