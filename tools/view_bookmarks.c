@@ -1,6 +1,7 @@
 /* Views that were kept. */
 #include "tools/view_bookmarks.h"
 
+#include "formats/chunk/byte_source.h"
 #include "runtime/camera_json.h"
 
 #include <stdio.h>
@@ -74,7 +75,7 @@ stp_status view_bookmarks_load(view_bookmarks *b, const char *model, stp_error *
     /* what could not be written beside the model is newer */
     bool found =
         view_files_model_state(path, model, ENDING, NULL) == STP_OK && access(path, F_OK) == 0;
-    if (!found && !view_files_is_address(model)) {
+    if (!found && !stp_is_address(model)) {
         STP_TRY(beside(path, model, err));
         found = access(path, F_OK) == 0;
     }
@@ -105,7 +106,7 @@ stp_status view_bookmarks_save(view_bookmarks *b, const char *model, stp_error *
     char path[VIEW_PATH_BYTES];
     if (b->path[0] != '\0' && stp_json_save(to_json(b), b->path, true, NULL) == STP_OK)
         return STP_OK;
-    if (!view_files_is_address(model)) {
+    if (!stp_is_address(model)) {
         STP_TRY(beside(path, model, err));
         if (stp_json_save(to_json(b), path, true, NULL) == STP_OK) {
             memcpy(b->path, path, sizeof path);
