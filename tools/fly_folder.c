@@ -14,6 +14,8 @@
 
 #define NAME_BYTES 64
 static const char job_name[] = "fly.json";
+/* Of a frame's files. */
+static const char *const endings[3] = {".png", "_depth.exr", "_normals.exr"};
 
 struct fly_folder {
     char *path;
@@ -25,14 +27,13 @@ struct fly_folder {
 /* True for a file that fly itself writes as a frame. */
 static bool is_frame(const char *name)
 {
-    static const char *const endings[] = {".png", "_depth.exr", "_normals.exr"};
     static const char start[] = "frame_";
     if (strncmp(name, start, sizeof start - 1) != 0)
         return false;
     name += sizeof start - 1;
     size_t digits = strspn(name, "0123456789");
     bool known = false;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+    for (int i = 0; i < 3; i++)
         known |= strcmp(name + digits, endings[i]) == 0;
     return known && digits >= 6;
 }
@@ -154,7 +155,6 @@ void fly_folder_close(fly_folder **folder)
 
 draw_outputs fly_folder_files(fly_folder *f, uint64_t number)
 {
-    static const char *const endings[3] = {".png", "_depth.exr", "_normals.exr"};
     for (int i = 0; i < 3; i++)
         snprintf(f->files[i], f->file_bytes, "%s/frame_%06llu%s", f->path,
                  (unsigned long long)number, endings[i]);
