@@ -1,4 +1,4 @@
-/* Output files that appear whole or not at all. */
+/* Output files that appear whole or not at all; input files; folders. */
 #include "base/file.h"
 
 #include "base/memory.h"
@@ -320,4 +320,28 @@ stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, v
         size -= (size_t)got;
     }
     return STP_OK;
+}
+
+stp_status stp_folder_make(const char *path, unsigned mode, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *part = NULL;
+    int reason = ENOMEM;
+    STP_TRY(stp_text_copy(&part, path, "a path", err));
+    for (char *at = part; *at != '\0';) {
+        at += strspn(at, "/");
+        at += strcspn(at, "/");
+        char behind = *at;
+        *at = '\0';
+        reason = mkdir(part, (mode_t)mode) == 0 || errno == EEXIST ? 0 : errno;
+        if (reason != 0) {
+            status = stp_error_set(err, STP_IO, "%s: cannot be made: %s", part, strerror(reason));
+            goto done;
+        }
+        *at = behind;
+    }
+done:
+    free(part);
+    errno = reason;
+    return status;
 }

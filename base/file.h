@@ -1,4 +1,4 @@
-/* Output files that appear whole or not at all, and the size of input files.
+/* Output files that appear whole or not at all, reading input files, and making folders.
  *
  * An stp_output writes to a temporary file beside the final name; commit flushes, syncs and renames
  * it, destroy without commit removes it; what a killed run left, the next one removes. Threads: one
@@ -44,5 +44,10 @@ stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, v
                             size_t size, stp_error *err);
 /* Opens for reading and gives the size. Errors: NOT_FOUND, IO (a folder, no permission). */
 stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_error *err);
+
+/* Makes a folder and those above it, as far as they are missing, with such permissions (less the
+ * umask). Errors: IO (the one that cannot be made is named; errno says why, too), OUT_OF_MEMORY.
+ */
+stp_status stp_folder_make(const char *path, unsigned mode, stp_error *err);
 
 #endif

@@ -26,6 +26,15 @@ stp_status stp_alloc(void *out, size_t count, size_t size, const char *what, stp
     return STP_OK;
 }
 
+stp_status stp_text_copy(char **out, const char *text, const char *what, stp_error *err)
+{
+    size_t bytes = strlen(text) + 1;
+    stp_status status = stp_alloc(out, bytes, 1, what, err);
+    if (status == STP_OK)
+        memcpy(*out, text, bytes);
+    return status;
+}
+
 stp_status stp_grow(void *array, size_t *capacity, size_t needed, size_t size, const char *what,
                     stp_error *err)
 {

@@ -207,9 +207,7 @@ static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void *
 static stp_status start_watching(stp_spill *s, const char *folder, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t length = strlen(folder) + 1;
-    STP_TRY(stp_alloc(&s->folder, length, 1, "a path", err));
-    memcpy(s->folder, folder, length);
+    STP_TRY(stp_text_copy(&s->folder, folder, "a path", err));
     int descriptor = open_nameless(folder);
     if (descriptor < 0)
         return io_error(s, "making", errno, 0, "a first try", err);

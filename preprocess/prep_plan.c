@@ -78,13 +78,10 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
                     VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
-    if (params->temp_folder) {
-        size_t size = strlen(params->temp_folder) + 1;
-        STP_TRY(stp_alloc(&plan.folder, size, 1, "a path", err));
-        memcpy(plan.folder, params->temp_folder, size);
-    } else {
+    if (params->temp_folder)
+        STP_TRY(stp_text_copy(&plan.folder, params->temp_folder, "a path", err));
+    else
         STP_TRY(folder_of(path, &plan.folder, err));
-    }
     if (plan.memory_bytes < fixed) {
         status =
             stp_error_set(err, STP_LIMIT,

@@ -138,9 +138,7 @@ static stp_status create(stp_renderer **out, const stp_renderer_params *params, 
                                    params->shader_folder);
             goto done;
         }
-        size_t bytes = strlen(params->shader_folder) + 1;
-        STP_TRY(stp_alloc(&r->shader_folder, bytes, 1, "a path", err));
-        memcpy(r->shader_folder, params->shader_folder, bytes);
+        STP_TRY(stp_text_copy(&r->shader_folder, params->shader_folder, "a path", err));
     }
     STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
     STP_TRY(open_scene(r, &params->model, 1, err));

@@ -64,9 +64,7 @@ static stp_status read_text(char **text, const char *name, const char *folder, s
     }
     for (const stp_shader_file *f = stp_shader_files; f->name != NULL; f++)
         if (strcmp(f->name, name) == 0) {
-            size_t bytes = strlen(f->text) + 1;
-            STP_TRY(stp_alloc(text, bytes, 1, "a shader", err));
-            memcpy(*text, f->text, bytes);
+            STP_TRY(stp_text_copy(text, f->text, "a shader", err));
             goto done;
         }
     stp_error_set(err, STP_NOT_FOUND, "there is no shader file %s", name);

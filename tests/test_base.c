@@ -18,6 +18,7 @@
 #include <cmocka.h>
 
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -130,6 +131,10 @@ static void test_alloc(void **state)
     free(numbers);
     assert_int_equal(stp_alloc(&numbers, 0, 8, "none", &err), STP_OK);
     assert_null(numbers);
+    char *text = NULL;
+    assert_int_equal(stp_text_copy(&text, "kept", "a text", &err), STP_OK);
+    assert_string_equal(text, "kept");
+    free(text);
 }
 
 static void test_grow(void **state)
@@ -452,6 +457,24 @@ static bool stop(void *context)
     return ((seen *)context)->stop;
 }
 
+static void test_folder_make(void **state)
+{
+    char path[256];
+    stp_error err = {0};
+    struct stat info;
+    snprintf(path, sizeof path, "%s/a//b/c/", (char *)*state);
+    assert_int_equal(stp_folder_make(path, 0700, &err), STP_OK);
+    assert_int_equal(stp_folder_make(path, 0700, &err), STP_OK); /* it is there */
+    assert_true(stat(path, &info) == 0 && S_ISDIR(info.st_mode) && (info.st_mode & 0777) == 0700);
+    snprintf(path, sizeof path, "%s/file", (char *)*state);
+    close(open(path, O_WRONLY | O_CREAT, 0600));
+    snprintf(path, sizeof path, "%s/file/b/c", (char *)*state);
+    assert_int_equal(stp_folder_make(path, 0700, &err), STP_IO);
+    assert_int_equal(errno, ENOTDIR);
+    assert_non_null(strstr(err.message, "/file/b: cannot be made"));
+    assert_int_equal(stp_folder_make("", 0700, &err), STP_OK);
+}
+
 static void test_progress(void **state)
 {
     (void)state;
@@ -521,6 +544,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_output_bad_place, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_disk_full, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_file_read, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_folder_make, make_folder, remove_folder),
         cmocka_unit_test(test_progress),
         cmocka_unit_test(test_random_and_clock),
         cmocka_unit_test(test_box),

@@ -13,8 +13,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-struct cJSON;
-
 enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2, CLI_CONTINUE = -1 };
 
 typedef enum cli_kind {
@@ -73,10 +71,6 @@ int cli_usage(const cli_command *command, const char *format, ...)
  */
 stp_status cli_check_outputs(const char *const outputs[CLI_OUTPUT_LIMIT], const char *const *inputs,
                              size_t input_count, bool force, stp_error *err);
-
-/* Writes a JSON value, freed in any case (NULL: memory is exhausted), to a file that appears whole
- * or not at all; an existing one is replaced with force. Errors: EXISTS, IO, OUT_OF_MEMORY. */
-stp_status cli_write_json(const char *path, struct cJSON *json, bool force, stp_error *err);
 
 /* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at
  * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers

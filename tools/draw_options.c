@@ -63,6 +63,11 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
     memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
 }
 
+int draw_options_check(const draw_options *o, const cli_command *command)
+{
+    return o->threshold_px < 0.0 ? cli_usage(command, "--threshold is not negative") : CLI_CONTINUE;
+}
+
 void draw_options_word(const char *words, int index, char out[16])
 {
     while (index-- > 0)
@@ -180,6 +185,21 @@ stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model
         .thread_count = (unsigned)common->threads,
         .shader_folder = o->shader_folder,
     };
+}
+
+bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES])
+{
+    const char *damage = stp_renderer_damage(renderer);
+    bool any = damage[0] != '\0';
+    snprintf(out, DRAW_DAMAGE_BYTES, "%s%s", damage, any ? "; its parent is drawn instead" : "");
+    return any;
+}
+
+void draw_options_warn(const char *command, const cli_common *common, const stp_renderer *renderer)
+{
+    char text[DRAW_DAMAGE_BYTES];
+    if (draw_options_damage(renderer, text) && !common->quiet)
+        fprintf(stderr, "stipple %s: warning: %s\n", command, text);
 }
 
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,

@@ -20,6 +20,8 @@ typedef struct draw_options {
 
 #define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 20)
 
+#define DRAW_DAMAGE_BYTES 1100
+
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
 #define DRAW_RECONSTRUCTIONS "gauss|box|points"
@@ -31,6 +33,8 @@ typedef struct draw_options {
 draw_options draw_options_default(void);
 /* Fills the first DRAW_OPTION_COUNT options of a command. */
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
+/* CLI_CONTINUE where the options make sense by themselves, else CLI_USAGE, and it is said. */
+int draw_options_check(const draw_options *o, const cli_command *command);
 /* One word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
 /* Opens a model, a path or an address. Errors: those of stp_model_open_at. */
@@ -43,6 +47,10 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
                                           const cli_common *common);
+/* The damage that the renderer met and what it draws instead, as a sentence; false if none. */
+bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES]);
+/* Warns of it on stderr, unless quiet. command: its name. */
+void draw_options_warn(const char *command, const cli_common *common, const stp_renderer *renderer);
 /* The camera: the default view of the model, then what --camera's file says, then the options; and
  * the picture's size. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,

@@ -3,13 +3,11 @@
 
 #include "base/memory.h"
 #include "formats/image/image.h"
+#include "runtime/camera_json.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define CAMERA_TEXT_BYTES 512
 
 /* Bottom row first to top row first. */
 static stp_status flip(void *pixels, size_t row_bytes, int height, stp_error *err)
@@ -48,32 +46,37 @@ done:
     return status;
 }
 
-static void camera_text(const stp_camera *c, const stp_view *view, char out[CAMERA_TEXT_BYTES])
+/* What --camera reads, with the picture's size; to be freed. NULL where memory is exhausted. */
+static char *camera_text(const stp_camera *camera, const stp_view *view)
 {
-    bool orthographic = c->height > 0.0;
-    snprintf(out, CAMERA_TEXT_BYTES,
-             "{\"eye\": [%.17g, %.17g, %.17g], \"look\": [%.17g, %.17g, %.17g], "
-             "\"up\": [%.17g, %.17g, %.17g], \"%s\": %.17g, \"size\": [%d, %d]}",
-             c->eye.x, c->eye.y, c->eye.z, c->look.x, c->look.y, c->look.z, c->up.x, c->up.y,
-             c->up.z, orthographic ? "height" : "fovy_deg", orthographic ? c->height : c->fovy_deg,
-             view->width, view->height);
+    const int size[2] = {view->width, view->height};
+    cJSON *json = cJSON_CreateObject();
+    stp_camera_write(camera, json);
+    cJSON_AddItemToObject(json, "size", cJSON_CreateIntArray(size, 2));
+    char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    return text;
 }
 
 static stp_status save_floats(const stp_view *view, const stp_camera *camera, float *values,
                               stp_float_image image, const char *meaning, const char *path,
                               bool force, stp_error *err)
 {
-    char text[CAMERA_TEXT_BYTES];
-    camera_text(camera, view, text);
+    char *text = camera_text(camera, view);
     const stp_image_note notes[2] = {{"stipple:camera", text}, {"stipple:values", meaning}};
-    stp_status status =
-        flip(values, (size_t)view->width * (size_t)image.channel_count * 4, view->height, err);
+    stp_status status = STP_OK;
+    if (text == NULL)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %s", path);
+    STP_TRY(flip(values, (size_t)view->width * (size_t)image.channel_count * 4, view->height, err));
     image.width = view->width;
     image.height = view->height;
     image.values = values;
     image.notes = notes;
     image.note_count = 2;
-    return status == STP_OK ? stp_image_save_floats(&image, path, force, err) : status;
+    STP_TRY(stp_image_save_floats(&image, path, force, err));
+done:
+    free(text);
+    return status;
 }
 
 static stp_status save_depth(stp_renderer *renderer, const stp_view *view, const stp_camera *camera,

@@ -1,5 +1,6 @@
 /* stipple fly: a camera path as numbered pictures or as a film, without a display. */
 #include "base/clock.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "runtime/path.h"
@@ -11,7 +12,6 @@
 #include "tools/fly_job.h"
 #include "tools/source_options.h"
 
-#include <cjson/cJSON.h>
 #include <epoxy/gl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -222,18 +222,14 @@ static stp_status write_stats(flight *f, double begun_s, stp_error *err)
     cJSON_AddNumberToObject(json, "frames", (double)f->done);
     cJSON_AddNumberToObject(json, "frames_there", (double)f->there);
     cJSON_AddNumberToObject(json, "seconds", stp_clock_seconds() - begun_s);
-    return cli_write_json(f->o->stats, json, f->o->force, err);
+    return stp_json_save(json, f->o->stats, f->o->force, err);
 }
 
 static void say(const flight *f, const cli_common *common)
 {
-    const char *damage = stp_renderer_damage(f->renderer);
     source_options_warn(&cli_fly, common, f->model->file);
-    if (common->quiet)
-        return;
-    if (damage[0] != '\0')
-        fprintf(stderr, "stipple fly: warning: %s; its parent is drawn instead\n", damage);
-    if (f->there > 0)
+    draw_options_warn(cli_fly.name, common, f->renderer);
+    if (f->there > 0 && !common->quiet)
         fprintf(stderr, "stipple fly: %llu frames were there already, %llu are new\n",
                 (unsigned long long)f->there, (unsigned long long)f->done);
 }
@@ -311,8 +307,9 @@ static int check(options *o)
     o->first = 1;
     if (o->frames != NULL && !parse_frames(o->frames, &o->first, &o->last))
         return cli_usage(&cli_fly, "--frames takes A:B, like 1:100, not '%s'", o->frames);
-    if (o->draw.threshold_px < 0.0)
-        return cli_usage(&cli_fly, "--threshold is not negative");
+    int code = draw_options_check(&o->draw, &cli_fly);
+    if (code != CLI_CONTINUE)
+        return code;
     if (is_other_file(o->output))
         return cli_usage(&cli_fly,
                          "-o %s: films end in .mp4, .mov, .mkv or .webm, and single frames go to a "

@@ -165,8 +165,7 @@ stp_status fly_film_create(fly_film **out, const fly_film_params *params, stp_er
     STP_TRY(stp_alloc(&film, 1, sizeof *film, "a film", err));
     film->frames = film->words = -1;
     film->frame_bytes = (size_t)params->width * (size_t)params->height * 4;
-    STP_TRY(stp_alloc(&film->path, strlen(params->path) + 1, 1, "a path", err));
-    memcpy(film->path, params->path, strlen(params->path));
+    STP_TRY(stp_text_copy(&film->path, params->path, "a path", err));
     STP_TRY(stp_output_create(&film->output, params->path, params->force, err));
     STP_TRY(start(film, params, format, err));
     *out = film;

@@ -1,14 +1,11 @@
 /* Frames by number, and fly.json beside them. */
 #include "tools/fly_folder.h"
 
-#include "base/file.h"
+#include "base/json.h"
 #include "base/memory.h"
-#include "runtime/json.h"
-#include "tools/cli.h"
 
 #include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +14,8 @@
 
 #define NAME_BYTES 64
 static const char job_name[] = "fly.json";
+/* Of a frame's files. */
+static const char *const endings[3] = {".png", "_depth.exr", "_normals.exr"};
 
 struct fly_folder {
     char *path;
@@ -28,14 +27,13 @@ struct fly_folder {
 /* True for a file that fly itself writes as a frame. */
 static bool is_frame(const char *name)
 {
-    static const char *const endings[] = {".png", "_depth.exr", "_normals.exr"};
     static const char start[] = "frame_";
     if (strncmp(name, start, sizeof start - 1) != 0)
         return false;
     name += sizeof start - 1;
     size_t digits = strspn(name, "0123456789");
     bool known = false;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+    for (int i = 0; i < 3; i++)
         known |= strcmp(name + digits, endings[i]) == 0;
     return known && digits >= 6;
 }
@@ -117,7 +115,7 @@ static stp_status settle_job(const fly_folder_params *params, const char *file, 
         STP_TRY(compare_jobs(there, params->job, params->path, err));
         goto done;
     }
-    STP_TRY(cli_write_json(file, cJSON_Duplicate(params->job, true), true, err));
+    STP_TRY(stp_json_save(cJSON_Duplicate(params->job, true), file, true, err));
 done:
     cJSON_Delete(there);
     return status;
@@ -131,10 +129,9 @@ stp_status fly_folder_open(fly_folder **out, const fly_folder_params *params, st
     folder->depth = params->depth;
     folder->normals = params->normals;
     folder->file_bytes = strlen(params->path) + NAME_BYTES;
-    STP_TRY(stp_alloc(&folder->path, folder->file_bytes, 1, "a path", err));
+    STP_TRY(stp_text_copy(&folder->path, params->path, "a path", err));
     for (int i = 0; i < 3; i++)
         STP_TRY(stp_alloc(&folder->files[i], folder->file_bytes, 1, "a path", err));
-    memcpy(folder->path, params->path, strlen(params->path));
     STP_TRY(make_folder(params->path, err));
     snprintf(folder->files[0], folder->file_bytes, "%s/%s", params->path, job_name);
     STP_TRY(settle_job(params, folder->files[0], err));
@@ -158,7 +155,6 @@ void fly_folder_close(fly_folder **folder)
 
 draw_outputs fly_folder_files(fly_folder *f, uint64_t number)
 {
-    static const char *const endings[3] = {".png", "_depth.exr", "_normals.exr"};
     for (int i = 0; i < 3; i++)
         snprintf(f->files[i], f->file_bytes, "%s/frame_%06llu%s", f->path,
                  (unsigned long long)number, endings[i]);

@@ -1,6 +1,7 @@
 /* stipple prep: scans to one chunk file. */
 #include "tools/commands.h"
 
+#include "base/json.h"
 #include "tools/prep_inputs.h"
 #include "tools/prep_paths.h"
 #include "tools/prep_report.h"
@@ -69,7 +70,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         goto done;
     STP_TRY(prep_inputs_end_rejects(in, err));
     if (o->stats)
-        STP_TRY(cli_write_json(o->stats, prep_report_json(&stats), o->force, err));
+        STP_TRY(stp_json_save(prep_report_json(&stats), o->stats, o->force, err));
     if (!o->common.quiet)
         prep_report_print(&stats);
 done:

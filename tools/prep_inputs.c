@@ -127,8 +127,7 @@ static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp
         const char *const from[2] = {info->notes[i].name, info->notes[i].text};
         char *to[2] = {NULL, NULL};
         for (int k = 0; k < 2; k++) {
-            STP_TRY(stp_alloc(&to[k], strlen(from[k]) + 1, 1, "notes", err));
-            memcpy(to[k], from[k], strlen(from[k]) + 1);
+            STP_TRY(stp_text_copy(&to[k], from[k], "notes", err));
             *(k == 0 ? &file->notes[i].name : &file->notes[i].text) = to[k];
         }
         file->note_count = i + 1;

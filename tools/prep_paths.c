@@ -20,8 +20,7 @@ static stp_status add(prep_paths *paths, const char *path, stp_error *err)
     char *copy = NULL;
     STP_TRY(stp_grow(&paths->list, &paths->capacity, paths->count + 1, sizeof *paths->list,
                      "inputs", err));
-    STP_TRY(stp_alloc(&copy, strlen(path) + 1, 1, "a path", err));
-    memcpy(copy, path, strlen(path) + 1);
+    STP_TRY(stp_text_copy(&copy, path, "a path", err));
     paths->list[paths->count++] = copy;
 done:
     return status;
@@ -75,8 +74,7 @@ static stp_status add_folder(prep_paths *paths, const char *folder, stp_error *e
     size_t before = paths->count;
     char *copy = NULL;
     FTS *walk = NULL;
-    STP_TRY(stp_alloc(&copy, strlen(folder) + 1, 1, "a path", err));
-    memcpy(copy, folder, strlen(folder) + 1);
+    STP_TRY(stp_text_copy(&copy, folder, "a path", err));
     char *roots[] = {copy, NULL};
     walk = fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, compare_entries);
     errno = walk ? 0 : errno;

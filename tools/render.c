@@ -1,12 +1,11 @@
 /* stipple render: one picture without a display. */
+#include "base/json.h"
 #include "formats/image/image.h"
 #include "runtime/gl_context.h"
 #include "tools/draw_measure.h"
 #include "tools/draw_options.h"
 #include "tools/draw_save.h"
 #include "tools/source_options.h"
-
-#include <stdio.h>
 
 static int run(int argc, char **argv);
 const cli_command cli_render = {
@@ -82,11 +81,9 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
     STP_TRY(draw_save(renderer, &view, &camera, files, o->force, err));
     if (o->stats != NULL)
-        STP_TRY(cli_write_json(o->stats, draw_measure_json(&m, renderer, model), o->force, err));
+        STP_TRY(stp_json_save(draw_measure_json(&m, renderer, model), o->stats, o->force, err));
     source_options_warn(&cli_render, common, model->file);
-    if (stp_renderer_damage(renderer)[0] != '\0' && !common->quiet)
-        fprintf(stderr, "stipple render: warning: %s; its parent is drawn instead\n",
-                stp_renderer_damage(renderer));
+    draw_options_warn(cli_render.name, common, renderer);
 done:
     draw_measure_clear(&m);
     stp_renderer_destroy(&renderer);
@@ -125,8 +122,9 @@ static int run(int argc, char **argv)
         return cli_usage(&cli_render, "--depth and --normals take names that end in .exr");
     if (o.repeat > REPEAT_LIMIT)
         return cli_usage(&cli_render, "--repeat is at most %u", REPEAT_LIMIT);
-    if (o.draw.threshold_px < 0.0)
-        return cli_usage(&cli_render, "--threshold is not negative");
+    code = draw_options_check(&o.draw, &cli_render);
+    if (code != CLI_CONTINUE)
+        return code;
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
     return render(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_render, &err);
 }

@@ -6,6 +6,8 @@
 #include "formats/chunk/chunk_file.h"
 #include "tools/cli.h"
 
+struct cJSON;
+
 /* cache: the folder of --cache, NULL or no bytes for none. */
 stp_byte_source_params source_options_params(const char *cache, uint64_t cache_bytes);
 /* Warns on stderr if nothing is kept in the cache's folder. */

@@ -1,5 +1,4 @@
 /* stipple view: a window to fly through models. */
-#include "base/clock.h"
 #include "tools/source_options.h"
 #include "tools/view_app.h"
 #include "tools/view_keys.h"
@@ -23,8 +22,6 @@ const cli_command cli_view = {
 
 /* How long to wait for an event before looking at the shader folder and for Ctrl-C. */
 #define WAIT_S 0.25
-/* Panels are drawn so often after an event: they settle in some turns. */
-#define TURNS_TO_SETTLE 3
 /* A window narrower than this, ordinary pixels, begins without panels. */
 #define PANELS_LEAST_WIDTH 720.0
 #define FPS_MOST 1000.0
@@ -166,7 +163,7 @@ static void take_events(viewer *v)
     stp_window_event event;
     bool again = true;
     while (again && stp_window_next(v->window, &event)) {
-        v->ui_turns = TURNS_TO_SETTLE;
+        v->ui_turns = VIEW_TURNS_TO_SETTLE;
         again = event.kind != STP_WINDOW_PRESS && event.kind != STP_WINDOW_RELEASE &&
                 event.kind != STP_WINDOW_KEY;
         if (event.kind == STP_WINDOW_DROP)
@@ -233,16 +230,14 @@ done:
 static stp_status open_window(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_ui_clipboard clipboard = {pasted, copied, NULL};
     int size[2];
     bool has_size = v->options->camera.has_size;
     STP_TRY(camera_options_size(&v->options->camera, size, err));
     STP_TRY(
         stp_window_create(&v->window, v->scene.models[0].name, size[0], size[1], !has_size, err));
-    stp_ui_clipboard of_window = clipboard;
-    of_window.context = v->window;
+    const stp_ui_clipboard clipboard = {pasted, copied, v->window};
     double scale = stp_window_scale(v->window);
-    STP_TRY(stp_ui_create(&v->ui, scale, &of_window, err));
+    STP_TRY(stp_ui_create(&v->ui, scale, &clipboard, err));
     stp_window_size(v->window, &v->layout.width, &v->layout.height);
     v->panels = v->panels_wanted && v->layout.width >= PANELS_LEAST_WIDTH * scale;
     view_layout_update(v);
@@ -283,7 +278,7 @@ static stp_status view(const draw_options *o, double fps, const cli_common *comm
     v.control.context = &v;
     view_settings_load(&v);
     STP_TRY(open_viewer(&v, paths, count, err));
-    v.ui_turns = TURNS_TO_SETTLE;
+    v.ui_turns = VIEW_TURNS_TO_SETTLE;
     while (!v.quits && !cli_interrupted())
         STP_TRY(turn(&v, err));
     if (v.record.on)
@@ -320,8 +315,9 @@ static int run(int argc, char **argv)
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
-    if (o.threshold_px < 0.0)
-        return cli_usage(&cli_view, "--threshold is not negative");
+    code = draw_options_check(&o, &cli_view);
+    if (code != CLI_CONTINUE)
+        return code;
     if (fps < 0.0 || fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */

@@ -21,6 +21,8 @@
 /* Frames that the charts show. */
 #define VIEW_HISTORY 240
 #define VIEW_NOTE_BYTES 1100
+/* Panels are drawn so often after an event: they settle in some turns. */
+#define VIEW_TURNS_TO_SETTLE 3
 
 /* Sections of the panel: X(name, draws it, title, open at first) */
 #define VIEW_SECTION_LIST(X)                                                                       \

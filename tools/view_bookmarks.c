@@ -1,9 +1,8 @@
 /* Views that were kept. */
 #include "tools/view_bookmarks.h"
 
-#include "base/file.h"
-#include "runtime/json.h"
-#include "tools/cli.h"
+#include "formats/chunk/byte_source.h"
+#include "runtime/camera_json.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -15,22 +14,14 @@ static stp_status read_view(view_bookmark *out, const cJSON *json, const char *p
                             stp_error *err)
 {
     stp_status status = STP_OK;
-    double eye[3] = {0.0}, look[3] = {0.0}, up[3] = {0.0, 1.0, 0.0};
     view_bookmark view = {.camera = {.fovy_deg = STP_CAMERA_FOVY_DEG}};
     const cJSON *name = cJSON_GetObjectItemCaseSensitive(json, "name");
     const char *const keys[] = {"eye", "look", "up"};
     for (int i = 0; i < 3; i++)
-        if (!cJSON_HasObjectItem(json, keys[i]))
+        if (!stp_json_has(json, keys[i]))
             return stp_error_set(err, STP_FORMAT, "%s: view %zu has no \"%s\"", path, index + 1,
                                  keys[i]);
-    STP_TRY(stp_json_numbers(json, "eye", eye, 3, path, err));
-    STP_TRY(stp_json_numbers(json, "look", look, 3, path, err));
-    STP_TRY(stp_json_numbers(json, "up", up, 3, path, err));
-    STP_TRY(stp_json_numbers(json, "fovy_deg", &view.camera.fovy_deg, 1, path, err));
-    STP_TRY(stp_json_numbers(json, "height", &view.camera.height, 1, path, err));
-    view.camera.eye = (stp_dvec3){eye[0], eye[1], eye[2]};
-    view.camera.look = (stp_dvec3){look[0], look[1], look[2]};
-    view.camera.up = (stp_dvec3){up[0], up[1], up[2]};
+    STP_TRY(stp_camera_read(&view.camera, json, path, err));
     snprintf(view.name, sizeof view.name, "%s", cJSON_IsString(name) ? name->valuestring : "");
     const stp_ball any = {view.camera.look, 1.0};
     stp_view made;
@@ -84,7 +75,7 @@ stp_status view_bookmarks_load(view_bookmarks *b, const char *model, stp_error *
     /* what could not be written beside the model is newer */
     bool found =
         view_files_model_state(path, model, ENDING, NULL) == STP_OK && access(path, F_OK) == 0;
-    if (!found && !view_files_is_address(model)) {
+    if (!found && !stp_is_address(model)) {
         STP_TRY(beside(path, model, err));
         found = access(path, F_OK) == 0;
     }
@@ -96,26 +87,14 @@ done:
     return status;
 }
 
-static cJSON *numbers(stp_dvec3 v)
-{
-    const double values[3] = {v.x, v.y, v.z};
-    return cJSON_CreateDoubleArray(values, 3);
-}
-
 static cJSON *to_json(const view_bookmarks *b)
 {
     cJSON *json = cJSON_CreateObject();
     cJSON *views = cJSON_AddArrayToObject(json, "views");
     for (size_t i = 0; i < b->count; i++) {
-        const stp_camera *c = &b->items[i].camera;
         cJSON *view = cJSON_CreateObject();
         cJSON_AddStringToObject(view, "name", b->items[i].name);
-        cJSON_AddItemToObject(view, "eye", numbers(c->eye));
-        cJSON_AddItemToObject(view, "look", numbers(c->look));
-        cJSON_AddItemToObject(view, "up", numbers(c->up));
-        cJSON_AddNumberToObject(view, "fovy_deg", c->fovy_deg);
-        if (c->height > 0.0)
-            cJSON_AddNumberToObject(view, "height", c->height);
+        stp_camera_write(&b->items[i].camera, view);
         cJSON_AddItemToArray(views, view);
     }
     return json;
@@ -125,18 +104,18 @@ stp_status view_bookmarks_save(view_bookmarks *b, const char *model, stp_error *
 {
     stp_status status = STP_OK;
     char path[VIEW_PATH_BYTES];
-    if (b->path[0] != '\0' && cli_write_json(b->path, to_json(b), true, NULL) == STP_OK)
+    if (b->path[0] != '\0' && stp_json_save(to_json(b), b->path, true, NULL) == STP_OK)
         return STP_OK;
-    if (!view_files_is_address(model)) {
+    if (!stp_is_address(model)) {
         STP_TRY(beside(path, model, err));
-        if (cli_write_json(path, to_json(b), true, NULL) == STP_OK) {
+        if (stp_json_save(to_json(b), path, true, NULL) == STP_OK) {
             memcpy(b->path, path, sizeof path);
             return STP_OK;
         }
     }
     STP_TRY(view_files_model_state(path, model, ENDING, err));
     STP_TRY(view_files_make_folders(path, err));
-    STP_TRY(cli_write_json(path, to_json(b), true, err));
+    STP_TRY(stp_json_save(to_json(b), path, true, err));
     memcpy(b->path, path, sizeof path);
 done:
     return status;

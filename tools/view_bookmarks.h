@@ -1,5 +1,5 @@
 /* Views of a model that the user kept, in M.stipple.views.json beside it: {"views": [{"name": "..",
- * "eye": [x, y, z], "look": [..], "up": [..], "fovy_deg": D or "height": H}, ...]}.
+ * "eye": [x, y, z], ...}, ...]}, each a camera as runtime/camera_json.h has it.
  *
  * Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_BOOKMARKS_H

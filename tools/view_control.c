@@ -9,8 +9,6 @@
 #define TURN_RAD 3.14159265358979323846
 /* A notch of the wheel scales the distance by this. */
 #define WHEEL_FACTOR 0.85
-#define THRESHOLD_LEAST_PX (1.0 / 16.0)
-#define THRESHOLD_MOST_PX 64.0
 /* A press and a release so near to each other are a click; two such so soon a double one. */
 #define CLICK_PX 4.0
 #define DOUBLE_CLICK_S 0.4
@@ -160,7 +158,7 @@ void view_control_navigate(view_control *c, view_navigation navigation)
 
 static void set_threshold(stp_draw_params *params, double px)
 {
-    params->threshold_px = fmin(fmax(px, THRESHOLD_LEAST_PX), THRESHOLD_MOST_PX);
+    params->threshold_px = fmin(fmax(px, VIEW_THRESHOLD_LEAST_PX), VIEW_THRESHOLD_MOST_PX);
     params->every_sample = false;
 }
 

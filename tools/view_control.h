@@ -66,6 +66,10 @@ typedef struct view_control {
     bool changed; /* the picture: set here, reset by the caller */
 } view_control;
 
+/* What keys and panels make of the threshold. */
+#define VIEW_THRESHOLD_LEAST_PX (1.0 / 16.0)
+#define VIEW_THRESHOLD_MOST_PX 64.0
+
 /* How long a pivot is shown after the hand let go. */
 #define VIEW_PIVOT_S 0.8
 

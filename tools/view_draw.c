@@ -64,12 +64,11 @@ static void show_title(const viewer *v)
 
 static void show_damage(viewer *v)
 {
-    const char *damage = stp_renderer_damage(v->renderer);
-    if (v->said_damage || damage[0] == '\0')
+    char text[DRAW_DAMAGE_BYTES];
+    if (v->said_damage || !draw_options_damage(v->renderer, text))
         return;
-    view_note(v, "%s; its parent is drawn instead", damage);
-    if (!v->common->quiet)
-        fprintf(stderr, "stipple view: warning: %s; its parent is drawn instead\n", damage);
+    view_note(v, "%s", text);
+    draw_options_warn("view", v->common, v->renderer);
     v->said_damage = true;
 }
 

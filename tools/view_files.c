@@ -1,17 +1,20 @@
 /* Names of files that the viewer writes. */
 #include "tools/view_files.h"
 
+#include "base/file.h"
+#include "formats/chunk/byte_source.h"
+#include "formats/chunk/layout.h"
+
 #include <errno.h>
-#include <stdint.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #define NUMBERS_LIMIT 10000
 
-static const char *base_name(const char *path)
+const char *view_files_base(const char *path)
 {
     const char *slash = strrchr(path, '/');
     return slash != NULL && slash[1] != '\0' ? slash + 1 : path;
@@ -20,7 +23,7 @@ static const char *base_name(const char *path)
 stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
                            stp_error *err)
 {
-    const char *name = base_name(model), *dot = strrchr(name, '.');
+    const char *name = view_files_base(model), *dot = strrchr(name, '.');
     int length = dot != NULL && dot > name ? (int)(dot - name) : (int)strlen(name);
     struct stat found;
     for (int i = 1; i < NUMBERS_LIMIT; i++) {
@@ -31,20 +34,12 @@ stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const c
     return stp_error_set(err, STP_EXISTS, "no name like %s is free here: move some away", out);
 }
 
-bool view_files_is_address(const char *path)
-{
-    return strstr(path, "://") != NULL;
-}
-
 stp_status view_files_make_folders(const char *path, stp_error *err)
 {
-    char part[VIEW_PATH_BYTES];
-    for (const char *slash = strchr(path + 1, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
-        snprintf(part, sizeof part, "%.*s", (int)(slash - path), path);
-        if (mkdir(part, 0777) != 0 && errno != EEXIST)
-            return stp_error_set(err, STP_IO, "%s: cannot be made: %s", part, strerror(errno));
-    }
-    return STP_OK;
+    char folder[VIEW_PATH_BYTES];
+    const char *slash = strrchr(path, '/');
+    snprintf(folder, sizeof folder, "%.*s", slash != NULL ? (int)(slash - path) : 0, path);
+    return stp_folder_make(folder, 0777, err);
 }
 
 stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_error *err)
@@ -63,22 +58,14 @@ stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_err
     return STP_OK;
 }
 
-/* FNV-1a: tells models of one name apart. */
-static uint64_t hash_text(const char *text)
-{
-    uint64_t hash = UINT64_C(14695981039346656037);
-    for (; *text != '\0'; text++)
-        hash = (hash ^ (unsigned char)*text) * UINT64_C(1099511628211);
-    return hash;
-}
-
 stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
                                   stp_error *err)
 {
     char name[320];
-    char *real = view_files_is_address(model) ? NULL : realpath(model, NULL);
-    snprintf(name, sizeof name, "%.200s-%016llx%s", base_name(model),
-             (unsigned long long)hash_text(real != NULL ? real : model), ending);
+    char *real = stp_is_address(model) ? NULL : realpath(model, NULL);
+    const char *whole = real != NULL ? real : model; /* tells models of one name apart */
+    snprintf(name, sizeof name, "%.200s-%016" PRIx64 "%s", view_files_base(model),
+             stp_hash(whole, strlen(whole)), ending);
     free(real);
     return view_files_state(out, name, err);
 }

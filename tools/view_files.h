@@ -6,10 +6,10 @@
 
 #include "base/error.h"
 
-#include <stdbool.h>
-
 #define VIEW_PATH_BYTES 4096
 
+/* The last part of a path or address: "b.stipple" of "a/b.stipple"; the whole where that is "". */
+const char *view_files_base(const char *path);
 /* The first name like "model-1.png" in the working folder that no file has. model: its name, whose
  * ending is left out. Errors: EXISTS (they are all taken). */
 stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
@@ -22,6 +22,5 @@ stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, 
                                   stp_error *err);
 /* Makes the folders that a path leads through. Errors: IO. */
 stp_status view_files_make_folders(const char *path, stp_error *err);
-bool view_files_is_address(const char *path);
 
 #endif

@@ -5,10 +5,8 @@
 #define CROSSING_S 4.0
 #define FAST 5.0
 #define SPEED_NOTCH 1.25
-/* Fractions of the scene's radius: limits of the speed a second, and the eye above the ground where
- * the scene is too small for a man. */
-#define SPEED_LEAST 1e-4
-#define SPEED_MOST 10.0
+/* Fraction of the scene's radius: the eye above the ground where the scene is too small for a man.
+ */
 #define EYE_SHARE 0.05
 #define EYE_MAN 1.7
 /* Walking, of the eye's height a second. */
@@ -56,7 +54,8 @@ bool view_move_key(view_control *c, const stp_window_event *event)
 void view_move_speed(view_control *c, double notches)
 {
     double speed = c->speed * pow(SPEED_NOTCH, notches);
-    c->speed = fmin(fmax(speed, SPEED_LEAST * c->ball.radius), SPEED_MOST * c->ball.radius);
+    c->speed =
+        fmin(fmax(speed, VIEW_SPEED_LEAST * c->ball.radius), VIEW_SPEED_MOST * c->ball.radius);
 }
 
 void view_move_reset(view_control *c)

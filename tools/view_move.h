@@ -15,6 +15,10 @@ enum {
     VIEW_HELD_FAST = 1u << 6
 };
 
+/* Limits of the speed: fractions of the scene's radius a second. */
+#define VIEW_SPEED_LEAST 1e-4
+#define VIEW_SPEED_MOST 10.0
+
 /* Takes a key's press or release; false if it does not move. */
 bool view_move_key(view_control *control, const stp_window_event *event);
 /* One notch of the wheel. */

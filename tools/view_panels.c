@@ -99,8 +99,8 @@ static void navigation_rows(viewer *v)
     stp_ui_hint("orbit: about a pivot; fly: W A S D Q E; walk: likewise, on the ground");
     if (c->navigation == VIEW_ORBIT)
         return;
-    stp_ui_slider("speed", &c->speed, 1e-4 * c->ball.radius + unit, 10.0 * c->ball.radius, "%.3g",
-                  true);
+    stp_ui_slider("speed", &c->speed, VIEW_SPEED_LEAST * c->ball.radius + unit,
+                  VIEW_SPEED_MOST * c->ball.radius, "%.3g", true);
     if (c->navigation == VIEW_WALK && stp_ui_number("eye height", &c->eye_height, "%.3f"))
         c->eye_height = fmax(c->eye_height, unit);
 }

@@ -2,6 +2,7 @@
 #include "tools/view_app.h"
 
 #include "runtime/class_legend.h"
+#include "runtime/filter.h"
 
 #include <stdio.h>
 
@@ -41,7 +42,8 @@ void view_panel_quality(viewer *v)
     int lod = (int)p->lod;
     bool changed = false;
     stp_ui_disable_begin(p->every_sample || p->lod == STP_LOD_FULL);
-    changed |= stp_ui_slider("threshold", &p->threshold_px, 0.0625, 64.0, "%.2f px", true);
+    changed |= stp_ui_slider("threshold", &p->threshold_px, VIEW_THRESHOLD_LEAST_PX,
+                             VIEW_THRESHOLD_MOST_PX, "%.2f px", true);
     stp_ui_disable_end();
     stp_ui_hint("no sample is drawn further from the surface it stands for");
     changed |= stp_ui_check("every sample", &p->every_sample);
@@ -106,13 +108,10 @@ static void class_row(viewer *v, int c)
 static void legend(viewer *v)
 {
     uint32_t *hidden = v->control.params.hidden_classes;
-    bool any = false;
     for (int c = 0; c < 256; c++)
         if (has(v->model_classes, c) || has(hidden, c))
             class_row(v, c);
-    for (int k = 0; k < 8; k++)
-        any = any || hidden[k] != 0;
-    if (any && stp_ui_button("show all classes")) {
+    if (stp_filter_hides_classes(&v->control.params) && stp_ui_button("show all classes")) {
         for (int k = 0; k < 8; k++)
             hidden[k] = 0;
         v->control.changed = true;

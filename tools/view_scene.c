@@ -2,6 +2,7 @@
 #include "tools/view_scene.h"
 
 #include "base/memory.h"
+#include "tools/view_files.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -53,11 +54,9 @@ stp_status view_scene_add(view_scene *scene, const draw_options *options, const 
     for (size_t i = 0; i < scene->count; i++)
         if (strcmp(scene->models[i].path, path) == 0)
             return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
-    STP_TRY(stp_alloc(&m.path, strlen(path) + 1, 1, "a path", err));
-    memcpy(m.path, path, strlen(path) + 1);
+    STP_TRY(stp_text_copy(&m.path, path, "a path", err));
     STP_TRY(draw_options_open(options, path, &m.model, err));
-    const char *shown = stp_chunk_file_path(m.model->file), *slash = strrchr(shown, '/');
-    m.name = slash != NULL && slash[1] != '\0' ? slash + 1 : shown;
+    m.name = view_files_base(stp_chunk_file_path(m.model->file));
     read_metadata(&m);
     scene->models[scene->count++] = m;
     m = (view_model){0};

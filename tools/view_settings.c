@@ -1,7 +1,7 @@
 /* Remembered settings. */
 #include "tools/view_settings.h"
 
-#include "runtime/json.h"
+#include "base/json.h"
 
 #include <string.h>
 
@@ -73,5 +73,5 @@ void view_settings_save(const viewer *v)
     cJSON *opened = cJSON_AddObjectToObject(json, "open");
     for (int i = 0; i < VIEW_SECTION_COUNT; i++)
         cJSON_AddBoolToObject(opened, sections[i].name, v->open[i]);
-    cli_write_json(path, json, true, NULL);
+    stp_json_save(json, path, true, NULL);
 }

@@ -2,7 +2,6 @@
 #include "tools/view_app.h"
 #include "tools/view_move.h"
 
-#include "base/clock.h"
 #include "runtime/class_legend.h"
 
 #include <stdarg.h>
@@ -12,7 +11,6 @@
 #define NOTE_S 6.0
 /* Of the panel and of a window too narrow for it, ordinary pixels. */
 #define PANEL_WIDTH 330.0
-#define TURNS_TO_SETTLE 3
 
 void view_note(viewer *v, const char *format, ...)
 {
@@ -21,7 +19,7 @@ void view_note(viewer *v, const char *format, ...)
     vsnprintf(v->note, sizeof v->note, format, arguments);
     va_end(arguments);
     v->note_until_s = v->now_s + NOTE_S;
-    v->ui_turns = TURNS_TO_SETTLE;
+    v->ui_turns = VIEW_TURNS_TO_SETTLE;
 }
 
 void view_layout_update(viewer *v)
@@ -328,7 +326,7 @@ stp_status view_fulfil(viewer *v, stp_error *err)
     if (wants & VIEW_WANTS_CLIP)
         view_clip_toggle(v);
     if (wants != 0)
-        v->ui_turns = TURNS_TO_SETTLE;
+        v->ui_turns = VIEW_TURNS_TO_SETTLE;
 done:
     return status;
 }

@@ -49,12 +49,8 @@ done:
 
 static stp_status open_file(stp_byte_source *s, const char *path, stp_error *err)
 {
-    size_t path_bytes = strlen(path) + 1;
-    stp_status status = stp_alloc(&s->path, path_bytes, 1, "path", err);
-    if (status != STP_OK)
-        return status;
-    memcpy(s->path, path, path_bytes);
-    return stp_file_open(path, &s->descriptor, &s->size, err);
+    stp_status status = stp_text_copy(&s->path, path, "path", err);
+    return status == STP_OK ? stp_file_open(path, &s->descriptor, &s->size, err) : status;
 }
 
 stp_status stp_byte_source_open(stp_byte_source **out, const char *path,

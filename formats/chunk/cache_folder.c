@@ -1,6 +1,7 @@
 /* The folder of a disk cache: lock, count, and room by removing what was not used for longest. */
 #include "formats/chunk/cache_folder.h"
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/layout.h"
 
@@ -74,27 +75,10 @@ static stp_status say_closed(const char *path, int reason, stp_error *err)
     return stp_error_set(err, STP_IO, "%s: nothing can be kept there: %s", path, strerror(reason));
 }
 
-/* With the folders above it. False, and errno, if it cannot be made. */
-static bool make_folder(const char *path)
-{
-    char *copy = strdup(path);
-    bool made = copy != NULL;
-    for (char *at = copy; made && *at != '\0';) {
-        at += strspn(at, "/");
-        at += strcspn(at, "/");
-        char behind = *at;
-        *at = '\0';
-        made = mkdir(copy, 0700) == 0 || errno == EEXIST;
-        *at = behind;
-    }
-    free(copy);
-    return made;
-}
-
 stp_status stp_cache_folder_open(stp_cache_folder *out, const char *path, stp_error *err)
 {
     *out = (stp_cache_folder){-1, -1};
-    if (!make_folder(path))
+    if (stp_folder_make(path, 0700, NULL) != STP_OK)
         return say_closed(path, errno, err);
     out->folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (out->folder < 0)

@@ -1,6 +1,7 @@
 /* Ranges of a remote file in a folder: found by an index in memory, checked on every reading. */
 #include "formats/chunk/disk_cache.h"
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/cache_folder.h"
 #include "formats/chunk/layout.h"
@@ -139,9 +140,7 @@ stp_status stp_disk_cache_open(stp_disk_cache **out, const char *folder, uint64_
     c->folder = (stp_cache_folder){-1, -1};
     pthread_mutex_init(&c->mutex, NULL);
     pthread_mutex_init(&c->write_mutex, NULL);
-    size_t path_bytes = strlen(folder) + 1;
-    STP_TRY(stp_alloc(&c->path, path_bytes, 1, "path", err));
-    memcpy(c->path, folder, path_bytes);
+    STP_TRY(stp_text_copy(&c->path, folder, "path", err));
     XXH128_hash_t hash = XXH3_128bits(key, strlen(key));
     c->key[0] = hash.high64;
     c->key[1] = hash.low64;
@@ -193,17 +192,6 @@ static void fill_header(const stp_disk_cache *c, const range *r, const uint8_t *
     stp_put_u64(header + 40, stp_hash(data, r->size));
 }
 
-static bool read_whole(int descriptor, uint8_t *data, size_t size)
-{
-    for (size_t got = 0; got < size;) {
-        ssize_t part = read(descriptor, data + got, size - got);
-        if (part <= 0 && !(part < 0 && errno == EINTR))
-            return false;
-        got += part > 0 ? (size_t)part : 0;
-    }
-    return true;
-}
-
 /* The bytes of a range's file, checked; room: its size with the header. False if it is gone, or,
  * *wrong, not what its name says. */
 static bool load(const stp_disk_cache *c, const range *r, uint8_t *room, bool *wrong)
@@ -219,7 +207,8 @@ static bool load(const stp_disk_cache *c, const range *r, uint8_t *room, bool *w
         return false;
     *wrong = fstat(descriptor, &info) != 0 || !S_ISREG(info.st_mode) ||
              (uint64_t)info.st_size != (uint64_t)r->size + RANGE_HEADER_BYTES ||
-             !read_whole(descriptor, room, (size_t)r->size + RANGE_HEADER_BYTES);
+             stp_file_read_at(descriptor, text, 0, room, (size_t)r->size + RANGE_HEADER_BYTES,
+                              NULL) != STP_OK;
     if (!*wrong) {
         fill_header(c, r, room + RANGE_HEADER_BYTES, header);
         *wrong = memcmp(header, room, RANGE_HEADER_BYTES) != 0;

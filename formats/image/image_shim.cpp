@@ -9,8 +9,8 @@ extern "C" {
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <new>
-#include <vector>
+#include <memory>
+#include <string>
 
 namespace
 {
@@ -34,6 +34,16 @@ void spread(uint8_t *pixels, size_t count, int channels)
         out[2] = b;
         out[3] = a;
     }
+}
+
+/* None, and why, where the format is unknown. */
+std::unique_ptr<OIIO::ImageOutput> create(const char *format_name, char *message,
+                                          size_t message_bytes)
+{
+    auto output = OIIO::ImageOutput::create(format_name);
+    if (!output)
+        say(message, message_bytes, OIIO::geterror());
+    return output;
 }
 
 /* Opens, writes and closes. Formats that can (PNG, EXR) write through a stream of ours, whose
@@ -105,11 +115,9 @@ extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_na
                                          size_t message_bytes)
 {
     try {
-        auto output = OIIO::ImageOutput::create(format_name);
-        if (!output) {
-            say(message, message_bytes, OIIO::geterror());
+        auto output = create(format_name, message, message_bytes);
+        if (!output)
             return STP_OIIO_UNKNOWN_FORMAT;
-        }
         OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
         spec["oiio:UnassociatedAlpha"] = 1;
         if (!output->supports("alpha"))
@@ -127,11 +135,9 @@ extern "C" stp_oiio_result stp_oiio_save_floats(const char *path, const char *fo
                                                 size_t message_bytes)
 {
     try {
-        auto output = OIIO::ImageOutput::create(format_name);
-        if (!output) {
-            say(message, message_bytes, OIIO::geterror());
+        auto output = create(format_name, message, message_bytes);
+        if (!output)
             return STP_OIIO_UNKNOWN_FORMAT;
-        }
         OIIO::ImageSpec spec(image->width, image->height, image->channel_count,
                              OIIO::TypeDesc::FLOAT);
         spec.channelnames.assign(image->channel_names, image->channel_names + image->channel_count);

@@ -89,8 +89,7 @@ stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
         w->min[axis] = INT32_MAX;
         w->max[axis] = INT32_MIN;
     }
-    STP_TRY(stp_alloc(&w->path, strlen(path) + 1, 1, "path", err));
-    memcpy(w->path, path, strlen(path) + 1);
+    STP_TRY(stp_text_copy(&w->path, path, "path", err));
     STP_TRY(stp_output_create(&w->output, path, params->force, err));
     put_header(w, header);
     STP_TRY(stp_output_write(w->output, header, sizeof header, err));

@@ -175,8 +175,7 @@ stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
     STP_TRY(check_params(path, params, err));
     STP_TRY(stp_alloc(&w, 1, sizeof *w, "PLY writer", err));
     w->params = *params;
-    STP_TRY(stp_alloc(&w->path, strlen(path) + 1, 1, "path", err));
-    memcpy(w->path, path, strlen(path) + 1);
+    STP_TRY(stp_text_copy(&w->path, path, "path", err));
     STP_TRY(stp_output_create(&w->output, path, params->force, err));
     STP_TRY(write_header(w, err));
     w->params.stations = NULL; /* borrowed for the header only */

@@ -182,8 +182,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     stp_scan_format format;
     STP_TRY(stp_scan_detect(&format, path, err));
     STP_TRY(stp_alloc(&scan, 1, sizeof *scan, "scan", err));
-    STP_TRY(stp_alloc(&scan->path, strlen(path) + 1, 1, "path", err));
-    memcpy(scan->path, path, strlen(path) + 1);
+    STP_TRY(stp_text_copy(&scan->path, path, "path", err));
     if (params)
         scan->params = *params;
     STP_TRY(check_columns(scan, format, err));

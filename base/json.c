@@ -1,15 +1,16 @@
-/* JSON files in, numbers out. */
-#include "runtime/json.h"
+/* JSON files in and out; numbers. */
+#include "base/json.h"
 
 #include "base/file.h"
 #include "base/memory.h"
 
 #include <math.h>
-#include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
-/* A path of STP_PATH_KEYFRAMES_LIMIT keyframes takes half of it. */
+/* A camera path of 100,000 keyframes takes half of it. */
 #define FILE_BYTES_LIMIT (64u << 20)
 
 stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err)
@@ -40,6 +41,29 @@ done:
     return status;
 }
 
+stp_status stp_json_save(cJSON *json, const char *path, bool force, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_output *output = NULL;
+    char *text = json != NULL ? cJSON_Print(json) : NULL;
+    cJSON_Delete(json);
+    if (text == NULL)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %s", path);
+    STP_TRY(stp_output_create(&output, path, force, err));
+    STP_TRY(stp_output_write(output, text, strlen(text), err));
+    STP_TRY(stp_output_write(output, "\n", 1, err));
+    STP_TRY(stp_output_commit(&output, err));
+done:
+    stp_output_destroy(&output);
+    free(text);
+    return status;
+}
+
+bool stp_json_has(const cJSON *object, const char *key)
+{
+    return cJSON_GetObjectItemCaseSensitive(object, key) != NULL;
+}
+
 stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, int count,
                             const char *where, stp_error *err)
 {
@@ -60,4 +84,18 @@ stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, i
     for (int i = 0; i < count; i++)
         out[i] = values[i];
     return STP_OK;
+}
+
+void stp_json_add_number(cJSON *object, const char *key, double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.17g", value);
+    cJSON_AddRawToObject(object, key, text);
+}
+
+void stp_json_add_vector(cJSON *object, const char *key, stp_dvec3 v)
+{
+    char text[96];
+    snprintf(text, sizeof text, "[%.17g, %.17g, %.17g]", v.x, v.y, v.z);
+    cJSON_AddRawToObject(object, key, text);
 }
