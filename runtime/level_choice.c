@@ -109,11 +109,12 @@ static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound
 
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
 {
+    if (frame->modes[1] == 0 && faces_away(frame, bound)) /* first: half of a closed model is */
+        return false;
     eye[0] = dot3(frame->axis_right, bound->centre);
     eye[1] = dot3(frame->axis_up, bound->centre);
     eye[2] = dot3(frame->axis_back, bound->centre);
-    return !outside_frustum(frame, eye, bound->radius) && !outside_clip(frame, bound) &&
-           (frame->modes[1] != 0 || !faces_away(frame, bound));
+    return !outside_frustum(frame, eye, bound->radius) && !outside_clip(frame, bound);
 }
 
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)

@@ -64,8 +64,8 @@ stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch);
 bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
                      float radius);
 
-/* Not outside the frustum or the clip box, nor seen from behind all over. eye: gets the centre in
- * eye space. */
+/* Not outside the frustum or the clip box, nor seen from behind all over. eye: then gets the centre
+ * in eye space. */
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
 /* What stp_rule_error needs of a bound. */
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound);
