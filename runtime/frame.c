@@ -44,6 +44,13 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
+stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
+{
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_variant_defines(&r->variant, defines);
+    return stp_project_prepare(&r->project, lod, r->shader_folder, defines, err);
+}
+
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
                             const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err)
 {

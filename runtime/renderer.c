@@ -39,13 +39,6 @@ done:
     return status;
 }
 
-stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
-{
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_variant_defines(&r->variant, defines);
-    return stp_project_prepare(&r->project, lod, r->shader_folder, defines, err);
-}
-
 /* The programs for these parameters; those of the last frame do, as a rule. */
 static stp_status choose_programs(stp_renderer *r, const stp_view *view,
                                   const stp_draw_params *params, stp_error *err)
