@@ -44,26 +44,26 @@ typedef struct view_control {
     view_depth *depth;      /* asked for what is under the cursor */
     view_ground_at *ground; /* asked where to walk */
     void *context;          /* for both */
+    double speed;           /* of flying and walking, units a second */
+    double eye_height;      /* above the ground, walking */
     view_navigation navigation;
-    double speed;      /* of flying and walking, units a second */
-    double eye_height; /* above the ground, walking */
-    uint32_t held;     /* keys that move, VIEW_HELD_* of view_move.h */
+    uint32_t held; /* keys that move, VIEW_HELD_* of view_move.h */
     view_drag drag;
     int button;                /* that drags */
     double x, y;               /* where the cursor was last */
     double press[2], click[2]; /* where the button went down; where it was a click */
     double click_at_s;         /* when that was */
-    bool moved;                /* since it went down, further than a click allows */
     stp_dvec3 pivot;           /* what the drag holds */
     double pivot_depth;
     double pivot_until_s; /* how long it is shown */
-    bool has_centre;      /* a pivot was set */
-    stp_dvec3 centre;     /* then this */
-    bool measuring;       /* clicks are points */
+    stp_dvec3 centre;     /* a pivot that was set, if has_centre */
+    bool has_centre;
+    bool moved;     /* the cursor since the button went down, further than a click allows */
+    bool measuring; /* clicks are points */
+    bool changed;   /* the picture: set here, reset by the caller */
     int recall;
     uint32_t colours; /* bits by stp_colour: what the model has */
     uint32_t wants;
-    bool changed; /* the picture: set here, reset by the caller */
 } view_control;
 
 /* What keys and panels make of the threshold. */

@@ -50,8 +50,8 @@ std::unique_ptr<OIIO::ImageOutput> create(const char *format_name, char *message
  * errors are asked for at the end: libpng's do not come back, and a full disk would go unnoticed.
  */
 stp_oiio_result write(OIIO::ImageOutput &output, const OIIO::ImageSpec &spec, const char *path,
-                      OIIO::TypeDesc type, const void *values, OIIO::stride_t pixel, char *message,
-                      size_t message_bytes)
+                      const OIIO::TypeDesc &type, const void *values, OIIO::stride_t pixel,
+                      char *message, size_t message_bytes)
 {
     FILE *file = output.supports("ioproxy") ? std::fopen(path, "wb") : nullptr;
     int reason = 0;
