@@ -148,7 +148,7 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
                                     .eye = r->eye,
                                     .pool = r->pool,
                                     .tiles = &r->tiles,
-                                    .vertices = lod == STP_LOD_GEOMETRY || lod == STP_LOD_CPU};
+                                    .vertices = lod != STP_LOD_FULL};
     stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
     if (status == STP_OK)
         status = stp_tiles_collect(&r->tiles, first, err);

@@ -10,14 +10,15 @@
 
 /* As in shaders/runs.glsl and the shaders' bindings. */
 #define GROUP_PATCHES 64u
+#define GROUP_SAMPLES 64u
 #define RUN_SAMPLES 8
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
-enum { BLOCK_PATCHES = 1, BLOCK_RUNS = 2, BLOCK_LATTICES = 3 };
+enum { BLOCK_PATCHES = 1, BLOCK_VERTICES = 1, BLOCK_RUNS = 2, BLOCK_LATTICES = 3 };
 enum { UNIT_RUNS = 9, IMAGE_DEPTH = 0, IMAGE_SAMPLE = 1, UNIFORM_SETTING = 1 };
 
 /* Groups of invocations: more than 65535 in a row are too many for some. */
 #define RUNS_GROUPS_LIMIT 1024
-#define SCATTER_ROW_GROUPS 128
+#define SCATTER_ROW_GROUPS 128u
 
 /* The runs' buffer begins with this; the groups of the indirect dispatch stand first. */
 typedef struct runs_head {
@@ -35,6 +36,7 @@ stp_status stp_scatter_create(stp_scatter *out, const char *folder, const char *
     STP_TRY(stp_program_create(&s.runs_program, &runs, err));
     STP_TRY(stp_program_create(&s.scatter_program, &scatter, err));
     glCreateBuffers(1, &s.patches);
+    glCreateBuffers(1, &s.vertices);
     *out = s;
     s = (stp_scatter){0};
 done:
@@ -44,11 +46,11 @@ done:
 
 void stp_scatter_destroy(stp_scatter *s)
 {
-    const GLuint buffers[3] = {s->patches, s->runs, s->lattices};
+    const GLuint buffers[4] = {s->patches, s->vertices, s->runs, s->lattices};
     glDeleteProgram(s->runs_program);
     glDeleteProgram(s->scatter_program);
     if (s->patches != 0)
-        glDeleteBuffers(3, buffers);
+        glDeleteBuffers(4, buffers);
     if (s->textures[0] != 0)
         glDeleteTextures(2, s->textures);
     *s = (stp_scatter){0};
@@ -105,8 +107,11 @@ static void make_runs(stp_scatter *s, const stp_project_params *params)
                     GL_BUFFER_UPDATE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
 }
 
-static void scatter_runs(const stp_scatter *s, const stp_pyramid *pyramid)
+/* Both passes over the runs, of which the GPU alone knows how many there are, and the vertices. */
+static void scatter_samples(const stp_scatter *s, const stp_pyramid *pyramid, bool has_runs,
+                            size_t vertices)
 {
+    size_t group = (size_t)SCATTER_ROW_GROUPS * GROUP_SAMPLES;
     glUseProgram(s->scatter_program);
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, s->runs);
     glBindTextures(UNIT_RUNS, 2, s->textures);
@@ -115,7 +120,12 @@ static void scatter_runs(const stp_scatter *s, const stp_pyramid *pyramid)
     glBindImageTexture(IMAGE_SAMPLE, pyramid->nearest, 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
     for (int naming = 0; naming < 2; naming++) {
         glUniform1i(UNIFORM_SETTING, naming);
-        glDispatchComputeIndirect(0);
+        glUniform1ui(STP_UNIFORM_VERTICES, 0);
+        if (has_runs)
+            glDispatchComputeIndirect(0);
+        glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)vertices);
+        if (vertices > 0)
+            glDispatchCompute(SCATTER_ROW_GROUPS, (GLuint)((vertices + group - 1) / group), 1);
         glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     }
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
@@ -127,6 +137,7 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
 {
     static const GLuint far_depth = 0;
     runs_head head;
+    const stp_sight_list *list = &params->sight->vertices;
     if (stp_chunk_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
                              "--lod compute counts to %u samples: give a smaller --gpu-memory",
@@ -134,10 +145,16 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
     if (params->first)
         glClearTexImage(params->pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
                         &far_depth);
-    if (params->sight->patches.begin[params->draw_count] == 0)
+    size_t patches = params->sight->patches.begin[params->draw_count];
+    size_t vertices = list->begin[params->draw_count];
+    if (patches + vertices == 0)
         return STP_OK;
     make_runs(s, params);
-    scatter_runs(s, params->pyramid);
+    glNamedBufferData(s->vertices, (GLsizeiptr)(vertices * sizeof *list->items), list->items,
+                      GL_STREAM_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_VERTICES, s->vertices);
+    scatter_samples(s, params->pyramid, patches > 0, vertices);
+    *points += vertices;
     if (params->waits) {
         glGetNamedBufferSubData(s->runs, 0, sizeof head, &head);
         *points += head.points_drawn;

@@ -1,6 +1,7 @@
 /* Projection by compute shaders, without the rasteriser: levels are chosen and samples put into
  * their pixels by all processors at once, where a geometry shader's samples go through one thread
- * of a software driver. Threads: the render thread. */
+ * of a software driver. Patches' vertices that are listed apart (runtime/sight.h) need no choice.
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_SCATTER_H
 #define STP_RUNTIME_SCATTER_H
 
@@ -14,7 +15,8 @@ typedef struct stp_project_params stp_project_params; /* runtime/project.h */
 
 typedef struct stp_scatter {
     GLuint runs_program, scatter_program;
-    GLuint patches, runs, lattices;  /* buffers: patches in sight; samples; by patch in sight */
+    /* Buffers: patches in sight and vertices listed apart; samples; by patch in sight. */
+    GLuint patches, vertices, runs, lattices;
     GLuint textures[2];              /* of runs, lattices */
     size_t run_bytes, lattice_bytes; /* of the buffers */
 } stp_scatter;

@@ -57,13 +57,12 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
 // Texture, and with the quarters before it end[q] in all.
 struct stp_selection {
     uvec4 first, end;
-    bool vertex; // it is the sample of level 3
 };
 
 stp_selection stp_select(stp_patch p, ivec4 levels)
 {
     if (levels.x == 3)
-        return stp_selection(uvec4(p.first[3]), uvec4(1u), true); // the others have none
+        return stp_selection(uvec4(p.first[3]), uvec4(1u)); // the others have none
     uvec4 end_2 = uvec4(1u, 2u, 3u, 4u);
     uvec4 end_1 = stp_children_end(end_2, p.count[2], p.count[1]);
     uvec4 end_0 = stp_children_end(end_1, p.count[1], p.count[0]);
@@ -75,5 +74,5 @@ stp_selection stp_select(stp_patch p, ivec4 levels)
     count.y += count.x;
     count.zw += count.y;
     count.w += count.z - count.y;
-    return stp_selection(first, count, false);
+    return stp_selection(first, count);
 }

@@ -24,7 +24,7 @@ void main()
         vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step);
         if (position.z > 1.0)
             continue;
-        position.z = stp_depth_apart(position.z, s.vertex);
+        position.z = stp_depth_apart(position.z, false);
         gl_Position = position;
         id = index;
         EmitVertex();

@@ -36,8 +36,7 @@ void stp_list(uint listed)
     lattices[listed] = vec4(p.origin, p.step);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
-            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed,
-                                    s.vertex);
+            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed);
             at++;
         }
 }

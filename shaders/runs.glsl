@@ -13,7 +13,7 @@ layout(std430, binding = 2) buffer stp_runs_block {
     uint run_count;
     uint points_drawn;
     uint unused;
-    uvec2 runs[]; // first sample | (samples - 1) << 29, which patch in sight | (1: its vertex) << 31
+    uvec2 runs[]; // first sample | (samples - 1) << 29, which patch in sight
 };
 
 // Of the patches in sight: origin relative to the eye, step.
@@ -21,7 +21,7 @@ layout(std430, binding = 3) buffer stp_lattices_block {
     vec4 lattices[];
 };
 
-uvec2 stp_run_pack(uint first, uint count, uint listed, bool is_vertex)
+uvec2 stp_run_pack(uint first, uint count, uint listed)
 {
-    return uvec2(first | count - 1u << 29, listed | uint(is_vertex) << 31);
+    return uvec2(first | count - 1u << 29, listed);
 }
