@@ -127,12 +127,11 @@ typedef struct stp_draw_params {
     stp_lod lod;
     stp_reconstruct reconstruct;
     stp_shade shade;
-    double threshold_px;  /* greatest projected error; 0: 1 pixel */
-    double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
-    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
-    bool keep_back_faces; /* cull nothing by orientation */
     stp_colour colour;
     stp_palette palette;
+    uint32_t hidden_models; /* bit i: model i is not drawn */
+    double threshold_px;    /* greatest projected error; 0: 1 pixel */
+    double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
     /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
@@ -140,17 +139,18 @@ typedef struct stp_draw_params {
      * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
-    stp_clip clip;
-    uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
-                                   merged sample has the class of one that it stands for */
     /* While streaming: share of a level change that a frame still shows of the last one, so that it
      * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
     double fade;
+    stp_clip clip;
+    uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
+                                   merged sample has the class of one that it stands for */
+    bool every_sample;          /* threshold zero: all level-0 samples, by whichever road */
+    bool keep_back_faces;       /* cull nothing by orientation */
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
-    uint32_t hidden_models; /* bit i: model i is not drawn */
-    bool keep_pixels;       /* finish level 0 of the pyramid too: for normals */
-    bool timed;             /* waits for the GPU between stages, so that their times are true */
+    bool keep_pixels; /* finish level 0 of the pyramid too: for normals */
+    bool timed;       /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
