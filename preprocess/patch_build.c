@@ -314,6 +314,7 @@ static int choose_vertex_lattice(const builder *b)
     double area = 0.0, wide = 0.0;
     int lattice = LATTICE_MAX;
     stp_dbox box = stp_dbox_empty();
+    /* cppcheck-suppress ctuuninitvar ; what is not set yet is not read here */
     for (unsigned i = 0; i < b->count; i++) {
         const stp_item *item = &b->items[b->order[i]];
         area += item->area;

@@ -67,8 +67,8 @@ static void make_objects(host *h)
     glNamedFramebufferReadBuffer(h->other_frame, GL_COLOR_ATTACHMENT1);
 }
 
-/* Everything that switches, on; everything that says where and how, otherwise. */
-static void set_raster(void)
+/* Everything that switches, on. */
+static void set_switches(void)
 {
     static const GLenum on[] = {GL_BLEND,
                                 GL_COLOR_LOGIC_OP,
@@ -99,6 +99,11 @@ static void set_raster(void)
         glEnable(on[i]);
     for (GLenum i = 0; i < 8; i++)
         glEnable(GL_CLIP_DISTANCE0 + i);
+}
+
+/* Everything that says where and how, otherwise. */
+static void set_raster(void)
+{
     for (GLuint i = 0; i < 16; i++) {
         glViewportIndexedf(i, 1.5f + (float)i, 2.0f, 33.0f, 17.0f + (float)i);
         glScissorIndexed(i, 1, (GLint)i, 3, 2);
@@ -269,6 +274,7 @@ static void perverse_host(void **state)
     stp_cut_measure measure;
     assert_non_null(out);
     make_objects(&h);
+    set_switches();
     set_raster();
     set_bindings(&h);
     begin_running(&h);
@@ -326,6 +332,7 @@ static void drawing_into(void **state)
     gl_fixture f = {0};
     stp_view view;
     make_objects(&h);
+    set_switches();
     set_raster();
     set_bindings(&h);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, h.frame);

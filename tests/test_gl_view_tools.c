@@ -83,9 +83,9 @@ static void unwritable_places_lead_elsewhere(void **state)
 {
     (void)state;
     static view_bookmarks kept, read;
-    char folder[VIEW_PATH_BYTES];
-    assert_non_null(getcwd(folder, sizeof folder - 16));
-    strcat(folder, "/states");
+    char here[VIEW_PATH_BYTES - 16], folder[VIEW_PATH_BYTES];
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(folder, sizeof folder, "%s/states", here);
     assert_int_equal(setenv("XDG_STATE_HOME", folder, 1), 0);
     stp_camera camera = camera_at(1.0);
     view_bookmarks_add(&kept, &camera);

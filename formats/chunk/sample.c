@@ -56,7 +56,7 @@ static inline uint32_t normal_word(const uint8_t code[3])
 
 vec3s stp_normal_decode(const uint8_t code[3])
 {
-    vec3s n;
+    vec3s n = GLMS_VEC3_ZERO_INIT;
     decode_normal(normal_word(code), n.raw);
     return n;
 }
