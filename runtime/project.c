@@ -94,22 +94,41 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
 }
 
 /* A driver whose vertex and geometry shaders are one thread and whose rasteriser others (llvmpipe)
- * gets its parts early by a flush: of so many points at least, in so many parts at most. */
+ * gets its parts early by a flush: of so many points at least, in so many parts at most. It keeps
+ * some 300 bytes of each point until it is rasterised: so many parts may wait for that. */
 #define FLUSH_POINTS 2048
 #define FLUSH_PARTS 16
+#define PARTS_AHEAD 4
+#define PART_WAIT_NS UINT64_C(1000000000)
+
+/* Flushes part i, and waits for the one that lies PARTS_AHEAD back. */
+static void flush_part(GLsync fences[PARTS_AHEAD], size_t i)
+{
+    GLsync *fence = &fences[i % PARTS_AHEAD];
+    if (*fence != NULL) {
+        glClientWaitSync(*fence, 0, PART_WAIT_NS);
+        glDeleteSync(*fence);
+    }
+    *fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    glFlush();
+}
 
 /* Draws these numbers as points of a vertex array with the program in use. */
 static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count)
 {
+    GLsync fences[PARTS_AHEAD] = {NULL};
     size_t part = count / FLUSH_PARTS > FLUSH_POINTS ? count / FLUSH_PARTS : FLUSH_POINTS;
     glBindVertexArray(array);
     glNamedBufferData(p->index_buffer, (GLsizeiptr)(count * sizeof *items), items, GL_STREAM_DRAW);
     glVertexArrayElementBuffer(array, p->index_buffer);
-    for (size_t i = 0; i < count; i += part) {
+    for (size_t i = 0, k = 0; i < count; i += part, k++) {
         glDrawElements(GL_POINTS, (GLsizei)(count - i < part ? count - i : part), GL_UNSIGNED_INT,
                        (const void *)(i * sizeof *items));
-        glFlush();
+        flush_part(fences, k);
     }
+    for (int i = 0; i < PARTS_AHEAD; i++)
+        if (fences[i] != NULL)
+            glDeleteSync(fences[i]);
 }
 
 static void use_samples(const stp_project *p, bool vertices)
