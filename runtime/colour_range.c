@@ -2,6 +2,7 @@
 #include "runtime/colour_range.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "runtime/model.h"
 
 #include <stdlib.h>
@@ -26,12 +27,6 @@ void stp_colour_range_place(float out[4], const stp_draw_params *params, const s
     out[2] = out[3] = 0.0f;
 }
 
-static int compare_values(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err)
 {
@@ -51,7 +46,7 @@ stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, dou
         }
     range[0] = range[1] = 0.0;
     if (count > 0) {
-        qsort(values, count, sizeof *values, compare_values);
+        stp_sort_doubles(values, count);
         range[0] = values[(uint32_t)(TAIL * (count - 1))];
         range[1] = values[count - 1 - (uint32_t)(TAIL * (count - 1))];
     }

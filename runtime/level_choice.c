@@ -153,12 +153,19 @@ stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch)
     return brief;
 }
 
+stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk)
+{
+    stp_rule_bound bound = brief->bound;
+    for (int i = 0; i < 3; i++)
+        bound.centre[i] += chunk->offset[i];
+    return bound;
+}
+
 static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                                     const stp_gpu_patch *patch)
 {
-    stp_rule_bound bound = stp_patch_brief_of(patch).bound;
-    for (int i = 0; i < 3; i++)
-        bound.centre[i] += chunk->offset[i];
+    stp_patch_brief brief = stp_patch_brief_of(patch);
+    stp_rule_bound bound = stp_patch_bound(&brief, chunk);
     return stp_rule_look(frame, &bound);
 }
 

@@ -59,6 +59,8 @@ typedef struct stp_patch_brief {
 } stp_patch_brief;
 
 stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch);
+/* A patch's bound, relative to the eye. */
+stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk);
 
 /* Whether level 3, the patch's vertex, does for all of it. */
 bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],

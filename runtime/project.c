@@ -101,8 +101,8 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
 #define PARTS_AHEAD 4
 #define PART_WAIT_NS UINT64_C(1000000000)
 
-/* Flushes part i, and waits for the one that lies PARTS_AHEAD back. */
-static void flush_part(GLsync fences[PARTS_AHEAD], size_t i)
+/* Waits for the part that lies PARTS_AHEAD before part i, which was just drawn. */
+static void wait_for_parts(GLsync fences[PARTS_AHEAD], size_t i)
 {
     GLsync *fence = &fences[i % PARTS_AHEAD];
     if (*fence != NULL) {
@@ -110,11 +110,12 @@ static void flush_part(GLsync fences[PARTS_AHEAD], size_t i)
         glDeleteSync(*fence);
     }
     *fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    glFlush();
 }
 
-/* Draws these numbers as points of a vertex array with the program in use. */
-static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count)
+/* Draws these numbers as points of a vertex array with the program in use. waits: as of the
+ * params; a frame that does not wait for the GPU does not wait for parts either. */
+static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count,
+                        bool waits)
 {
     GLsync fences[PARTS_AHEAD] = {NULL};
     size_t part = count / FLUSH_PARTS > FLUSH_POINTS ? count / FLUSH_PARTS : FLUSH_POINTS;
@@ -124,11 +125,12 @@ static void draw_points(stp_project *p, GLuint array, const uint32_t *items, siz
     for (size_t i = 0, k = 0; i < count; i += part, k++) {
         glDrawElements(GL_POINTS, (GLsizei)(count - i < part ? count - i : part), GL_UNSIGNED_INT,
                        (const void *)(i * sizeof *items));
-        flush_part(fences, k);
+        if (waits)
+            wait_for_parts(fences, k);
+        glFlush();
     }
     for (int i = 0; i < PARTS_AHEAD; i++)
-        if (fences[i] != NULL)
-            glDeleteSync(fences[i]);
+        glDeleteSync(fences[i]); /* of none, nothing */
 }
 
 static void use_samples(const stp_project *p, bool vertices)
@@ -142,7 +144,7 @@ static void draw_vertices(stp_project *p, const stp_project_params *params)
     const stp_sight_list *vertices = &params->sight->vertices;
     use_samples(p, true);
     draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, vertices->items,
-                vertices->begin[params->draw_count]);
+                vertices->begin[params->draw_count], params->waits);
 }
 
 static void draw_patches(stp_project *p, const stp_project_params *params)
@@ -150,7 +152,7 @@ static void draw_patches(stp_project *p, const stp_project_params *params)
     const stp_sight_list *patches = &params->sight->patches;
     glUseProgram(p->patch_program);
     draw_points(p, stp_chunk_cache_texture(params->cache)->empty_array, patches->items,
-                patches->begin[params->draw_count]);
+                patches->begin[params->draw_count], params->waits);
 }
 
 /* Lists the samples of all chunks and draws them at once. */
@@ -165,8 +167,8 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
             return status;
     }
     use_samples(p, false);
-    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices,
-                p->index_count);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
+                params->waits);
     *points += p->index_count + params->sight->vertices.begin[params->draw_count];
     return STP_OK;
 }

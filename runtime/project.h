@@ -40,7 +40,7 @@ struct stp_project_params {
     stp_lod lod;
     const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
     bool first;                 /* pass over the picture */
-    bool waits;                 /* for the GPU, where it alone knows how many points it drew */
+    bool waits;                 /* for the GPU: the frame does so at its end in any case */
 };
 
 /* Draws resident chunks into the bound framebuffer, in order, by the road prepared: first the

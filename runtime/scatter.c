@@ -108,10 +108,9 @@ static void make_runs(stp_scatter *s, const stp_project_params *params)
 }
 
 /* Both passes over the runs, of which the GPU alone knows how many there are, and the vertices. */
-static void scatter_samples(const stp_scatter *s, const stp_pyramid *pyramid, bool has_runs,
-                            size_t vertices)
+static void scatter_samples(const stp_scatter *s, const stp_pyramid *pyramid, size_t vertices)
 {
-    size_t group = (size_t)SCATTER_ROW_GROUPS * GROUP_SAMPLES;
+    size_t row = (size_t)SCATTER_ROW_GROUPS * GROUP_SAMPLES;
     glUseProgram(s->scatter_program);
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, s->runs);
     glBindTextures(UNIT_RUNS, 2, s->textures);
@@ -121,11 +120,9 @@ static void scatter_samples(const stp_scatter *s, const stp_pyramid *pyramid, bo
     for (int naming = 0; naming < 2; naming++) {
         glUniform1i(UNIFORM_SETTING, naming);
         glUniform1ui(STP_UNIFORM_VERTICES, 0);
-        if (has_runs)
-            glDispatchComputeIndirect(0);
+        glDispatchComputeIndirect(0);
         glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)vertices);
-        if (vertices > 0)
-            glDispatchCompute(SCATTER_ROW_GROUPS, (GLuint)((vertices + group - 1) / group), 1);
+        glDispatchCompute(SCATTER_ROW_GROUPS, (GLuint)((vertices + row - 1) / row), 1);
         glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     }
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
@@ -145,15 +142,14 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
     if (params->first)
         glClearTexImage(params->pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
                         &far_depth);
-    size_t patches = params->sight->patches.begin[params->draw_count];
     size_t vertices = list->begin[params->draw_count];
-    if (patches + vertices == 0)
+    if (params->sight->patches.begin[params->draw_count] + vertices == 0)
         return STP_OK;
     make_runs(s, params);
     glNamedBufferData(s->vertices, (GLsizeiptr)(vertices * sizeof *list->items), list->items,
                       GL_STREAM_DRAW);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_VERTICES, s->vertices);
-    scatter_samples(s, params->pyramid, patches > 0, vertices);
+    scatter_samples(s, params->pyramid, vertices);
     *points += vertices;
     if (params->waits) {
         glGetNamedBufferSubData(s->runs, 0, sizeof head, &head);

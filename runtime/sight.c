@@ -33,21 +33,12 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
                    frame->centre[1] + eye[1] * scale, reach);
 }
 
-/* A patch's bound, relative to the eye. */
-static stp_rule_bound bound_from_eye(const stp_gpu_chunk *chunk, const stp_patch_brief *brief)
-{
-    stp_rule_bound bound = brief->bound;
-    for (int axis = 0; axis < 3; axis++)
-        bound.centre[axis] += chunk->offset[axis];
-    return bound;
-}
-
 bool stp_patch_in_sight(const stp_gpu_frame *frame, const stp_draw *draw,
                         const stp_gpu_chunk *chunk, const stp_gpu_patch *patch)
 {
     float eye[3];
     stp_patch_brief brief = stp_patch_brief_of(patch);
-    stp_rule_bound bound = bound_from_eye(chunk, &brief);
+    stp_rule_bound bound = stp_patch_bound(&brief, chunk);
     return !stp_patch_refined(draw, patch) && stp_rule_visible(frame, &bound, eye);
 }
 
@@ -74,7 +65,7 @@ static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->briefs[i];
-        stp_rule_bound bound = bound_from_eye(&chunk, brief);
+        stp_rule_bound bound = stp_patch_bound(brief, &chunk);
         if (stp_patch_refined(draw, &r->patches[i]) ||
             !stp_rule_visible(params->frame, &bound, eye))
             continue;

@@ -73,10 +73,10 @@ uint64_t stp_model_gpu_bytes(const stp_model *model);
 
 /* Who chooses the levels. */
 typedef enum stp_lod {
-    STP_LOD_GEOMETRY = 0, /* the geometry shader, patch by patch */
+    STP_LOD_GEOMETRY = 0, /* the geometry shader, of patches for which one sample does not do */
     STP_LOD_CPU = 1,      /* the same rule on the CPU */
     STP_LOD_FULL = 2,     /* nobody: every level-0 sample, in passes if the budget asks for it */
-    STP_LOD_COMPUTE = 3   /* a compute shader, patch by patch; nothing is rasterised */
+    STP_LOD_COMPUTE = 3   /* a compute shader, of these; nothing is rasterised */
 } stp_lod;
 
 typedef enum stp_reconstruct {

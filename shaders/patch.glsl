@@ -53,6 +53,13 @@ uint stp_patch_slot(uint index)
     return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).y;
 }
 
+// A patch's origin relative to the eye, world axes, and its step.
+vec4 stp_lattice_fetch(uint index, vec3 chunk_offset)
+{
+    vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS));
+    return vec4(lattice.xyz + chunk_offset, lattice.w);
+}
+
 stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
 {
     int base = int(index) * STP_PATCH_TEXELS;

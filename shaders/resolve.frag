@@ -118,9 +118,9 @@ void main()
         discard;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
-    vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(id.y) * STP_PATCH_TEXELS));
+    vec4 lattice = stp_lattice_fetch(id.y, chunk.offset);
     stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
-                                    lattice.xyz + chunk.offset, lattice.w);
+                                    lattice.xyz, lattice.w);
     vec3 w = stp_ray_through(disc.position);
     if (!disc.has_normal)
         disc.normal = -w;

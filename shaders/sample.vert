@@ -12,9 +12,9 @@ flat out uint id; // of the sample
 
 void main()
 {
-    vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS));
     vec3 offset = stp_chunk_fetch(stp_patch_slot(patch_index)).offset;
+    vec4 lattice = stp_lattice_fetch(patch_index, offset);
     id = uint(gl_VertexID);
-    gl_Position = stp_project(texel, lattice.xyz + offset, lattice.w);
+    gl_Position = stp_project(texel, lattice.xyz, lattice.w);
     gl_Position.z = stp_depth_apart(gl_Position.z, vertices);
 }

@@ -29,8 +29,8 @@ bool stp_find(out uint index, out vec4 lattice)
             return false;
         index = vertices[at];
         uint patch_index = texelFetch(patch_of_sample, int(index)).x;
-        lattice = uintBitsToFloat(texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS));
-        lattice.xyz += stp_chunk_fetch(stp_patch_slot(patch_index)).offset;
+        vec3 offset = stp_chunk_fetch(stp_patch_slot(patch_index)).offset;
+        lattice = stp_lattice_fetch(patch_index, offset);
         return true;
     }
     uint at = group * STP_GROUP_RUNS + gl_LocalInvocationID.x / STP_RUN_SAMPLES;

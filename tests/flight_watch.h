@@ -3,6 +3,7 @@
 #ifndef STP_TESTS_FLIGHT_WATCH_H
 #define STP_TESTS_FLIGHT_WATCH_H
 
+#include "base/sort.h"
 #include "tests/support/check.h"
 
 #include <dirent.h>
@@ -24,12 +25,6 @@ static inline void figures_add(figures *f, double value)
     f->values[f->count++] = value;
 }
 
-static inline int figures_compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The value that `share` of values[begin..end) do not exceed; 0 of none. */
 static inline double figures_quantile(const figures *f, size_t begin, size_t end, double share)
 {
@@ -39,7 +34,7 @@ static inline double figures_quantile(const figures *f, size_t begin, size_t end
     double *sorted = calloc(count, sizeof *sorted);
     assert_non_null(sorted);
     memcpy(sorted, f->values + begin, count * sizeof *sorted);
-    qsort(sorted, count, sizeof *sorted, figures_compare);
+    stp_sort_doubles(sorted, count);
     double value = sorted[(size_t)fmin(share * (double)count, (double)count - 1.0)];
     free(sorted);
     return value;

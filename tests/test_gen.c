@@ -2,6 +2,7 @@
  * even density, bounded memory. */
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/sort.h"
 #include "tests/size.h"
 #include "tools/gen/curve.h"
 #include "tools/gen/sampler.h"
@@ -116,12 +117,6 @@ static double normal_fault(const gen_surface *surface, const gen_hit *hit, doubl
     return worst.x;
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-    double p = *(const double *)a, q = *(const double *)b;
-    return p < q ? -1 : p > q;
-}
-
 static void test_points_and_normals_are_true(void **state)
 {
     (void)state;
@@ -140,12 +135,12 @@ static void test_points_and_normals_are_true(void **state)
             assert_memory_equal(&c.points[i].position, &hit->position, sizeof hit->position);
             faults[i] = residual(&c.surface, hit->position);
         }
-        qsort(faults, c.count, sizeof *faults, compare_numbers);
+        stp_sort_doubles(faults, c.count);
         /* The statue is computed in floats. */
         assert_true(faults[c.count - 1] < (shape == GEN_STATUE ? 1e-5 : 1e-12));
         for (size_t i = 0; i < c.count; i++)
             faults[i] = normal_fault(&c.surface, &c.truth[i], 2e-4 * size);
-        qsort(faults, c.count, sizeof *faults, compare_numbers);
+        stp_sort_doubles(faults, c.count);
         assert_true(faults[c.count / 2] < 0.01);
         assert_true(faults[c.count * 98 / 100] < 0.1);
         if (shape != GEN_STATUE)

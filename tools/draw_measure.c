@@ -2,6 +2,7 @@
 #include "tools/draw_measure.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "runtime/model.h"
 #include "tools/source_options.h"
 
@@ -35,12 +36,6 @@ void draw_measure_cut(draw_measure *m, const stp_renderer *renderer)
         m->cut.max_error_px = before;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Of sorted values; 0 of none. */
 static double quantile(const double *values, size_t count, double q)
 {
@@ -56,7 +51,7 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
     cJSON *frame = cJSON_AddObjectToObject(json, "frame_ms");
     const double *times = m->times[DRAW_FRAME_MS];
     for (int i = 0; i < DRAW_TIME_COUNT && m->count > 0; i++)
-        qsort(m->times[i], m->count, sizeof(double), compare_doubles);
+        stp_sort_doubles(m->times[i], m->count);
     cJSON_AddNumberToObject(frame, "min", quantile(times, m->count, 0.0));
     cJSON_AddNumberToObject(frame, "median", quantile(times, m->count, 0.5));
     cJSON_AddNumberToObject(frame, "p99", quantile(times, m->count, 0.99));

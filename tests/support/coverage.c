@@ -2,6 +2,7 @@
 #include "tests/support/coverage.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -183,12 +184,6 @@ static stp_status outline_distances(const judge *j, const uint8_t *a, const uint
     return STP_OK;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static stp_status judge_outline(const judge *j, double tolerance, coverage_verdict *out,
                                 stp_error *err)
 {
@@ -198,7 +193,7 @@ static stp_status judge_outline(const judge *j, double tolerance, coverage_verdi
     STP_TRY(stp_alloc(&list, 2 * pixel_count(j), sizeof *list, "outlines", err));
     STP_TRY(outline_distances(j, j->picture, j->silhouette, list, &count, err));
     STP_TRY(outline_distances(j, j->silhouette, j->picture, list, &count, err));
-    qsort(list, count, sizeof *list, compare_doubles);
+    stp_sort_doubles(list, count);
     out->outline = count;
     for (size_t i = 0; i < count; i++)
         out->outline_far += list[i] > tolerance;
