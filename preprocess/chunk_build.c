@@ -20,7 +20,8 @@ typedef struct assembly {
     uint32_t sample_count[STP_LEVEL_COUNT];
     stp_carry *carry; /* by level-0 sample; of a leaf none */
     size_t carry_capacity;
-    bool leaf;
+    uint32_t *order; /* of the patches: runs of them are what the parent's patches stand for */
+    bool leaf, linked;
 } assembly;
 
 /* The origin is a multiple of a power of two no smaller than any item's lattice, so that every
@@ -92,6 +93,7 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_item vertex;
     if (stp_patch_build(items, order, count, a->origin, &patch, &samples, &vertex)) {
         patch.child = child;
+        patch.first_below = a->linked ? (uint16_t)order[0] : 0;
         stp_status appended = append(a, &patch, &samples, &vertex, err);
         return appended == STP_OK && !a->leaf ? append_carry(a, items, order, count, err)
                                               : appended;
@@ -121,50 +123,118 @@ static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place
     }
 }
 
+/* Orders items so that runs of them become patches: order and ends have room for all of them. */
+static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint32_t *order,
+                            uint32_t *ends, uint32_t *run_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_place *places = NULL;
+    uint64_t *scratch = NULL;
+    STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
+    STP_TRY(stp_alloc(&scratch, group->count, sizeof *scratch, "samples", err));
+    fill_places(group, origin, places);
+    *run_count = stp_partition(places, group->count, order, scratch, ends);
+done:
+    free(scratch);
+    free(places);
+    return status;
+}
+
 static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t child,
                               stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_place *places = NULL;
-    uint32_t *order = NULL, *ends = NULL;
-    uint64_t *scratch = NULL;
-    STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
+    uint32_t *order = NULL, *own_ends = NULL;
+    const uint32_t *ends = group->run_ends;
+    uint32_t run_count = group->run_count;
     STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
-    STP_TRY(stp_alloc(&scratch, group->count, sizeof *scratch, "samples", err));
-    STP_TRY(stp_alloc(&ends, group->count, sizeof *ends, "patches", err));
-    fill_places(group, a->origin, places);
-    uint32_t run_count = stp_partition(places, group->count, order, scratch, ends);
+    for (uint32_t i = 0; i < group->count; i++)
+        order[i] = i;
+    if (ends == NULL) {
+        STP_TRY(stp_alloc(&own_ends, group->count, sizeof *own_ends, "patches", err));
+        STP_TRY(find_runs(group, a->origin, order, own_ends, &run_count, err));
+        ends = own_ends;
+    }
     for (uint32_t run = 0; run < run_count; run++) {
         uint32_t begin = run ? ends[run - 1] : 0;
         STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, err));
     }
 done:
-    free(ends);
-    free(scratch);
+    free(own_ends);
     free(order);
-    free(places);
     return status;
 }
 
-static stp_status pack(const assembly *a, stp_chunk **out, stp_error *err)
+/* Orders the patches so that runs of them, which end at *run_ends, become one patch of the parent
+ * each: what their vertices alone decide. */
+static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_item_group vertices = {.items = a->vertices, .count = a->patch_count};
+    uint32_t *ends = NULL;
+    STP_TRY(stp_alloc(&a->order, a->patch_count, sizeof *a->order, "patches", err));
+    STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
+    STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
+    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: no more */
+    memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
+done:
+    free(ends);
+    return status;
+}
+
+/* What each patch has of an array, patch by patch, in the patches' order. */
+static void gather(void *out, const void *from, size_t item_bytes, const assembly *a,
+                   const uint32_t *from_begin)
+{
+    size_t at = 0;
+    for (uint32_t p = 0; p < a->patch_count; p++) {
+        uint32_t begin = from_begin[a->order[p]];
+        size_t bytes = (from_begin[a->order[p] + 1] - begin) * item_bytes;
+        memcpy((char *)out + at, (const char *)from + begin * item_bytes, bytes);
+        at += bytes;
+    }
+}
+
+/* Where each patch's samples of a level begin, in the order in which patches were built. */
+static void find_begins(const assembly *a, int level, uint32_t *begin)
+{
+    begin[0] = 0;
+    for (uint32_t p = 0; p < a->patch_count; p++)
+        begin[p + 1] = begin[p] + a->patches[p].counts[level];
+}
+
+static stp_status pack(const assembly *a, stp_built_chunk *out, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
-    STP_TRY(stp_chunk_create(&chunk, a->patch_count, a->sample_count, 0, err));
-    if (a->patch_count > 0)
-        memcpy(chunk->patches, a->patches, a->patch_count * sizeof *a->patches);
+    uint32_t *begin = NULL;
+    STP_TRY(stp_chunk_create(&out->chunk, a->patch_count, a->sample_count, 0, err));
+    chunk = out->chunk;
+    chunk->linked = a->linked;
+    STP_TRY(stp_alloc(&begin, (size_t)a->patch_count + 1, sizeof *begin, "patches", err));
+    STP_TRY(stp_alloc(&out->vertices, a->patch_count, sizeof *out->vertices, "patches", err));
+    for (uint32_t p = 0; p < a->patch_count; p++) {
+        chunk->patches[p] = a->patches[a->order[p]];
+        out->vertices[p] = a->vertices[a->order[p]];
+    }
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         uint32_t at = 0;
         for (uint32_t p = 0; p < a->patch_count; p++) {
             chunk->level_begin[level][p] = at;
-            at += a->patches[p].counts[level];
+            at += chunk->patches[p].counts[level];
         }
         chunk->level_begin[level][a->patch_count] = at;
-        if (at > 0)
-            memcpy(chunk->samples[level], a->samples[level], (size_t)at * sizeof(stp_sample));
+        find_begins(a, level, begin);
+        gather(chunk->samples[level], a->samples[level], sizeof(stp_sample), a, begin);
     }
-    *out = chunk;
+    if (!a->leaf) {
+        find_begins(a, 0, begin);
+        STP_TRY(stp_alloc(&out->carry, a->sample_count[0], sizeof *out->carry, "errors", err));
+        gather(out->carry, a->carry, sizeof *a->carry, a, begin);
+    }
 done:
+    free(begin);
     return status;
 }
 
@@ -201,21 +271,20 @@ stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, u
                            bool leaf, stp_error *err)
 {
     stp_status status = STP_OK;
-    assembly a = {.origin = choose_origin(groups, group_count), .leaf = leaf};
-    stp_chunk *chunk = NULL;
+    assembly a = {.origin = choose_origin(groups, group_count),
+                  .leaf = leaf,
+                  .linked = !leaf && groups[0].run_ends != NULL};
+    stp_built_chunk built = {.origin = a.origin};
     for (uint32_t g = 0; g < group_count; g++)
         STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
-    STP_TRY(pack(&a, &chunk, err));
-    *out = (stp_built_chunk){.chunk = chunk,
-                             .origin = a.origin,
-                             .carry = a.carry,
-                             .vertices = a.vertices,
-                             .vertex_count = a.patch_count};
-    a.carry = NULL;
-    a.vertices = NULL;
-    chunk = NULL;
+    STP_TRY(order_patches(&a, &built.run_ends, &built.run_count, err));
+    STP_TRY(pack(&a, &built, err));
+    built.vertex_count = a.patch_count;
+    *out = built;
+    built = (stp_built_chunk){0};
 done:
-    stp_chunk_destroy(&chunk);
+    stp_built_chunk_clear(&built);
+    free(a.order);
     free(a.carry);
     free(a.patches);
     free(a.vertices);
@@ -267,5 +336,6 @@ void stp_built_chunk_clear(stp_built_chunk *built)
     stp_spill_free(built->spill, built->chunk_arrays);
     stp_spill_free(built->spill, built->carry);
     stp_spill_free(built->spill, built->vertices);
+    free(built->run_ends);
     *built = (stp_built_chunk){0};
 }

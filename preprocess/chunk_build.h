@@ -12,6 +12,10 @@
 typedef struct stp_item_group {
     const stp_item *items;
     uint32_t count;
+    /* Which runs of items become patches, linked to the child's; NULL: that is to be found. Of all
+     * groups or of none. */
+    const uint32_t *run_ends;
+    uint32_t run_count;
 } stp_item_group;
 
 typedef struct stp_built_chunk {
@@ -20,6 +24,8 @@ typedef struct stp_built_chunk {
     stp_carry *carry;   /* by level-0 sample; of a leaf NULL */
     stp_item *vertices; /* one a patch, in the chunk's order */
     uint32_t vertex_count;
+    uint32_t *run_ends; /* which runs of vertices become the parent's patches */
+    uint32_t run_count;
     stp_spill *spill;   /* where carry, vertices and all of the chunk's arrays lie */
     void *chunk_arrays; /* in the spill's files; NULL: the chunk has its own memory */
 } stp_built_chunk;

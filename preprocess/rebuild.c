@@ -73,7 +73,7 @@ stp_status stp_rebuild_parent(const stp_placed_chunk *children, uint32_t count, 
                              sum);
     STP_TRY(stp_alloc(&items, sum, sizeof *items, "samples", err));
     for (uint32_t c = 0; c < count; c++) {
-        groups[c] = (stp_item_group){items + at, children[c].chunk->patch_count};
+        groups[c] = (stp_item_group){.items = items + at, .count = children[c].chunk->patch_count};
         for (uint32_t p = 0; p < children[c].chunk->patch_count; p++)
             items[at++] = item_of(&children[c], p);
     }

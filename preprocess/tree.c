@@ -16,6 +16,8 @@
 typedef struct node {
     stp_item *vertices;
     uint32_t vertex_count;
+    uint32_t *run_ends;
+    uint32_t run_count;
     uint32_t handle;
     uint64_t points_under;
     uint32_t depth_below; /* leaf 0 */
@@ -101,7 +103,7 @@ static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, st
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
     for (uint32_t i = 0; i < count; i++)
         items[i] = item_of(t->cloud, cell->begin + i, t->params);
-    stp_item_group group = {items, count};
+    stp_item_group group = {.items = items, .count = count};
     STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
     out->entry.points_under = count;
     /* quantisation moves points a little: the file's box holds them as they are stored */
@@ -115,8 +117,9 @@ static stp_status build_inner(const tree *t, span children, built *out, stp_erro
 {
     stp_item_group groups[STP_CHUNK_CHILDREN_LIMIT];
     for (uint32_t i = children.begin; i < children.end; i++) {
-        groups[i - children.begin] =
-            (stp_item_group){t->below[i].vertices, t->below[i].vertex_count};
+        const node *child = &t->below[i];
+        groups[i - children.begin] = (stp_item_group){child->vertices, child->vertex_count,
+                                                      child->run_ends, child->run_count};
         out->entry.points_under += t->below[i].points_under;
     }
     return stp_chunk_build(&out->chunk, groups, children.end - children.begin, false, err);
@@ -214,9 +217,12 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
     }
     *out = (node){.vertices = b->chunk.vertices,
                   .vertex_count = b->chunk.vertex_count,
+                  .run_ends = b->chunk.run_ends,
+                  .run_count = b->chunk.run_count,
                   .handle = handle,
                   .points_under = b->entry.points_under};
     b->chunk.vertices = NULL;
+    b->chunk.run_ends = NULL;
     free(b->payload);
     b->payload = NULL;
 done:
@@ -272,8 +278,10 @@ done:
 
 static void free_nodes(const tree *t, node *nodes, uint32_t count)
 {
-    for (uint32_t i = 0; nodes && i < count; i++)
+    for (uint32_t i = 0; nodes && i < count; i++) {
         stp_spill_free(t->cloud->spill, nodes[i].vertices);
+        free(nodes[i].run_ends);
+    }
     free(nodes);
 }
 

@@ -139,9 +139,15 @@ static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp
     return STP_OK;
 }
 
-static uint64_t all_children(uint32_t count)
+static bool is_linked(const stp_scene *scene, uint32_t chunk)
 {
-    return count >= 64 ? UINT64_MAX : (UINT64_C(1) << count) - 1;
+    return (scene->entries[chunk].flags & STP_CHUNK_LINKED) != 0;
+}
+
+bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *e)
+{
+    uint64_t all = e->child_count >= 64 ? UINT64_MAX : (UINT64_C(1) << e->child_count) - 1;
+    return e->child_count > 0 && draw->drawn_children == all;
 }
 
 static int compare_draws(const void *a, const void *b)
@@ -163,8 +169,8 @@ static stp_status add_draw(stp_cut *cut, const stp_cut_params *params, const stp
                            stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t count = params->scene->entries[draw->chunk].child_count;
-    if (count > 0 && draw->drawn_children == all_children(count)) {
+    bool may_stay = params->frame->quality[0] > 0.0f && is_linked(params->scene, draw->chunk);
+    if (stp_draw_passes(draw, &params->scene->entries[draw->chunk]) && !may_stay) {
         STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
                          sizeof *cut->passed, "a list of chunks", err));
         cut->passed[cut->passed_count++] = draw->chunk;
@@ -182,7 +188,7 @@ static stp_status visit_chunk(stp_cut *cut, const stp_cut_params *params, stp_cu
                               size_t *stack_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_draw draw = {.chunk = visit.chunk};
+    stp_draw draw = {.chunk = visit.chunk, .parent_link = STP_LINK_NONE};
     const stp_chunk_entry *e = &params->scene->entries[draw.chunk];
     stp_rule_bound bound = entry_bound(e, params->eye);
     float eye[3];
@@ -202,11 +208,49 @@ done:
     return status;
 }
 
+/* The first draw of a chunk numbered so or higher. */
+static size_t find_draw(const stp_cut *cut, uint32_t chunk)
+{
+    size_t low = 0, high = cut->draw_count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (cut->draws[middle].chunk < chunk)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Links a draw with its children's: a child whose own children are drawn whole is left whole, too.
+ */
+static void link_draw(stp_cut *cut, const stp_scene *scene, stp_draw *draw)
+{
+    const stp_chunk_entry *e = &scene->entries[draw->chunk];
+    if (draw->drawn_children == 0 || !is_linked(scene, draw->chunk))
+        return;
+    size_t child = find_draw(cut, e->first_child), link = cut->link_count;
+    draw->links = link;
+    for (uint32_t k = 0; k < e->child_count; k++) {
+        uint32_t id = e->first_child + k;
+        if (child < cut->draw_count && cut->draws[child].chunk == id) {
+            stp_draw *below = &cut->draws[child++];
+            if (below->drawn_children == 0 || is_linked(scene, id)) {
+                below->parent_link = link;
+                draw->linked_children |= UINT64_C(1) << k;
+            }
+        }
+        link += scene->entries[id].patch_count;
+    }
+    cut->link_count = link;
+}
+
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t stack_count = 0;
     cut->draw_count = cut->miss_count = cut->passed_count = 0;
+    cut->link_count = 0;
     for (size_t i = 0; i < params->scene->model_count; i++)
         if (!(params->hidden_models >> i & 1))
             STP_TRY(push(cut, &stack_count,
@@ -219,6 +263,8 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
     if (cut->miss_count > 0)
         qsort(cut->misses, cut->miss_count, sizeof *cut->misses, compare_misses);
+    for (size_t i = 0; i < cut->draw_count && params->frame->quality[0] > 0.0f; i++)
+        link_draw(cut, params->scene, &cut->draws[i]);
 done:
     return status;
 }
@@ -241,10 +287,4 @@ stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *e, const stp_draw *
         .id = draw->chunk,
         .depth = e->depth,
     };
-}
-
-bool stp_patch_refined(const stp_draw *draw, const stp_gpu_patch *patch)
-{
-    return draw->drawn_children != 0 && patch->child < 64 &&
-           (draw->drawn_children >> patch->child & 1) != 0;
 }

@@ -2,7 +2,10 @@
  * their children.
  *
  * Every patch of a chunk draws from one child only (DESIGN "The tree"), so refinement is child by
- * child: a chunk is drawn but for the patches of the children that are drawn. Threads: any. */
+ * child: a chunk is drawn but for the patches of the children that are drawn. Where the file links
+ * the patches of both, it is patch by patch: a patch whose finest level does is drawn though its
+ * child is there, and the child leaves out what that patch stands for (runtime/sight.c). Most of a
+ * surface is far less curved than its worst patch. Threads: any. */
 #ifndef STP_RUNTIME_CUT_H
 #define STP_RUNTIME_CUT_H
 
@@ -13,10 +16,17 @@
 
 typedef struct stp_draw {
     uint32_t chunk;
-    int finest;              /* no level finer than this is drawn */
-    float scale;             /* pixels per world unit at most, -1: nothing bounds it */
-    uint64_t drawn_children; /* bit k: child k is drawn, or out of sight, so skip its patches */
+    int finest;               /* no level finer than this is drawn */
+    float scale;              /* pixels per world unit at most, -1: nothing bounds it */
+    uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight, so skip its patches */
+    uint64_t linked_children; /* of these: draws only what patches here leave to it */
+    size_t links;             /* number of the link of its first child's first patch */
+    size_t parent_link;       /* of its own first patch; STP_LINK_NONE: it draws all of them */
 } stp_draw;
+
+/* A link is a patch of a chunk whose vertex is a level-0 sample of its linked parent. Those of a
+ * cut are numbered, parent by parent, child by child. */
+#define STP_LINK_NONE SIZE_MAX
 
 typedef struct stp_miss {
     uint32_t chunk;
@@ -26,8 +36,9 @@ typedef struct stp_miss {
 
 /* Zero is an empty cut; arrays grow and are kept. */
 typedef struct stp_cut {
-    stp_draw *draws; /* by chunk id */
+    stp_draw *draws; /* by chunk id: a chunk after its parent */
     size_t draw_count, draw_capacity;
+    size_t link_count;
     uint32_t *passed; /* drawn by their children alone: kept, so that a cut can fall back on them */
     size_t passed_count, passed_capacity;
     stp_miss *misses; /* greatest gain first; a chunk's parent before it */
@@ -60,13 +71,12 @@ typedef struct stp_cut_params {
     uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
 } stp_cut_params;
 
+/* Whether all of a chunk's children are drawn, or out of sight. */
+bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *entry);
+
 /* The chunk record that shaders and the CPU read for one draw of an entry. */
 stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *entry, const stp_draw *draw,
                                       stp_dvec3 eye);
-
-/* Whether the child that refines a patch is drawn, or out of sight, so that the patch is not drawn.
- */
-bool stp_patch_refined(const stp_draw *draw, const stp_gpu_patch *patch);
 
 /* Errors: OUT_OF_MEMORY. */
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err);

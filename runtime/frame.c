@@ -95,6 +95,8 @@ double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t 
         double own = (double)resident->radius[draws[i].finest] * scale;
         double coarse = (double)resident->radius[STP_LEVEL_COUNT - 1] * scale;
         coarse = fmin(coarse, r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0);
+        if (stp_draw_passes(&draws[i], &r->scene.entries[draws[i].chunk]))
+            own = 0.0; /* what is too large is left to the children */
         greatest = fmax(greatest, fmax(own, coarse));
     }
     return greatest;
@@ -136,20 +138,24 @@ static void count_emitted(const stp_renderer *r, stp_drawing *d)
     d->stats.points_drawn += emitted;
 }
 
+stp_sight_params stp_frame_sight(const stp_renderer *r)
+{
+    return (stp_sight_params){
+        .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
+}
+
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err)
 {
     bool first = d->stats.passes == 0;
     double begun = stp_clock_seconds();
     stp_lod lod = d->params->lod;
-    const stp_sight_params sight = {.scene = &r->scene,
-                                    .cache = r->cache,
-                                    .frame = &r->frame,
-                                    .eye = r->eye,
-                                    .pool = r->pool,
-                                    .tiles = &r->tiles,
-                                    .vertices = lod != STP_LOD_FULL};
-    stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
+    stp_sight_params sight = stp_frame_sight(r);
+    sight.tiles = &r->tiles;
+    sight.vertices = lod != STP_LOD_FULL;
+    stp_status status = first ? stp_sight_begin(&r->sight, &r->cut, err) : STP_OK;
+    if (status == STP_OK)
+        status = stp_sight_look(&r->sight, &sight, draws, count, err);
     if (status == STP_OK)
         status = stp_tiles_collect(&r->tiles, first, err);
     if (status != STP_OK)
@@ -349,10 +355,11 @@ static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_m
     const stp_resident *resident =
         stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draw->chunk));
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene.entries[draw->chunk], draw, r->eye);
+    stp_sight_params sight = stp_frame_sight(r);
     for (uint32_t i = 0; i < r->scene.entries[draw->chunk].patch_count; i++) {
         const stp_gpu_patch *patch = &resident->patches[i];
         stp_range parts[STP_PATCH_QUARTERS];
-        if (!stp_patch_in_sight(&r->frame, draw, &chunk, patch))
+        if (!stp_patch_in_sight(&r->sight, &sight, draw, resident->briefs, i))
             continue;
         stp_levels levels = stp_levels_choose(&r->frame, &chunk, patch);
         out->patches++;

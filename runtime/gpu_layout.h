@@ -57,8 +57,8 @@ typedef struct stp_gpu_patch {
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
-    uint8_t child, flags; /* for the CPU: which child of its chunk refines it; STP_PATCH_* */
-    uint8_t unused[2];
+    uint8_t flags; /* STP_PATCH_*, for the CPU */
+    uint8_t unused[3];
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Of level 2, then 1, by quarter: perpendicular, tangential. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];

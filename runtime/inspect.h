@@ -7,12 +7,15 @@
 #include "runtime/cut.h"
 #include "runtime/model.h"
 #include "runtime/pyramid.h"
+#include "runtime/sight.h"
 #include "runtime/stipple.h"
 
 /* Borrowed from the renderer; valid until its next call. */
 typedef struct stp_inspection {
     const stp_pyramid *pyramid;
     const stp_cut *cut;
+    const stp_sight *sight;
+    stp_sight_params looked; /* what the sight was looked at with, as far as asking needs it */
     const stp_chunk_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;

@@ -137,35 +137,46 @@ stp_ball stp_entry_ball(const stp_chunk_entry *e, stp_dvec3 eye)
     };
 }
 
-stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch)
+static stp_rule_bound bound_of(const stp_gpu_patch *patch)
 {
-    stp_patch_brief brief = {
-        .bound = {.radius = patch->bound_radius,
-                  .cone_cos = patch->cone_cos,
-                  .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0},
-        .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
-        .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
-    };
+    stp_rule_bound bound = {.radius = patch->bound_radius,
+                            .cone_cos = patch->cone_cos,
+                            .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0};
     for (int i = 0; i < 3; i++) {
-        brief.bound.centre[i] = patch->bound_centre[i];
-        brief.bound.cone_axis[i] = patch->cone_axis[i];
+        bound.centre[i] = patch->bound_centre[i];
+        bound.cone_axis[i] = patch->cone_axis[i];
     }
-    return brief;
+    return bound;
 }
 
-stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk)
+stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored)
 {
-    stp_rule_bound bound = brief->bound;
+    return (stp_patch_brief){
+        .bound = bound_of(patch),
+        .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
+        .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
+        .child = stored->child,
+        .below_count = stored->counts[0],
+        .first_below = stored->first_below,
+    };
+}
+
+static stp_rule_bound bound_from_eye(stp_rule_bound bound, const stp_gpu_chunk *chunk)
+{
     for (int i = 0; i < 3; i++)
         bound.centre[i] += chunk->offset[i];
     return bound;
 }
 
+stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk)
+{
+    return bound_from_eye(brief->bound, chunk);
+}
+
 static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                                     const stp_gpu_patch *patch)
 {
-    stp_patch_brief brief = stp_patch_brief_of(patch);
-    stp_rule_bound bound = stp_patch_bound(&brief, chunk);
+    stp_rule_bound bound = bound_from_eye(bound_of(patch), chunk);
     return stp_rule_look(frame, &bound);
 }
 
@@ -203,6 +214,15 @@ bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, co
                      float radius)
 {
     return !must_refine(frame, sight) && is_small(frame, sight, error, radius);
+}
+
+bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                     const stp_gpu_patch *patch, int finest)
+{
+    bool does = !must_refine(frame, sight);
+    for (int q = 0; q < STP_PATCH_QUARTERS && does; q++)
+        does = fits(frame, sight, patch, finest, q); /* a quarter that is not there has no error */
+    return does;
 }
 
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,

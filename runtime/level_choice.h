@@ -56,12 +56,18 @@ stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
 typedef struct stp_patch_brief {
     stp_rule_bound bound;                 /* relative to its chunk's origin */
     float vertex_error[2], vertex_radius; /* of level 3 */
+    /* Which child of its chunk refines it; in a linked chunk which of the child's patches do. */
+    uint8_t child, below_count;
+    uint16_t first_below;
 } stp_patch_brief;
 
-stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch);
+stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored);
 /* A patch's bound, relative to the eye. */
 stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk);
 
+/* Whether the finest level drawn of its chunk does for all of a patch in sight. */
+bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                     const stp_gpu_patch *patch, int finest);
 /* Whether level 3, the patch's vertex, does for all of it. */
 bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
                      float radius);

@@ -130,7 +130,6 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
         .bound_radius = (float)stp_radius_decode(patch->bound_radius, patch->exponent),
         .cone_axis = {axis.x, axis.y, axis.z},
         .cone_cos = angle >= 3.14159 ? -1.0f : (float)cos(angle),
-        .child = patch->child,
         .flags = patch->flags,
     };
     for (int i = 0; i < 3; i++) {

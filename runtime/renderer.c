@@ -355,5 +355,13 @@ uint64_t stp_renderer_bytes_read(const stp_renderer *r)
 
 stp_inspection stp_renderer_inspect(const stp_renderer *r)
 {
-    return (stp_inspection){&r->pyramid, &r->cut, r->cache, &r->frame, r->eye};
+    return (stp_inspection){
+        .pyramid = &r->pyramid,
+        .cut = &r->cut,
+        .sight = &r->sight,
+        .looked = stp_frame_sight(r),
+        .cache = r->cache,
+        .frame = &r->frame,
+        .eye = r->eye,
+    };
 }

@@ -86,6 +86,8 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
 /* Projects resident draws and resolves what they left nearest. Errors: GL, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err);
+/* What the sight is looked at with. */
+stp_sight_params stp_frame_sight(const stp_renderer *r);
 /* Greatest projected radius of any sample that may be drawn, pixels. */
 double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count);
 /* Pulls, pushes and shades what the passes left: the picture. */

@@ -1,4 +1,4 @@
-/* Culls patches against children that are drawn, frustum and cone of normals. */
+/* Culls patches against children and parents that are drawn, frustum and cone of normals. */
 #include "runtime/sight.h"
 
 #include "base/memory.h"
@@ -33,13 +33,62 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
                    frame->centre[1] + eye[1] * scale, reach);
 }
 
-bool stp_patch_in_sight(const stp_gpu_frame *frame, const stp_draw *draw,
-                        const stp_gpu_chunk *chunk, const stp_gpu_patch *patch)
+static bool has_bit(uint64_t bits, unsigned k)
+{
+    return k < 64 && (bits >> k & 1) != 0;
+}
+
+/* Which links a patch's are: none (NULL) where it names patches that the child has not. */
+static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw *draw,
+                      const stp_patch_brief *brief)
+{
+    const stp_chunk_entry *child = &scene->entries[scene->entries[draw->chunk].first_child];
+    size_t begin = draw->links + brief->first_below;
+    for (unsigned k = 0; k < brief->child; k++)
+        begin += child[k].patch_count;
+    return brief->first_below + brief->below_count <= child[brief->child].patch_count
+               ? s->below + begin
+               : NULL;
+}
+
+/* Whether the parent's patch that stands for a patch, if there is one, leaves it to be drawn. */
+static bool is_left(const stp_sight *s, const stp_draw *draw, uint32_t patch)
+{
+    return draw->parent_link == STP_LINK_NONE || s->below[draw->parent_link + patch];
+}
+
+bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, const stp_draw *draw,
+                        const stp_patch_brief *briefs, uint32_t patch)
 {
     float eye[3];
-    stp_patch_brief brief = stp_patch_brief_of(patch);
-    stp_rule_bound bound = stp_patch_bound(&brief, chunk);
-    return !stp_patch_refined(draw, patch) && stp_rule_visible(frame, &bound, eye);
+    const stp_patch_brief *brief = &briefs[patch];
+    stp_gpu_chunk chunk =
+        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    stp_rule_bound bound = stp_patch_bound(brief, &chunk);
+    bool refined = has_bit(draw->drawn_children, brief->child);
+    if (refined && has_bit(draw->linked_children, brief->child)) {
+        const bool *links = links_of(s, params->scene, draw, brief);
+        refined = links == NULL || *links;
+    }
+    return !refined && is_left(s, draw, patch) && stp_rule_visible(params->frame, &bound, eye);
+}
+
+/* Whether a patch in sight is left to its child, whose patches are told then. */
+static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
+                           const stp_patch_brief *brief, const stp_rule_bound *bound)
+{
+    const stp_sight_params *params = l->params;
+    if (!has_bit(draw->drawn_children, brief->child))
+        return false;
+    if (!has_bit(draw->linked_children, brief->child))
+        return true;
+    stp_rule_sight sight = stp_rule_look(params->frame, bound);
+    if (stp_finest_does(params->frame, &sight, patch, draw->finest))
+        return false;
+    bool *links = links_of(l->sight, params->scene, draw, brief);
+    if (links != NULL)
+        memset(links, true, brief->below_count);
+    return true;
 }
 
 static bool vertex_does(const stp_gpu_frame *frame, const stp_rule_bound *bound,
@@ -49,10 +98,18 @@ static bool vertex_does(const stp_gpu_frame *frame, const stp_rule_bound *bound,
     return stp_vertex_does(frame, &sight, brief->vertex_error, brief->vertex_radius);
 }
 
-static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp_error *err)
+/* Draws of one depth, after their parents. */
+typedef struct tier {
+    const look *look;
+    const size_t *draws;
+} tier;
+
+static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
-    const look *l = context;
+    const tier *t = context;
+    const look *l = t->look;
+    size_t index = t->draws[at];
     const stp_sight_params *params = l->params;
     const stp_draw *draw = &l->draws[index];
     const stp_resident *r =
@@ -65,9 +122,11 @@ static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->briefs[i];
+        if (!is_left(l->sight, draw, i))
+            continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        if (stp_patch_refined(draw, &r->patches[i]) ||
-            !stp_rule_visible(params->frame, &bound, eye))
+        if (!stp_rule_visible(params->frame, &bound, eye) ||
+            leave_to_child(l, draw, &r->patches[i], brief, &bound))
             continue;
         mark_tiles(params, worker, eye, bound.radius);
         if (params->vertices && vertex_does(params->frame, &bound, brief))
@@ -78,6 +137,26 @@ static stp_status look_at_draw(void *context, size_t index, unsigned worker, stp
     l->patches[index] = patch_count;
     l->vertices[index] = vertex_count;
     return STP_OK;
+}
+
+/* Tier by tier, each on all threads. */
+static stp_status look_at_tiers(const look *l, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *entries = l->params->scene->entries;
+    size_t *draws = NULL, looked = 0;
+    STP_TRY(stp_alloc(&draws, count + 1, sizeof *draws, "a list of chunks", err));
+    for (unsigned depth = 0; looked < count; depth++) {
+        size_t found = 0;
+        for (size_t i = 0; i < count; i++)
+            if (entries[l->draws[i].chunk].depth == depth)
+                draws[found++] = i;
+        STP_TRY(stp_pool_run(l->params->pool, found, look_at_draw, &(tier){l, draws}, err));
+        looked += found;
+    }
+done:
+    free(draws);
+    return status;
 }
 
 /* Makes room for what each draw may have at most. */
@@ -110,6 +189,15 @@ static void close_gaps(stp_sight_list *list, const size_t *found, size_t count)
     list->begin[count] = end;
 }
 
+stp_status stp_sight_begin(stp_sight *s, const stp_cut *cut, stp_error *err)
+{
+    stp_status status = stp_grow(&s->below, &s->below_capacity, cut->link_count + 1,
+                                 sizeof *s->below, "a list of patches", err);
+    if (status == STP_OK)
+        memset(s->below, false, cut->link_count * sizeof *s->below);
+    return status;
+}
+
 stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const stp_draw *draws,
                           size_t count, stp_error *err)
 {
@@ -119,7 +207,7 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
     STP_TRY(reserve(&s->patches, params, draws, count, true, err));
     STP_TRY(reserve(&s->vertices, params, draws, count, params->vertices, err));
     look l = {s, params, draws, found, found + count};
-    STP_TRY(stp_pool_run(params->pool, count, look_at_draw, &l, err));
+    STP_TRY(look_at_tiers(&l, count, err));
     close_gaps(&s->patches, l.patches, count);
     close_gaps(&s->vertices, l.vertices, count);
 done:
@@ -133,5 +221,6 @@ void stp_sight_destroy(stp_sight *s)
     free(s->patches.begin);
     free(s->vertices.items);
     free(s->vertices.begin);
+    free(s->below);
     *s = (stp_sight){0};
 }

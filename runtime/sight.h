@@ -24,6 +24,8 @@ typedef struct stp_sight {
      * view of a large model nine patches of ten are such, and a point costs far less than a patch
      * whose levels are chosen. Empty unless asked for. */
     stp_sight_list vertices;
+    bool *below; /* by link of the cut: drawn by the child's patch, or one below that */
+    size_t below_capacity;
 } stp_sight;
 
 typedef struct stp_sight_params {
@@ -36,12 +38,14 @@ typedef struct stp_sight_params {
     bool vertices;    /* list these apart */
 } stp_sight_params;
 
-/* Errors: OUT_OF_MEMORY. */
+/* A picture's cut begins: nothing of it was looked at. Errors: OUT_OF_MEMORY. */
+stp_status stp_sight_begin(stp_sight *sight, const stp_cut *cut, stp_error *err);
+/* Looks at some draws of the cut, in order: a chunk before its children. Errors: OUT_OF_MEMORY. */
 stp_status stp_sight_look(stp_sight *sight, const stp_sight_params *params, const stp_draw *draws,
                           size_t count, stp_error *err);
-/* Whether one patch of a drawn chunk is in sight. */
-bool stp_patch_in_sight(const stp_gpu_frame *frame, const stp_draw *draw,
-                        const stp_gpu_chunk *chunk, const stp_gpu_patch *patch);
+/* Whether one patch of a drawn chunk is in sight, and drawn; after looking. briefs: the chunk's. */
+bool stp_patch_in_sight(const stp_sight *sight, const stp_sight_params *params,
+                        const stp_draw *draw, const stp_patch_brief *briefs, uint32_t patch);
 void stp_sight_destroy(stp_sight *sight);
 
 #endif

@@ -235,6 +235,7 @@ static inline uint32_t fixture_add_parent(fixture_tree *tree, const uint32_t *ch
     }
     stp_chunk *chunk = fixture_allocate(counts, patch_count);
     uint32_t p = 0;
+    chunk->linked = true;
     for (uint32_t c = 0; c < count; c++) {
         const stp_chunk *child = tree->chunks[children[c]];
         stp_dvec3 offset = stp_dvec3_scale(stp_dvec3_sub(tree->entries[children[c]].origin, origin),
@@ -242,6 +243,7 @@ static inline uint32_t fixture_add_parent(fixture_tree *tree, const uint32_t *ch
         for (uint32_t from = 0; from < child->patch_count; p++) {
             stp_patch *patch = &chunk->patches[p];
             patch->child = (uint8_t)c;
+            patch->first_below = (uint16_t)from;
             patch->origin[0] = (int32_t)offset.x + child->patches[from].origin[0];
             patch->origin[1] = (int32_t)offset.y;
             patch->origin[2] = (int32_t)offset.z - 100;
@@ -259,6 +261,14 @@ static inline uint32_t fixture_add_parent(fixture_tree *tree, const uint32_t *ch
     memcpy(tree->children[handle], children, count * sizeof *children);
     tree->child_counts[handle] = count;
     return handle;
+}
+
+/* As a chunk of which nobody knows what is below its patches. */
+static inline void fixture_unlink(stp_chunk *chunk)
+{
+    chunk->linked = false;
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        chunk->patches[p].first_below = 0;
 }
 
 static inline void fixture_destroy(fixture_tree *tree)

@@ -88,7 +88,8 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
     check_ok(stp_chunk_file_read(f->model->file, record.id, 0, &chunk, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_gpu_patch *patch = &resident->patches[p];
-        if (!stp_patch_in_sight(look.frame, &look.cut->draws[draw], &record, patch))
+        if (!stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw], resident->briefs,
+                                p))
             continue;
         stp_levels levels = stp_levels_choose(look.frame, &record, patch);
         for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++) {

@@ -13,6 +13,7 @@
 static void assert_same_chunk(const stp_chunk *a, const stp_chunk *b, int finest_level)
 {
     assert_int_equal(a->patch_count, b->patch_count);
+    assert_int_equal(a->linked, b->linked);
     assert_memory_equal(a->patches, b->patches, a->patch_count * sizeof *a->patches);
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         assert_memory_equal(a->level_begin[l], b->level_begin[l],
@@ -144,9 +145,8 @@ static void test_duplicates(void **state)
 }
 
 /* Appended leaves first, found breadth first: root, inner, leaves. */
-static void test_tree(void **state)
+static void tree_round_trip(stp_codec codec, bool linked)
 {
-    (void)state;
     static const uint32_t handle_of[7] = {6, 2, 5, 0, 1, 3, 4};
     static const uint32_t parent_of[7] = {STP_CHUNK_NONE, 0, 0, 1, 1, 2, 2};
     const char *path = fixture_path("tree.stipple");
@@ -154,7 +154,9 @@ static void test_tree(void **state)
     stp_error err = {0};
     stp_chunk_file *file = NULL;
     fixture_tree_of_seven(&tree, 20, 64);
-    assert_int_equal(fixture_write(&tree, path, STP_CODEC_DRACO, &err), STP_OK);
+    for (uint32_t h = 0; h < tree.count && !linked; h++)
+        fixture_unlink(tree.chunks[h]);
+    assert_int_equal(fixture_write(&tree, path, codec, &err), STP_OK);
     assert_int_equal(stp_chunk_file_open(&file, path, &err), STP_OK);
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     assert_int_equal(info->chunk_count, 7);
@@ -169,6 +171,7 @@ static void test_tree(void **state)
         assert_int_equal(stp_chunk_file_entry(file, id, &entry, &err), STP_OK);
         assert_int_equal(entry.parent, parent_of[id]);
         assert_int_equal(entry.child_count, id < 3 ? 2 : 0);
+        assert_int_equal(entry.flags & STP_CHUNK_LINKED, linked && id < 3 ? STP_CHUNK_LINKED : 0);
         assert_int_equal(entry.first_child, id < 3 ? 2 * id + 1 : STP_CHUNK_NONE);
         assert_int_equal(stp_chunk_file_read(file, id, 0, &chunk, &err), STP_OK);
         assert_same_chunk(tree.chunks[handle_of[id]], chunk, 0);
@@ -179,6 +182,13 @@ static void test_tree(void **state)
     stp_chunk_file_close(&file);
     assert_verifies(path);
     fixture_destroy(&tree);
+}
+
+static void test_tree(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++)
+        tree_round_trip(i & 1 ? STP_CODEC_DRACO : STP_CODEC_RAW, i & 2);
 }
 
 static void test_same_bytes(void **state)

@@ -41,7 +41,8 @@ static void compare_chunk(const gl_levels *levels, size_t draw, int view, choice
         stp_levels cpu;
         memset(&cpu, STP_LEVEL_SKIP, sizeof cpu);
         sum->patches++;
-        if (stp_patch_in_sight(look.frame, &look.cut->draws[draw], &chunk, patch))
+        if (stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw], resident->briefs,
+                               p))
             cpu = stp_levels_choose(look.frame, &chunk, patch);
         else
             sum->skipped++;

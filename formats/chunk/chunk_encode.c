@@ -134,7 +134,7 @@ static void find_cone(stp_chunk_entry *entry, const stp_chunk *chunk)
 static void describe(stp_chunk_entry *entry, const stp_chunk *chunk)
 {
     entry->patch_count = chunk->patch_count;
-    entry->flags = 0;
+    entry->flags = chunk->linked ? STP_CHUNK_LINKED : 0;
     entry->box_min = (vec3s){{INFINITY, INFINITY, INFINITY}};
     entry->box_max = (vec3s){{-INFINITY, -INFINITY, -INFINITY}};
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {

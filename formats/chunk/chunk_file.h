@@ -38,6 +38,9 @@ enum {
     STP_HAS_OUTLIERS = 1u << 3 /* were looked for, and are marked */
 };
 
+/* Of an entry: the chunk is linked, its patches say which patches of the children refine them. */
+#define STP_CHUNK_LINKED 2u
+
 typedef enum stp_orientation {
     STP_ORIENTATION_UNKNOWN = 0,
     STP_ORIENTATION_FILE = 1,
@@ -63,7 +66,7 @@ typedef struct stp_chunk_entry {
     uint32_t sample_count[STP_LEVEL_COUNT];
     uint8_t codec;
     uint8_t depth;          /* root 0 */
-    uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is */
+    uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is; STP_CHUNK_LINKED */
     uint64_t points_under;  /* level-0 samples of all leaves under it */
     stp_dvec3 origin;       /* world */
     vec3s box_min, box_max; /* hold the bounds of all patches */
@@ -82,6 +85,7 @@ typedef struct stp_chunk {
     uint32_t id;
     uint32_t patch_count;
     int finest_level; /* 2, 1 or 0 */
+    bool linked;      /* patches have first_below */
     stp_patch *patches;
     uint32_t *level_begin[STP_LEVEL_COUNT];
     stp_sample *samples[STP_LEVEL_COUNT];

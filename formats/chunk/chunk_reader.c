@@ -415,6 +415,7 @@ stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_l
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
     STP_TRY(stp_chunk_create(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
     chunk->id = id;
+    chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
     STP_TRY(decode_segments(file, &entry, payload, chunk, err));
     *out = chunk;
     chunk = NULL;

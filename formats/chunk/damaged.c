@@ -99,6 +99,7 @@ stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level
     STP_TRY(stp_damaged_read(d, e->offset, bytes, size, err));
     STP_TRY(stp_chunk_create(&chunk, e->patch_count, e->sample_count, finest_level, err));
     chunk->id = id;
+    chunk->linked = (e->flags & STP_CHUNK_LINKED) != 0;
     for (int s = 0; s <= last_segment(finest_level); s++) {
         stp_error inner = {0};
         status = stp_segment_decode(bytes + begin, e->segment_end[s] - begin, s, e->codec,

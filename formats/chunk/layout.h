@@ -19,6 +19,7 @@
 #define STP_PAGE_ENTRIES 64u
 #define STP_HASH_BYTES 8u
 #define STP_PATCH_BYTES 64u
+#define STP_LINK_BYTES 2u /* after it in a linked chunk */
 #define STP_SAMPLE_BYTES 16u
 #define STP_METADATA_BYTES_LIMIT (64u << 20)
 #define STP_DEPTH_LIMIT 256u

@@ -196,6 +196,10 @@ static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
     p->bound_radius = code_byte(c, p->radius[STP_LEVEL_COUNT - 1], p->bound_radius);
     p->cone_angle = code_byte(c, previous->cone_angle, p->cone_angle);
     code_normal(c, previous->cone_axis, p->cone_axis);
+    if (c->column < c->table->column_count) {
+        uint16_t next = (uint16_t)(previous->first_below + previous->counts[0]);
+        p->first_below = code_short(c, next, p->first_below);
+    }
 }
 
 static void code_patches(const stp_patch *in, stp_patch *out, const stp_table *table)

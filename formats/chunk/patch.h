@@ -9,6 +9,7 @@
 
 /* Columns of the table of patch headers; formats/SPEC.md, "Patch columns", lists them. */
 #define STP_PATCH_COLUMN_COUNT 45u
+#define STP_LINKED_PATCH_COLUMN_COUNT 46u
 
 /* Checks patches by themselves: counts, exponents, children below child_count, reserved bits, and
  * that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */
@@ -18,6 +19,7 @@ stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
 /* Fills level_begin from the patches' counts. */
 void stp_patches_place(stp_chunk *chunk);
 
+/* A table of STP_LINKED_PATCH_COLUMN_COUNT columns has first_below, too. */
 void stp_patches_encode(const stp_patch *patches, const stp_table *table);
 void stp_patches_decode(stp_patch *patches, const stp_table *table);
 

@@ -72,6 +72,9 @@ typedef struct stp_patch {
     uint8_t bound_radius; /* radius code: holds the discs of every level and what they stand for */
     uint8_t cone_axis[3]; /* octahedral, 2 x 12 bits */
     uint8_t flags;        /* STP_PATCH_* */
+    /* In a linked chunk: which of the child's patches has the first level-0 sample as its vertex;
+     * those after it have the other samples. Else 0. */
+    uint16_t first_below;
 } stp_patch;
 
 enum {

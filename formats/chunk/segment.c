@@ -32,13 +32,19 @@ static stp_status check_and_place(stp_chunk *chunk, uint32_t child_count, stp_er
 
 /* ---- raw ---- */
 
+static size_t patch_bytes(const stp_chunk *chunk)
+{
+    return STP_PATCH_BYTES + (chunk->linked ? STP_LINK_BYTES : 0);
+}
+
 static stp_status raw_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint8_t bytes[STP_PATCH_BYTES];
+    uint8_t bytes[STP_PATCH_BYTES + STP_LINK_BYTES];
     for (uint32_t i = 0; segment == 0 && i < chunk->patch_count; i++) {
         stp_patch_write(&chunk->patches[i], bytes);
-        STP_TRY(stp_bytes_append(out, bytes, STP_PATCH_BYTES, err));
+        stp_put_u16(bytes + STP_PATCH_BYTES, chunk->patches[i].first_below);
+        STP_TRY(stp_bytes_append(out, bytes, patch_bytes(chunk), err));
     }
     for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--) {
         for (uint32_t i = 0; i < level_count(chunk, l); i++) {
@@ -53,14 +59,17 @@ done:
 static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
                              stp_chunk *chunk, stp_error *err)
 {
-    size_t needed = segment == 0 ? (size_t)chunk->patch_count * STP_PATCH_BYTES : 0;
+    size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
     for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
         needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
     if (size != needed)
         return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
     if (segment == 0) {
-        for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += STP_PATCH_BYTES)
+        for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += patch_bytes(chunk)) {
             stp_patch_read(bytes, &chunk->patches[i]);
+            chunk->patches[i].first_below =
+                chunk->linked ? stp_get_u16(bytes + STP_PATCH_BYTES) : 0;
+        }
         stp_status status = check_and_place(chunk, child_count, err);
         if (status != STP_OK)
             return status;
@@ -72,6 +81,11 @@ static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uin
 }
 
 /* ---- tables ---- */
+
+static unsigned patch_columns(const stp_chunk *chunk)
+{
+    return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
+}
 
 static stp_status table_create(stp_table *table, unsigned column_count, uint32_t row_count,
                                stp_error *err)
@@ -106,7 +120,7 @@ static stp_status patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_err
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_PATCH_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
@@ -172,7 +186,7 @@ static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chu
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_PATCH_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
     STP_TRY(table_read(c, &table, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));

@@ -15,8 +15,8 @@ stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec cod
                               stp_error *err);
 
 /* Decodes a segment into the chunk's arrays (stp_chunk_create; the last elements of level_begin
- * hold the counts to be met). child_count: of the directory entry. Errors: CORRUPT, UNSUPPORTED
- * (codec), OUT_OF_MEMORY. */
+ * hold the counts to be met, linked is set). child_count: of the directory entry. Errors: CORRUPT,
+ * UNSUPPORTED (codec), OUT_OF_MEMORY. */
 stp_status stp_segment_decode(const uint8_t *bytes, size_t size, int segment, int codec,
                               uint32_t child_count, stp_chunk *chunk, stp_error *err);
 

@@ -156,9 +156,10 @@ stp_status stp_stand_in_samples(const stp_chunk *parent, uint32_t child_index, s
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
-    uint32_t count = 0, at = 0;
+    uint32_t count = 0, next = 0;
     const int level = parent->finest_level;
     const uint32_t *begin = parent->level_begin[level];
+    const bool linked = parent->linked && level == 0; /* a link is one of level 0 */
     for (uint32_t p = 0; p < parent->patch_count; p++)
         count += parent->patches[p].child == child_index ? parent->patches[p].counts[level] : 0u;
     if (count == 0)
@@ -169,7 +170,9 @@ stp_status stp_stand_in_samples(const stp_chunk *parent, uint32_t child_index, s
         const stp_patch *patch = &parent->patches[p];
         if (patch->child != child_index)
             continue;
-        for (uint32_t i = begin[p]; i < begin[p + 1]; i++, at++) {
+        uint32_t at = linked ? patch->first_below : next;
+        next += patch->counts[level];
+        for (uint32_t i = begin[p]; i < begin[p + 1] && at < count; i++, at++) {
             chunk->patches[at] = patch_of_sample(patch, level, &parent->samples[level][i]);
             for (int l = 0; l < STP_LEVEL_COUNT; l++)
                 chunk->samples[l][at] = parent->samples[level][i];

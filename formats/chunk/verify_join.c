@@ -13,7 +13,8 @@ typedef struct joint {
     int32_t radius;     /* sixteenths of octaves over one world unit; INT32_MIN for none */
     uint8_t rest[9];    /* flags, normal, class, rgb, intensity */
     uint32_t patch;
-    double error; /* perpendicular, of the level it stands in: orders equals, is not compared */
+    uint32_t linked; /* of a linked parent: the child's patch that it is said to be */
+    double error;    /* perpendicular, of the level it stands in: orders equals, is not compared */
 } joint;
 
 static joint joint_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin)
@@ -75,10 +76,20 @@ static uint32_t collect(const stp_chunk *chunk, int level, int child, stp_dvec3 
         for (uint32_t k = chunk->level_begin[level][i]; k < chunk->level_begin[level][i + 1]; k++) {
             out[count] = joint_of(&chunk->samples[level][k], patch, origin);
             out[count].error = stp_error_decode(patch->error[level], patch->exponent);
+            out[count].linked = patch->first_below + k - chunk->level_begin[level][i];
             out[count++].patch = i;
         }
     }
     return count;
+}
+
+/* The first patch above one of whose links is wrong, STP_CHUNK_NONE for none. */
+static uint32_t find_wrong_link(const joint *above, const joint *below, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (above[i].linked >= count || compare(&above[i], &below[above[i].linked]) != 0)
+            return above[i].patch;
+    return STP_CHUNK_NONE;
 }
 
 stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *parent_entry,
@@ -96,6 +107,9 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     STP_TRY(stp_alloc(&below, child->patch_count, sizeof *below, "samples to compare", err));
     uint32_t above_count = collect(parent, 0, (int)child_index, parent_entry->origin, above);
     uint32_t below_count = collect(child, STP_LEVEL_COUNT - 1, -1, child_entry->origin, below);
+    uint32_t wrong_link = parent->linked && above_count == below_count
+                              ? find_wrong_link(above, below, above_count)
+                              : STP_CHUNK_NONE;
     qsort(above, above_count, sizeof *above, compare_order);
     qsort(below, below_count, sizeof *below, compare_order);
     if (above_count != below_count)
@@ -109,6 +123,10 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
             *fault = "its error at level 0 is less than that of the child's patch vertices";
         if (*fault)
             *patch = above[i].patch;
+    }
+    if (!*fault && wrong_link != STP_CHUNK_NONE) {
+        *fault = "it is linked to other patches of the child than those whose vertices it has";
+        *patch = wrong_link;
     }
 done:
     free(above);
