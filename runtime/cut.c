@@ -139,11 +139,6 @@ static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp
     return STP_OK;
 }
 
-static bool is_linked(const stp_scene *scene, uint32_t chunk)
-{
-    return (scene->entries[chunk].flags & STP_CHUNK_LINKED) != 0;
-}
-
 bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *e)
 {
     uint64_t all = e->child_count >= 64 ? UINT64_MAX : (UINT64_C(1) << e->child_count) - 1;
@@ -164,22 +159,12 @@ static int compare_misses(const void *a, const void *b)
     return (x->chunk > y->chunk) - (x->chunk < y->chunk);
 }
 
-/* Draws a chunk that is there, or what of it is left to it. */
-static stp_status add_draw(stp_cut *cut, const stp_cut_params *params, const stp_draw *draw,
-                           stp_error *err)
+static stp_status add_draw(stp_cut *cut, const stp_draw *draw, stp_error *err)
 {
-    stp_status status = STP_OK;
-    bool may_stay = params->frame->quality[0] > 0.0f && is_linked(params->scene, draw->chunk);
-    if (stp_draw_passes(draw, &params->scene->entries[draw->chunk]) && !may_stay) {
-        STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
-                         sizeof *cut->passed, "a list of chunks", err));
-        cut->passed[cut->passed_count++] = draw->chunk;
-        return STP_OK;
-    }
-    STP_TRY(stp_grow(&cut->draws, &cut->draw_capacity, cut->draw_count + 1, sizeof *cut->draws,
-                     "a list of chunks", err));
-    cut->draws[cut->draw_count++] = *draw;
-done:
+    stp_status status = stp_grow(&cut->draws, &cut->draw_capacity, cut->draw_count + 1,
+                                 sizeof *cut->draws, "a list of chunks", err);
+    if (status == STP_OK)
+        cut->draws[cut->draw_count++] = *draw;
     return status;
 }
 
@@ -203,7 +188,7 @@ static stp_status visit_chunk(stp_cut *cut, const stp_cut_params *params, stp_cu
     }
     STP_TRY(visit_children(cut, params, visit, &draw, stack_count, err));
     if (!visit.missing)
-        STP_TRY(add_draw(cut, params, &draw, err));
+        STP_TRY(add_draw(cut, &draw, err));
 done:
     return status;
 }
@@ -222,27 +207,46 @@ static size_t find_draw(const stp_cut *cut, uint32_t chunk)
     return low;
 }
 
-/* Links a draw with its children's: a child whose own children are drawn whole is left whole, too.
- */
+/* Links a draw with its children's, which are linked before it: a child that has one drawn whole
+ * under it is drawn whole, too. */
 static void link_draw(stp_cut *cut, const stp_scene *scene, stp_draw *draw)
 {
     const stp_chunk_entry *e = &scene->entries[draw->chunk];
-    if (draw->drawn_children == 0 || !is_linked(scene, draw->chunk))
-        return;
     size_t child = find_draw(cut, e->first_child), link = cut->link_count;
     draw->links = link;
     for (uint32_t k = 0; k < e->child_count; k++) {
         uint32_t id = e->first_child + k;
         if (child < cut->draw_count && cut->draws[child].chunk == id) {
             stp_draw *below = &cut->draws[child++];
-            if (below->drawn_children == 0 || is_linked(scene, id)) {
-                below->parent_link = link;
-                draw->linked_children |= UINT64_C(1) << k;
-            }
+            bool linked = (e->flags & STP_CHUNK_LINKED) != 0 && !below->has_whole;
+            below->parent_link = linked ? link : STP_LINK_NONE;
+            draw->linked_children |= (uint64_t)linked << k;
+            draw->has_whole |= !linked;
         }
         link += scene->entries[id].patch_count;
     }
-    cut->link_count = link;
+    if (draw->linked_children != 0)
+        cut->link_count = link;
+}
+
+/* Takes out the chunks of which nothing is left to draw. */
+static stp_status take_passed(stp_cut *cut, const stp_scene *scene, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t kept = 0;
+    for (size_t i = 0; i < cut->draw_count; i++) {
+        const stp_draw *draw = &cut->draws[i];
+        if (!stp_draw_passes(draw, &scene->entries[draw->chunk]) || draw->linked_children != 0) {
+            cut->draws[kept++] = *draw;
+            continue;
+        }
+        STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + 1,
+                         sizeof *cut->passed, "a list of chunks", err));
+        cut->passed[cut->passed_count++] = draw->chunk;
+    }
+    cut->draw_count = kept;
+done:
+    return status;
 }
 
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err)
@@ -263,8 +267,10 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
     if (cut->miss_count > 0)
         qsort(cut->misses, cut->miss_count, sizeof *cut->misses, compare_misses);
-    for (size_t i = 0; i < cut->draw_count && params->frame->quality[0] > 0.0f; i++)
-        link_draw(cut, params->scene, &cut->draws[i]);
+    for (size_t i = cut->draw_count; i > 0 && params->frame->quality[0] > 0.0f; i--)
+        if (cut->draws[i - 1].drawn_children != 0)
+            link_draw(cut, params->scene, &cut->draws[i - 1]);
+    STP_TRY(take_passed(cut, params->scene, err));
 done:
     return status;
 }

@@ -18,8 +18,9 @@ typedef struct stp_draw {
     uint32_t chunk;
     int finest;               /* no level finer than this is drawn */
     float scale;              /* pixels per world unit at most, -1: nothing bounds it */
-    uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight, so skip its patches */
+    uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight */
     uint64_t linked_children; /* of these: draws only what patches here leave to it */
+    bool has_whole;           /* another of these draws all of what it has in sight */
     size_t links;             /* number of the link of its first child's first patch */
     size_t parent_link;       /* of its own first patch; STP_LINK_NONE: it draws all of them */
 } stp_draw;

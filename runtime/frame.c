@@ -63,7 +63,10 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
                    stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
     };
-    return stp_cut_select(cut, &params, err);
+    stp_status status = stp_cut_select(cut, &params, err);
+    if (status == STP_OK && cut == &r->cut)
+        status = stp_sight_begin(&r->sight, cut, err);
+    return status;
 }
 
 /* The records that shaders read of the chunks drawn. */
@@ -89,15 +92,17 @@ double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t 
     for (size_t i = 0; i < count; i++) {
         const stp_resident *resident =
             stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draws[i].chunk));
+        double cap = r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0;
+        if (stp_draw_passes(&draws[i], &r->scene.entries[draws[i].chunk])) {
+            greatest = fmax(greatest, cap); /* what is larger is left to the children */
+            continue;
+        }
         if (draws[i].scale < 0.0f)
             return INFINITY;
         double scale = (double)draws[i].scale;
         double own = (double)resident->radius[draws[i].finest] * scale;
         double coarse = (double)resident->radius[STP_LEVEL_COUNT - 1] * scale;
-        coarse = fmin(coarse, r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0);
-        if (stp_draw_passes(&draws[i], &r->scene.entries[draws[i].chunk]))
-            own = 0.0; /* what is too large is left to the children */
-        greatest = fmax(greatest, fmax(own, coarse));
+        greatest = fmax(greatest, fmax(own, fmin(coarse, cap)));
     }
     return greatest;
 }
@@ -153,9 +158,7 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     stp_sight_params sight = stp_frame_sight(r);
     sight.tiles = &r->tiles;
     sight.vertices = lod != STP_LOD_FULL;
-    stp_status status = first ? stp_sight_begin(&r->sight, &r->cut, err) : STP_OK;
-    if (status == STP_OK)
-        status = stp_sight_look(&r->sight, &sight, draws, count, err);
+    stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
     if (status == STP_OK)
         status = stp_tiles_collect(&r->tiles, first, err);
     if (status != STP_OK)

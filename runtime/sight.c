@@ -38,7 +38,7 @@ static bool has_bit(uint64_t bits, unsigned k)
     return k < 64 && (bits >> k & 1) != 0;
 }
 
-/* Which links a patch's are: none (NULL) where it names patches that the child has not. */
+/* A patch's links; NULL where it names patches that the child has not: then it is drawn. */
 static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw *draw,
                       const stp_patch_brief *brief)
 {
@@ -68,7 +68,7 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
     bool refined = has_bit(draw->drawn_children, brief->child);
     if (refined && has_bit(draw->linked_children, brief->child)) {
         const bool *links = links_of(s, params->scene, draw, brief);
-        refined = links == NULL || *links;
+        refined = links != NULL && *links;
     }
     return !refined && is_left(s, draw, patch) && stp_rule_visible(params->frame, &bound, eye);
 }
@@ -83,11 +83,10 @@ static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_pa
     if (!has_bit(draw->linked_children, brief->child))
         return true;
     stp_rule_sight sight = stp_rule_look(params->frame, bound);
-    if (stp_finest_does(params->frame, &sight, patch, draw->finest))
-        return false;
     bool *links = links_of(l->sight, params->scene, draw, brief);
-    if (links != NULL)
-        memset(links, true, brief->below_count);
+    if (links == NULL || stp_finest_does(params->frame, &sight, patch, draw->finest))
+        return false;
+    memset(links, true, brief->below_count);
     return true;
 }
 

@@ -414,6 +414,11 @@ static void spoil_link(fixture_tree *tree)
     tree->chunks[2]->patches[0].first_below++;
 }
 
+static void spoil_side(fixture_tree *tree)
+{
+    tree->chunks[0]->patches[9 - 1].flags |= STP_PATCH_TWO_SIDED;
+}
+
 static void spoil_orientation(fixture_tree *tree)
 {
     tree->chunks[0]->samples[0][3].flags &= (uint8_t)~STP_SAMPLE_ORIENTED;
@@ -461,6 +466,7 @@ static void test_verify(void **state)
         {spoil_quarter_overhang, "patch 1: the tangential error of a merged sample exceeds"},
         {spoil_joint_error, "patch 1: its error at level 0"},
         {spoil_link, "patch 0: it is linked to other patches"},
+        {spoil_side, "patch 1: it is not two-sided"},
         {spoil_orientation, "orientation"},
         {spoil_reserved_flag, "a reserved flag"},
         {spoil_mark, "mark as an outlier"},

@@ -232,6 +232,14 @@ static void test_entries(void **state)
         free_bench(b);
     }
     bench *b = setup_bench();
+    for (uint32_t id = 0; id < FIRST_LEAF; id++) {
+        entry(b, id)[78] ^= STP_CHUNK_LINKED; /* which tells how to decode it */
+        entry(b, id)[148] ^= 1;
+    }
+    repair(b);
+    assert_original(b);
+    free_bench(b);
+    b = setup_bench();
     for (uint32_t id = FIRST_LEAF; id < CHUNKS; id++)
         memset(entry(b, id), 0, STP_ENTRY_BYTES);
     repair(b);

@@ -78,6 +78,10 @@ static stp_status try_entry(stp_damaged *d, uint32_t id, const uint8_t *bytes, f
     if (sound < STP_SEGMENT_COUNT)
         return STP_OK;
     stp_status decoded = stp_damaged_chunk(d, id, 0, &chunk, err);
+    if (decoded == STP_CORRUPT) { /* the one flag that decoding needs may be wrong */
+        d->entries[id].flags ^= STP_CHUNK_LINKED;
+        decoded = stp_damaged_chunk(d, id, 0, &chunk, err);
+    }
     if (decoded != STP_OK) {
         status = decoded == STP_CORRUPT || decoded == STP_UNSUPPORTED ? STP_OK : decoded;
         goto done;

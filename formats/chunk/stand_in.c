@@ -62,6 +62,7 @@ static stp_patch shift_patch(const stp_patch *in, int shift)
 {
     stp_patch out = *in;
     out.child = STP_PATCH_NO_CHILD;
+    out.first_below = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         int from = source_level(l, shift);
         out.counts[l] = in->counts[from];

@@ -13,10 +13,8 @@
 stp_status stp_stand_in_coarse(const stp_chunk *in, stp_chunk **out, stp_error *err);
 
 /* A leaf of one-sample patches: the samples of parent->finest_level of those of its patches that
- * name child_index, in the parent's coordinates, and as far as
- * the parent is linked in the order that its links say. Errors: OUT_OF_MEMORY; EMPTY: no patch
- * names it.
- */
+ * name child_index, in the parent's coordinates; of a linked parent's level 0 in the order that its
+ * links say. Errors: OUT_OF_MEMORY; EMPTY: no patch names it. */
 stp_status stp_stand_in_samples(const stp_chunk *parent, uint32_t child_index, stp_chunk **out,
                                 stp_error *err);
 

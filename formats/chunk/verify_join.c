@@ -83,12 +83,34 @@ static uint32_t collect(const stp_chunk *chunk, int level, int child, stp_dvec3 
     return count;
 }
 
-/* The first patch above one of whose links is wrong, STP_CHUNK_NONE for none. */
-static uint32_t find_wrong_link(const joint *above, const joint *below, uint32_t count)
+/* The first patch above one of whose links is wrong, or taken, STP_CHUNK_NONE for none. */
+static stp_status find_wrong_link(const joint *above, const joint *below, uint32_t count,
+                                  uint32_t *patch, stp_error *err)
 {
-    for (uint32_t i = 0; i < count; i++)
-        if (above[i].linked >= count || compare(&above[i], &below[above[i].linked]) != 0)
-            return above[i].patch;
+    bool *taken = NULL;
+    stp_status status = stp_alloc(&taken, count, sizeof *taken, "samples to compare", err);
+    *patch = STP_CHUNK_NONE;
+    for (uint32_t i = 0; status == STP_OK && *patch == STP_CHUNK_NONE && i < count; i++) {
+        uint32_t at = above[i].linked;
+        if (at >= count || taken[at] || compare(&above[i], &below[at]) != 0)
+            *patch = above[i].patch;
+        else
+            taken[at] = true;
+    }
+    free(taken);
+    return status;
+}
+
+/* The first patch above that is not two-sided though one that it is linked to is. */
+static uint32_t find_wrong_side(const stp_chunk *parent, uint32_t child_index,
+                                const stp_chunk *child)
+{
+    for (uint32_t p = 0; p < parent->patch_count; p++) {
+        const stp_patch *patch = &parent->patches[p];
+        for (unsigned i = 0; patch->child == child_index && i < patch->counts[0]; i++)
+            if (child->patches[patch->first_below + i].flags & ~patch->flags & STP_PATCH_TWO_SIDED)
+                return p;
+    }
     return STP_CHUNK_NONE;
 }
 
@@ -107,9 +129,9 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     STP_TRY(stp_alloc(&below, child->patch_count, sizeof *below, "samples to compare", err));
     uint32_t above_count = collect(parent, 0, (int)child_index, parent_entry->origin, above);
     uint32_t below_count = collect(child, STP_LEVEL_COUNT - 1, -1, child_entry->origin, below);
-    uint32_t wrong_link = parent->linked && above_count == below_count
-                              ? find_wrong_link(above, below, above_count)
-                              : STP_CHUNK_NONE;
+    uint32_t wrong_link = STP_CHUNK_NONE;
+    if (parent->linked && above_count == below_count)
+        STP_TRY(find_wrong_link(above, below, above_count, &wrong_link, err));
     qsort(above, above_count, sizeof *above, compare_order);
     qsort(below, below_count, sizeof *below, compare_order);
     if (above_count != below_count)
@@ -127,6 +149,11 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     if (!*fault && wrong_link != STP_CHUNK_NONE) {
         *fault = "it is linked to other patches of the child than those whose vertices it has";
         *patch = wrong_link;
+    }
+    if (!*fault && parent->linked) {
+        *patch = find_wrong_side(parent, child_index, child);
+        if (*patch != STP_CHUNK_NONE)
+            *fault = "it is not two-sided, and a patch of the child that it stands for is";
     }
 done:
     free(above);
