@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/overhang.h"
+#include "formats/chunk/patch.h"
 #include "preprocess/partition.h"
 #include "preprocess/patch_build.h"
 
@@ -218,13 +219,8 @@ static stp_status pack(const assembly *a, stp_built_chunk *out, stp_error *err)
         chunk->patches[p] = a->patches[a->order[p]];
         out->vertices[p] = a->vertices[a->order[p]];
     }
+    stp_patches_place(chunk);
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        uint32_t at = 0;
-        for (uint32_t p = 0; p < a->patch_count; p++) {
-            chunk->level_begin[level][p] = at;
-            at += chunk->patches[p].counts[level];
-        }
-        chunk->level_begin[level][a->patch_count] = at;
         find_begins(a, level, begin);
         gather(chunk->samples[level], a->samples[level], sizeof(stp_sample), a, begin);
     }

@@ -212,6 +212,8 @@ static size_t find_draw(const stp_cut *cut, uint32_t chunk)
 static void link_draw(stp_cut *cut, const stp_scene *scene, stp_draw *draw)
 {
     const stp_chunk_entry *e = &scene->entries[draw->chunk];
+    if (draw->drawn_children == 0)
+        return;
     size_t child = find_draw(cut, e->first_child), link = cut->link_count;
     draw->links = link;
     for (uint32_t k = 0; k < e->child_count; k++) {
@@ -253,8 +255,7 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
 {
     stp_status status = STP_OK;
     size_t stack_count = 0;
-    cut->draw_count = cut->miss_count = cut->passed_count = 0;
-    cut->link_count = 0;
+    cut->draw_count = cut->miss_count = cut->passed_count = cut->link_count = 0;
     for (size_t i = 0; i < params->scene->model_count; i++)
         if (!(params->hidden_models >> i & 1))
             STP_TRY(push(cut, &stack_count,
@@ -267,8 +268,8 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
     if (cut->miss_count > 0)
         qsort(cut->misses, cut->miss_count, sizeof *cut->misses, compare_misses);
-    for (size_t i = cut->draw_count; i > 0 && params->frame->quality[0] > 0.0f; i--)
-        if (cut->draws[i - 1].drawn_children != 0)
+    if (params->frame->quality[0] > 0.0f) /* else no parent does */
+        for (size_t i = cut->draw_count; i > 0; i--)
             link_draw(cut, params->scene, &cut->draws[i - 1]);
     STP_TRY(take_passed(cut, params->scene, err));
 done:

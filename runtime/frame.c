@@ -51,8 +51,8 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
     return stp_project_prepare(&r->project, lod, r->shader_folder, defines, err);
 }
 
-stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
-                            const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err)
+static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
+                             const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err)
 {
     bool stream = d->params->stream;
     stp_cut_params params = {
@@ -63,10 +63,13 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
                    stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
     };
-    stp_status status = stp_cut_select(cut, &params, err);
-    if (status == STP_OK && cut == &r->cut)
-        status = stp_sight_begin(&r->sight, cut, err);
-    return status;
+    return stp_cut_select(cut, &params, err);
+}
+
+stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
+{
+    stp_status status = select_for(r, d, &r->cut, &r->frame, r->eye, err);
+    return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
 
 /* The records that shaders read of the chunks drawn. */
@@ -88,11 +91,10 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
 
 double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count)
 {
-    double greatest = 0.0;
+    double greatest = 0.0, cap = r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0;
     for (size_t i = 0; i < count; i++) {
         const stp_resident *resident =
             stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draws[i].chunk));
-        double cap = r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0;
         if (stp_draw_passes(&draws[i], &r->scene.entries[draws[i].chunk])) {
             greatest = fmax(greatest, cap); /* what is larger is left to the children */
             continue;
@@ -234,11 +236,11 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     size_t begin = 0;
     double radius_px = 0.0;
     stp_cache_load load;
-    STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+    STP_TRY(stp_frame_select(r, d, err));
     do {
         STP_TRY(load_draws(r, d, begin, &load, err));
         if (load.damaged) { /* now known: choose again without it */
-            STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+            STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
             continue;
@@ -280,7 +282,7 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params);
-        STP_TRY(stp_frame_select(r, d, &r->ahead_cut, &frame, ahead->eye, err));
+        STP_TRY(select_for(r, d, &r->ahead_cut, &frame, ahead->eye, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }
     stp_chunk_cache_want(r->cache, r->wants, count, now);
@@ -296,7 +298,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     bool came = stp_chunk_cache_has_news(r->cache);
     STP_TRY(stp_chunk_cache_update(r->cache, r->stamp, err));
     r->stamp++;
-    STP_TRY(stp_frame_select(r, d, &r->cut, &r->frame, r->eye, err));
+    STP_TRY(stp_frame_select(r, d, err));
     for (size_t i = 0; i < r->cut.draw_count; i++)
         stp_chunk_cache_touch(r->cache, r->cut.draws[i].chunk, r->stamp);
     for (size_t i = 0; i < r->cut.passed_count; i++)

@@ -47,7 +47,7 @@ stp_status stp_model_open_at(stp_model **out, const char *path,
                       "a directory of chunks", err));
     for (uint32_t id = 0; id < model->info->chunk_count; id++)
         STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
-    STP_TRY(stp_verify_tree_links(model->file, model->entries, err));
+    STP_TRY(stp_verify_tree_entries(model->file, model->entries, err));
     model->ball = ball_around(model);
     *out = model;
     model = NULL;

@@ -79,10 +79,9 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);
 /* What shaders and the cut read of a picture: of its view, its threshold, its colours and what it
  * leaves out. */
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params);
-/* The frame's cut; while chunks stream and the camera moves it depends on the last one. Errors:
- * OUT_OF_MEMORY. */
-stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
-                            const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err);
+/* Chooses the frame's cut, of which nothing is looked at yet; while chunks stream and the camera
+ * moves it depends on the last one. Errors: OUT_OF_MEMORY. */
+stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err);
 /* Projects resident draws and resolves what they left nearest. Errors: GL, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err);

@@ -52,8 +52,7 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     if (status == STP_OK)
         status = stp_frame_prepare(r, s->params.lod, err);
     if (status == STP_OK)
-        status = stp_frame_select(r, &(stp_drawing){.params = &s->params}, &r->cut, &r->frame,
-                                  r->eye, err);
+        status = stp_frame_select(r, &(stp_drawing){.params = &s->params}, err);
     return status;
 }
 

@@ -416,7 +416,7 @@ static void spoil_link(fixture_tree *tree)
 
 static void spoil_side(fixture_tree *tree)
 {
-    tree->chunks[0]->patches[9 - 1].flags |= STP_PATCH_TWO_SIDED;
+    tree->chunks[0]->patches[8].flags |= STP_PATCH_TWO_SIDED;
 }
 
 static void spoil_orientation(fixture_tree *tree)

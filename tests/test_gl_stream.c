@@ -80,9 +80,8 @@ static bool is_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk, c
 {
     float eye[3];
     for (uint32_t i = l->first_point[patch]; i < l->first_point[patch + 1]; i++) {
-        stp_rule_bound bound = l->points[i];
-        for (int axis = 0; axis < 3; axis++)
-            bound.centre[axis] += chunk->offset[axis];
+        stp_patch_brief point = {.bound = l->points[i]};
+        stp_rule_bound bound = stp_patch_bound(&point, chunk);
         if (stp_rule_visible(frame, &bound, eye))
             return true;
     }

@@ -8,8 +8,6 @@
 
 #include "formats/chunk/column.h"
 
-#define STP_TABLE_COLUMNS_LIMIT 40u
-
 /* Column c has row_count values from values + c * stride. */
 typedef struct stp_table {
     int16_t *values;

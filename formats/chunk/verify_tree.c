@@ -15,8 +15,8 @@ static stp_status fault(const stp_chunk_file *file, uint32_t id, const char *wha
 }
 
 /* Children follow each other breadth first, name their parent, and add up to its points. */
-stp_status stp_verify_tree_links(const stp_chunk_file *file, const stp_chunk_entry *entries,
-                                 stp_error *err)
+stp_status stp_verify_tree_entries(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                                   stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     uint64_t next = 1;
@@ -103,7 +103,7 @@ stp_status stp_verify_tree(stp_chunk_file *file, stp_chunk_entry **entries, stp_
     STP_TRY(stp_alloc(&all, count, sizeof *all, "directory", err));
     for (uint32_t id = 0; id < count; id++)
         STP_TRY(stp_chunk_file_entry(file, id, &all[id], err));
-    STP_TRY(stp_verify_tree_links(file, all, err));
+    STP_TRY(stp_verify_tree_entries(file, all, err));
     STP_TRY(check_extents(file, all, err));
     *entries = all;
     all = NULL;

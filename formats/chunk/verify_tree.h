@@ -10,7 +10,7 @@
  * Errors: CORRUPT, IO, OUT_OF_MEMORY. */
 stp_status stp_verify_tree(stp_chunk_file *file, stp_chunk_entry **entries, stp_error *err);
 /* That entries which were read make a tree: what following them relies on. Errors: CORRUPT. */
-stp_status stp_verify_tree_links(const stp_chunk_file *file, const stp_chunk_entry *entries,
-                                 stp_error *err);
+stp_status stp_verify_tree_entries(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                                   stp_error *err);
 
 #endif
