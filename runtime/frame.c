@@ -109,15 +109,22 @@ double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t 
     return greatest;
 }
 
+/* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl. */
+#define ELLIPSE_FLOOR_PX 1.25
+
 /* Levels above the viewport that a disc of this radius can reach down from; none for plain points.
- */
+ * With templates those up to where windows hold it, and one for what merging adds to it. */
 static int levels_for(const stp_renderer *r, const stp_drawing *d, double radius_px)
 {
-    int most = r->pyramid.level_count;
-    double levels = radius_px > 0.0 ? ceil(log2(6.0 * radius_px)) : 0.0;
-    if (d->params->reconstruct == STP_RECONSTRUCT_POINTS || levels <= 0.0)
+    int most = r->pyramid.level_count, window_px = r->variant.template_px;
+    if (radius_px <= 0.0 || d->params->reconstruct == STP_RECONSTRUCT_POINTS)
         return 0;
-    return levels < most ? (int)levels : most;
+    double levels = ceil(log2(6.0 * radius_px));
+    if (window_px > 0) {
+        double wide = 2.0 * fmax(radius_px, ELLIPSE_FLOOR_PX) / (window_px - 1);
+        levels = wide > 1.0 ? ceil(log2(wide)) + 1.0 : 0.0;
+    }
+    return levels <= 0.0 ? 0 : levels < most ? (int)levels : most;
 }
 
 static void begin_pass(stp_renderer *r, bool first)
@@ -325,10 +332,11 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
         glFinish();
     double pulled = stp_clock_seconds();
     stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles);
-    if (d->params->keep_pixels && levels > 0)
+    bool finishes = stp_reconstruct_finishes(&r->reconstruct, levels);
+    if (d->params->keep_pixels && finishes)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, levels, &r->tiles);
     const stp_pyramid_level *level = &r->pyramid.levels[0];
-    const GLuint *pixels = levels > 0 ? level->finished : level->pulled;
+    const GLuint *pixels = finishes ? level->finished : level->pulled;
     r->kept = d->params->keep_pixels ? pixels : NULL;
     if (d->waits)
         glFinish();

@@ -279,7 +279,7 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
     const stp_pyramid_level *level = &params->pyramid->levels[0];
     stp_pick pick = {.chunk = STP_PICK_NO_CHUNK, .level = -1};
     texels t;
-    read_texels(params->levels > 0 ? level->finished : level->pulled, params->x, params->y, &t);
+    read_texels(params->finished ? level->finished : level->pulled, params->x, params->y, &t);
     pixel p = unpack(params->frame, &t, params->x, params->y);
     if (p.tag != 0) {
         stp_dvec3 at = meet(params->frame, &p, params->x, params->y);

@@ -18,8 +18,8 @@ typedef struct stp_pick_params {
     const stp_object_texture *texture;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
-    int levels; /* of the pyramid above the viewport; > 0: the pixel is finished in level 0 */
-    int x, y;   /* inside the picture */
+    bool finished; /* the pixel has been finished in level 0 */
+    int x, y;      /* inside the picture */
 } stp_pick_params;
 
 /* The pixel that a pick at (*x, *y), inside the picture, takes: this one, or where nothing is there

@@ -3,13 +3,18 @@
 
 #include "runtime/gl_context.h"
 
+static void set_nearest(GLuint texture)
+{
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}
+
 static GLuint create_texture(GLenum format, int width, int height)
 {
     GLuint texture = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &texture);
     glTextureStorage2D(texture, 1, format, width, height);
-    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    set_nearest(texture);
     return texture;
 }
 
@@ -26,18 +31,57 @@ static GLuint create_frame(const GLuint *textures, int count)
     return frame;
 }
 
-/* Of empty pixels: what lies outside a frame's tiles is never written. */
+/* Empties a target: what lies outside a frame's tiles is never written. */
+static void clear_target(GLuint texture)
+{
+    glClearTexImage(texture, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT, NULL);
+}
+
 static GLuint create_target(const stp_pyramid_level *level)
 {
     GLuint texture = create_texture(GL_RGBA32UI, level->width, level->height);
-    glClearTexImage(texture, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT, NULL);
+    clear_target(texture);
     return texture;
 }
 
-static void create_level(stp_pyramid_level *level)
+/* Smallest size >= size whose halves, so many of them, are no smaller than those of size rounded
+ * up.
+ */
+static int even_size(int size, int halvings)
 {
-    for (int i = 0; i < STP_TARGET_COUNT; i++)
-        level->pulled[i] = create_target(level);
+    return (size + (1 << halvings) - 1) >> halvings << halvings;
+}
+
+/* Room for the pulled levels 1..level_count, as mips, so that a shader can search them all. */
+static void create_pulled_above(stp_pyramid *p)
+{
+    int halvings = p->level_count - 1;
+    for (int i = 0; i < STP_TARGET_COUNT && p->level_count > 0; i++) {
+        GLuint texture = 0;
+        glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+        glTextureStorage2D(texture, p->level_count, GL_RGBA32UI,
+                           even_size(p->levels[1].width, halvings),
+                           even_size(p->levels[1].height, halvings));
+        glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_NEAREST);
+        glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        p->pulled_above[i] = texture;
+    }
+}
+
+static void create_pulled(stp_pyramid *p, int l)
+{
+    stp_pyramid_level *level = &p->levels[l];
+    for (int i = 0; i < STP_TARGET_COUNT; i++) {
+        if (l == 0) {
+            level->pulled[i] = create_target(level);
+            continue;
+        }
+        glGenTextures(1, &level->pulled[i]);
+        glTextureView(level->pulled[i], GL_TEXTURE_2D, p->pulled_above[i], GL_RGBA32UI,
+                      (GLuint)(l - 1), 1, 0, 1);
+        set_nearest(level->pulled[i]);
+        clear_target(level->pulled[i]);
+    }
     level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
 }
 
@@ -69,7 +113,10 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     for (int l = 0; l <= p.level_count; l++) {
         p.levels[l].width = (width + (1 << l) - 1) >> l;
         p.levels[l].height = (height + (1 << l) - 1) >> l;
-        create_level(&p.levels[l]);
+    }
+    create_pulled_above(&p);
+    for (int l = 0; l <= p.level_count; l++) {
+        create_pulled(&p, l);
         if (l > 0)
             create_finished(&p.levels[l]);
     }
@@ -113,6 +160,7 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].pulled);
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
+    glDeleteTextures(STP_TARGET_COUNT, p->pulled_above);
     glDeleteFramebuffers(4, frames);
     glDeleteTextures(6, textures);
     *p = (stp_pyramid){0};

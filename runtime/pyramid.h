@@ -25,6 +25,9 @@ typedef struct stp_pyramid {
     int width, height;
     int level_count; /* above level 0: all there can be, ceil(log2(max(width, height))) */
     stp_pyramid_level levels[STP_PYRAMID_LEVELS_LIMIT];
+    /* The pulled levels from 1 on, of which those of a level are views: mip l - 1 is level l, and
+     * may be larger than it. */
+    GLuint pulled_above[STP_TARGET_COUNT];
     GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
     GLuint scatter_depth; /* R32UI: the bits of nearest_depth where compute shaders project */
     GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */

@@ -83,7 +83,7 @@ static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
         if (status != STP_OK)
             return status;
     }
-    if (r->last.pyramid_levels == 0)
+    if (!stp_reconstruct_finishes(&r->reconstruct, r->last.pyramid_levels))
         return STP_OK;
     stp_status status = stp_pyramid_keep_level_0(&r->pyramid, err);
     if (status != STP_OK)
@@ -107,7 +107,8 @@ static stp_status pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *
                                              .texture = stp_chunk_cache_texture(r->cache),
                                              .frame = &r->frame,
                                              .eye = r->eye,
-                                             .levels = r->last.pyramid_levels,
+                                             .finished = stp_reconstruct_finishes(
+                                                 &r->reconstruct, r->last.pyramid_levels),
                                              .x = x,
                                              .y = y},
                           err));

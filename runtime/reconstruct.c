@@ -23,6 +23,7 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
                                                              .defines = defines,
                                                              .folder = folder},
                                        err));
+    p.template_px = variant->template_px;
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -58,7 +59,12 @@ static void set_read(const stp_pyramid_level *level)
     glUniform2i(STP_UNIFORM_READ_SIZE, level->width, level->height);
 }
 
-/* What finishing level l reads. */
+bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels)
+{
+    return levels > 0 || programs->template_px != 0;
+}
+
+/* What pushing to level l reads. */
 static void bind_push(const stp_pyramid *pyramid, int l, int levels)
 {
     const stp_pyramid_level *coarse = &pyramid->levels[l + 1];
@@ -67,6 +73,19 @@ static void bind_push(const stp_pyramid *pyramid, int l, int levels)
     glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
     glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
                    l + 1 == levels ? coarse->pulled : coarse->finished);
+}
+
+/* What finishing level 0 reads. */
+static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                        int levels)
+{
+    if (programs->template_px == 0) {
+        bind_push(pyramid, 0, levels);
+        return;
+    }
+    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, levels);
+    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
+    glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, pyramid->pulled_above);
 }
 
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
@@ -80,6 +99,8 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
         stp_tiles_draw(tiles, l);
     }
+    if (programs->template_px != 0)
+        return;
     glUseProgram(programs->push);
     for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
@@ -114,9 +135,10 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
     glClearBufferfv(GL_COLOR, 1, empty);
     if (marks)
         glClearBufferuiv(GL_COLOR, 2, no_mark);
-    glUseProgram(levels > 0 ? programs->finish : programs->shade);
-    if (levels > 0)
-        bind_push(pyramid, 0, levels);
+    bool finishes = stp_reconstruct_finishes(programs, levels);
+    glUseProgram(finishes ? programs->finish : programs->shade);
+    if (finishes)
+        bind_finish(programs, pyramid, levels);
     else
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
     stp_tiles_draw(tiles, 0);
@@ -130,7 +152,7 @@ static void begin_level_0(const stp_reconstruct_programs *programs, const stp_py
 {
     glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].finished_frame);
     glUseProgram(programs->push);
-    bind_push(pyramid, 0, levels);
+    bind_finish(programs, pyramid, levels);
 }
 
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,

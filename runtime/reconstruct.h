@@ -12,6 +12,7 @@
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
     GLuint edl, fade; /* 0: not asked for; where fade is, pictures are marked for it */
+    int template_px;  /* of the variant: where it is not 0, level 0 is always finished */
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
@@ -23,14 +24,18 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
  * later ones leave it. Ends with the depth test off. All passes draw the tiles alone. */
 void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                              const stp_tiles *tiles, bool first);
-/* Fills levels 1..levels as pulled, then levels - 1..1 as finished. */
+/* Whether level 0 has pixels beside the pulled ones. */
+bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
+/* Fills levels 1..levels as pulled, then levels - 1..1 as finished; with templates none of these.
+ */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, const stp_tiles *tiles);
-/* The last push, if levels > 0, shading, and eye-dome lighting where the variant has it, to the
- * pyramid's picture. */
+/* Finishes level 0, where it is to be, shades it, and adds eye-dome lighting where the variant has
+ * it: the pyramid's picture. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles);
-/* Level 0 as finished, for who wants its pixels: a picture does without. levels > 0. */
+/* Level 0 as finished, for who wants its pixels: a picture does without. Only where it is finished
+ * at all. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,
                                   const stp_pyramid *pyramid, int levels, const stp_tiles *tiles);
 /* The same for one pixel. Takes what is bound and enabled as after a frame; leaves the rest of

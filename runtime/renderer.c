@@ -39,6 +39,23 @@ done:
     return status;
 }
 
+static int template_px(stp_reconstruct reconstruct)
+{
+    switch (reconstruct) {
+    case STP_RECONSTRUCT_TEMPLATE3:
+        return 3;
+    case STP_RECONSTRUCT_TEMPLATE5:
+        return 5;
+    case STP_RECONSTRUCT_TEMPLATE7:
+        return 7;
+    case STP_RECONSTRUCT_GAUSS:
+    case STP_RECONSTRUCT_BOX:
+    case STP_RECONSTRUCT_POINTS:
+        break;
+    }
+    return 0;
+}
+
 /* The programs for these parameters; those of the last frame do, as a rule. */
 static stp_status choose_programs(stp_renderer *r, const stp_view *view,
                                   const stp_draw_params *params, stp_error *err)
@@ -46,6 +63,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
     stp_variant variant = {
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
+        .template_px = template_px(params->reconstruct),
         .keep_back_faces = params->keep_back_faces,
         .clip = params->clip.enabled,
         .classes = stp_filter_hides_classes(params),

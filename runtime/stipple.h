@@ -82,7 +82,12 @@ typedef enum stp_lod {
 typedef enum stp_reconstruct {
     STP_RECONSTRUCT_GAUSS = 0, /* CG08 */
     STP_RECONSTRUCT_BOX = 1,   /* PBG07 */
-    STP_RECONSTRUCT_POINTS = 2 /* none: one pixel a sample */
+    /* TUT08, with windows of 3, 5 and 7 pixels: smoother outlines, several times as slow */
+    STP_RECONSTRUCT_TEMPLATE3 = 2,
+    STP_RECONSTRUCT_TEMPLATE5 = 3,
+    STP_RECONSTRUCT_TEMPLATE7 = 4,
+    STP_RECONSTRUCT_POINTS = 5, /* none: one pixel a sample */
+    STP_RECONSTRUCT_LAST = STP_RECONSTRUCT_POINTS
 } stp_reconstruct;
 
 /* The numbers are STP_SHADE_* of shaders/layout.glsl. */

@@ -1,5 +1,5 @@
-// What pull and push share: the front-most of four candidates, and the mean of those that belong to
-// its surface. Straight-line code without indexed arrays: software rasterisers run both sides of
+// What pull, push and templates share: the front-most of some candidates, and the mean of those that belong
+// to its surface. Straight-line code without indexed arrays: software rasterisers run both sides of
 // every branch, and pay for arrays in memory. Needs pixel.glsl.
 
 struct stp_blend {
@@ -44,22 +44,33 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     blend.farthest = w > 0.0 ? max(blend.farthest, c.z_max) : blend.farthest;
 }
 
-stp_blend stp_blend_four(stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3,
-                         vec4 weights)
+stp_blend stp_blend_begin()
 {
-    stp_blend blend = stp_blend(stp_pixel_invalid(), 0.0, 0.0, 0.0);
-    stp_blend_add(blend, front, c0, weights.x);
-    stp_blend_add(blend, front, c1, weights.y);
-    stp_blend_add(blend, front, c2, weights.z);
-    stp_blend_add(blend, front, c3, weights.w);
+    return stp_blend(stp_pixel_invalid(), 0.0, 0.0, 0.0);
+}
+
+// Sums to means; of radii the mean square.
+stp_blend stp_blend_end(stp_blend blend, stp_pixel front)
+{
     float scale = 1.0 / max(blend.total, 1e-30);
     float norm = dot(blend.sum.normal, blend.sum.normal);
     blend.sum.normal = norm > 0.0 ? blend.sum.normal * inversesqrt(norm) : front.normal;
-    blend.sum.radius *= scale; // squared still
+    blend.sum.radius *= scale;
     blend.sum.z_min = front.z_min + blend.sum.z_min * scale;
     blend.sum.z_max = front.z_max + blend.sum.z_max * scale;
     blend.sum.d *= scale;
     blend.sum.colour *= scale;
     blend.distance *= scale;
     return blend;
+}
+
+stp_blend stp_blend_four(stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3,
+                         vec4 weights)
+{
+    stp_blend blend = stp_blend_begin();
+    stp_blend_add(blend, front, c0, weights.x);
+    stp_blend_add(blend, front, c1, weights.y);
+    stp_blend_add(blend, front, c2, weights.z);
+    stp_blend_add(blend, front, c3, weights.w);
+    return stp_blend_end(blend, front);
 }

@@ -6,9 +6,10 @@
 #define STP_ELLIPSE_FLOOR 1.25
 #define STP_ELLIPSE_OUTSIDE 1e30
 
-// 1 at the rim. ray: unit, through the point asked; offset: of that point from the ellipse's centre,
-// pixels. The offset is taken along the ray into the disc's plane, which is exact in perspective.
-float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
+// Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its
+// centre: exact in perspective but for the floor. ray: unit, through the point; offset: of the point from the
+// ellipse's centre, pixels.
+vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
 {
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
     float inverse = min(units / (p.radius * viewport.z), 1.0 / STP_ELLIPSE_FLOOR);
@@ -16,7 +17,13 @@ float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
     float k = dot(p.normal, ray);
     float magnitude = max(abs(k), min(1.0, STP_ELLIPSE_FLOOR * inverse));
     float along = dot(delta, p.normal.xy) / (k > 0.0 ? magnitude : -magnitude);
-    vec3 s = vec3(delta, 0.0) - ray * along;
+    return vec3(delta, 0.0) - ray * along;
+}
+
+// 1 at the rim.
+float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
+{
+    vec3 s = stp_ellipse_place(p, ray, offset);
     float q = dot(s, s);
     return p.radius > 0.0 ? q : offset == vec2(0.0) ? 0.0 : STP_ELLIPSE_OUTSIDE;
 }

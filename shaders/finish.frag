@@ -6,7 +6,7 @@
 #include "pixel.glsl"
 #include "ellipse.glsl"
 #include "blend.glsl"
-#include "push.glsl"
+#include "finish.glsl"
 #include "shade.glsl"
 
 layout(location = 0) out vec4 picture;
@@ -17,7 +17,7 @@ layout(location = 2) out uint mark;
 
 void main()
 {
-    stp_pixel p = stp_push(ivec2(gl_FragCoord.xy));
+    stp_pixel p = stp_finish(ivec2(gl_FragCoord.xy));
     picture = stp_shade(p, gl_FragCoord.xy);
     depth = p.z_min;
 #if STP_FADE

@@ -1,5 +1,5 @@
 // Fine to coarse: a pixel of level l out of the four of level l - 1 under it (PBG07; the ellipse
-// test is CG08's). Reads level l - 1 as fine, writes level l.
+// test is CG08's, and TUT08's which go on to level l at all). Reads level l - 1 as fine, writes level l.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -7,14 +7,19 @@
 #include "pixel_out.glsl"
 #include "ellipse.glsl"
 #include "blend.glsl"
+#include "template.glsl"
 
-// A finer pixel as seen from `centre`; invalid where its ellipse does not reach it.
+// A finer pixel as seen from `centre`; invalid where its ellipse does not reach it, or stays behind.
 stp_pixel stp_pull_candidate(ivec2 p, vec2 centre, vec3 ray)
 {
     stp_pixel c = stp_pixel_fine(p);
     vec2 middle = stp_pixel_centre(p, pyramid_level - 1) + c.d;
     c.d = middle - centre;
+#if STP_TEMPLATE
+    bool reaches = stp_template_carries(c, pyramid_level - 1);
+#else
     bool reaches = STP_BOX != 0 || stp_ellipse(c, ray, -c.d) <= 1.0;
+#endif
     c.tag = reaches && stp_inside(p) ? c.tag : 0;
     return c;
 }

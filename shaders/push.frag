@@ -7,9 +7,9 @@
 #include "pixel_out.glsl"
 #include "ellipse.glsl"
 #include "blend.glsl"
-#include "push.glsl"
+#include "finish.glsl"
 
 void main()
 {
-    stp_pixel_write(stp_push(ivec2(gl_FragCoord.xy)));
+    stp_pixel_write(stp_finish(ivec2(gl_FragCoord.xy)));
 }

@@ -141,7 +141,7 @@ static void roads_agree(void **state)
 {
     gl_fixture *f = *state;
     static uint8_t first[4 * PIXELS], rgba[4 * PIXELS], whole[4 * PIXELS];
-    for (int reconstruct = 0; reconstruct < 3; reconstruct++)
+    for (int reconstruct = 0; reconstruct <= STP_RECONSTRUCT_LAST; reconstruct++)
         for (int every = 0; every < 2; every++) {
             stp_draw_params params = {.reconstruct = (stp_reconstruct)reconstruct,
                                       .every_sample = every,

@@ -119,7 +119,7 @@ static void boundaries(void **state)
     assert_int_equal(stp_renderer_pick(f.renderer, 0, 0, &pick, NULL), STP_INVALID_ARGUMENT);
     const stp_dvec3 eye = {0.0, 0.0, 2.0};
     stp_view view = views_look(eye, (stp_dvec3){0.0, 0.0, 0.0}, 30.0, &f.model->ball, EDGE, EDGE);
-    for (int reconstruct = 0; reconstruct < 3; reconstruct++) {
+    for (int reconstruct = 0; reconstruct <= STP_RECONSTRUCT_LAST; reconstruct++) {
         const stp_draw_params params = {.reconstruct = (stp_reconstruct)reconstruct};
         check_ok(stp_renderer_draw(f.renderer, &view, &params, NULL, err));
         check_corners(&f);

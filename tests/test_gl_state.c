@@ -235,6 +235,7 @@ static const stp_draw_params drawn[] = {
     {.lod = STP_LOD_FULL, .reconstruct = STP_RECONSTRUCT_BOX},
     {.lod = STP_LOD_COMPUTE, .keep_pixels = true},
     {.lod = STP_LOD_GEOMETRY, .timed = true},
+    {.lod = STP_LOD_CPU, .reconstruct = STP_RECONSTRUCT_TEMPLATE5, .keep_pixels = true},
     {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_POINTS, .keep_back_faces = true},
 };
 #define DRAWN ((int)(sizeof drawn / sizeof *drawn))

@@ -369,7 +369,7 @@ static void all_changes_each_frame(void **state)
         const int *size = sizes[i % 6];
         stp_view view = look(*state, 0.1 * i, 0.6, size[0], size[1]);
         stp_draw_params params = {.lod = (stp_lod)(i % 4),
-                                  .reconstruct = (stp_reconstruct)(i % 3),
+                                  .reconstruct = (stp_reconstruct)(i % (STP_RECONSTRUCT_LAST + 1)),
                                   .shade = (stp_shade)(i % 8),
                                   .threshold_px = i % 5 == 0 ? 64.0 : 0.1 * (i % 5),
                                   .fade = i % 2 * 0.7,

@@ -197,7 +197,7 @@ static bool handle_drawing_key(view_control *c, uint32_t key, bool back)
         return true;
     case 'r':
         p->reconstruct =
-            (stp_reconstruct)cycle((int)p->reconstruct, STP_RECONSTRUCT_POINTS + 1, back);
+            (stp_reconstruct)cycle((int)p->reconstruct, STP_RECONSTRUCT_LAST + 1, back);
         return true;
     case 's':
         p->shade = (stp_shade)cycle((int)p->shade, STP_SHADE_CONFIDENCE + 1, back);

@@ -56,11 +56,11 @@ int reference_level_count(double radius_px, int width, int height)
 
 /* ---- the pyramid ---- */
 
-stp_status reference_create(reference_pyramid *out, const stp_view *view, bool box, int level_count,
-                            stp_error *err)
+stp_status reference_create(reference_pyramid *out, const stp_view *view, reference_filter filter,
+                            int level_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    reference_pyramid p = {.view = *view, .box = box, .level_count = level_count};
+    reference_pyramid p = {.view = *view, .filter = filter, .level_count = level_count};
     if (level_count < 0 || level_count > REFERENCE_LEVELS_LIMIT)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "%d levels of a pyramid", level_count);
     for (int l = 0; l <= level_count; l++) {
@@ -153,28 +153,48 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 
 /* ---- the ellipse ---- */
 
-double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                         double x, double y)
+static double radius_px(const stp_view *view, const reference_pixel *p)
 {
-    if (!(p->radius > 0.0))
-        return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
-    double radius = fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
+    return fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
+}
+
+/* s: where the ray meets the disc's plane, in radii from its centre. */
+static stp_dvec3 ellipse_place(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                               double x, double y)
+{
+    double radius = radius_px(view, p);
     stp_dvec3 w = ray(view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     double k = stp_dvec3_dot(p->normal, w);
     double least = fmin(1.0, FLOOR_PX / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
-    stp_dvec3 s =
-        stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
+    return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
+}
+
+double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                         double x, double y)
+{
+    if (!(p->radius > 0.0))
+        return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
+    stp_dvec3 s = ellipse_place(view, p, cx, cy, x, y);
     return stp_dvec3_dot(s, s);
+}
+
+/* Whether an ellipse is too wide for a template's windows of this level. */
+static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, int level)
+{
+    return 2.0 * radius_px(&pyramid->view, p) > ((int)pyramid->filter - 1) * exp2(level);
 }
 
 /* ---- merging what meets ---- */
 
-/* Up to four pixels that may reach one place: d is from that place to their ellipses' centres. */
+/* Four pixels, or those of 7 x 7 of each level. */
+#define MEETING_LIMIT (49 * (REFERENCE_LEVELS_LIMIT + 1))
+
+/* Pixels that may reach one place: d is from that place to their ellipses' centres. */
 typedef struct meeting {
-    reference_pixel pixels[4];
-    double weights[4], q[4];
+    reference_pixel pixels[MEETING_LIMIT];
+    double weights[MEETING_LIMIT], q[MEETING_LIMIT];
     int count;
 } meeting;
 
@@ -268,14 +288,29 @@ static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
 
 /* ---- pull ---- */
 
+/* Leaves those that go on from a level. */
+static void keep_carried(const reference_pyramid *pyramid, int level, meeting *m)
+{
+    int kept = 0;
+    for (int i = 0; i < m->count; i++)
+        if (carries(pyramid, &m->pixels[i], level)) {
+            m->weights[kept] = m->weights[i];
+            m->pixels[kept++] = m->pixels[i];
+        }
+    m->count = kept;
+}
+
 static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, int i, int j)
 {
     const reference_pixel *finer = pyramid->levels[level - 1].pulled;
     double u = centre_of(i, level), v = centre_of(j, level);
-    meeting m = {.count = 0};
+    meeting m;
+    m.count = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
-    if (!pyramid->box)
+    if (pyramid->filter >= REFERENCE_TEMPLATE3)
+        keep_carried(pyramid, level - 1, &m);
+    else if (pyramid->filter == REFERENCE_GAUSS)
         keep_reaching(&m, 1.0);
     if (m.count == 0)
         return (reference_pixel){0};
@@ -332,12 +367,13 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     static const double weights[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
     int side_x = i & 1 ? 1 : -1, side_y = j & 1 ? 1 : -1;
     double u = centre_of(i, level), v = centre_of(j, level);
-    meeting m = {.count = 0};
+    meeting m;
+    m.count = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
              (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
     keep_reaching(&m, push_reach(&m));
-    for (int k = 0; k < m.count && !pyramid->box; k++)
+    for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);
     if (m.count == 0)
         return own;
@@ -348,8 +384,90 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     return mean_of(&m, &front);
 }
 
+/* ---- templates ---- */
+
+/* Adds the ellipse of pixel (i, j) of a level to those that cover window (u, v), the middle of the
+ * pixel called own, if it does; its depths become those at that place. */
+static void cover(const reference_pyramid *pyramid, int level, int i, int j, double u, double v,
+                  const reference_pixel *own, meeting *m)
+{
+    const stp_view *view = &pyramid->view;
+    const reference_level *here = &pyramid->levels[level];
+    if (i < 0 || j < 0 || i >= here->width || j >= here->height)
+        return;
+    const reference_pixel *source = &here->pulled[j * here->width + i];
+    bool goes_on =
+        source->tag != 0 && level < pyramid->level_count && carries(pyramid, source, level);
+    if (goes_on) {
+        const reference_level *above = &pyramid->levels[level + 1];
+        goes_on = source->z_min <= above->pulled[(j >> 1) * above->width + (i >> 1)].z_max;
+    }
+    if (source->tag == 0 || goes_on)
+        return;
+    reference_pixel p = *source;
+    double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
+    double q = reference_ellipse(view, &p, cx, cy, u - cx, v - cy), extent = p.z_max - p.z_min;
+    q = source == own ? fmin(q, 1.0) : q;
+    if (!(q <= 1.0))
+        return;
+    if (p.radius > 0.0) {
+        stp_dvec3 s = ellipse_place(view, &p, cx, cy, u - cx, v - cy);
+        p.z_min -= s.z * radius_px(view, &p) / pixels_per_unit(view, p.z_min);
+    }
+    p.z_max = p.z_min + extent;
+    p.dx = cx - u;
+    p.dy = cy - v;
+    m->q[m->count] = q;
+    m->weights[m->count] = exp(-0.5 * q);
+    m->pixels[m->count++] = p;
+}
+
+/* The lesser of a source and a pixel's, but that is at least 1. */
+static int least_source(int source, const reference_pixel *p)
+{
+    int own = (p->tag - 1) >> 4 > 1 ? (p->tag - 1) >> 4 : 1;
+    return own < source ? own : source;
+}
+
+static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, int j)
+{
+    int reach = (int)pyramid->filter / 2;
+    double u = centre_of(i, 0), v = centre_of(j, 0);
+    const reference_pixel *own = &pyramid->levels[0].pulled[j * pyramid->levels[0].width + i];
+    double own_z = INFINITY;
+    meeting m;
+    m.count = 0;
+    for (int l = 0; l <= pyramid->level_count; l++)
+        for (int y = -reach; y <= reach; y++)
+            for (int x = -reach; x <= reach; x++) {
+                int before = m.count;
+                cover(pyramid, l, (i >> l) + x, (j >> l) + y, u, v, own, &m);
+                if (m.count > before && l == 0 && x == 0 && y == 0)
+                    own_z = m.pixels[before].z_min;
+            }
+    if (m.count == 0)
+        return (reference_pixel){0};
+    reference_pixel front = *front_of(&m);
+    for (int k = 0; k < m.count; k++) /* those that begin before the first end all meet */
+        front.z_max = fmin(front.z_max, m.pixels[k].z_max);
+    keep_surface(&m, &front);
+    int source = REFERENCE_LEVELS_LIMIT;
+    for (int k = 0; k < m.count; k++)
+        source = least_source(source, &m.pixels[k]);
+    reference_pixel out = mean_of(&m, &front);
+    out.tag = tag_with_source(front.tag, own_z <= front.z_max ? 0 : source);
+    return out;
+}
+
 void reference_push(reference_pyramid *pyramid)
 {
+    reference_level *first = &pyramid->levels[0];
+    if (pyramid->filter >= REFERENCE_TEMPLATE3) {
+        for (int j = 0; j < first->height; j++)
+            for (int i = 0; i < first->width; i++)
+                first->finished[j * first->width + i] = template_pixel(pyramid, i, j);
+        return;
+    }
     reference_level *top = &pyramid->levels[pyramid->level_count];
     for (int i = 0; i < top->width * top->height; i++)
         top->finished[i] = top->pulled[i];

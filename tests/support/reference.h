@@ -42,10 +42,19 @@ typedef struct reference_level {
     reference_pixel *pulled, *finished;
 } reference_level;
 
+/* How level 0 is finished; templates have the side of their window as number. */
+typedef enum reference_filter {
+    REFERENCE_GAUSS = 0, /* CG08 */
+    REFERENCE_BOX = 1,   /* PBG07 */
+    REFERENCE_TEMPLATE3 = 3,
+    REFERENCE_TEMPLATE5 = 5,
+    REFERENCE_TEMPLATE7 = 7
+} reference_filter;
+
 /* Levels 0..level_count; the last one's finished pixels are its pulled ones. */
 typedef struct reference_pyramid {
     stp_view view;
-    bool box; /* PBG07's filters instead of CG08's */
+    reference_filter filter;
     int level_count;
     reference_level levels[REFERENCE_LEVELS_LIMIT + 1];
 } reference_pyramid;
@@ -65,15 +74,15 @@ stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p);
 stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d);
 
 /* Makes an empty pyramid. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (level_count). */
-stp_status reference_create(reference_pyramid *out, const stp_view *view, bool box, int level_count,
-                            stp_error *err);
+stp_status reference_create(reference_pyramid *out, const stp_view *view, reference_filter filter,
+                            int level_count, stp_error *err);
 void reference_destroy(reference_pyramid *pyramid);
 
 /* Projects discs[0..count) in this order over what is there: one pixel each, nearest wins. */
 void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count);
 /* Levels 1..level_count as pulled. */
 void reference_pull(reference_pyramid *pyramid);
-/* Levels level_count..0 as finished. */
+/* Levels level_count..0 as finished; with templates level 0 alone. */
 void reference_push(reference_pyramid *pyramid);
 /* Finished level 0 as width * height RGBA, 0..1, into the caller's memory. */
 void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba);

@@ -1,0 +1,114 @@
+// Templates (TUT08, section 6): instead of a push, every pixel of level 0 looks for the ellipses that cover it, in
+// a window of STP_TEMPLATE x STP_TEMPLATE pixels of each level ("Templates" in README.md).
+// Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
+
+#if STP_TEMPLATE
+
+// Projected radius, pixels.
+float stp_template_radius_px(stp_pixel p)
+{
+    return max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
+}
+
+// Whether a pixel's ellipse is too wide for the windows of this level, so that it goes on to the next.
+bool stp_template_carries(stp_pixel p, int level)
+{
+    return 2.0 * stp_template_radius_px(p) > float((STP_TEMPLATE - 1) << level);
+}
+
+// The pulled pixel `at` of a level.
+uvec4 stp_template_shape(ivec2 at, int level)
+{
+    return level == 0 ? texelFetch(fine_shape, at, 0) : texelFetch(coarse_shape, at, level - 1);
+}
+
+stp_pixel stp_template_pulled(ivec2 at, int level)
+{
+    uvec4 paint = level == 0 ? texelFetch(fine_paint, at, 0) : texelFetch(coarse_paint, at, level - 1);
+    return stp_pixel_unpack(stp_template_shape(at, level), paint);
+}
+
+// Whether a pixel of a level is searched there: it went no further, or was left behind a nearer one.
+bool stp_template_lives(stp_pixel p, ivec2 at, int level)
+{
+    if (level == pyramid_level)
+        return true;
+    float parent_z_max = uintBitsToFloat(stp_template_shape(at >> 1, level + 1).w);
+    return !stp_template_carries(p, level) || p.z_min > parent_z_max;
+}
+
+// An ellipse as seen from a point.
+struct stp_template_hit {
+    stp_pixel pixel; // z_min, z_max: where the ray meets its disc; tag 0: it does not cover the point
+    float q;
+};
+
+// That of the pulled pixel `at` of a level, seen from pixel `here` of level 0.
+stp_template_hit stp_template_look(ivec2 here, ivec2 at, int level, vec3 ray)
+{
+    stp_pixel c = stp_template_pulled(at, level);
+    c.d += stp_pixel_centre(at, level) - stp_pixel_centre(here, 0);
+    vec3 s = stp_ellipse_place(c, ray, -c.d);
+    float q = c.radius > 0.0 ? dot(s, s) : STP_ELLIPSE_OUTSIDE;
+    q = level == 0 && at == here ? min(q, 1.0) : q;
+    c.tag = q <= 1.0 ? c.tag : 0;
+    float extent = c.z_max - c.z_min;
+    c.z_min -= c.radius > 0.0 ? s.z * stp_template_radius_px(c) / stp_pixels_per_unit(c.z_min) : 0.0;
+    c.z_max = c.z_min + extent;
+    return stp_template_hit(c, q);
+}
+
+// Pixels of a level around `here`, row by row, as bits.
+#define STP_TEMPLATE_WORDS ((STP_TEMPLATE * STP_TEMPLATE + 31) / 32)
+#define STP_TEMPLATE_LEVELS 16
+
+ivec2 stp_template_at(ivec2 here, int level, int bit)
+{
+    return (here >> level) + ivec2(bit % STP_TEMPLATE, bit / STP_TEMPLATE) - STP_TEMPLATE / 2;
+}
+
+// A pixel of level 0 out of all levels up to pyramid_level: first the ellipses that cover it, and how deep the
+// front surface is; then the mean of those that lie in it.
+stp_pixel stp_template(ivec2 here)
+{
+    const int own_bit = STP_TEMPLATE * STP_TEMPLATE / 2;
+    vec3 ray = stp_ray(stp_pixel_centre(here, 0));
+    stp_pixel front = stp_pixel_invalid();
+    float end = STP_ELLIPSE_OUTSIDE; // of the interval that ends first: those that begin before it all meet
+    uint covers[STP_TEMPLATE_LEVELS * STP_TEMPLATE_WORDS];
+    for (int level = 0; level <= pyramid_level; level++) {
+        ivec2 size = (ivec2(viewport.xy) + (1 << level) - 1) >> level;
+        for (int bit = 0; bit < STP_TEMPLATE * STP_TEMPLATE; bit++) {
+            ivec2 at = stp_template_at(here, level, bit);
+            stp_pixel c = stp_template_look(here, at, level, ray).pixel;
+            bool inside = all(lessThan(uvec2(at), uvec2(size)));
+            c.tag = inside && stp_template_lives(stp_template_pulled(at, level), at, level) ? c.tag : 0;
+            front = stp_nearer(front, c);
+            end = c.tag != 0 ? min(end, c.z_max) : end;
+            int word = level * STP_TEMPLATE_WORDS + (bit >> 5);
+            uint hit = c.tag != 0 ? 1u << (bit & 31) : 0u;
+            covers[word] = (bit & 31) == 0 ? hit : covers[word] | hit;
+        }
+    }
+    front.z_max = end;
+    stp_blend blend = stp_blend_begin();
+    int source = 15; // the least
+    for (int word = 0; word < (pyramid_level + 1) * STP_TEMPLATE_WORDS; word++) {
+        int level = word / STP_TEMPLATE_WORDS, first = word % STP_TEMPLATE_WORDS * 32;
+        for (uint left = covers[word]; left != 0u; left &= left - 1u) {
+            int bit = first + findLSB(left);
+            stp_template_hit hit = stp_template_look(here, stp_template_at(here, level, bit), level, ray);
+            stp_blend_add(blend, front, hit.pixel, exp(-0.5 * hit.q));
+            int from = level == 0 && bit == own_bit ? 0 : max(1, stp_tag_source(hit.pixel.tag));
+            source = hit.pixel.tag != 0 && hit.pixel.z_min <= end ? min(source, from) : source;
+        }
+    }
+    stp_pixel p = stp_blend_end(blend, front).sum;
+    p.radius = sqrt(p.radius);
+    p.tag = stp_tag_from(front.tag, source);
+    if (front.tag == 0)
+        p = stp_pixel_invalid();
+    return p;
+}
+
+#endif
