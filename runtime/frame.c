@@ -44,11 +44,32 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
+/* The road by which a picture is projected: splats are rasterised. */
+static stp_lod road_of(const stp_variant *variant, stp_lod lod)
+{
+    return variant->splat && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
+}
+
+stp_status stp_frame_prepare_roads(stp_project *project, stp_project *blends, const char *folder,
+                                   const stp_variant *variant, stp_lod lod, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_lod road = road_of(variant, lod);
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_variant_defines(variant, defines);
+    const stp_project_files *fronts =
+        variant->splat ? &stp_project_splat_fronts : &stp_project_pixels;
+    STP_TRY(stp_project_prepare(project, fronts, road, folder, defines, err));
+    if (variant->splat)
+        STP_TRY(stp_project_prepare(blends, &stp_project_splat_blends, road, folder, defines, err));
+done:
+    return status;
+}
+
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 {
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_variant_defines(&r->variant, defines);
-    return stp_project_prepare(&r->project, lod, r->shader_folder, defines, err);
+    return stp_frame_prepare_roads(&r->project, &r->blends, r->shader_folder, &r->variant, lod,
+                                   err);
 }
 
 static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
@@ -112,12 +133,12 @@ double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t 
 /* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl. */
 #define ELLIPSE_FLOOR_PX 1.25
 
-/* Levels above the viewport that a disc of this radius can reach down from; none for plain points.
- * With templates those up to where windows hold it, and one for what merging adds to it. */
+/* Levels above the viewport that a disc of this radius can reach down from; none for splats and
+ * points. With templates those up to where windows hold it, and one for what merging adds to it. */
 static int levels_for(const stp_renderer *r, const stp_drawing *d, double radius_px)
 {
     int most = r->pyramid.level_count, window_px = r->variant.template_px;
-    if (radius_px <= 0.0 || d->params->reconstruct == STP_RECONSTRUCT_POINTS)
+    if (radius_px <= 0.0 || d->params->reconstruct >= STP_RECONSTRUCT_SPLAT)
         return 0;
     double levels = ceil(log2(6.0 * radius_px));
     if (window_px > 0) {
@@ -146,7 +167,8 @@ static void begin_pass(stp_renderer *r, bool first)
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
-    if (!d->counts || d->params->lod != STP_LOD_GEOMETRY || d->stats.passes == 0)
+    if (!d->counts || road_of(&r->variant, d->params->lod) != STP_LOD_GEOMETRY ||
+        d->stats.passes == 0)
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
@@ -158,49 +180,105 @@ stp_sight_params stp_frame_sight(const stp_renderer *r)
         .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
 }
 
-stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
-                          stp_error *err)
+static stp_status draw_samples(stp_renderer *r, const stp_drawing *d, stp_project *project,
+                               const stp_draw *draws, size_t count, uint64_t *points,
+                               stp_error *err)
+{
+    return stp_project_draw(project,
+                            &(stp_project_params){.scene = &r->scene,
+                                                  .cache = r->cache,
+                                                  .frame = &r->frame,
+                                                  .eye = r->eye,
+                                                  .draws = draws,
+                                                  .draw_count = count,
+                                                  .sight = &r->sight,
+                                                  .lod = road_of(&r->variant, d->params->lod),
+                                                  .pyramid = &r->pyramid,
+                                                  .first = d->stats.passes == 0,
+                                                  .waits = d->waits},
+                            points, err);
+}
+
+/* The nearest samples of each pixel; of splats those whose interval ends first. */
+static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
+                              stp_error *err)
 {
     bool first = d->stats.passes == 0;
-    double begun = stp_clock_seconds();
-    stp_lod lod = d->params->lod;
-    stp_sight_params sight = stp_frame_sight(r);
-    sight.tiles = &r->tiles;
-    sight.vertices = lod != STP_LOD_FULL;
-    stp_status status = stp_sight_look(&r->sight, &sight, draws, count, err);
-    if (status == STP_OK)
-        status = stp_tiles_collect(&r->tiles, first, err);
-    if (status != STP_OK)
-        return status;
-    upload_records(r, draws, count);
     begin_pass(r, first);
     count_emitted(r, d);
     if (d->counts)
         glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    status = stp_project_draw(&r->project,
-                              &(stp_project_params){.scene = &r->scene,
-                                                    .cache = r->cache,
-                                                    .frame = &r->frame,
-                                                    .eye = r->eye,
-                                                    .draws = draws,
-                                                    .draw_count = count,
-                                                    .sight = &r->sight,
-                                                    .lod = lod,
-                                                    .pyramid = &r->pyramid,
-                                                    .first = first,
-                                                    .waits = d->waits},
-                              &d->stats.points_drawn, err);
+    stp_status status = draw_samples(r, d, &r->project, draws, count, &d->stats.points_drawn, err);
     if (d->counts)
         glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
-    if (d->params->timed)
-        glFinish();
     d->stats.passes++;
     d->stats.chunks_drawn += (uint32_t)count;
-    d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
     return STP_OK;
+}
+
+/* Adds splats to those that are there. */
+static stp_status draw_blends(stp_renderer *r, const stp_drawing *d, const stp_draw *draws,
+                              size_t count, stp_error *err)
+{
+    const stp_pyramid *p = &r->pyramid;
+    uint64_t again = 0; /* the samples of the fronts */
+    glBindFramebuffer(GL_FRAMEBUFFER, p->sum_frame);
+    glViewport(0, 0, p->width, p->height);
+    glScissor(0, 0, p->width, p->height);
+    glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
+    glBlendFunc(GL_ONE, GL_ONE);
+    glBindTextureUnit(STP_UNIT_FRONT, p->nearest_depth);
+    stp_status status = draw_samples(r, d, &r->blends, draws, count, &again, err);
+    glDisable(GL_BLEND);
+    return status;
+}
+
+static void clear_sums(const stp_renderer *r)
+{
+    static const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    glScissor(0, 0, r->pyramid.width, r->pyramid.height);
+    for (int i = 0; i < 2; i++)
+        glClearNamedFramebufferfv(r->pyramid.sum_frame, GL_COLOR, i, none);
+}
+
+stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool first = d->stats.passes == 0, splats = r->variant.splat;
+    double begun = stp_clock_seconds();
+    stp_sight_params sight = stp_frame_sight(r);
+    sight.tiles = &r->tiles;
+    sight.vertices = d->params->lod != STP_LOD_FULL;
+    STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
+    STP_TRY(stp_tiles_collect(&r->tiles, first, err));
+    upload_records(r, draws, count);
+    if (splats) {
+        glEnable(GL_PROGRAM_POINT_SIZE);
+        if (first)
+            clear_sums(r);
+    }
+    if (d->part != STP_SPLAT_BLENDS)
+        STP_TRY(draw_fronts(r, d, draws, count, err));
+    if (splats && d->part != STP_SPLAT_FRONTS)
+        STP_TRY(draw_blends(r, d, draws, count, err));
+    if (d->params->timed)
+        glFinish();
+    d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
+done:
+    glDisable(GL_PROGRAM_POINT_SIZE);
+    return status;
+}
+
+stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t begin, size_t count)
+{
+    if (!r->variant.splat || (begin == 0 && count == r->cut.draw_count && !fronts_done))
+        return STP_SPLAT_BOTH;
+    return fronts_done ? STP_SPLAT_BLENDS : STP_SPLAT_FRONTS;
 }
 
 stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
@@ -242,6 +320,7 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_status status = STP_OK;
     size_t begin = 0;
     double radius_px = 0.0;
+    bool fronts_done = false; /* of splats, in a pass before */
     stp_cache_load load;
     STP_TRY(stp_frame_select(r, d, err));
     do {
@@ -250,13 +329,19 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
             STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
+            fronts_done = false;
             continue;
         }
         if (load.there == 0 && r->cut.draw_count > begin)
             return refuse_chunk(r, r->cut.draws[begin].chunk, err);
         radius_px = fmax(radius_px, stp_frame_radius_px(r, r->cut.draws + begin, load.there));
+        d->part = stp_frame_part(r, fronts_done, begin, load.there);
         STP_TRY(stp_frame_pass(r, d, r->cut.draws + begin, load.there, err));
         begin += load.there;
+        if (d->part == STP_SPLAT_FRONTS && begin == r->cut.draw_count) {
+            fronts_done = true;
+            begin = 0;
+        }
     } while (begin < r->cut.draw_count || load.damaged);
     stp_frame_finish(r, d, radius_px);
 done:

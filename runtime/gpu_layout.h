@@ -13,9 +13,10 @@ enum {
     STP_UNIT_PATCHES = 1,
     STP_UNIT_CHUNKS = 2,
     STP_UNIT_PATCH_OF_SAMPLE = 3,
-    STP_UNIT_FINE = 4,   /* shape, paint */
-    STP_UNIT_COARSE = 6, /* shape, paint */
-    STP_UNIT_NEAREST = 8,
+    STP_UNIT_FINE = 4,    /* shape, paint */
+    STP_UNIT_COARSE = 6,  /* shape, paint */
+    STP_UNIT_NEAREST = 8, /* resolving */
+    STP_UNIT_FRONT = 8,   /* splatting: the depth buffer, then the two sums */
     STP_UNIT_COUNT = 11
 };
 enum {

@@ -6,17 +6,24 @@
 
 #include <stdlib.h>
 
-stp_status stp_project_prepare(stp_project *p, stp_lod lod, const char *folder, const char *defines,
-                               stp_error *err)
+const stp_project_files stp_project_pixels = {"sample.vert", "patch.geom", "id.frag", true};
+const stp_project_files stp_project_splat_fronts = {"splat.vert", "splat.geom", "splat_front.frag",
+                                                    false};
+const stp_project_files stp_project_splat_blends = {"splat.vert", "splat.geom", "splat_blend.frag",
+                                                    false};
+
+stp_status stp_project_prepare(stp_project *p, const stp_project_files *files, stp_lod lod,
+                               const char *folder, const char *defines, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_program_params samples = {
-        .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
+        .vertex = files->sample, .fragment = files->fragment, .defines = defines, .folder = folder};
     stp_program_params patches = {.vertex = "patch.vert",
-                                  .geometry = "patch.geom",
-                                  .fragment = "id.frag",
+                                  .geometry = files->patch,
+                                  .fragment = files->fragment,
                                   .defines = defines,
                                   .folder = folder};
+    p->files = files;
     if (p->index_buffer == 0)
         glCreateBuffers(1, &p->index_buffer);
     if (lod == STP_LOD_COMPUTE)
@@ -136,7 +143,8 @@ static void draw_points(stp_project *p, GLuint array, const uint32_t *items, siz
 static void use_samples(const stp_project *p, bool vertices)
 {
     glUseProgram(p->sample_program);
-    glUniform1i(STP_UNIFORM_VERTICES, vertices);
+    if (p->files->parts_vertices)
+        glUniform1i(STP_UNIFORM_VERTICES, vertices);
 }
 
 static void draw_vertices(stp_project *p, const stp_project_params *params)

@@ -11,7 +11,18 @@
 
 #include <stddef.h>
 
+/* Shader files of the roads that rasterise: what a sample becomes. */
+typedef struct stp_project_files {
+    const char *sample, *patch, *fragment; /* vertex shader; geometry shader; fragment shader */
+    bool parts_vertices; /* the vertex shader is told of vertices that are listed apart */
+} stp_project_files;
+
+/* A pixel; a splat in the visibility pass, and in the attribute pass. */
+extern const stp_project_files stp_project_pixels, stp_project_splat_fronts,
+    stp_project_splat_blends;
+
 typedef struct stp_project {
+    const stp_project_files *files;
     GLuint patch_program, sample_program;
     stp_scatter scatter;
     GLuint index_buffer;
@@ -21,11 +32,11 @@ typedef struct stp_project {
     size_t run_count, run_capacity;
 } stp_project;
 
-/* Compiles the programs of a road where they are not there; a project begins as zero. folder:
- * shader files that win over the embedded ones, or NULL; defines: of the variant, the same for all
- * roads. Errors: GL. */
-stp_status stp_project_prepare(stp_project *project, stp_lod lod, const char *folder,
-                               const char *defines, stp_error *err);
+/* Compiles the programs of a road where they are not there; a project begins as zero, and keeps to
+ * its files. Splats have no compute shaders. folder: shader files that win over the embedded ones,
+ * or NULL; defines: of the variant, the same for all roads. Errors: GL. */
+stp_status stp_project_prepare(stp_project *project, const stp_project_files *files, stp_lod lod,
+                               const char *folder, const char *defines, stp_error *err);
 void stp_project_destroy(stp_project *project);
 
 /* What any road projects. */

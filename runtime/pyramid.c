@@ -147,11 +147,22 @@ stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err)
     return stp_gl_check("making room for the pixels kept", err);
 }
 
+stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err)
+{
+    if (pyramid->sum_frame != 0)
+        return STP_OK;
+    for (int i = 0; i < 2; i++)
+        pyramid->sums[i] = create_texture(GL_RGBA32F, pyramid->width, pyramid->height);
+    pyramid->sum_frame = create_frame(pyramid->sums, 2);
+    return stp_gl_check("making room for splats", err);
+}
+
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[4] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame};
-    const GLuint textures[6] = {p->nearest, p->nearest_depth, p->scatter_depth,
-                                p->picture, p->picture_depth, p->picture_mark};
+    const GLuint frames[5] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame,
+                              p->sum_frame};
+    const GLuint textures[8] = {p->nearest,       p->nearest_depth, p->scatter_depth, p->picture,
+                                p->picture_depth, p->picture_mark,  p->sums[0],       p->sums[1]};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -161,7 +172,7 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
     glDeleteTextures(STP_TARGET_COUNT, p->pulled_above);
-    glDeleteFramebuffers(4, frames);
-    glDeleteTextures(6, textures);
+    glDeleteFramebuffers(5, frames);
+    glDeleteTextures(8, textures);
     *p = (stp_pyramid){0};
 }

@@ -29,7 +29,8 @@ typedef struct stp_pyramid {
      * may be larger than it. */
     GLuint pulled_above[STP_TARGET_COUNT];
     GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
-    GLuint scatter_depth; /* R32UI: the bits of nearest_depth where compute shaders project */
+    GLuint scatter_depth;      /* R32UI: the bits of nearest_depth where compute shaders project */
+    GLuint sums[2], sum_frame; /* RGBA32F: what splats add up to (shaders/splat_blend.frag) */
     GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */
     GLuint picture_mark, marked_frame; /* R8UI: what fade.frag compares; with picture and depth */
     GLuint light_frame;                /* of the picture's colour alone */
@@ -39,6 +40,8 @@ typedef struct stp_pyramid {
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err);
 /* Makes what level 0 is finished in, where it is not there yet. Errors: GL (no memory). */
 stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err);
+/* Makes what splats are added up in, where it is not there yet. Errors: GL (no memory). */
+stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err);
 void stp_pyramid_destroy(stp_pyramid *pyramid);
 
 #endif

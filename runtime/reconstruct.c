@@ -24,6 +24,7 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
                                                              .folder = folder},
                                        err));
     p.template_px = variant->template_px;
+    p.splat = variant->splat;
     *out = p;
     p = (stp_reconstruct_programs){0};
 done:
@@ -61,7 +62,7 @@ static void set_read(const stp_pyramid_level *level)
 
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels)
 {
-    return levels > 0 || programs->template_px != 0;
+    return levels > 0 || programs->template_px != 0 || programs->splat;
 }
 
 /* What pushing to level l reads. */
@@ -79,6 +80,12 @@ static void bind_push(const stp_pyramid *pyramid, int l, int levels)
 static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                         int levels)
 {
+    if (programs->splat) {
+        glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
+        glBindTextureUnit(STP_UNIT_FRONT, pyramid->nearest_depth);
+        glBindTextures(STP_UNIT_FRONT + 1, 2, pyramid->sums);
+        return;
+    }
     if (programs->template_px == 0) {
         bind_push(pyramid, 0, levels);
         return;

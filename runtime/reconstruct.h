@@ -12,7 +12,8 @@
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
     GLuint edl, fade; /* 0: not asked for; where fade is, pictures are marked for it */
-    int template_px;  /* of the variant: where it is not 0, level 0 is always finished */
+    int template_px;  /* of the variant; with it, and with splats, level 0 is always finished */
+    bool splat;
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */

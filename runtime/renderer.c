@@ -22,20 +22,21 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_project project = {0};
+    stp_project project = {0}, blends = {0};
     stp_reconstruct_programs reconstruct;
-    stp_variant_defines(variant, defines);
-    STP_TRY(stp_project_prepare(&project, lod, r->shader_folder, defines, err));
+    STP_TRY(stp_frame_prepare_roads(&project, &blends, r->shader_folder, variant, lod, err));
     STP_TRY(stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err));
     stp_project_destroy(&r->project);
+    stp_project_destroy(&r->blends);
     stp_reconstruct_destroy(&r->reconstruct);
     r->project = project;
+    r->blends = blends;
     r->reconstruct = reconstruct;
     r->variant = *variant;
-    project = (stp_project){0};
+    project = blends = (stp_project){0};
 done:
     stp_project_destroy(&project);
+    stp_project_destroy(&blends);
     return status;
 }
 
@@ -50,6 +51,7 @@ static int template_px(stp_reconstruct reconstruct)
         return 7;
     case STP_RECONSTRUCT_GAUSS:
     case STP_RECONSTRUCT_BOX:
+    case STP_RECONSTRUCT_SPLAT:
     case STP_RECONSTRUCT_POINTS:
         break;
     }
@@ -64,6 +66,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
         .template_px = template_px(params->reconstruct),
+        .splat = params->reconstruct == STP_RECONSTRUCT_SPLAT,
         .keep_back_faces = params->keep_back_faces,
         .clip = params->clip.enabled,
         .classes = stp_filter_hides_classes(params),
@@ -188,6 +191,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     }
     if (r->reconstruct.resolve != 0) {
         stp_project_destroy(&r->project);
+        stp_project_destroy(&r->blends);
         stp_reconstruct_destroy(&r->reconstruct);
     }
     glDeleteProgram(r->composite);
@@ -275,6 +279,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     if (params->keep_pixels)
         STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
+    if (r->variant.splat)
+        STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params);
     r->eye = view->eye;
     stp_renderer_bind_frame(r);

@@ -27,6 +27,7 @@ typedef struct stp_settling {
     stp_draw_params params; /* of its passes */
     bool loading;           /* a pass's chunks are on their way */
     size_t begin;           /* draws before it are drawn */
+    bool fronts_done;       /* of splats, of all draws */
     stp_cache_load load;
     double radius_px; /* greatest so far */
     stp_draw_stats stats;
@@ -37,7 +38,7 @@ struct stp_renderer {
     stp_scene scene;
     stp_pool *pool;
     stp_chunk_cache *cache;
-    stp_project project;
+    stp_project project, blends; /* blends: of splats, what project found in front */
     stp_reconstruct_programs reconstruct;
     stp_pyramid pyramid;
     stp_tiles tiles;
@@ -65,6 +66,14 @@ struct stp_renderer {
     const GLuint *kept; /* likewise: its finished pixels where keep_pixels asked for them */
 };
 
+/* Splats are drawn twice: which are in front, then what they add up to. In several passes over the
+ * cut the first is done with all of it before the second begins. */
+typedef enum stp_splat_part {
+    STP_SPLAT_BOTH = 0,
+    STP_SPLAT_FRONTS,
+    STP_SPLAT_BLENDS
+} stp_splat_part;
+
 /* One picture in the making. */
 typedef struct stp_drawing {
     const stp_view *view;
@@ -72,10 +81,14 @@ typedef struct stp_drawing {
     stp_draw_stats stats;
     bool waits;  /* for the GPU, at the end */
     bool counts; /* what the geometry shader emits, by a query */
+    stp_splat_part part;
 } stp_drawing;
 
 /* Compiles what a road needs, where a picture takes another than its parameters say. Errors: GL. */
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);
+/* The same for projections that are not the renderer's yet. */
+stp_status stp_frame_prepare_roads(stp_project *project, stp_project *blends, const char *folder,
+                                   const stp_variant *variant, stp_lod lod, stp_error *err);
 /* What shaders and the cut read of a picture: of its view, its threshold, its colours and what it
  * leaves out. */
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params);
@@ -85,6 +98,8 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *er
 /* Projects resident draws and resolves what they left nearest. Errors: GL, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err);
+/* What of splats is drawn in a pass of `count` chunks, from the cut's draw `begin` on. */
+stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t begin, size_t count);
 /* What the sight is looked at with. */
 stp_sight_params stp_frame_sight(const stp_renderer *r);
 /* Greatest projected radius of any sample that may be drawn, pixels. */

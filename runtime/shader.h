@@ -21,6 +21,7 @@ extern const stp_shader_file stp_shader_files[];
 typedef struct stp_variant {
     bool orthographic, box, keep_back_faces;
     int template_px;     /* side of the window, where templates reconstruct; else 0 */
+    bool splat;          /* samples are drawn as splats */
     bool clip, classes;  /* a clip box; hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */

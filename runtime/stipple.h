@@ -86,7 +86,8 @@ typedef enum stp_reconstruct {
     STP_RECONSTRUCT_TEMPLATE3 = 2,
     STP_RECONSTRUCT_TEMPLATE5 = 3,
     STP_RECONSTRUCT_TEMPLATE7 = 4,
-    STP_RECONSTRUCT_POINTS = 5, /* none: one pixel a sample */
+    STP_RECONSTRUCT_SPLAT = 5,  /* none: each sample is drawn as an ellipse (Botsch et al. 2005) */
+    STP_RECONSTRUCT_POINTS = 6, /* none: one pixel a sample */
     STP_RECONSTRUCT_LAST = STP_RECONSTRUCT_POINTS
 } stp_reconstruct;
 

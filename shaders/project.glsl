@@ -20,6 +20,17 @@ float stp_pixels_per_unit(float depth)
     return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
 }
 
+// Depth as the depth buffer has it: 1 at the near plane, 0 far away; and back.
+float stp_depth_encode(float depth)
+{
+    return STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
+}
+
+float stp_depth_decode(float z)
+{
+    return STP_ORTHOGRAPHIC != 0 ? (1.0 - z) * 2.0 * quality.w : viewport.w / z;
+}
+
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
 // away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
 // of a hidden class, or its known back turned to the eye. Runs for every sample, so it normalises nothing.
@@ -46,7 +57,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     drawn = drawn && (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) == 0u;
 #endif
     at = ivec2(pixel);
-    z = STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
+    z = stp_depth_encode(depth);
     return drawn;
 }
 

@@ -222,6 +222,7 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
         [STP_RECONSTRUCT_TEMPLATE3] = REFERENCE_TEMPLATE3,
         [STP_RECONSTRUCT_TEMPLATE5] = REFERENCE_TEMPLATE5,
         [STP_RECONSTRUCT_TEMPLATE7] = REFERENCE_TEMPLATE7,
+        [STP_RECONSTRUCT_SPLAT] = REFERENCE_GAUSS,
     };
     stp_draw_stats stats;
     reference_pyramid reference;
@@ -235,12 +236,16 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
     size_t disc_count = 0;
     reference_disc *discs = gl_fixture_discs(f, view, &disc_count);
     check_ok(reference_create(&reference, view, filters[reconstruct], stats.pyramid_levels, err));
+    bool finishes = reconstruct >= STP_RECONSTRUCT_TEMPLATE3 || stats.pyramid_levels > 0;
     reference_pixel *pulled = gl_fixture_pixels(f, false);
-    reference_pixel *pixels = gl_fixture_pixels(f, filters[reconstruct] >= REFERENCE_TEMPLATE3 ||
-                                                       stats.pyramid_levels > 0);
-    sum.settled = project_settled(&reference, discs, disc_count, pulled);
-    reference_pull(&reference);
-    reference_push(&reference);
+    reference_pixel *pixels = gl_fixture_pixels(f, finishes);
+    if (reconstruct == STP_RECONSTRUCT_SPLAT) {
+        check_ok(reference_splat(&reference, discs, disc_count, err));
+    } else {
+        sum.settled = project_settled(&reference, discs, disc_count, pulled);
+        reference_pull(&reference);
+        reference_push(&reference);
+    }
     for (int i = 0; i < view->width * view->height; i++)
         compare_pixel(&pixels[i], &reference.levels[0].finished[i], &sum);
     sum.shaded = compare_pictures(f, &reference, shade);
@@ -257,7 +262,7 @@ static const struct {
 } modes[] = {
     {"gauss", STP_RECONSTRUCT_GAUSS},         {"box", STP_RECONSTRUCT_BOX},
     {"template3", STP_RECONSTRUCT_TEMPLATE3}, {"template5", STP_RECONSTRUCT_TEMPLATE5},
-    {"template7", STP_RECONSTRUCT_TEMPLATE7},
+    {"template7", STP_RECONSTRUCT_TEMPLATE7}, {"splat", STP_RECONSTRUCT_SPLAT},
 };
 
 static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};

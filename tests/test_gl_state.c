@@ -236,6 +236,8 @@ static const stp_draw_params drawn[] = {
     {.lod = STP_LOD_COMPUTE, .keep_pixels = true},
     {.lod = STP_LOD_GEOMETRY, .timed = true},
     {.lod = STP_LOD_CPU, .reconstruct = STP_RECONSTRUCT_TEMPLATE5, .keep_pixels = true},
+    {.lod = STP_LOD_GEOMETRY, .reconstruct = STP_RECONSTRUCT_SPLAT, .edl = 1.0},
+    {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_SPLAT},
     {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_POINTS, .keep_back_faces = true},
 };
 #define DRAWN ((int)(sizeof drawn / sizeof *drawn))

@@ -75,7 +75,7 @@ test_pictures() {
         expect_picture 64 64
         expect_coverage 200000 320000
     done
-    for reconstruct in box points template3 template5 template7; do
+    for reconstruct in box points template3 template5 template7 splat; do
         render "$model" --size 64x64 --reconstruct $reconstruct
         expect_picture 64 64
         expect_coverage 100000 320000

@@ -24,7 +24,7 @@ typedef struct draw_options {
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "geometry|cpu|full|compute"
-#define DRAW_RECONSTRUCTIONS "gauss|box|template3|template5|template7|points"
+#define DRAW_RECONSTRUCTIONS "gauss|box|template3|template5|template7|splat|points"
 #define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers"
 #define DRAW_PALETTES "auto|grey|viridis|heat"
 #define DRAW_SHADES "phong|lambert|normal|depth|level|chunk|error|confidence"

@@ -159,7 +159,7 @@ void view_panel_surface(viewer *v)
     int reconstruct = (int)p->reconstruct, shade = (int)p->shade;
     bool lit = p->edl > 0.0, changed = false;
     if (stp_ui_choice("gaps", &reconstruct,
-                      "gauss|box|template 3|template 5|template 7|left open: points", ALL)) {
+                      "gauss|box|template 3|template 5|template 7|splat|left open: points", ALL)) {
         p->reconstruct = (stp_reconstruct)reconstruct;
         changed = true;
     }

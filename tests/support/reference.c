@@ -109,40 +109,51 @@ static double depth_extent(const stp_view *view, double radius, double cosine, d
     return fmax(radius, FLOOR_PX * slope / pixels_per_unit(view, depth));
 }
 
-static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
+bool reference_sample(const stp_view *view, const reference_disc *disc, reference_pixel *out)
 {
-    const stp_view *view = &pyramid->view;
     double depth = -disc->position.z;
     if (!(depth > view->near_depth))
-        return;
+        return false;
     double scale = pixels_per_unit(view, depth);
     double u = stp_view_axis_x(view) + scale * disc->position.x;
     double v = stp_view_axis_y(view) + scale * disc->position.y;
     if (!(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
-        return;
+        return false;
     stp_dvec3 w =
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     stp_dvec3 n = disc->normal;
     bool oriented = disc->has_normal && disc->oriented;
     if (oriented && stp_dvec3_dot(n, w) >= 0.0)
-        return;
+        return false;
     if (!disc->has_normal)
         n = stp_dvec3_scale(w, -1.0);
     else if (!oriented && stp_dvec3_dot(n, w) > 0.0)
         n = stp_dvec3_scale(n, -1.0);
-    reference_pixel *pixel = &pyramid->levels[0].pulled[(int)v * view->width + (int)u];
-    if (pixel->tag != 0 && pixel->z_min <= depth)
-        return;
-    *pixel = (reference_pixel){
+    *out = (reference_pixel){
         .normal = n,
         .radius = disc->radius,
         .z_min = depth,
         .z_max = depth + depth_extent(view, disc->radius, stp_dvec3_dot(n, w), depth),
-        .dx = u - (floor(u) + 0.5),
-        .dy = v - (floor(v) + 0.5),
+        .dx = u,
+        .dy = v,
         .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
         .tag = 1 + (int)disc->kind + (oriented ? 0 : 8),
     };
+    return true;
+}
+
+static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
+{
+    reference_pixel sample;
+    if (!reference_sample(&pyramid->view, disc, &sample))
+        return;
+    int at = (int)sample.dy * pyramid->view.width + (int)sample.dx;
+    reference_pixel *pixel = &pyramid->levels[0].pulled[at];
+    if (pixel->tag != 0 && pixel->z_min <= sample.z_min)
+        return;
+    sample.dx -= floor(sample.dx) + 0.5;
+    sample.dy -= floor(sample.dy) + 0.5;
+    *pixel = sample;
 }
 
 void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count)
@@ -153,7 +164,7 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 
 /* ---- the ellipse ---- */
 
-static double radius_px(const stp_view *view, const reference_pixel *p)
+double reference_radius_px(const stp_view *view, const reference_pixel *p)
 {
     return fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
 }
@@ -162,7 +173,7 @@ static double radius_px(const stp_view *view, const reference_pixel *p)
 static stp_dvec3 ellipse_place(const stp_view *view, const reference_pixel *p, double cx, double cy,
                                double x, double y)
 {
-    double radius = radius_px(view, p);
+    double radius = reference_radius_px(view, p);
     stp_dvec3 w = ray(view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     double k = stp_dvec3_dot(p->normal, w);
@@ -180,10 +191,21 @@ double reference_ellipse(const stp_view *view, const reference_pixel *p, double 
     return stp_dvec3_dot(s, s);
 }
 
+double reference_meet(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                      double u, double v, double *depth)
+{
+    *depth = p->z_min;
+    if (p->radius > 0.0) {
+        stp_dvec3 s = ellipse_place(view, p, cx, cy, u - cx, v - cy);
+        *depth -= s.z * reference_radius_px(view, p) / pixels_per_unit(view, p->z_min);
+    }
+    return reference_ellipse(view, p, cx, cy, u - cx, v - cy);
+}
+
 /* Whether an ellipse is too wide for a template's windows of this level. */
 static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, int level)
 {
-    return 2.0 * radius_px(&pyramid->view, p) > ((int)pyramid->filter - 1) * exp2(level);
+    return 2.0 * reference_radius_px(&pyramid->view, p) > ((int)pyramid->filter - 1) * exp2(level);
 }
 
 /* ---- merging what meets ---- */
@@ -254,14 +276,14 @@ static void keep_surface(meeting *m, const reference_pixel *front)
     m->count = kept;
 }
 
-/* Weighted means; the radius is the root of the mean square, the tag the front's. */
-static reference_pixel mean_of(const meeting *m, const reference_pixel *front)
+reference_pixel reference_mean(const reference_pixel *pixels, const double *weights, int count,
+                               const reference_pixel *front)
 {
     reference_pixel sum = {.tag = front->tag};
     double total = 0.0;
-    for (int i = 0; i < m->count; i++) {
-        const reference_pixel *p = &m->pixels[i];
-        double w = m->weights[i];
+    for (int i = 0; i < count; i++) {
+        const reference_pixel *p = &pixels[i];
+        double w = weights[i];
         bool turned =
             (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
         sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
@@ -316,7 +338,7 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
         return (reference_pixel){0};
     const reference_pixel front = *front_of(&m);
     keep_surface(&m, &front);
-    reference_pixel out = mean_of(&m, &front);
+    reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
     out.tag = tag_with_source(front.tag, level);
     out.z_min = front.z_min;
     out.z_max = front.z_max;
@@ -381,7 +403,7 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     if (occluded && !(front.z_max < own.z_min))
         return own;
     keep_surface(&m, &front);
-    return mean_of(&m, &front);
+    return reference_mean(m.pixels, m.weights, m.count, &front);
 }
 
 /* ---- templates ---- */
@@ -406,14 +428,12 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
         return;
     reference_pixel p = *source;
     double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
-    double q = reference_ellipse(view, &p, cx, cy, u - cx, v - cy), extent = p.z_max - p.z_min;
+    double extent = p.z_max - p.z_min, depth;
+    double q = reference_meet(view, &p, cx, cy, u, v, &depth);
     q = source == own ? fmin(q, 1.0) : q;
     if (!(q <= 1.0))
         return;
-    if (p.radius > 0.0) {
-        stp_dvec3 s = ellipse_place(view, &p, cx, cy, u - cx, v - cy);
-        p.z_min -= s.z * radius_px(view, &p) / pixels_per_unit(view, p.z_min);
-    }
+    p.z_min = depth;
     p.z_max = p.z_min + extent;
     p.dx = cx - u;
     p.dy = cy - v;
@@ -454,7 +474,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     int source = REFERENCE_LEVELS_LIMIT;
     for (int k = 0; k < m.count; k++)
         source = least_source(source, &m.pixels[k]);
-    reference_pixel out = mean_of(&m, &front);
+    reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
     out.tag = tag_with_source(front.tag, own_z <= front.z_max ? 0 : source);
     return out;
 }

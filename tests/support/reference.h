@@ -87,6 +87,25 @@ void reference_push(reference_pyramid *pyramid);
 /* Finished level 0 as width * height RGBA, 0..1, into the caller's memory. */
 void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba);
 
+/* Projects discs[0..count) as splats, adds them up, and so finishes level 0; another level is not
+ * needed. Errors: OUT_OF_MEMORY. */
+stp_status reference_splat(reference_pyramid *pyramid, const reference_disc *discs, size_t count,
+                           stp_error *err);
+
+/* A disc as a pixel of level 0, with (dx, dy) the window coordinates of its centre; false if it is
+ * not drawn. */
+bool reference_sample(const stp_view *view, const reference_disc *disc, reference_pixel *out);
+/* Where the ray through window (u, v) meets the disc of p, whose ellipse is centred at (cx, cy): q,
+ * and the depth there. */
+double reference_meet(const stp_view *view, const reference_pixel *p, double cx, double cy,
+                      double u, double v, double *depth);
+/* Weighted means of count pixels whose (dx, dy) are from one place; tag, and the side of normals,
+ * are the front's. */
+reference_pixel reference_mean(const reference_pixel *pixels, const double *weights, int count,
+                               const reference_pixel *front);
+/* Projected radius, at least the floor. */
+double reference_radius_px(const stp_view *view, const reference_pixel *p);
+
 /* The ellipse's quadratic form, 1 at the rim: p's ellipse, centred at window (cx, cy), at the
  * offset (x, y) from there. */
 double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,

@@ -1,0 +1,125 @@
+// What a sample gives to the pyramid: its disc as a pixel (projection in README.md), in the colour it is shown in.
+// Needs layout.glsl, patch.glsl, project.glsl, choose.glsl, palette.glsl, pixel.glsl, ellipse.glsl.
+
+#define STP_SLOPE_LIMIT 5.0
+
+int stp_level_of(uint sample_index, stp_patch p)
+{
+    for (int level = 0; level < STP_LEVELS; level++)
+        if (sample_index - p.first[level] < p.count[level])
+            return level;
+    return STP_LEVELS;
+}
+
+// Perpendicular and tangential error of the quarter that a sample is in, at the sample's level.
+vec2 stp_error_of(uvec2 id, stp_patch p)
+{
+    int level = stp_level_of(id.x, p);
+    if (level == 0 || level == 3)
+        return level == 0 ? p.finest_error : p.vertex_error;
+    uvec4 end = uvec4(1u, 2u, 3u, 4u);
+    if (level == 1)
+        end = stp_children_end(end, p.count[2], p.count[1]);
+    uint i = id.x - p.first[level];
+    int q = int(i >= end.x) + int(i >= end.y) + int(i >= end.z);
+    stp_quarter_errors e = stp_quarter_errors_fetch(id.y);
+    return level == 1 ? vec2(e.error_1[q], e.tangential_1[q])
+                      : vec2(e.error_2[q], e.tangential_2[q]);
+}
+
+// Seven bits that differ where the same surface is drawn at another level: of the tree, of the chunk.
+int stp_mark_of(uvec2 id, stp_chunk chunk)
+{
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, p)) & 127;
+}
+
+// Projected error of a patch that has this perpendicular and tangential one, pixels.
+float stp_patch_error(stp_patch p, vec2 error)
+{
+    vec3 centre = stp_to_eye(p.bound_centre);
+    float range = length(centre);
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
+    float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
+                                 orthographic);
+    if (scale < 0.0)
+        return 0.0;
+    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
+    float sin_alpha = stp_rule_sin_alpha(clamp(dot(direction, p.cone_axis), -1.0, 1.0), p.cone_cos,
+                                         orthographic ? 0.0 : min(1.0, p.bound_radius / range));
+    return stp_rule_error(scale, sin_alpha, error.x, error.y);
+}
+
+// By what a sample is: its own colour, its class, its height.
+vec3 stp_own_colour(stp_disc disc)
+{
+#if STP_COLOUR == STP_COLOUR_NONE
+    return vec3(0.8);
+#elif STP_COLOUR == STP_COLOUR_INTENSITY
+    return stp_palette_ramp((disc.intensity - colour_range.x) * colour_range.y);
+#elif STP_COLOUR == STP_COLOUR_CLASS
+    return stp_palette_class(disc.class_id);
+#elif STP_COLOUR == STP_COLOUR_ELEVATION
+    return stp_palette_ramp((disc.elevation - colour_range.x) * colour_range.y);
+#elif STP_COLOUR == STP_COLOUR_OUTLIERS
+    return stp_palette_outlier(disc.outlier, disc.colour);
+#else
+    return disc.colour;
+#endif
+}
+
+// The colour that pull and push carry.
+vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
+{
+#if STP_SHADE == STP_SHADE_CHUNK
+    vec3 shown = stp_palette_hash(chunk.id);
+#elif STP_SHADE == STP_SHADE_LEVEL
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    vec3 shown = stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
+#elif STP_SHADE == STP_SHADE_ERROR
+    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
+    vec3 shown = stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
+#else
+    return stp_own_colour(disc);
+#endif
+#if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
+#if STP_OVERLAY
+    shown = mix(stp_own_colour(disc), shown, colour_range.z);
+#endif
+    return shown;
+#endif
+}
+
+// How deep a pixel's interval is: the disc's radius, or what the surface descends under the least
+// ellipse where that is more, so that neighbours of one grazing surface meet. cosine: of normal and
+// ray.
+float stp_depth_extent(float radius, float cosine, float ppu)
+{
+    float k = min(1.0, abs(cosine));
+    float slope = min(STP_SLOPE_LIMIT, sqrt(1.0 - k * k) / max(k, 1e-3));
+    return max(radius, STP_ELLIPSE_FLOOR * slope / ppu);
+}
+
+// A sample, id.x, of a patch, id.y, as seen from a window position.
+stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
+{
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
+    vec4 lattice = stp_lattice_fetch(id.y, chunk.offset);
+    stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
+                                    lattice.xyz, lattice.w);
+    vec3 w = stp_ray_through(disc.position);
+    if (!disc.has_normal)
+        disc.normal = -w;
+    else if (!disc.oriented && dot(disc.normal, w) > 0.0)
+        disc.normal = -disc.normal;
+    float depth = -disc.position.z;
+    float ppu = stp_pixels_per_unit(depth);
+    int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
+#if STP_FADE
+    tag += 512 * stp_mark_of(id, chunk);
+#endif
+    return stp_pixel(disc.normal, disc.radius, depth,
+                     depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
+                     centre.xy + disc.position.xy * ppu - window,
+                     stp_sample_colour(disc, id, chunk), tag);
+}

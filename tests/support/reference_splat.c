@@ -1,0 +1,111 @@
+/* Splatting on the CPU ("Splatting" in shaders/README.md). */
+#include "tests/support/reference.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* What a pixel has of the splats that cover it. */
+typedef struct sums {
+    reference_pixel front; /* of the one whose interval ends first */
+    double end;            /* where it does */
+    stp_dvec3 normal;
+    double rgb[3], depth, total;
+} sums;
+
+/* One splat at pixel (i, j): its q and the interval that begins at the depth there. */
+typedef struct covering {
+    const reference_pixel *sample;
+    double q, depth, end;
+} covering;
+
+typedef void visit(sums *pixel, const covering *c, int i, int j);
+
+static void find_front(sums *pixel, const covering *c, int i, int j)
+{
+    if (pixel->total != 0.0 && pixel->end <= c->end)
+        return;
+    pixel->total = 1.0; /* something is there */
+    pixel->end = c->end;
+    pixel->front = *c->sample;
+    pixel->front.dx -= i + 0.5;
+    pixel->front.dy -= j + 0.5;
+}
+
+static void add(sums *pixel, const covering *c, int i, int j)
+{
+    (void)i;
+    (void)j;
+    if (c->depth > pixel->end)
+        return;
+    double w = exp(-0.5 * c->q);
+    pixel->normal = stp_dvec3_add(pixel->normal, stp_dvec3_scale(c->sample->normal, w));
+    for (int k = 0; k < 3; k++)
+        pixel->rgb[k] += w * c->sample->rgb[k];
+    pixel->depth += w * c->depth;
+    pixel->total += w;
+}
+
+/* Visits the pixels that a disc covers. */
+static void rasterise(const stp_view *view, const reference_disc *disc, sums *pixels, visit *each)
+{
+    reference_pixel p;
+    if (!reference_sample(view, disc, &p))
+        return;
+    /* twice the radius holds the ellipse, but for one that comes near the eye */
+    double ppu = view->orthographic ? view->f : view->f / p.z_min;
+    double radius = reference_radius_px(view, &p);
+    double near = view->orthographic ? 1.0 : 1.0 - radius / ppu / p.z_min;
+    double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
+    int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
+    int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
+    for (int j = y0; j <= y1; j++)
+        for (int i = x0; i <= x1; i++) {
+            covering c = {.sample = &p};
+            c.q = reference_meet(view, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
+            if (!(p.radius > 0.0))
+                c.q = (int)p.dx == i && (int)p.dy == j ? 0.0 : INFINITY;
+            c.end = c.depth + p.z_max - p.z_min;
+            if (c.q <= 1.0)
+                each(&pixels[j * view->width + i], &c, i, j);
+        }
+}
+
+static reference_pixel finish(const sums *s)
+{
+    reference_pixel p = s->front;
+    if (!(s->total > 0.0))
+        return (reference_pixel){0};
+    double extent = p.z_max - p.z_min;
+    if (stp_dvec3_length(s->normal) > 0.0)
+        p.normal = stp_dvec3_normalize(s->normal);
+    for (int k = 0; k < 3; k++)
+        p.rgb[k] = s->rgb[k] / s->total;
+    p.z_min = s->depth / s->total;
+    p.z_max = p.z_min + extent;
+    p.dx = p.dy = 0.0;
+    p.tag += 16; /* source 1: all are means */
+    return p;
+}
+
+stp_status reference_splat(reference_pyramid *pyramid, const reference_disc *discs, size_t count,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_view *view = &pyramid->view;
+    size_t pixel_count = (size_t)view->width * (size_t)view->height;
+    sums *pixels = NULL;
+    STP_TRY(stp_alloc(&pixels, pixel_count, sizeof *pixels, "pixels", err));
+    for (size_t i = 0; i < count; i++)
+        rasterise(view, &discs[i], pixels, find_front);
+    for (size_t i = 0; i < pixel_count; i++)
+        pixels[i].total = 0.0;
+    for (size_t i = 0; i < count; i++)
+        rasterise(view, &discs[i], pixels, add);
+    for (size_t i = 0; i < pixel_count; i++)
+        pyramid->levels[0].finished[i] = finish(&pixels[i]);
+done:
+    free(pixels);
+    return status;
+}
