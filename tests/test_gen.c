@@ -138,7 +138,8 @@ static void test_points_and_normals_are_true(void **state)
         stp_sort_doubles(faults, c.count);
         /* The statue is computed in floats. */
         assert_true(faults[c.count - 1] < (shape == GEN_STATUE ? 1e-5 : 1e-12));
-        for (size_t i = 0; i < c.count; i++)
+        /* The tree is flat triangles: its normals are judged in test_gen_tree. */
+        for (size_t i = 0; i < c.count && c.surface.project != NULL; i++)
             faults[i] = normal_fault(&c.surface, &c.truth[i], 2e-4 * size);
         stp_sort_doubles(faults, c.count);
         assert_true(faults[c.count / 2] < 0.01);

@@ -12,7 +12,7 @@ header_bytes() { # file
     LC_ALL=C sed '/^end_header/q' "$1" | wc -c
 }
 
-for shape in bumpy terrain sphere plane torus sheet; do
+for shape in bumpy terrain sphere plane torus sheet tree; do
     stride=15 # three floats, three bytes; the sheet has a class too
     [ $shape = sheet ] && stride=16
     for count in 1 2 1000; do
@@ -202,6 +202,17 @@ for text in '' '[]' '{"eye": [0, 0]}' '{"up": "y"}' '{"fovy_deg": "40"}' '{"size
     run "$STIPPLE" "${truth[@]}"
     expect_failure "c.json"
 done
+
+# The tree's mesh has about as many vertices as points are asked for, and is the same each time.
+for file in a b; do
+    run "$STIPPLE" gen tree -n 30000 --seed 4 --mesh "$FOLDER/$file.ply" --threads 2 --force --quiet
+    expect_code 0
+done
+cmp -s "$FOLDER/a.ply" "$FOLDER/b.ply" || fail "the tree of one seed has two meshes"
+count=$(header_count "$FOLDER/a.ply")
+[ "$count" -gt 28500 ] && [ "$count" -le 30000 ] || fail "a tree of 30000 vertices has $count"
+run "$STIPPLE" gen tree -n 1000 --mesh-triangles 10 --mesh "$FOLDER/none.ply"
+expect_usage "give -n N for about N vertices"
 
 run "$STIPPLE" gen sphere -n 0 -o "$FOLDER/none.ply"
 expect_usage "give -n N, 1 or more"

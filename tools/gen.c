@@ -98,8 +98,7 @@ static stp_status vertex_task(void *context, size_t index, unsigned worker, stp_
     size_t end = (index + 1) * TASK_POINTS < b->count ? (index + 1) * TASK_POINTS : b->count;
     for (size_t i = index * TASK_POINTS; i < end; i++) {
         gen_hit hit;
-        b->surface->project(b->surface, stp_dvec3_from_float(b->mesh->positions[b->first + i]),
-                            &hit);
+        gen_surface_vertex(b->surface, b->mesh, b->first + i, &hit);
         b->points[i] = gen_hit_point(&hit);
     }
     return STP_OK;
@@ -196,6 +195,8 @@ static const char *check(const options *o, gen_shape shape)
         return "--normals: LAS has no normals; give -o F.ply";
     if (o->truth != NULL && shape != GEN_BUMPY)
         return "--truth needs the shape bumpy";
+    if (o->mesh_triangles > 0 && shape == GEN_TREE)
+        return "--mesh-triangles: the tree's mesh is the tree; give -n N for about N vertices";
     if (o->station_count > GEN_STATION_LIMIT)
         return "--stations: at most 64 are possible";
     if (!(o->noise >= 0.0))
@@ -252,9 +253,11 @@ const cli_command cli_gen = {
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
     .details =
         "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
-        "apart).\nThe scan is PLY, or LAS 1.4 where its name ends in .las.\nPoints are spread "
+        "apart), tree\n(leaves and branches; its mesh has about N vertices, 16 million at "
+        "most).\nThe scan is PLY, or LAS 1.4 where its name ends in .las.\nPoints are spread "
         "evenly over the true surface; memory does not grow with "
-        "their number.\nThe file says where the stations are and which one saw a point (LAS: "
+        "their number, but with the tree.\nThe file says where the stations are and which one saw "
+        "a point (LAS: "
         "the latter\nalone, as point source ID).\nThe camera's options are for the picture of "
         "--truth.",
     .run = run,

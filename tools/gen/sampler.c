@@ -33,6 +33,8 @@ struct gen_sampler {
     gen_permutation order;
     size_t triangle_count;
     gen_triangle *triangles; /* along the curve */
+    gen_mesh mesh;           /* of a surface that is its mesh, else empty */
+    uint32_t *sources;       /* the triangles' places in it */
     double *cumulative;      /* sampled area before each triangle; triangle_count + 1 */
     uint32_t *guide; /* triangle at each triangle_count-th of the area, to start searching */
     uint8_t *seen;   /* SEEN_*; NULL without stations */
@@ -86,9 +88,25 @@ static stp_status sort_triangles(gen_sampler *s, const gen_mesh *mesh, stp_error
     for (size_t i = 0; i < mesh->triangle_count; i++)
         s->triangles[i] = mesh_triangle(mesh, keys[i].index);
     s->triangle_count = mesh->triangle_count;
+    if (s->surface->project == NULL) {
+        STP_TRY(stp_alloc(&s->sources, mesh->triangle_count, sizeof *s->sources, "triangle order",
+                          err));
+        for (size_t i = 0; i < mesh->triangle_count; i++)
+            s->sources[i] = keys[i].index;
+    }
 done:
     free(keys);
     return status;
+}
+
+/* The surface's point at a place of a triangle, which is given by its corners' weights, too. */
+static void surface_point(const gen_sampler *s, size_t triangle, stp_dvec3 place,
+                          const float weights[3], gen_hit *hit)
+{
+    if (s->surface->project != NULL)
+        s->surface->project(s->surface, place, hit);
+    else
+        gen_mesh_point(&s->mesh, s->sources[triangle], weights, hit);
 }
 
 static void triangle_point(const gen_sampler *s, size_t triangle, double t, gen_hit *hit)
@@ -100,7 +118,7 @@ static void triangle_point(const gen_sampler *s, size_t triangle, double t, gen_
     start.x = (double)(w[0] * c[0].x + w[1] * c[1].x + w[2] * c[2].x);
     start.y = (double)(w[0] * c[0].y + w[1] * c[1].y + w[2] * c[2].y);
     start.z = (double)(w[0] * c[0].z + w[1] * c[1].z + w[2] * c[2].z);
-    s->surface->project(s->surface, start, hit);
+    surface_point(s, triangle, start, w, hit);
 }
 
 static double triangle_area(const gen_triangle *t)
@@ -123,11 +141,15 @@ static bool probe_seen(const gen_sampler *s, size_t triangle, int probe)
 {
     const vec3s *c = s->triangles[triangle].corners;
     vec3s p = c[probe % 3];
+    float w[3] = {0.0f, 0.0f, 0.0f};
+    w[probe % 3] = 1.0f;
     if (probe == 3)
         for (int axis = 0; axis < 3; axis++)
             p.raw[axis] = (c[0].raw[axis] + c[1].raw[axis] + c[2].raw[axis]) / 3.0f;
+    if (probe == 3)
+        w[0] = w[1] = w[2] = 1.0f / 3.0f;
     gen_hit hit;
-    s->surface->project(s->surface, stp_dvec3_from_float(p), &hit);
+    surface_point(s, triangle, stp_dvec3_from_float(p), w, &hit);
     return gen_visibility_sees(s->visibility, &hit);
 }
 
@@ -196,6 +218,10 @@ stp_status gen_sampler_create(gen_sampler **out, const gen_sampler_params *param
     gen_permutation_init(&s->order, params->point_count, s->keys[STREAM_ORDER]);
     STP_TRY(surface->mesh(surface, surface->proxy_triangles, pool, &mesh, err));
     STP_TRY(sort_triangles(s, &mesh, err));
+    if (surface->project == NULL) {
+        s->mesh = mesh;
+        mesh = (gen_mesh){0};
+    }
     STP_TRY(stp_alloc(&s->cumulative, s->triangle_count + 1, sizeof *s->cumulative,
                       "triangle areas", err));
     for (size_t i = 0; i < s->triangle_count; i++)
@@ -223,6 +249,8 @@ void gen_sampler_destroy(gen_sampler **sampler)
     if (s == NULL)
         return;
     free(s->triangles);
+    gen_mesh_clear(&s->mesh);
+    free(s->sources);
     free(s->cumulative);
     free(s->guide);
     free(s->seen);

@@ -39,6 +39,9 @@ void gen_surface_init(gen_surface *surface, gen_shape shape, uint64_t point_coun
     case GEN_TORUS:
         gen_torus_init(surface);
         break;
+    case GEN_TREE:
+        gen_tree_init(surface, point_count);
+        break;
     case GEN_SHEET:
     case GEN_SHAPE_COUNT:
         gen_sheet_init(surface, point_count);
@@ -50,7 +53,36 @@ void gen_mesh_clear(gen_mesh *mesh)
 {
     free(mesh->positions);
     free(mesh->triangles);
+    free(mesh->normals);
+    free(mesh->colours);
     *mesh = (gen_mesh){0};
+}
+
+void gen_surface_vertex(const gen_surface *surface, const gen_mesh *mesh, size_t vertex,
+                        gen_hit *hit)
+{
+    const stp_dvec3 position = stp_dvec3_from_float(mesh->positions[vertex]);
+    if (surface->project != NULL)
+        surface->project(surface, position, hit);
+    else
+        *hit = (gen_hit){
+            .position = position, .normal = mesh->normals[vertex], .colour = mesh->colours[vertex]};
+}
+
+static vec3s weighted(const vec3s *values, const uint32_t corners[3], const float weights[3])
+{
+    vec3s sum = {{0.0f, 0.0f, 0.0f}};
+    for (int k = 0; k < 3; k++)
+        sum = glms_vec3_add(sum, glms_vec3_scale(values[corners[k]], weights[k]));
+    return sum;
+}
+
+void gen_mesh_point(const gen_mesh *mesh, size_t triangle, const float weights[3], gen_hit *hit)
+{
+    const uint32_t *corners = mesh->triangles[triangle];
+    *hit = (gen_hit){.position = stp_dvec3_from_float(weighted(mesh->positions, corners, weights)),
+                     .normal = glms_vec3_normalize(weighted(mesh->normals, corners, weights)),
+                     .colour = weighted(mesh->colours, corners, weights)};
 }
 
 static uint16_t quantise(float colour)
