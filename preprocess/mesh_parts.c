@@ -1,4 +1,4 @@
-/* The parts of a triangle mesh: two hash tables, of positions and of edges, and a union-find. */
+/* The parts of a triangle mesh: hash tables of positions, triangles and edges, and a union-find. */
 #include "preprocess/mesh_parts.h"
 
 #include "base/memory.h"
@@ -100,12 +100,63 @@ static bool welded(const stp_mesh_parts *parts, const stp_mesh *mesh, uint32_t t
     return is_triangle(mesh, corners);
 }
 
-static void count_edges(const stp_mesh_parts *parts, const stp_mesh *mesh, edge_table *table)
+/* Ascending. */
+static void sort_corners(uint32_t c[3])
+{
+    for (int k = 0; k < 3; k++) {
+        const int i = k % 2; /* 0, 1, 0 */
+        const uint32_t low = c[i] < c[i + 1] ? c[i] : c[i + 1];
+        c[i + 1] = c[i] < c[i + 1] ? c[i + 1] : c[i];
+        c[i] = low;
+    }
+}
+
+static bool is_same(const stp_mesh_parts *parts, const stp_mesh *mesh, uint32_t triangle,
+                    const uint32_t sorted[3])
+{
+    uint32_t c[3];
+    welded(parts, mesh, triangle, c);
+    sort_corners(c);
+    return c[0] == sorted[0] && c[1] == sorted[1] && c[2] == sorted[2];
+}
+
+/* Sets first_same, and counts_not of triangles that are none or another's twin. */
+static stp_status find_twins(stp_mesh_parts *parts, const stp_mesh *mesh, uint8_t *counts_not,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *table = NULL, c[3];
+    const size_t size = table_size(mesh->triangle_count);
+    STP_TRY(stp_alloc(&table, size, sizeof *table, "triangles", err));
+    memset(table, 0xff, size * sizeof *table);
+    for (uint32_t i = 0; i < mesh->triangle_count; i++) {
+        parts->first_same[i] = i;
+        counts_not[i] = !welded(parts, mesh, i, c);
+        if (counts_not[i])
+            continue;
+        sort_corners(c);
+        const uint64_t hash = stp_random_u64(stp_random_u64(c[0], c[1]), c[2]);
+        size_t place = (size_t)hash & (size - 1);
+        while (table[place] != NONE && !is_same(parts, mesh, table[place], c))
+            place = (place + 1) & (size - 1);
+        counts_not[i] = table[place] != NONE;
+        if (table[place] == NONE)
+            table[place] = i;
+        parts->first_same[i] = table[place];
+    }
+done:
+    free(table);
+    return status;
+}
+
+static void count_edges(const stp_mesh_parts *parts, const stp_mesh *mesh,
+                        const uint8_t *counts_not, edge_table *table)
 {
     uint32_t corners[3];
     for (uint32_t i = 0; i < mesh->triangle_count; i++) {
-        if (!welded(parts, mesh, i, corners))
+        if (counts_not[i])
             continue;
+        welded(parts, mesh, i, corners);
         for (int k = 0; k < 3; k++) {
             edge *e = find_edge(table, corners[k], corners[(k + 1) % 3]);
             if (e->uses++ == 0)
@@ -114,14 +165,14 @@ static void count_edges(const stp_mesh_parts *parts, const stp_mesh *mesh, edge_
     }
 }
 
-/* Joins across the edges of two; marks the others; sorts out what is no triangle. */
-static void join(stp_mesh_parts *parts, const stp_mesh *mesh, const edge_table *table,
-                 stp_forest *forest, uint8_t *is_none)
+/* Joins across the edges of two; marks the others. */
+static void join(stp_mesh_parts *parts, const stp_mesh *mesh, const uint8_t *counts_not,
+                 const edge_table *table, stp_forest *forest)
 {
     uint32_t corners[3];
     for (uint32_t i = 0; i < mesh->triangle_count; i++) {
-        is_none[i] = !welded(parts, mesh, i, corners);
-        for (int k = 0; k < 3 && !is_none[i]; k++) {
+        welded(parts, mesh, i, corners);
+        for (int k = 0; k < 3 && !counts_not[i]; k++) {
             const edge *e = find_edge(table, corners[k], corners[(k + 1) % 3]);
             if (e->uses == 2)
                 stp_forest_join(forest, e->triangle, i, false);
@@ -133,7 +184,7 @@ static void join(stp_mesh_parts *parts, const stp_mesh *mesh, const edge_table *
 
 /* Numbers the roots in `number`, counts their triangles and lists them: a sort by counting. */
 static stp_status list(stp_mesh_parts *parts, uint32_t count, stp_forest *forest,
-                       const uint8_t *is_none, stp_error *err)
+                       const uint8_t *counts_not, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t *number = NULL;
@@ -143,7 +194,7 @@ static stp_status list(stp_mesh_parts *parts, uint32_t count, stp_forest *forest
     STP_TRY(stp_alloc(&parts->begins, (size_t)count + 2, sizeof *parts->begins, "parts", err));
     uint32_t *ends = parts->begins + 1; /* of part i: in the end the begin of part i + 1 */
     for (uint32_t i = 0; i < count; i++) {
-        if (is_none[i])
+        if (counts_not[i])
             continue;
         const uint32_t root = stp_forest_find(forest, i, &parity);
         if (root == i)
@@ -156,7 +207,7 @@ static stp_status list(stp_mesh_parts *parts, uint32_t count, stp_forest *forest
         ends[i + 1] += ends[i];
     }
     for (uint32_t i = 0; i < count; i++)
-        if (!is_none[i])
+        if (!counts_not[i])
             parts->order[ends[number[stp_forest_find(forest, i, &parity)]]++] = i;
 done:
     free(number);
@@ -180,23 +231,25 @@ stp_status stp_mesh_parts_find(stp_mesh_parts *out, const stp_mesh *mesh, stp_er
     stp_mesh_parts parts = {0};
     stp_forest forest = {0};
     edge_table table = {0};
-    uint8_t *is_none = NULL;
+    uint8_t *counts_not = NULL;
     STP_TRY(check_size(mesh, err));
     const size_t vertices = (size_t)mesh->vertex_count, triangles = (size_t)mesh->triangle_count;
     STP_TRY(stp_alloc(&parts.first_at, vertices, sizeof *parts.first_at, "positions", err));
     STP_TRY(stp_alloc(&parts.open_edges, triangles, sizeof *parts.open_edges, "edges", err));
-    STP_TRY(stp_alloc(&is_none, triangles, sizeof *is_none, "parts", err));
+    STP_TRY(stp_alloc(&parts.first_same, triangles, sizeof *parts.first_same, "triangles", err));
+    STP_TRY(stp_alloc(&counts_not, triangles, sizeof *counts_not, "triangles", err));
     STP_TRY(weld(&parts, mesh, err));
+    STP_TRY(find_twins(&parts, mesh, counts_not, err));
     table.mask = table_size(3 * mesh->triangle_count) - 1;
     STP_TRY(stp_alloc(&table.edges, table.mask + 1, sizeof *table.edges, "edges", err));
     STP_TRY(stp_forest_create(&forest, (uint32_t)triangles, NULL, err));
-    count_edges(&parts, mesh, &table);
-    join(&parts, mesh, &table, &forest, is_none);
-    STP_TRY(list(&parts, (uint32_t)triangles, &forest, is_none, err));
+    count_edges(&parts, mesh, counts_not, &table);
+    join(&parts, mesh, counts_not, &table, &forest);
+    STP_TRY(list(&parts, (uint32_t)triangles, &forest, counts_not, err));
     *out = parts;
     parts = (stp_mesh_parts){0};
 done:
-    free(is_none);
+    free(counts_not);
     free(table.edges);
     stp_forest_clear(&forest);
     stp_mesh_parts_clear(&parts);
@@ -207,6 +260,7 @@ void stp_mesh_parts_clear(stp_mesh_parts *parts)
 {
     free(parts->first_at);
     free(parts->open_edges);
+    free(parts->first_same);
     free(parts->begins);
     free(parts->order);
     *parts = (stp_mesh_parts){0};

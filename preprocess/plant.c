@@ -75,6 +75,8 @@ static stp_status convert_parts(conversion *c, const stp_plant_params *params, s
     const bool is_measurable = size > size_range[0] && size < size_range[1];
     for (uint32_t i = 0; is_measurable && i < c->parts.part_count; i++)
         STP_TRY(convert_part(c, i, err));
+    for (uint64_t i = 0; i < c->mesh->triangle_count; i++)
+        c->fates[i] = c->fates[c->parts.first_same[i]];
 done:
     return status;
 }

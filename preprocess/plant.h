@@ -4,7 +4,8 @@
  * line-based rendering", Computers & Graphics 2008, section 4.3; how leaves and rings are found and
  * what becomes of them say plant_leaf.h and plant_tube.h. The mesh is taken apart where it is not
  * joined (mesh_parts.h); each part is a leaf, or a branch as far as its rings go, or stays. Each
- * triangle is replaced by one line or kept, never both. Same mesh, same bytes. Takes time and
+ * triangle is replaced by one line or kept, never both; twins, a leaf's front and back, together.
+ * Vertices of no triangle are left out. Same mesh, same bytes. Takes time and
  * memory in proportion to the mesh. Threads: any. */
 #ifndef STP_PREPROCESS_PLANT_H
 #define STP_PREPROCESS_PLANT_H

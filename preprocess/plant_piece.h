@@ -37,7 +37,7 @@ void stp_plant_piece_clear(stp_plant_piece *piece);
 
 static inline bool stp_plant_edge_is_open(const stp_plant_piece *piece, uint32_t triangle, int k)
 {
-    return (piece->parts->open_edges[piece->triangles[triangle]] >> k & 1u) != 0;
+    return (piece->parts->open_edges[piece->triangles[triangle]] & 1u << k) != 0;
 }
 
 /* Half the cross product of two of its sides. */

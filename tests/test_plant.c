@@ -210,6 +210,32 @@ static void test_any_order(void **state)
     stp_plant_clear(&plant);
 }
 
+/* Three vertices of its own for each triangle, and each triangle again from behind: as files
+ * without shared vertices have it. */
+static void test_soup(void **state)
+{
+    (void)state;
+    const uint64_t count = mesh.mesh.triangle_count;
+    plant_mesh soup = plant_mesh_create(6 * count, 2 * count);
+    for (uint64_t i = 0; i < 2 * count; i++) {
+        uint32_t v[3];
+        for (int k = 0; k < 3; k++) {
+            const int corner = i < count ? k : 2 - k;
+            const stp_dvec3 p = mesh.mesh.positions[mesh.mesh.triangles[i % count][corner]];
+            v[k] = plant_mesh_vertex(&soup, p.x, p.y, p.z);
+        }
+        plant_mesh_triangle(&soup, v[0], v[1], v[2]);
+    }
+    stp_plant plant = plant_convert(&soup.mesh, NULL);
+    assert_int_equal(plant.report.ribbons, tree.leaf_count);
+    assert_int_equal(plant.report.ribbon_triangles, 8 * tree.leaf_count);
+    check_rings(&plant);
+    assert_true(plant.report.positions_before < mesh.mesh.vertex_count);
+    assert_true(10 * plant.report.vertices_after < plant.report.vertices_before);
+    stp_plant_clear(&plant);
+    plant_mesh_clear(&soup);
+}
+
 static void test_same_bytes(void **state)
 {
     (void)state;
@@ -262,9 +288,13 @@ static void test_parameters_are_checked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_leaves),     cmocka_unit_test(test_branches_and_trunk),
-        cmocka_unit_test(test_any_order),  cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_thresholds), cmocka_unit_test(test_parameters_are_checked),
+        cmocka_unit_test(test_leaves),
+        cmocka_unit_test(test_branches_and_trunk),
+        cmocka_unit_test(test_any_order),
+        cmocka_unit_test(test_soup),
+        cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_thresholds),
+        cmocka_unit_test(test_parameters_are_checked),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
