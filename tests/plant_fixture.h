@@ -18,7 +18,8 @@ static inline plant_mesh plant_mesh_create(size_t vertices, size_t triangles)
     plant_mesh m = {.vertex_capacity = vertices, .triangle_capacity = triangles};
     m.mesh.positions = calloc(vertices + 1, sizeof *m.mesh.positions);
     m.mesh.triangles = calloc(triangles + 1, sizeof *m.mesh.triangles);
-    assert_true(m.mesh.positions != NULL && m.mesh.triangles != NULL);
+    assert_non_null(m.mesh.positions);
+    assert_non_null(m.mesh.triangles);
     return m;
 }
 
@@ -79,7 +80,8 @@ static inline plant_mesh plant_mesh_of_tree(const gen_tree *tree)
     plant_mesh m = plant_mesh_create(vertices, triangles);
     m.mesh.normals = calloc(vertices, sizeof *m.mesh.normals);
     m.mesh.rgb = calloc(vertices, sizeof *m.mesh.rgb);
-    assert_true(m.mesh.normals != NULL && m.mesh.rgb != NULL);
+    assert_non_null(m.mesh.normals);
+    assert_non_null(m.mesh.rgb);
     for (size_t i = 0; i < vertices; i++) {
         m.mesh.positions[i] = stp_dvec3_from_float(tree->mesh.positions[i]);
         m.mesh.normals[i] = tree->mesh.normals[i];
@@ -124,13 +126,22 @@ static inline void plant_mesh_shuffle(stp_mesh *mesh, uint64_t seed)
     free(places);
 }
 
+/* NaN is the same as NaN here. */
+static inline bool plant_same_number(double a, double b)
+{
+    return a == b || (isnan(a) && isnan(b));
+}
+
 /* Whether a triangle of these corners' positions is in the mesh's, in this order. */
 static inline bool plant_same_triangle(const stp_mesh *a, uint64_t i, const stp_mesh *b, uint64_t k)
 {
-    for (int c = 0; c < 3; c++)
-        if (memcmp(&a->positions[a->triangles[i][c]], &b->positions[b->triangles[k][c]],
-                   sizeof *a->positions) != 0)
+    for (int c = 0; c < 3; c++) {
+        const stp_dvec3 p = a->positions[a->triangles[i][c]];
+        const stp_dvec3 q = b->positions[b->triangles[k][c]];
+        if (!plant_same_number(p.x, q.x) || !plant_same_number(p.y, q.y) ||
+            !plant_same_number(p.z, q.z))
             return false;
+    }
     return true;
 }
 

@@ -267,7 +267,7 @@ static void test_fork(void **state)
     (void)state;
     for (int tips = 0; tips < 2; tips++) {
         plant_mesh m = plant_mesh_create(100, 200);
-        uint32_t ends[3];
+        uint32_t ends[3] = {0};
         add_arms(&m, tips, ends);
         const uint64_t arms = m.mesh.triangle_count;
         /* Halves of the lower ring to the rings above, and a saddle between these. */
