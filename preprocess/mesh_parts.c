@@ -23,11 +23,11 @@ typedef struct edge_table {
     size_t mask;
 } edge_table;
 
-/* The least power of two that leaves half the places empty. */
+/* The least power of two that leaves a quarter of the places empty. */
 static size_t table_size(uint64_t count)
 {
     size_t size = 16;
-    while (size < 2 * count)
+    while (3 * size < 4 * count)
         size *= 2;
     return size;
 }

@@ -131,6 +131,18 @@ static const stp_line_strip *find_tube(const stp_plant *plant, stp_dvec3 tip, in
     return found;
 }
 
+/* The mean of the ring's colours; the shuffled mesh has none. */
+static void check_colour(const stp_plant *plant, const stp_line_vertex *v, uint32_t first,
+                         uint32_t count)
+{
+    for (int c = 0; c < 3 && plant->rest->rgb != NULL; c++) {
+        double sum = 0.0;
+        for (uint32_t i = first; i < first + count; i++)
+            sum += (double)mesh.mesh.rgb[i][c];
+        check_near((double)v->rgb[c], sum / (double)count, 1.0);
+    }
+}
+
 /* The tube's vertices are the plan's thin rings, from the tip down; returns how many. */
 static size_t check_tube(const stp_plant *plant, const gen_tree_tube *tube)
 {
@@ -149,6 +161,7 @@ static size_t check_tube(const stp_plant *plant, const gen_tree_tube *tube)
         check_near(stp_dvec3_length(stp_dvec3_sub(v->position, ring->centre)), 0.0, 1e-6);
         check_near((double)v->radius / width_radius(ring, tube->sides), 1.0, 0.01);
         check_near(fabs(stp_dvec3_dot(stp_dvec3_from_float(v->direction), ring->axis)), 1.0, 0.02);
+        check_colour(plant, v, tube->first_vertex + r * tube->sides, tube->sides);
     }
     assert_int_equal(strip->count, count);
     return count;

@@ -204,8 +204,8 @@ static void test_open_tube(void **state)
     }
 }
 
-/* Rings with a seam (their first vertex again at the end, as files with textures have it), of more
- * sides below than above, with lids at both ends or a tip. */
+/* Rings with a seam (their first vertex again at the end, as files with textures have it), with
+ * lids at both ends or a tip. */
 static void test_seam_and_lids(void **state)
 {
     (void)state;
@@ -232,6 +232,50 @@ static void test_seam_and_lids(void **state)
         stp_plant plant = expect(&m, &alone, 0, all);
         assert_int_equal(plant.report.positions_before, SIDES * RINGS + 1);
         assert_int_equal(plant.report.rings, lids ? RINGS : RINGS + 1);
+        stp_plant_clear(&plant);
+    }
+}
+
+/* Eight sides below, four above. */
+static void test_fewer_sides(void **state)
+{
+    (void)state;
+    plant_mesh m = plant_mesh_create(32, 80);
+    plant_mesh_ring(&m, 8, 0.0, 0.5);
+    plant_mesh_ring(&m, 8, 2.0, 0.5);
+    plant_mesh_ring(&m, 4, 4.0, 0.4);
+    plant_mesh_ring(&m, 4, 6.0, 0.3);
+    plant_mesh_join(&m, 0, 8, 8);
+    for (uint32_t k = 0; k < 4; k++) {
+        const uint32_t low = 8 + 2 * k, next = 8 + (2 * k + 2) % 8;
+        plant_mesh_triangle(&m, low, low + 1, 16 + k);
+        plant_mesh_triangle(&m, low + 1, next, 16 + k);
+        plant_mesh_triangle(&m, next, 16 + (k + 1) % 4, 16 + k);
+    }
+    plant_mesh_join(&m, 16, 20, 4);
+    stp_plant plant = expect(&m, &alone, 0, 16 + 12 + 8);
+    assert_int_equal(plant.report.rings, 4);
+    stp_plant_clear(&plant);
+}
+
+/* Normals lean by 45 degrees, which is light, and by 80, which no disc of the ribbon could follow.
+ */
+static void test_leaf_normals(void **state)
+{
+    (void)state;
+    for (int lean_deg = 45; lean_deg <= 80; lean_deg += 35) {
+        plant_mesh m = plant_mesh_create(4, 2);
+        const float lean = (float)lean_deg * 3.14159265f / 180.0f;
+        for (int i = 0; i < 4; i++)
+            plant_mesh_vertex(&m, i == 1 || i == 2, i > 1 ? 3.0 : 0.0, 0.0);
+        m.mesh.normals = calloc(4, sizeof *m.mesh.normals);
+        assert_non_null(m.mesh.normals);
+        for (int i = 0; i < 4; i++)
+            m.mesh.normals[i] = (vec3s){{0.0f, sinf(lean), cosf(lean)}};
+        plant_mesh_quad(&m, 0, 1, 2, 3);
+        stp_plant plant = expect(&m, &alone, 2, 0);
+        const double up = fabs((double)plant.lines.vertices[0].direction.z);
+        check_near(up, lean_deg == 45 ? sqrt(0.5) : 1.0, 1e-6);
         stp_plant_clear(&plant);
     }
 }
@@ -485,7 +529,8 @@ int main(void)
         cmocka_unit_test(test_pointed_card),     cmocka_unit_test(test_blade),
         cmocka_unit_test(test_two_squares),      cmocka_unit_test(test_leaves_that_touch),
         cmocka_unit_test(test_large_cards_stay), cmocka_unit_test(test_open_tube),
-        cmocka_unit_test(test_seam_and_lids),    cmocka_unit_test(test_fork),
+        cmocka_unit_test(test_seam_and_lids),    cmocka_unit_test(test_fewer_sides),
+        cmocka_unit_test(test_leaf_normals),     cmocka_unit_test(test_fork),
         cmocka_unit_test(test_sphere_stays),     cmocka_unit_test(test_planks_and_rings_stay),
         cmocka_unit_test(test_damage),           cmocka_unit_test(test_tangles),
         cmocka_unit_test(test_random_damage),    cmocka_unit_test(test_sizes),
