@@ -253,12 +253,12 @@ const cli_command cli_gen = {
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
     .details =
         "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
-        "apart), tree\n(leaves and branches; its mesh has about N vertices, 16 million at "
-        "most).\nThe scan is PLY, or LAS 1.4 where its name ends in .las.\nPoints are spread "
-        "evenly over the true surface; memory does not grow with "
-        "their number, but with the tree.\nThe file says where the stations are and which one saw "
-        "a point (LAS: "
-        "the latter\nalone, as point source ID).\nThe camera's options are for the picture of "
-        "--truth.",
+        "apart),\ntree (leaves and branches; its mesh has about N vertices, 16 million at most).\n"
+        "The scan is PLY, or LAS 1.4 where its name ends in .las.\n"
+        "Points are spread evenly over the true surface; memory does not grow with their number,\n"
+        "but with the tree.\n"
+        "The file says where the stations are and which one saw a point (LAS: the latter\n"
+        "alone, as point source ID).\n"
+        "The camera's options are for the picture of --truth.",
     .run = run,
 };
