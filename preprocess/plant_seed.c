@@ -180,23 +180,32 @@ static uint32_t set_beyond_aside(stp_plant_seeds *s, stp_plant_rings *r)
     return count;
 }
 
-/* To the chain's end on the loop's right, then back from there to the other end. */
+/* To the chain's end on the loop's right. */
+static void follow_right(stp_plant_rings *r, const loop *l)
+{
+    set_taken(r, l->left, l->left_count, 1);
+    stp_plant_rings_follow(r, l->vertices, l->count);
+    set_taken(r, l->left, l->left_count, 0);
+}
+
+/* To one end, then back from there to the other; where no chain can begin at the end, the way there
+ * is all, so that it is not looked for again. */
 static bool follow_both(stp_plant_seeds *s, stp_plant_rings *r, const loop *l)
 {
     uint32_t ring[STP_PLANT_RING_LIMIT];
-    set_taken(r, l->left, l->left_count, 1);
-    stp_plant_rings_follow(r, l->vertices, l->count);
-    const uint32_t begin = r->begins[r->ring_count - 1];
-    const uint32_t count = r->begins[r->ring_count] - begin;
-    const uint32_t aside = r->ring_count > 1 ? set_beyond_aside(s, r) : 0;
-    set_taken(r, l->left, l->left_count, 0);
+    follow_right(r, l);
     if (r->ring_count < 2)
         return false;
+    const uint32_t begin = r->begins[r->ring_count - 1];
+    const uint32_t count = r->begins[r->ring_count] - begin;
+    const uint32_t aside = set_beyond_aside(s, r);
     memcpy(ring, r->vertices + begin, count * sizeof *ring);
     stp_plant_rings_undo(r);
     stp_plant_rings_follow(r, ring, count);
     set_taken(r, s->set_aside, aside, 0);
-    return r->ring_count > 1;
+    if (r->ring_count < 2)
+        follow_right(r, l);
+    return true;
 }
 
 bool stp_plant_seeds_follow(stp_plant_seeds *s, stp_plant_rings *r, uint32_t vertex)

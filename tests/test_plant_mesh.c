@@ -236,6 +236,29 @@ static void test_seam_and_lids(void **state)
     }
 }
 
+/* A thin tube without an end is one but for the section where it closes, in linear time. */
+static void test_hoop(void **state)
+{
+    (void)state;
+    enum { SIDES = 5, RINGS = 40000 };
+    plant_mesh m = plant_mesh_create(SIDES * RINGS, 2 * SIDES * RINGS);
+    for (uint32_t r = 0; r < RINGS; r++) {
+        const uint32_t first = plant_mesh_ring(&m, SIDES, 0.0, 0.01);
+        const double angle = 2.0 * pi * r / RINGS;
+        for (uint32_t k = first; k < first + SIDES; k++) {
+            const stp_dvec3 p = m.mesh.positions[k];
+            m.mesh.positions[k] =
+                (stp_dvec3){(9.0 + p.x) * cos(angle), (9.0 + p.x) * sin(angle), p.z};
+        }
+    }
+    for (uint32_t r = 0; r < RINGS; r++)
+        plant_mesh_join(&m, SIDES * r, SIDES * ((r + 1) % RINGS), SIDES);
+    stp_plant plant = expect(&m, NULL, 0, 2 * SIDES * (RINGS - 1));
+    assert_int_equal(plant.report.tubes, 1);
+    assert_int_equal(plant.report.rings, RINGS);
+    stp_plant_clear(&plant);
+}
+
 /* Eight sides below, four above. */
 static void test_fewer_sides(void **state)
 {
@@ -525,15 +548,25 @@ static void test_time_is_linear(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearly_nothing),   cmocka_unit_test(test_cards),
-        cmocka_unit_test(test_pointed_card),     cmocka_unit_test(test_blade),
-        cmocka_unit_test(test_two_squares),      cmocka_unit_test(test_leaves_that_touch),
-        cmocka_unit_test(test_large_cards_stay), cmocka_unit_test(test_open_tube),
-        cmocka_unit_test(test_seam_and_lids),    cmocka_unit_test(test_fewer_sides),
-        cmocka_unit_test(test_leaf_normals),     cmocka_unit_test(test_fork),
-        cmocka_unit_test(test_sphere_stays),     cmocka_unit_test(test_planks_and_rings_stay),
-        cmocka_unit_test(test_damage),           cmocka_unit_test(test_tangles),
-        cmocka_unit_test(test_random_damage),    cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_nearly_nothing),
+        cmocka_unit_test(test_cards),
+        cmocka_unit_test(test_pointed_card),
+        cmocka_unit_test(test_blade),
+        cmocka_unit_test(test_two_squares),
+        cmocka_unit_test(test_leaves_that_touch),
+        cmocka_unit_test(test_large_cards_stay),
+        cmocka_unit_test(test_open_tube),
+        cmocka_unit_test(test_seam_and_lids),
+        cmocka_unit_test(test_hoop),
+        cmocka_unit_test(test_fewer_sides),
+        cmocka_unit_test(test_leaf_normals),
+        cmocka_unit_test(test_fork),
+        cmocka_unit_test(test_sphere_stays),
+        cmocka_unit_test(test_planks_and_rings_stay),
+        cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_tangles),
+        cmocka_unit_test(test_random_damage),
+        cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_time_is_linear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
