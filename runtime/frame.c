@@ -130,8 +130,8 @@ double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t 
     return greatest;
 }
 
-/* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl. */
-#define ELLIPSE_FLOOR_PX 1.25
+/* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl, for templates. */
+#define ELLIPSE_FLOOR_PX 1.0
 
 /* Levels above the viewport that a disc of this radius can reach down from; none for splats and
  * points. With templates those up to where windows hold it, and one for what merging adds to it. */

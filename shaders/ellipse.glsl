@@ -2,8 +2,14 @@
 // README.md). Needs pixel.glsl and project.glsl.
 
 // Least semi-axes, pixels: a sample stands for its pixel's neighbourhood at least, and grazing
-// ellipses do not vanish.
+// ellipses do not vanish. Where a pixel sees all ellipses around it, it is enough to reach the pixel.
+#if STP_SPLAT
+#define STP_ELLIPSE_FLOOR 0.75
+#elif STP_TEMPLATE
+#define STP_ELLIPSE_FLOOR 1.0
+#else
 #define STP_ELLIPSE_FLOOR 1.25
+#endif
 #define STP_ELLIPSE_OUTSIDE 1e30
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its

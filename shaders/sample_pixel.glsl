@@ -3,6 +3,16 @@
 
 #define STP_SLOPE_LIMIT 5.0
 
+// Pixels: how far the surface of neighbouring pixels may be off.
+#define STP_EXTENT_FLOOR 1.25
+
+// Radii are so that pull and push leave no holes. Where no sample is lost less is enough.
+#if STP_SPLAT
+#define STP_RADIUS_PART 0.85
+#else
+#define STP_RADIUS_PART 1.0
+#endif
+
 int stp_level_of(uint sample_index, stp_patch p)
 {
     for (int level = 0; level < STP_LEVELS; level++)
@@ -97,7 +107,7 @@ float stp_depth_extent(float radius, float cosine, float ppu)
 {
     float k = min(1.0, abs(cosine));
     float slope = min(STP_SLOPE_LIMIT, sqrt(1.0 - k * k) / max(k, 1e-3));
-    return max(radius, STP_ELLIPSE_FLOOR * slope / ppu);
+    return max(radius, STP_EXTENT_FLOOR * slope / ppu);
 }
 
 // A sample, id.x, of a patch, id.y, as seen from a window position.
@@ -107,6 +117,7 @@ stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
     vec4 lattice = stp_lattice_fetch(id.y, chunk.offset);
     stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
                                     lattice.xyz, lattice.w);
+    disc.radius *= STP_RADIUS_PART;
     vec3 w = stp_ray_through(disc.position);
     if (!disc.has_normal)
         disc.normal = -w;

@@ -18,7 +18,7 @@ void main()
     float before = end - met.y;
     if (!(met.x <= 1.0) || before < 0.0)
         discard;
-    float weight = exp(-0.5 * met.x);
+    float weight = exp(-2.0 * met.x);
     normal_sum = weight * vec4(splat_plane.xyz, 1.0);
     colour_sum = weight * vec4(stp_splat_colour(), before);
 }

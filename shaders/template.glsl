@@ -98,7 +98,7 @@ stp_pixel stp_template(ivec2 here)
         for (uint left = covers[word]; left != 0u; left &= left - 1u) {
             int bit = first + findLSB(left);
             stp_template_hit hit = stp_template_look(here, stp_template_at(here, level, bit), level, ray);
-            stp_blend_add(blend, front, hit.pixel, exp(-0.5 * hit.q));
+            stp_blend_add(blend, front, hit.pixel, exp(-2.0 * hit.q));
             int from = level == 0 && bit == own_bit ? 0 : max(1, stp_tag_source(hit.pixel.tag));
             source = hit.pixel.tag != 0 && hit.pixel.z_min <= end ? min(source, from) : source;
         }

@@ -222,7 +222,7 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
         [STP_RECONSTRUCT_TEMPLATE3] = REFERENCE_TEMPLATE3,
         [STP_RECONSTRUCT_TEMPLATE5] = REFERENCE_TEMPLATE5,
         [STP_RECONSTRUCT_TEMPLATE7] = REFERENCE_TEMPLATE7,
-        [STP_RECONSTRUCT_SPLAT] = REFERENCE_GAUSS,
+        [STP_RECONSTRUCT_SPLAT] = REFERENCE_SPLAT,
     };
     stp_draw_stats stats;
     reference_pyramid reference;

@@ -94,30 +94,30 @@ static void gauss_stays_inside_box(void **state)
 static void ellipse_axes(void **state)
 {
     (void)state;
-    stp_view view = check_view(101, 101, 50.0, true);
+    const reference_pyramid pyramid = {.view = check_view(101, 101, 50.0, true)};
     reference_pixel p = {.normal = {sqrt(0.75), 0.0, 0.5}, .radius = 0.4, .z_min = 2.0, .tag = 1};
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 10.0, 0.0), 1.0, 1e-12);
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 5.0, 0.0), 0.25, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 10.0, 0.0), 1.0, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 5.0, 0.0), 0.25, 1e-12);
     /* edge on, and too small: the floor of 1.25 pixels */
     p.normal = (stp_dvec3){1.0, 0.0, 0.0};
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 1.25, 0.0), 1.0, 1e-2);
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 1.25, 0.0), 1.0, 1e-2);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
     p.radius = 0.01;
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 1.25), 1.0, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 1.25), 1.0, 1e-12);
     /* |delta|^2 + (delta.n)^2 / k'^2 with k' = 1 */
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.75, 1.0), 1.36, 1e-12);
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.75, 1.0), 1.36, 1e-12);
     /* no radius */
     p.radius = 0.0;
-    assert_true(isinf(reference_ellipse(&view, &p, 50.5, 50.5, 0.6, 0.0)));
-    check_near(reference_ellipse(&view, &p, 50.5, 50.5, 0.0, 0.0), 0.0, 0.0);
+    assert_true(isinf(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.6, 0.0)));
+    check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 0.0), 0.0, 0.0);
 }
 
 /* In perspective a disc's rim, projected point by point, is the form's rim, on the axis and off. */
 static void projected_rim(void **state)
 {
     (void)state;
-    stp_view view = check_view(101, 101, 50.0, false);
+    const reference_pyramid pyramid = {.view = check_view(101, 101, 50.0, false)};
     for (int k = 0; k < 12; k++) {
         stp_dvec3 centre = {0.15 * (k % 4) * 2.0, -0.2 * (k / 4) * 2.0, -2.0};
         stp_dvec3 n = stp_dvec3_normalize((stp_dvec3){0.5 - 0.3 * (k % 3), 0.2, 1.0});
@@ -130,7 +130,7 @@ static void projected_rim(void **state)
             rim = stp_dvec3_add(rim, stp_dvec3_scale(u, 0.4 * cos(i * M_PI / 8.0)));
             rim = stp_dvec3_add(rim, stp_dvec3_scale(v, 0.4 * sin(i * M_PI / 8.0)));
             double x = 50.5 - 50.0 * rim.x / rim.z - cx, y = 50.5 - 50.0 * rim.y / rim.z - cy;
-            check_near(reference_ellipse(&view, &p, cx, cy, x, y), 1.0, 1e-12);
+            check_near(reference_ellipse(&pyramid, &p, cx, cy, x, y), 1.0, 1e-12);
         }
     }
 }

@@ -6,7 +6,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define FLOOR_PX 1.25
+#define EXTENT_FLOOR_PX 1.25
+/* What is drawn of a splat's radius. */
+#define SPLAT_PART 0.85
 #define SLOPE_LIMIT 5.0
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
@@ -106,11 +108,14 @@ static double depth_extent(const stp_view *view, double radius, double cosine, d
 {
     double k = fmin(1.0, fabs(cosine));
     double slope = fmin(SLOPE_LIMIT, sqrt(1.0 - k * k) / fmax(k, 1e-3));
-    return fmax(radius, FLOOR_PX * slope / pixels_per_unit(view, depth));
+    return fmax(radius, EXTENT_FLOOR_PX * slope / pixels_per_unit(view, depth));
 }
 
-bool reference_sample(const stp_view *view, const reference_disc *disc, reference_pixel *out)
+bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
+                      reference_pixel *out)
 {
+    const stp_view *view = &pyramid->view;
+    double radius = disc->radius * (pyramid->filter == REFERENCE_SPLAT ? SPLAT_PART : 1.0);
     double depth = -disc->position.z;
     if (!(depth > view->near_depth))
         return false;
@@ -131,9 +136,9 @@ bool reference_sample(const stp_view *view, const reference_disc *disc, referenc
         n = stp_dvec3_scale(n, -1.0);
     *out = (reference_pixel){
         .normal = n,
-        .radius = disc->radius,
+        .radius = radius,
         .z_min = depth,
-        .z_max = depth + depth_extent(view, disc->radius, stp_dvec3_dot(n, w), depth),
+        .z_max = depth + depth_extent(view, radius, stp_dvec3_dot(n, w), depth),
         .dx = u,
         .dy = v,
         .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
@@ -145,7 +150,7 @@ bool reference_sample(const stp_view *view, const reference_disc *disc, referenc
 static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
 {
     reference_pixel sample;
-    if (!reference_sample(&pyramid->view, disc, &sample))
+    if (!reference_sample(pyramid, disc, &sample))
         return;
     int at = (int)sample.dy * pyramid->view.width + (int)sample.dx;
     reference_pixel *pixel = &pyramid->levels[0].pulled[at];
@@ -164,48 +169,56 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 
 /* ---- the ellipse ---- */
 
-double reference_radius_px(const stp_view *view, const reference_pixel *p)
+/* Least semi-axes. */
+static double floor_px(const reference_pyramid *pyramid)
 {
-    return fmax(p->radius * pixels_per_unit(view, p->z_min), FLOOR_PX);
+    if (pyramid->filter == REFERENCE_SPLAT)
+        return 0.75;
+    return pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
+}
+
+double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p)
+{
+    return fmax(p->radius * pixels_per_unit(&pyramid->view, p->z_min), floor_px(pyramid));
 }
 
 /* s: where the ray meets the disc's plane, in radii from its centre. */
-static stp_dvec3 ellipse_place(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                               double x, double y)
+static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference_pixel *p,
+                               double cx, double cy, double x, double y)
 {
-    double radius = reference_radius_px(view, p);
-    stp_dvec3 w = ray(view, cx + x, cy + y); /* through the point asked */
+    double radius = reference_radius_px(pyramid, p);
+    stp_dvec3 w = ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     double k = stp_dvec3_dot(p->normal, w);
-    double least = fmin(1.0, FLOOR_PX / radius);
+    double least = fmin(1.0, floor_px(pyramid) / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
     return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
 }
 
-double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                         double x, double y)
+double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                         double cy, double x, double y)
 {
     if (!(p->radius > 0.0))
         return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
-    stp_dvec3 s = ellipse_place(view, p, cx, cy, x, y);
+    stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, x, y);
     return stp_dvec3_dot(s, s);
 }
 
-double reference_meet(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                      double u, double v, double *depth)
+double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                      double cy, double u, double v, double *depth)
 {
     *depth = p->z_min;
     if (p->radius > 0.0) {
-        stp_dvec3 s = ellipse_place(view, p, cx, cy, u - cx, v - cy);
-        *depth -= s.z * reference_radius_px(view, p) / pixels_per_unit(view, p->z_min);
+        stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy);
+        *depth -= s.z * reference_radius_px(pyramid, p) / pixels_per_unit(&pyramid->view, p->z_min);
     }
-    return reference_ellipse(view, p, cx, cy, u - cx, v - cy);
+    return reference_ellipse(pyramid, p, cx, cy, u - cx, v - cy);
 }
 
 /* Whether an ellipse is too wide for a template's windows of this level. */
 static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, int level)
 {
-    return 2.0 * reference_radius_px(&pyramid->view, p) > ((int)pyramid->filter - 1) * exp2(level);
+    return 2.0 * reference_radius_px(pyramid, p) > ((int)pyramid->filter - 1) * exp2(level);
 }
 
 /* ---- merging what meets ---- */
@@ -233,7 +246,7 @@ static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels
     double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
     p.dx = cx - u;
     p.dy = cy - v;
-    m->q[m->count] = reference_ellipse(&pyramid->view, &p, cx, cy, u - cx, v - cy);
+    m->q[m->count] = reference_ellipse(pyramid, &p, cx, cy, u - cx, v - cy);
     m->weights[m->count] = weight;
     m->pixels[m->count++] = p;
 }
@@ -413,7 +426,6 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
 static void cover(const reference_pyramid *pyramid, int level, int i, int j, double u, double v,
                   const reference_pixel *own, meeting *m)
 {
-    const stp_view *view = &pyramid->view;
     const reference_level *here = &pyramid->levels[level];
     if (i < 0 || j < 0 || i >= here->width || j >= here->height)
         return;
@@ -429,7 +441,7 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     reference_pixel p = *source;
     double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
     double extent = p.z_max - p.z_min, depth;
-    double q = reference_meet(view, &p, cx, cy, u, v, &depth);
+    double q = reference_meet(pyramid, &p, cx, cy, u, v, &depth);
     q = source == own ? fmin(q, 1.0) : q;
     if (!(q <= 1.0))
         return;
@@ -438,7 +450,7 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     p.dx = cx - u;
     p.dy = cy - v;
     m->q[m->count] = q;
-    m->weights[m->count] = exp(-0.5 * q);
+    m->weights[m->count] = exp(-2.0 * q);
     m->pixels[m->count++] = p;
 }
 

@@ -46,6 +46,7 @@ typedef struct reference_level {
 typedef enum reference_filter {
     REFERENCE_GAUSS = 0, /* CG08 */
     REFERENCE_BOX = 1,   /* PBG07 */
+    REFERENCE_SPLAT = 2, /* not out of levels at all: reference_splat */
     REFERENCE_TEMPLATE3 = 3,
     REFERENCE_TEMPLATE5 = 5,
     REFERENCE_TEMPLATE7 = 7
@@ -94,21 +95,22 @@ stp_status reference_splat(reference_pyramid *pyramid, const reference_disc *dis
 
 /* A disc as a pixel of level 0, with (dx, dy) the window coordinates of its centre; false if it is
  * not drawn. */
-bool reference_sample(const stp_view *view, const reference_disc *disc, reference_pixel *out);
+bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
+                      reference_pixel *out);
 /* Where the ray through window (u, v) meets the disc of p, whose ellipse is centred at (cx, cy): q,
  * and the depth there. */
-double reference_meet(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                      double u, double v, double *depth);
+double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                      double cy, double u, double v, double *depth);
 /* Weighted means of count pixels whose (dx, dy) are from one place; tag, and the side of normals,
  * are the front's. */
 reference_pixel reference_mean(const reference_pixel *pixels, const double *weights, int count,
                                const reference_pixel *front);
 /* Projected radius, at least the floor. */
-double reference_radius_px(const stp_view *view, const reference_pixel *p);
+double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p);
 
 /* The ellipse's quadratic form, 1 at the rim: p's ellipse, centred at window (cx, cy), at the
  * offset (x, y) from there. */
-double reference_ellipse(const stp_view *view, const reference_pixel *p, double cx, double cy,
-                         double x, double y);
+double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                         double cy, double x, double y);
 
 #endif

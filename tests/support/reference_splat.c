@@ -39,7 +39,7 @@ static void add(sums *pixel, const covering *c, int i, int j)
     (void)j;
     if (c->depth > pixel->end)
         return;
-    double w = exp(-0.5 * c->q);
+    double w = exp(-2.0 * c->q);
     pixel->normal = stp_dvec3_add(pixel->normal, stp_dvec3_scale(c->sample->normal, w));
     for (int k = 0; k < 3; k++)
         pixel->rgb[k] += w * c->sample->rgb[k];
@@ -48,14 +48,16 @@ static void add(sums *pixel, const covering *c, int i, int j)
 }
 
 /* Visits the pixels that a disc covers. */
-static void rasterise(const stp_view *view, const reference_disc *disc, sums *pixels, visit *each)
+static void rasterise(const reference_pyramid *pyramid, const reference_disc *disc, sums *pixels,
+                      visit *each)
 {
+    const stp_view *view = &pyramid->view;
     reference_pixel p;
-    if (!reference_sample(view, disc, &p))
+    if (!reference_sample(pyramid, disc, &p))
         return;
     /* twice the radius holds the ellipse, but for one that comes near the eye */
     double ppu = view->orthographic ? view->f : view->f / p.z_min;
-    double radius = reference_radius_px(view, &p);
+    double radius = reference_radius_px(pyramid, &p);
     double near = view->orthographic ? 1.0 : 1.0 - radius / ppu / p.z_min;
     double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
     int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
@@ -63,7 +65,7 @@ static void rasterise(const stp_view *view, const reference_disc *disc, sums *pi
     for (int j = y0; j <= y1; j++)
         for (int i = x0; i <= x1; i++) {
             covering c = {.sample = &p};
-            c.q = reference_meet(view, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
+            c.q = reference_meet(pyramid, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
             if (!(p.radius > 0.0))
                 c.q = (int)p.dx == i && (int)p.dy == j ? 0.0 : INFINITY;
             c.end = c.depth + p.z_max - p.z_min;
@@ -98,11 +100,11 @@ stp_status reference_splat(reference_pyramid *pyramid, const reference_disc *dis
     sums *pixels = NULL;
     STP_TRY(stp_alloc(&pixels, pixel_count, sizeof *pixels, "pixels", err));
     for (size_t i = 0; i < count; i++)
-        rasterise(view, &discs[i], pixels, find_front);
+        rasterise(pyramid, &discs[i], pixels, find_front);
     for (size_t i = 0; i < pixel_count; i++)
         pixels[i].total = 0.0;
     for (size_t i = 0; i < count; i++)
-        rasterise(view, &discs[i], pixels, add);
+        rasterise(pyramid, &discs[i], pixels, add);
     for (size_t i = 0; i < pixel_count; i++)
         pyramid->levels[0].finished[i] = finish(&pixels[i]);
 done:

@@ -24,8 +24,8 @@ static void place(const stp_view *view, corner *c)
 {
     c->depth = -c->position.z;
     double scale = view->orthographic ? view->f : view->f / c->depth;
-    c->u = 0.5 * view->width + scale * c->position.x;
-    c->v = 0.5 * view->height + scale * c->position.y;
+    c->u = stp_view_axis_x(view) + scale * c->position.x;
+    c->v = stp_view_axis_y(view) + scale * c->position.y;
     c->w = view->orthographic ? 1.0 : 1.0 / c->depth;
 }
 
