@@ -5,7 +5,6 @@
 #include "formats/chunk/overhang.h"
 #include "formats/chunk/patch.h"
 #include "preprocess/partition.h"
-#include "preprocess/patch_build.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -263,6 +262,31 @@ done:
     return status;
 }
 
+static void clear_assembly(assembly *a)
+{
+    free(a->order);
+    free(a->carry);
+    free(a->patches);
+    free(a->vertices);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        free(a->samples[level]);
+}
+
+/* Orders the patches that are there and makes them a chunk. */
+static stp_status finish(assembly *a, stp_built_chunk *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_built_chunk built = {.origin = a->origin};
+    STP_TRY(order_patches(a, &built.run_ends, &built.run_count, err));
+    STP_TRY(pack(a, &built, err));
+    built.vertex_count = a->patch_count;
+    *out = built;
+    built = (stp_built_chunk){0};
+done:
+    stp_built_chunk_clear(&built);
+    return status;
+}
+
 stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
                            bool leaf, stp_error *err)
 {
@@ -270,22 +294,29 @@ stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, u
     assembly a = {.origin = choose_origin(groups, group_count),
                   .leaf = leaf,
                   .linked = !leaf && groups[0].run_ends != NULL};
-    stp_built_chunk built = {.origin = a.origin};
     for (uint32_t g = 0; g < group_count; g++)
         STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
-    STP_TRY(order_patches(&a, &built.run_ends, &built.run_count, err));
-    STP_TRY(pack(&a, &built, err));
-    built.vertex_count = a.patch_count;
-    *out = built;
-    built = (stp_built_chunk){0};
+    STP_TRY(finish(&a, out, err));
 done:
-    stp_built_chunk_clear(&built);
-    free(a.order);
-    free(a.carry);
-    free(a.patches);
-    free(a.vertices);
-    for (int level = 0; level < STP_LEVEL_COUNT; level++)
-        free(a.samples[level]);
+    clear_assembly(&a);
+    return status;
+}
+
+stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t patch_count,
+                                stp_patch_maker *make, const void *context, stp_error *err)
+{
+    stp_status status = STP_OK;
+    assembly a = {.origin = origin, .leaf = true};
+    for (uint32_t i = 0; i < patch_count; i++) {
+        stp_patch patch;
+        stp_patch_samples samples;
+        stp_item vertex;
+        STP_TRY(make(context, i, origin, &patch, &samples, &vertex, err));
+        STP_TRY(append(&a, &patch, &samples, &vertex, err));
+    }
+    STP_TRY(finish(&a, out, err));
+done:
+    clear_assembly(&a);
     return status;
 }
 

@@ -6,7 +6,7 @@
 
 #include "base/spill.h"
 #include "formats/chunk/surroundings.h"
-#include "preprocess/item.h"
+#include "preprocess/patch_build.h"
 
 /* Items that one child chunk refines (all items of a leaf: one group). */
 typedef struct stp_item_group {
@@ -30,6 +30,16 @@ typedef struct stp_built_chunk {
     void *chunk_arrays; /* in the spill's files; NULL: the chunk has its own memory */
 } stp_built_chunk;
 
+/* Makes patch `index` of a leaf with all its levels, and its vertex. */
+typedef stp_status stp_patch_maker(const void *context, uint32_t index, stp_dvec3 chunk_origin,
+                                   stp_patch *patch, stp_patch_samples *samples, stp_item *vertex,
+                                   stp_error *err);
+
+/* A leaf of patches that are made elsewhere, at least 1, in the order of their vertices' runs.
+ * origin: a multiple of twice every lattice of the patches and their vertices. Errors: those of
+ * `make`, OUT_OF_MEMORY. Free with stp_built_chunk_clear. */
+stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t patch_count,
+                                stp_patch_maker *make, const void *context, stp_error *err);
 /* Without tangential errors. leaf: patches have no child; else patch.child is the number of the
  * group, at most 64. Errors: OUT_OF_MEMORY, LIMIT. Free with stp_built_chunk_clear. */
 stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,

@@ -1,5 +1,6 @@
 /* What a level-0 sample of a chunk is made from: a point of the scan, or the patch vertex of a
- * child chunk with everything it stands for. Positions are world coordinates in double. */
+ * child chunk, of points or of lines, with everything it stands for. Positions are world
+ * coordinates in double. */
 #ifndef STP_PREPROCESS_ITEM_H
 #define STP_PREPROCESS_ITEM_H
 

@@ -23,13 +23,6 @@ typedef struct builder {
     stp_merge_error total; /* of the patch vertex */
 } builder;
 
-static int floor_log2(double value)
-{
-    int exponent = 0;
-    (void)frexp(value, &exponent);
-    return exponent - 1;
-}
-
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
 {
     /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
@@ -40,9 +33,9 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
     double size = stp_max(fabs(position.x), stp_max(fabs(position.y), fabs(position.z)));
     if (!(step > 0.0)) /* one place only: what a float would keep of it */
         step = size > 0.0 ? ldexp(size, -24) : 1.0;
-    int exponent = floor_log2(step);
-    if (radius > 0.0 && floor_log2(radius) - BOUND_OCTAVES > exponent)
-        exponent = floor_log2(radius) - BOUND_OCTAVES;
+    int exponent = stp_floor_log2(step);
+    if (radius > 0.0 && stp_floor_log2(radius) - BOUND_OCTAVES > exponent)
+        exponent = stp_floor_log2(radius) - BOUND_OCTAVES;
     return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
 }
 
@@ -87,20 +80,13 @@ static bool place(builder *b, int vertex_exponent)
     return true;
 }
 
-/* To the nearest whole number, halves to the even one; |x| < 2^51. */
-static double nearest_whole(double x)
-{
-    const double shift = 0x1.8p52;
-    return x + shift - shift;
-}
-
 /* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
 static void encode_position(const builder *b, stp_dvec3 p, spacing on, stp_sample *out)
 {
     double v[3] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; axis++) {
         double steps =
-            nearest_whole(v[axis] * on.inverse) * on.ratio - (double)b->patch->origin[axis];
+            stp_nearest_whole(v[axis] * on.inverse) * on.ratio - (double)b->patch->origin[axis];
         out->position[axis] = (uint16_t)stp_max(0.0, stp_min(65535.0, steps));
     }
 }
@@ -138,7 +124,8 @@ static void store(builder *b, int level, unsigned index, const stp_disc *disc, s
     stp_sample *out = &b->samples->level[level][index];
     *out = like;
     encode(b, disc, on, out);
-    stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
+    if (stp_sample_kind_of(&like) == STP_KIND_SURFACE)
+        stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
     stp_flat_disc decoded = stp_flat_disc_from_sample(out, b->patch);
     b->discs[level][index] = *disc;
     take_decoded(&b->discs[level][index], &decoded, out);
@@ -169,7 +156,9 @@ static void store_items(builder *b)
     b->patch->counts[0] = (uint8_t)b->count;
 }
 
-/* Area-weighted mean of the finer samples [begin, end); weight r^2, or equal where all are 0. */
+/* Area-weighted mean of the finer samples [begin, end); weight r^2, or equal where all are 0. What
+ * stands for a line keeps its kind, and a tangent for its normal, while it is alone; merged it is
+ * surface. */
 static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
                       double *area)
 {
@@ -208,6 +197,10 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
         flags &= ~(unsigned)STP_SAMPLE_HAS_NORMAL;
     like->intensity = byte(intensity / sum);
     like->flags = (uint8_t)flags;
+    if (end - begin == 1 && stp_sample_kind_of(&samples[begin]) != STP_KIND_SURFACE) {
+        like->flags = samples[begin].flags;
+        memcpy(like->normal, samples[begin].normal, sizeof like->normal);
+    }
     return out;
 }
 
@@ -324,10 +317,10 @@ static int choose_vertex_lattice(const builder *b)
     }
     double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
     double bound = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + 2.0 * wide;
-    if (step > 0.0 && floor_log2(step) > lattice)
-        lattice = floor_log2(step);
-    if (bound > 0.0 && floor_log2(bound) - BOUND_OCTAVES > lattice)
-        lattice = floor_log2(bound) - BOUND_OCTAVES;
+    if (step > 0.0 && stp_floor_log2(step) > lattice)
+        lattice = stp_floor_log2(step);
+    if (bound > 0.0 && stp_floor_log2(bound) - BOUND_OCTAVES > lattice)
+        lattice = stp_floor_log2(bound) - BOUND_OCTAVES;
     return lattice;
 }
 

@@ -4,7 +4,23 @@
 
 #include "preprocess/item.h"
 
+#include <math.h>
 #include <stdbool.h>
+
+/* Of a positive, finite value. */
+static inline int stp_floor_log2(double value)
+{
+    int exponent = 0;
+    (void)frexp(value, &exponent);
+    return exponent - 1;
+}
+
+/* To the nearest whole number, halves to the even one; |x| < 2^51. */
+static inline double stp_nearest_whole(double x)
+{
+    const double shift = 0x1.8p52;
+    return x + shift - shift;
+}
 
 /* A merged disc's radius is at least so many of its own spacings. */
 #define STP_MERGED_LAMBDA 1.4

@@ -1,4 +1,4 @@
-/* The whole of preprocessing: scans in, one chunk file out. */
+/* The whole of preprocessing: scans and lines in, one chunk file out. */
 #include "preprocess/prep.h"
 
 #include "base/clock.h"
@@ -98,7 +98,7 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
     stats->points_out = cloud->count;
-    if (cloud->count == 0)
+    if (cloud->count == 0 && !(source->lines && source->lines->strip_count > 0))
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
                                source->files[0].name, (unsigned long long)stats->points_in);
@@ -150,6 +150,13 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
                                 stats->outliers == STP_OUTLIERS_MARK ? "marked" : "dropped",
                                 (double)stats->outlier_count);
     }
+    if (stats->lines.strips > 0) {
+        cJSON *lines = cJSON_AddObjectToObject(root, "lines");
+        cJSON_AddNumberToObject(lines, "strips", (double)stats->lines.strips);
+        cJSON_AddNumberToObject(lines, "vertices", (double)stats->lines.vertices);
+        cJSON_AddNumberToObject(lines, "segments", (double)stats->lines.segments);
+        cJSON_AddNumberToObject(lines, "samples", (double)stats->lines.samples);
+    }
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
@@ -166,9 +173,10 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
     return text;
 }
 
-static uint32_t attributes_of(const stp_prep_source *source, stp_outlier_mode outliers)
+static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stats *stats)
 {
-    uint32_t out = outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
+    uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
+    out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
     out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
     out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
@@ -246,7 +254,7 @@ static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
                                    .codec = params->codec,
-                                   .attributes = attributes_of(source, stats->outliers),
+                                   .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
     stp_status status = stp_chunk_writer_create(&writer, path, &out, err);
@@ -297,6 +305,23 @@ done:
     return status;
 }
 
+/* All that is found of points before they become chunks. */
+static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
+                               stp_orient_params *orient, const stp_prep_plan *plan, stp_pool *pool,
+                               const stp_progress *progress, stp_prep_stats *stats, double *since,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_cloud_sort(cloud, pool, err));
+    STP_TRY(end_stage(stats, STAGE_SORT, since, progress, err));
+    STP_TRY(treat_outliers(cloud, k, source, pool, progress, stats, since, err));
+    choose_stations(orient, source, stats);
+    STP_TRY(find_surface(cloud, k, orient, unit_points(plan, cloud, stp_pool_thread_count(pool)),
+                         pool, progress, stats, since, err));
+done:
+    return status;
+}
+
 static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
                          const stp_prep_source *source, const stp_prep_params *params)
 {
@@ -309,6 +334,44 @@ static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
                                   .from_file = source->attributes & STP_POINT_HAS_NORMAL};
 }
 
+/* Lines become leaves while points are read; they are never in files. */
+static stp_status cut_lines(stp_line_leaves *out, const stp_prep_source *source,
+                            const stp_prep_plan *plan, stp_tree_params *tree, stp_prep_stats *stats,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_line_set *lines = source->lines;
+    if (!lines || lines->strip_count == 0)
+        return STP_OK;
+    uint64_t bytes = lines->vertex_count * (sizeof *lines->vertices + sizeof(stp_strip_part) / 8) +
+                     lines->strip_count * sizeof(stp_strip_part);
+    if (bytes > plan->memory_bytes / 2)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: its lines take %.0f MB, and no more than half of %.0f MB may be "
+                             "theirs: give more memory (--memory) or split the model",
+                             source->files[0].name, 1e-6 * (double)bytes,
+                             1e-6 * (double)plan->memory_bytes);
+    STP_TRY(stp_line_leaves_create(out, lines, tree->precision, err));
+    stats->lines = out->counts;
+    if (out->leaf_count > 0)
+        tree->lines = out;
+    else if (stats->points_out == 0)
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: no valid point, and none in its lines: there is nothing to "
+                               "write",
+                               source->files[0].name);
+done:
+    return status;
+}
+
+/* 255 stands for the greatest of points and lines. */
+static void settle_intensity(stp_tree_params *tree, stp_prep_stats *stats)
+{
+    if (tree->lines && tree->lines->intensity_max > stats->intensity_max)
+        stats->intensity_max = tree->lines->intensity_max;
+    tree->intensity_max = stats->intensity_max;
+}
+
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err)
@@ -319,8 +382,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_prep_plan plan = {0};
     stp_tree_params tree;
     stp_orient_params orient;
+    stp_line_leaves lines = {0};
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    unsigned threads = stp_pool_thread_count(pool);
     double start = stp_clock_seconds();
     double since = start;
     *stats = (stp_prep_stats){.outliers = params->outliers,
@@ -332,7 +395,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                              "%s: more than %u points: split the input into several models",
                              source->files[0].name, UINT32_MAX - 1);
     set_defaults(&tree, &orient, source, params);
-    STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params, threads, err));
+    STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params,
+                               stp_pool_thread_count(pool), err));
     if (params->planned)
         params->planned(&plan);
     const stp_spill_params room = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
@@ -342,19 +406,18 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
+    STP_TRY(cut_lines(&lines, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
-    STP_TRY(stp_cloud_sort(&cloud, pool, err));
-    STP_TRY(end_stage(stats, STAGE_SORT, &since, progress, err));
-    STP_TRY(treat_outliers(&cloud, k, source, pool, progress, stats, &since, err));
-    choose_stations(&orient, source, stats);
-    tree.intensity_max = stats->intensity_max;
-    STP_TRY(find_surface(&cloud, k, &orient, unit_points(&plan, &cloud, threads), pool, progress,
-                         stats, &since, err));
+    if (cloud.count > 0)
+        STP_TRY(
+            treat_points(&cloud, k, source, &orient, &plan, pool, progress, stats, &since, err));
+    settle_intensity(&tree, stats);
     STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
     STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));
     stats->seconds = since - start;
     stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:
+    stp_line_leaves_clear(&lines);
     stp_cloud_clear(&cloud);
     stp_spill_destroy(&spill);
     stp_prep_plan_clear(&plan);

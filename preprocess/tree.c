@@ -1,8 +1,10 @@
-/* The chunk tree: leaf chunks out of cells, and parents out of their children's patch vertices. */
+/* The chunk tree: leaf chunks out of cells and lines, and parents out of their children's patch
+ * vertices. */
 #include "preprocess/tree.h"
 
 #include "base/memory.h"
 #include "preprocess/chunk_build.h"
+#include "preprocess/leaf_order.h"
 #include "preprocess/patch_build.h"
 
 #include <stdatomic.h>
@@ -42,6 +44,8 @@ typedef struct tree {
     const stp_tree_params *params;
     stp_pool *pool;
     const stp_progress *progress;
+    stp_leaf_place *leaves; /* in order */
+    uint32_t leaf_count;
     uint64_t progress_total;
     atomic_size_t progress_done; /* leaves built and leaves finished */
 
@@ -95,7 +99,7 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_param
     return item;
 }
 
-static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, stp_error *err)
+static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_item *items = NULL;
@@ -105,11 +109,22 @@ static stp_status build_leaf(const tree *t, const stp_cell *cell, built *out, st
         items[i] = item_of(t->cloud, cell->begin + i, t->params);
     stp_item_group group = {.items = items, .count = count};
     STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
-    out->entry.points_under = count;
-    /* quantisation moves points a little: the file's box holds them as they are stored */
-    stp_chunk_box(out->chunk.chunk, out->chunk.origin, &out->box);
 done:
     free(items);
+    return status;
+}
+
+static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(leaf.is_lines ? stp_line_leaf_build(t->params->lines, leaf.index,
+                                                t->params->intensity_max, &out->chunk, err)
+                          : build_cell(t, &t->cloud->cells[leaf.index], out, err));
+    const stp_chunk *chunk = out->chunk.chunk;
+    out->entry.points_under = chunk->level_begin[0][chunk->patch_count];
+    /* quantisation moves points a little: the file's box holds them as they are stored */
+    stp_chunk_box(chunk, out->chunk.origin, &out->box);
+done:
     return status;
 }
 
@@ -139,12 +154,12 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     (void)worker;
     *out = (built){.box = stp_dbox_empty()};
     STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
-                     : build_leaf(t, &t->cloud->cells[index], out, err));
+                     : build_leaf(t, t->leaves[index], out, err));
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     out->reach = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
-    if (!t->below)
-        stp_cloud_forget(t->cloud, &t->cloud->cells[index]);
+    if (!t->below && !t->leaves[index].is_lines)
+        stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
     STP_TRY(advance(t, err));
 done:
     return status;
@@ -289,7 +304,7 @@ static void free_nodes(const tree *t, node *nodes, uint32_t count)
 static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t count = t->cloud->cell_count;
+    uint32_t count = t->leaf_count;
     node *nodes = NULL;
     STP_TRY(stp_alloc(&nodes, count, sizeof *nodes, "chunks", err));
     STP_TRY(write_tier(t, count, nodes, err));
@@ -328,8 +343,9 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->params = params;
     t->pool = pool;
     t->progress = progress;
-    t->progress_total = 2 * (uint64_t)cloud->cell_count;
     t->box = stp_dbox_empty();
+    STP_TRY(stp_leaf_order(cloud, params->lines, &t->leaves, &t->leaf_count, err));
+    t->progress_total = 2 * (uint64_t)t->leaf_count;
     STP_TRY(build_tiers(t, &root, err));
     STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
                                     t->child_counts, &t->box, metadata_json, &t->stats.file_bytes,
@@ -342,6 +358,7 @@ done:
     if (t) {
         free(t->children);
         free(t->child_counts);
+        free(t->leaves);
     }
     free(t);
     return status;

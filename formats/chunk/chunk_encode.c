@@ -32,7 +32,8 @@ static stp_status check_chunk(const stp_chunk *chunk, uint32_t counts[STP_LEVEL_
     }
     stp_error inner = {0};
     if (stp_patches_check(chunk->patches, chunk->patch_count, counts, STP_CHUNK_CHILDREN_LIMIT,
-                          &inner) != STP_OK)
+                          &inner) != STP_OK ||
+        stp_patches_check_kinds(chunk, &inner) != STP_OK)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "a chunk cannot be written: %s",
                              inner.message);
     return STP_OK;

@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 #define STP_CHUNK_FILE_MAJOR 1
-#define STP_CHUNK_FILE_MINOR 0
+#define STP_CHUNK_FILE_MINOR 1
 /* Limits of version 1. */
 #define STP_CHUNK_CHILDREN_LIMIT 64u
 #define STP_CHUNK_SAMPLES_LIMIT 65536u /* of one level */
@@ -35,8 +35,18 @@ enum {
     STP_HAS_COLOUR = 1u << 0,
     STP_HAS_INTENSITY = 1u << 1,
     STP_HAS_CLASS = 1u << 2,
-    STP_HAS_OUTLIERS = 1u << 3 /* were looked for, and are marked */
+    STP_HAS_OUTLIERS = 1u << 3,  /* were looked for, and are marked */
+    STP_HAS_LINES = 1u << 4,     /* some patches are strips */
+    STP_HAS_TRIANGLES = 1u << 5, /* some are triangles */
+    STP_HAS_ALL = (1u << 6) - 1
 };
+
+/* The least minor version that a file with these attributes needs: what has neither lines nor
+ * triangles is readable for every reader of version 1. */
+static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
+{
+    return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? STP_CHUNK_FILE_MINOR : 0;
+}
 
 /* Of an entry: the chunk is linked, its patches say which patches of the children refine them. */
 #define STP_CHUNK_LINKED 2u

@@ -173,7 +173,7 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
     size_t metadata_bytes = strlen(metadata_json);
     stp_header header = {
         .version_major = STP_CHUNK_FILE_MAJOR,
-        .version_minor = STP_CHUNK_FILE_MINOR,
+        .version_minor = stp_chunk_file_minor(writer->params.attributes),
         .header_bytes = STP_HEADER_BYTES,
         .chunk_count = n->count,
         .page_entries = STP_PAGE_ENTRIES,

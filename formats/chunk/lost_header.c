@@ -130,7 +130,6 @@ static stp_status rebuild(stp_damaged *d, bool has_magic, stp_error *err)
     stp_header *h = &d->header;
     uint32_t count = 0;
     *h = (stp_header){.version_major = STP_CHUNK_FILE_MAJOR,
-                      .version_minor = STP_CHUNK_FILE_MINOR,
                       .header_bytes = STP_HEADER_BYTES,
                       .page_entries = STP_PAGE_ENTRIES,
                       .entry_bytes = STP_ENTRY_BYTES,
@@ -195,6 +194,16 @@ static uint32_t attributes_of(const stp_sample *s, const stp_sample *first)
     return out;
 }
 
+static uint32_t shapes_of(const stp_chunk *chunk)
+{
+    uint32_t out = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        out |= chunk->patches[p].flags & STP_PATCH_STRIP ? (uint32_t)STP_HAS_LINES : 0u;
+        out |= chunk->patches[p].flags & STP_PATCH_TRIANGLES ? (uint32_t)STP_HAS_TRIANGLES : 0u;
+    }
+    return out;
+}
+
 /* Box and attributes of the points that can be read. */
 static stp_status tell_points(stp_damaged *d, stp_dbox *box, uint32_t *attributes, stp_error *err)
 {
@@ -213,6 +222,7 @@ static stp_status tell_points(stp_damaged *d, stp_dbox *box, uint32_t *attribute
         stp_chunk_box(chunk, d->entries[id].origin, box);
         for (uint32_t i = 0; i < chunk->level_begin[0][chunk->patch_count]; i++)
             *attributes |= attributes_of(&chunk->samples[0][i], &first);
+        *attributes |= shapes_of(chunk);
         stp_chunk_destroy(&chunk);
     }
 done:
@@ -242,7 +252,7 @@ static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header
 }
 
 /* Any of the STP_HAS_* bits or none. */
-#define ATTRIBUTE_SETS (2u * STP_HAS_OUTLIERS)
+#define ATTRIBUTE_SETS (STP_HAS_ALL + 1u)
 
 /* Tries all attributes and orientations; true if the checksum, or all that it covers, is that of
  * the header found. */
@@ -253,6 +263,7 @@ static bool prove(stp_header *h, const uint8_t *found)
     for (uint32_t i = 0; i < ATTRIBUTE_SETS * (STP_ORIENTATION_MIXED + 1u); i++) {
         stp_header tried = *h;
         tried.attributes = i % ATTRIBUTE_SETS;
+        tried.version_minor = stp_chunk_file_minor(tried.attributes);
         tried.orientation = i / ATTRIBUTE_SETS;
         stp_header_write(&tried, bytes);
         if (memcmp(bytes + hashed, found + hashed, STP_HASH_BYTES) == 0 ||
@@ -273,6 +284,7 @@ stp_status stp_lost_header_finish(stp_damaged *d, stp_error *err)
         return STP_OK;
     STP_TRY(stp_damaged_read(d, 0, found, sizeof found, err));
     STP_TRY(tell_points(d, &h->box, &h->attributes, err));
+    h->version_minor = stp_chunk_file_minor(h->attributes);
     if (stp_dbox_is_empty(&h->box)) /* no point can be read: as if there were one */
         h->box = (stp_dbox){{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     tell_metadata(d, found, h);

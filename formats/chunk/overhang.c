@@ -334,6 +334,18 @@ static void ground_clear(ground *g)
     stp_disc_grid_clear(&g->grid);
 }
 
+static stp_overhang stored_overhang(const stp_patch *patch)
+{
+    stp_overhang out = {0};
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        out.level[l] = stp_error_decode(patch->tangential_error[l], patch->exponent);
+    for (int l = 0; l < 2; l++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            out.quarter[l][q] =
+                stp_error_decode(patch->quarter_tangential_error[l][q], patch->exponent);
+    return out;
+}
+
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
                                 const stp_surroundings *around, stp_error *err)
 {
@@ -341,7 +353,10 @@ stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const
     stp_status status = ground_create(&g, chunk, carry, around, err);
     measure m = {.grid = &g.grid, .hints = &g.hints};
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
-        measure_patch(&out[p], &m, chunk, p);
+        if (chunk->patches[p].flags & STP_PATCH_SHAPES)
+            out[p] = stored_overhang(&chunk->patches[p]);
+        else
+            measure_patch(&out[p], &m, chunk, p);
     ground_clear(&g);
     return status;
 }
@@ -354,7 +369,7 @@ stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
     measure m = {.grid = &g.grid, .hints = &g.hints, .check = true};
     uint32_t found = STP_CHUNK_NONE;
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count && found == STP_CHUNK_NONE; p++)
-        if (exceeds_stored(&m, chunk, p))
+        if (!(chunk->patches[p].flags & STP_PATCH_SHAPES) && exceeds_stored(&m, chunk, p))
             found = p;
     if (status == STP_OK)
         *patch = found;

@@ -12,7 +12,8 @@
  *     from the merged disc's normal.
  * A stored error must hold the least over all discs (SPEC.md). Measured is more: what the point
  * counts over its nearest disc or its nearest own, or over one that is near in terms of the error,
- * so that the point is drawn near what is nearest to it, too.
+ * so that the point is drawn near what is nearest to it, too. Strips and triangles have errors of
+ * their own (strip.h, triangles.h): they are measured as stored, and never refuted.
  * Threads: any, one chunk each. */
 #ifndef STP_FORMATS_CHUNK_OVERHANG_H
 #define STP_FORMATS_CHUNK_OVERHANG_H

@@ -30,6 +30,39 @@ static const char *quarter_fault(const stp_patch *patch)
     return NULL;
 }
 
+/* Whether its quarters choose the same level: each has the errors of its level. */
+static bool is_whole(const stp_patch *patch)
+{
+    for (int level = 1; level <= 2; level++)
+        for (unsigned q = 0; q < patch->counts[2]; q++)
+            if (stp_quarter_error(patch, level, q) != patch->error[level] ||
+                stp_quarter_tangential_error(patch, level, q) != patch->tangential_error[level])
+                return false;
+    return true;
+}
+
+/* Of patches that are strips or triangles. */
+static const char *shape_fault(const stp_patch *patch)
+{
+    const bool strip = patch->flags & STP_PATCH_STRIP;
+    if (patch->flags & STP_PATCH_JOINTS && (!strip || patch->counts[0] < 2))
+        return "it continues a strip and is no strip of two vertices or more";
+    if (!(patch->flags & STP_PATCH_SHAPES))
+        return NULL;
+    if (strip && patch->flags & STP_PATCH_TRIANGLES)
+        return "it is a strip and triangles";
+    if (patch->child != STP_PATCH_NO_CHILD)
+        return "a strip or triangles are refined by a child";
+    if (strip && !(patch->flags & STP_PATCH_TWO_SIDED))
+        return "it is a strip and not two-sided";
+    if (!strip && patch->counts[0] % 3 != 0)
+        return "its corners are not three a triangle";
+    for (int l = 0; strip && l < STP_LEVEL_COUNT; l++)
+        if (patch->tangential_error[l])
+            return "a strip has a tangential error";
+    return is_whole(patch) ? NULL : "the quarters of a strip or of triangles have unequal errors";
+}
+
 /* NULL, or what is wrong with a patch. */
 static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
 {
@@ -42,9 +75,10 @@ static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
         return "its step's exponent is out of range";
     if (patch->child != STP_PATCH_NO_CHILD && patch->child >= child_count)
         return "the child it names does not exist";
-    if (patch->flags & ~(unsigned)STP_PATCH_TWO_SIDED)
+    if (patch->flags & ~(unsigned)(STP_PATCH_TWO_SIDED | STP_PATCH_SHAPES | STP_PATCH_JOINTS))
         return "a reserved flag is set";
-    return quarter_fault(patch);
+    const char *fault = quarter_fault(patch);
+    return fault ? fault : shape_fault(patch);
 }
 
 stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
@@ -65,6 +99,33 @@ stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
                                  "the patches have %" PRIu32 " samples at level %d, expected "
                                  "%" PRIu32,
                                  total[l], l, sample_count[l]);
+    return STP_OK;
+}
+
+static const char *kind_fault(const stp_patch *patch, const stp_sample *samples)
+{
+    const stp_sample_kind first = stp_sample_kind_of(samples);
+    const bool strip = patch->flags & STP_PATCH_STRIP;
+    if (strip && first != STP_KIND_RIBBON && first != STP_KIND_TUBE)
+        return "it is a strip whose vertices are no ribbon and no tube";
+    if (!strip && first != STP_KIND_POLYGON)
+        return "it is triangles whose corners are no polygon's";
+    for (unsigned i = 1; i < patch->counts[0]; i++)
+        if (stp_sample_kind_of(&samples[i]) != first)
+            return "the samples of a strip or of triangles are of several kinds";
+    return NULL;
+}
+
+stp_status stp_patches_check_kinds(const stp_chunk *chunk, stp_error *err)
+{
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        const stp_patch *patch = &chunk->patches[i];
+        const char *fault = patch->flags & STP_PATCH_SHAPES
+                                ? kind_fault(patch, chunk->samples[0] + chunk->level_begin[0][i])
+                                : NULL;
+        if (fault)
+            return stp_error_set(err, STP_CORRUPT, "patch %" PRIu32 ": %s", i, fault);
+    }
     return STP_OK;
 }
 

@@ -11,11 +11,14 @@
 #define STP_PATCH_COLUMN_COUNT 45u
 #define STP_LINKED_PATCH_COLUMN_COUNT 46u
 
-/* Checks patches by themselves: counts, exponents, children below child_count, reserved bits, and
- * that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */
+/* Checks patches by themselves: counts, exponents, children below child_count, flags that agree,
+ * and that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */
 stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
                              const uint32_t sample_count[STP_LEVEL_COUNT], uint32_t child_count,
                              stp_error *err);
+/* Checks that samples of level 0 are of the kinds that the patches' flags say. Errors: CORRUPT,
+ * naming the patch. */
+stp_status stp_patches_check_kinds(const stp_chunk *chunk, stp_error *err);
 /* Fills level_begin from the patches' counts. */
 void stp_patches_place(stp_chunk *chunk);
 

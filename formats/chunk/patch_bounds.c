@@ -20,7 +20,7 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch)
                      .rgb = {sample->rgb[0], sample->rgb[1], sample->rgb[2]},
                      .reach = radius,
                      .bound = radius};
-    if (sample->flags & STP_SAMPLE_HAS_NORMAL)
+    if (stp_sample_is_flat(sample))
         disc.normal = stp_dvec3_normalize(stp_dvec3_from_float(stp_normal_decode(sample->normal)));
     return disc;
 }

@@ -178,7 +178,7 @@ void stp_samples_decode(const stp_sample *samples, unsigned count, const stp_pat
     for (unsigned i = 0; i < count; i++) {
         const stp_sample *s = &samples[i];
         word[i] = normal_word(s->normal);
-        known[i] = s->flags & STP_SAMPLE_HAS_NORMAL ? 1.0 : 0.0;
+        known[i] = stp_sample_is_flat(s) ? 1.0 : 0.0;
         out->radius[i] = stp_radius_decode(s->radius, patch->exponent);
         for (int a = 0; a < 3; a++)
             out->centre[a][i] = ((double)patch->origin[a] + s->position[a]) * step;

@@ -41,6 +41,14 @@ enum {
     STP_SAMPLE_KIND_MASK = 3u << 4
 };
 
+/* What a sample is a piece of: bits 4-5 of its flags. */
+typedef enum stp_sample_kind {
+    STP_KIND_SURFACE = 0, /* a disc across its normal */
+    STP_KIND_RIBBON = 1,  /* likewise; the radius is half the ribbon's width */
+    STP_KIND_TUBE = 2,    /* its normal is the tube's tangent: the disc faces the eye */
+    STP_KIND_POLYGON = 3  /* a corner of a triangle */
+} stp_sample_kind;
+
 typedef struct stp_sample {
     uint16_t position[3];
     uint8_t radius;
@@ -78,10 +86,31 @@ typedef struct stp_patch {
 } stp_patch;
 
 enum {
-    STP_PATCH_TWO_SIDED = 1u << 0 /* some sample's orientation or normal is unknown: never culled */
+    STP_PATCH_TWO_SIDED =
+        1u << 0, /* some sample's orientation or normal is unknown: never culled */
+    /* Level 0 is a polyline, vertex after vertex, all ribbon or all tube. Levels of two and more
+     * samples are polylines through some of its vertices, first and last among them; the one sample
+     * of a level is a disc that stands for all of it. */
+    STP_PATCH_STRIP = 1u << 1,
+    STP_PATCH_TRIANGLES = 1u << 2, /* level 0 is corners, three a triangle; other levels discs */
+    STP_PATCH_CONTINUES = 1u << 3, /* a strip whose first vertex is another's last */
+    STP_PATCH_CONTINUED = 1u << 4, /* and one whose last vertex is another's first */
+    STP_PATCH_SHAPES = STP_PATCH_STRIP | STP_PATCH_TRIANGLES,
+    STP_PATCH_JOINTS = STP_PATCH_CONTINUES | STP_PATCH_CONTINUED
 };
 
 #define STP_PATCH_NO_CHILD 255u
+
+static inline stp_sample_kind stp_sample_kind_of(const stp_sample *sample)
+{
+    return (stp_sample_kind)((sample->flags & STP_SAMPLE_KIND_MASK) >> STP_SAMPLE_KIND_SHIFT);
+}
+
+/* Whether its normal is one of its disc: else the disc faces whoever looks at it. */
+static inline bool stp_sample_is_flat(const stp_sample *sample)
+{
+    return sample->flags & STP_SAMPLE_HAS_NORMAL && stp_sample_kind_of(sample) != STP_KIND_TUBE;
+}
 
 /* Number of samples of a level that covers `finer` samples of the next finer level. */
 static inline unsigned stp_level_count_above(unsigned finer)
@@ -146,7 +175,7 @@ stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch);
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch);
 
 /* Samples of a patch, decoded, as columns: world units relative to the chunk's origin; normals are
- * unit, or zero where unknown. */
+ * unit, or zero where the disc faces whoever looks at it. */
 typedef struct stp_sample_lanes {
     double centre[3][STP_PATCH_SAMPLES], normal[3][STP_PATCH_SAMPLES], radius[STP_PATCH_SAMPLES];
 } stp_sample_lanes;

@@ -251,12 +251,14 @@ stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec cod
 stp_status stp_segment_decode(const uint8_t *bytes, size_t size, int segment, int codec,
                               uint32_t child_count, stp_chunk *chunk, stp_error *err)
 {
-    switch (codec) {
-    case STP_CODEC_RAW:
-        return raw_decode(bytes, size, segment, child_count, chunk, err);
-    case STP_CODEC_DRACO:
-        return draco_decode(bytes, size, segment, child_count, chunk, err);
-    }
-    return stp_error_set(err, STP_UNSUPPORTED,
-                         "codec %d is not known to this program: use a newer stipple", codec);
+    stp_status status = STP_OK;
+    if (codec == STP_CODEC_RAW)
+        status = raw_decode(bytes, size, segment, child_count, chunk, err);
+    else if (codec == STP_CODEC_DRACO)
+        status = draco_decode(bytes, size, segment, child_count, chunk, err);
+    else
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "codec %d is not known to this program: use a newer stipple", codec);
+    return status == STP_OK && finest_level[segment] == 0 ? stp_patches_check_kinds(chunk, err)
+                                                          : status;
 }

@@ -58,11 +58,16 @@ static void fill_quarter(stp_patch *patch)
 
 /* ---- from coarser levels ---- */
 
+/* A strip stays one, through fewer vertices; what is left of triangles are discs. */
 static stp_patch shift_patch(const stp_patch *in, int shift)
 {
     stp_patch out = *in;
     out.child = STP_PATCH_NO_CHILD;
     out.first_below = 0;
+    if (out.flags & STP_PATCH_TRIANGLES)
+        out.flags &= (uint8_t)~STP_PATCH_TRIANGLES;
+    if (in->counts[source_level(0, shift)] < 2)
+        out.flags &= (uint8_t)~STP_PATCH_JOINTS;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         int from = source_level(l, shift);
         out.counts[l] = in->counts[from];
@@ -99,7 +104,8 @@ static void measure_patch(const stp_chunk *chunk, uint32_t p)
         raise_code(&patch->error[l], patch->error[l - 1]);
         raise_code(&patch->tangential_error[l], patch->tangential_error[l - 1]);
         raise_code(&patch->colour_error[l], patch->colour_error[l - 1]);
-        measure_level(chunk, p, l);
+        if (!(patch->flags & STP_PATCH_STRIP)) /* whose errors hold over fewer vertices, too */
+            measure_level(chunk, p, l);
     }
     fill_quarter(patch);
 }

@@ -114,7 +114,7 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
         stp_patch_ball ball = ball_of(other, p);
         if (stp_surroundings_full(s))
             break;
-        if (!touches(s, &ball))
+        if (chunk->patches[p].flags & STP_PATCH_SHAPES || !touches(s, &ball))
             continue;
         uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
         stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);

@@ -63,8 +63,8 @@ stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);
 /* Nothing around `middle`, which is borrowed. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,
                                   stp_error *err);
-/* Adds what of another chunk touches, as long as there is room. Those who would measure the same
- * errors add the same chunks in the same order. Errors: OUT_OF_MEMORY. */
+/* Adds what of another chunk touches, but strips and triangles, as long as there is room. Those who
+ * would measure the same errors add the same chunks in the same order. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *other, stp_error *err);
 bool stp_surroundings_full(const stp_surroundings *s);
 void stp_surroundings_clear(stp_surroundings *s);

@@ -3,9 +3,11 @@
 
 #include "base/memory.h"
 #include "formats/chunk/overhang.h"
+#include "formats/chunk/repair_note.h"
 #include "formats/chunk/shelf.h"
 #include "formats/chunk/verify_errors.h"
 #include "formats/chunk/verify_join.h"
+#include "formats/chunk/verify_joints.h"
 #include "formats/chunk/verify_tree.h"
 
 #include <cjson/cJSON.h>
@@ -20,6 +22,7 @@ typedef struct verification {
     stp_shelf *shelf;
     const stp_progress *progress;
     atomic_uint_fast64_t done_count;
+    atomic_uint_fast64_t joints; /* of strips: 0 where all meet */
 } verification;
 
 /* Chunks kept for those around them. */
@@ -167,6 +170,10 @@ static const char *check_samples(const place *at, uint32_t index)
 static const char *check_header(const place *at, const stp_patch *patch)
 {
     const stp_chunk_entry *e = at->entry;
+    uint32_t has = at->v->info->attributes;
+    if ((patch->flags & STP_PATCH_STRIP && !(has & STP_HAS_LINES)) ||
+        (patch->flags & STP_PATCH_TRIANGLES && !(has & STP_HAS_TRIANGLES)))
+        return "it is a strip or triangles in a file that says it has none";
     if ((patch->child == STP_PATCH_NO_CHILD) != (e->child_count == 0))
         return "it names a child in a leaf, or none in a chunk with children";
     if ((patch->flags & STP_PATCH_TWO_SIDED) && !(e->flags & STP_PATCH_TWO_SIDED))
@@ -262,6 +269,7 @@ static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp
     STP_TRY(check_patches(&at, err));
     STP_TRY(check_children(&at, err));
     STP_TRY(verify_errors(&at, err));
+    atomic_fetch_add(&v->joints, stp_verify_joints(chunk, at.entry->origin));
     uint64_t done_count = atomic_fetch_add(&v->done_count, 1) + 1;
     STP_TRY(stp_progress_update(v->progress, "verify", done_count, v->info->chunk_count, err));
 done:
@@ -284,6 +292,17 @@ static stp_status check_metadata(const stp_chunk_file *file, stp_error *err)
     return STP_OK;
 }
 
+/* In a repaired file the strip that one continues may be lost. */
+static stp_status check_joints(const verification *v, stp_error *err)
+{
+    if (v->joints == 0 || stp_repair_note_sum(v->info->metadata_json).repairs > 0)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: a strip is said to continue another one, but does not begin where "
+                         "one ends that is continued: prepare the model again",
+                         stp_chunk_file_path(v->file));
+}
+
 stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp_progress *progress,
                                  stp_error *err)
 {
@@ -293,6 +312,7 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     STP_TRY(stp_verify_tree(file, &v.entries, err));
     STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
+    STP_TRY(check_joints(&v, err));
 done:
     stp_shelf_destroy(&v.shelf);
     free(v.entries);

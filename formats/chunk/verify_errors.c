@@ -2,6 +2,8 @@
 #include "formats/chunk/verify_errors.h"
 
 #include "formats/chunk/patch_bounds.h"
+#include "formats/chunk/strip.h"
+#include "formats/chunk/triangles.h"
 
 typedef struct levels {
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
@@ -78,13 +80,27 @@ static const char *check_bounds(const levels *l, const stp_patch *patch)
     return NULL;
 }
 
+static const char *shape_fault(const stp_chunk *chunk, uint32_t index)
+{
+    switch (chunk->patches[index].flags & STP_PATCH_SHAPES) {
+    case STP_PATCH_STRIP:
+        return stp_strip_fault(chunk, index);
+    case STP_PATCH_TRIANGLES:
+        return stp_triangles_fault(chunk, index);
+    default:
+        return NULL;
+    }
+}
+
 const char *stp_verify_patch_errors(const stp_chunk *chunk, uint32_t index)
 {
     const stp_patch *patch = &chunk->patches[index];
     levels l;
     decode(chunk, index, &l);
+    const char *fault = shape_fault(chunk, index);
     for (int level = 1; level < STP_LEVEL_COUNT; level++) {
-        const char *fault = check_level(&l, patch, level);
+        if (!fault && !(patch->flags & STP_PATCH_SHAPES))
+            fault = check_level(&l, patch, level);
         if (fault)
             return fault;
         if (patch->error[level] < patch->error[level - 1] ||

@@ -17,6 +17,7 @@ typedef struct stp_line_vertex {
     uint8_t class_id;
 } stp_line_vertex;
 
+/* Vertices [begin, begin + count) in their order. */
 typedef struct stp_line_strip {
     uint64_t begin;
     uint64_t count;
@@ -30,6 +31,7 @@ typedef struct stp_line_set {
     uint64_t strip_count;
 } stp_line_set;
 
+/* Frees what the set owns. */
 void stp_line_set_clear(stp_line_set *set);
 
 #endif

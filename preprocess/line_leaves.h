@@ -1,0 +1,46 @@
+/* Leaf chunks out of polylines: parts of up to 64 vertices, those near each other in one leaf.
+ *
+ * Polylines are held in memory whole, and 96 bytes a part beside them; points are not. Vertices
+ * that are not finite are left out, and the polyline is cut there. Consecutive parts share the
+ * vertex where they meet. Threads: one maker; leaves may be built on any. */
+#ifndef STP_PREPROCESS_LINE_LEAVES_H
+#define STP_PREPROCESS_LINE_LEAVES_H
+
+#include "preprocess/chunk_build.h"
+#include "preprocess/strip_build.h"
+
+/* Parts of a leaf, at most. */
+#define STP_LEAF_PARTS 1000u
+
+/* Vertices are those of the polylines, each once; samples those of level 0, where vertices at which
+ * parts meet count twice. */
+typedef struct stp_line_counts {
+    uint64_t strips, vertices, segments, samples;
+    uint64_t rejected; /* vertices that are not finite */
+} stp_line_counts;
+
+/* Parts [begin, end). */
+typedef struct stp_line_leaf {
+    uint32_t begin, end;
+    stp_dvec3 middle, origin; /* of its box; of its chunk */
+} stp_line_leaf;
+
+typedef struct stp_line_leaves {
+    stp_strip_part *parts; /* leaf by leaf */
+    uint32_t part_count;
+    stp_line_leaf *leaves;
+    uint32_t leaf_count;
+    uint16_t intensity_max; /* of all vertices */
+    stp_line_counts counts;
+    stp_dbox box; /* of all vertices */
+} stp_line_leaves;
+
+/* lines is borrowed as long as the leaves are used. Errors: OUT_OF_MEMORY, LIMIT. */
+stp_status stp_line_leaves_create(stp_line_leaves *out, const stp_line_set *lines, double precision,
+                                  stp_error *err);
+/* intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
+stp_status stp_line_leaf_build(const stp_line_leaves *leaves, uint32_t leaf, uint16_t intensity_max,
+                               stp_built_chunk *out, stp_error *err);
+void stp_line_leaves_clear(stp_line_leaves *leaves);
+
+#endif
