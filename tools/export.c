@@ -1,10 +1,11 @@
-/* `stipple export`: the level-0 samples of the leaf chunks as PLY. */
+/* `stipple export`: the level-0 samples of the leaf chunks as PLY, with edges and faces. */
 #include "tools/cli.h"
 
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/repair_note.h"
 #include "formats/scan/ply_write.h"
+#include "tools/export_shapes.h"
 #include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
@@ -17,11 +18,13 @@ static int run(int argc, char **argv);
 
 const cli_command cli_export = {
     .name = "export",
-    .summary = "write the points of a chunk file as PLY",
+    .summary = "write the points and lines of a chunk file as PLY",
     .usage = "stipple export M.stipple -o F.ply [options]",
     .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
                "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
                "Where prep marked outliers, the property outlier is 1 for them, else 0.\n"
+               "Ribbons and tubes are edges between their vertices, which have a radius, half the\n"
+               "width; normals of tubes are 0 0 0. Triangles are faces.\n"
                "What stands in for lost points in a repaired file is left out, which is said.",
     .run = run,
 };
@@ -34,6 +37,7 @@ typedef struct sink {
     stp_ply_writer *writer;
     double intensity_step;
     const bool *stand_ins; /* by chunk: no points, but what a repair put in their place */
+    export_shapes *shapes;
 } sink;
 
 /* A positive number of the metadata; `otherwise` if it has none. */
@@ -77,7 +81,7 @@ static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3
                    .intensity = (uint16_t)intensity,
                    .class_id = s->class_id,
                    .outlier = (s->flags & STP_SAMPLE_OUTLIER) != 0};
-    if (s->flags & STP_SAMPLE_HAS_NORMAL)
+    if (stp_sample_is_flat(s)) /* not a tube's tangent */
         p.normal = stp_normal_decode(s->normal);
     for (int i = 0; i < 3; i++)
         p.rgb[i] = (uint16_t)(s->rgb[i] * 257);
@@ -89,18 +93,25 @@ static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, const s
 {
     stp_status status = STP_OK;
     stp_point batch[BATCH_COUNT];
+    float radii[BATCH_COUNT];
     size_t count = 0;
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        for (uint32_t k = chunk->level_begin[0][i]; k < chunk->level_begin[0][i + 1]; k++) {
-            batch[count++] =
-                point_of(&chunk->samples[0][k], &chunk->patches[i], origin, out->intensity_step);
+        const stp_patch *patch = &chunk->patches[i];
+        const uint32_t begin = chunk->level_begin[0][i];
+        unsigned skipped = 0;
+        STP_TRY(export_shapes_patch(out->shapes, patch, &chunk->samples[0][begin], origin, &skipped,
+                                    err));
+        for (uint32_t k = begin + skipped; k < chunk->level_begin[0][i + 1]; k++) {
+            const stp_sample *s = &chunk->samples[0][k];
+            radii[count] = (float)stp_sample_radius(s, patch);
+            batch[count++] = point_of(s, patch, origin, out->intensity_step);
             if (count == BATCH_COUNT) {
-                STP_TRY(stp_ply_writer_points(out->writer, batch, count, err));
+                STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
                 count = 0;
             }
         }
     }
-    STP_TRY(stp_ply_writer_points(out->writer, batch, count, err));
+    STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
 done:
     return status;
 }
@@ -167,6 +178,7 @@ static stp_status export_file(const char *path, const char *output, bool force,
     stp_ply_writer *writer = NULL;
     bool *stand_ins = NULL;
     uint64_t stand_in_count = 0;
+    export_shapes shapes = {0};
     STP_TRY(stp_output_check_input(output, path, err));
     const stp_byte_source_params source = source_options_params(NULL, 0);
     STP_TRY(stp_chunk_file_open_at(&file, path, &source, err));
@@ -178,13 +190,18 @@ static stp_status export_file(const char *path, const char *output, bool force,
                                stp_chunk_file_path(file));
         goto done;
     }
+    STP_TRY(export_shapes_find(&shapes, file, stand_ins, err));
     stp_ply_writer_params params = {.force = force,
-                                    .vertex_count = info->point_count - stand_in_count,
+                                    .vertex_count =
+                                        info->point_count - stand_in_count - shapes.repeated,
+                                    .triangle_count = shapes.triangle_count,
+                                    .edge_count = shapes.edge_count,
                                     .attributes = point_attributes(info)};
     STP_TRY(needs_double(file, &params.double_coordinates, err));
     STP_TRY(stp_ply_writer_create(&writer, output, &params, err));
-    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0, stand_ins};
+    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0, stand_ins, &shapes};
     STP_TRY(export_chunks(file, &out, cli_progress(common), err));
+    STP_TRY(export_shapes_write(&shapes, writer, err));
     STP_TRY(stp_ply_writer_finish(&writer, err));
     cli_progress_end();
     if (stand_in_count > 0 && !common->quiet)
@@ -195,6 +212,7 @@ static stp_status export_file(const char *path, const char *output, bool force,
 done:
     cli_progress_end();
     free(stand_ins);
+    export_shapes_clear(&shapes);
     stp_ply_writer_destroy(&writer);
     stp_chunk_file_close(&file);
     return status;

@@ -71,10 +71,12 @@ done:
 
 static void print_attributes(uint32_t attributes)
 {
-    printf("attributes     normal%s%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
+    printf("attributes     normal%s%s%s%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
            attributes & STP_HAS_INTENSITY ? " intensity" : "",
            attributes & STP_HAS_CLASS ? " class" : "",
-           attributes & STP_HAS_OUTLIERS ? " outlier" : "");
+           attributes & STP_HAS_OUTLIERS ? " outlier" : "",
+           attributes & STP_HAS_LINES ? " lines" : "",
+           attributes & STP_HAS_TRIANGLES ? " triangles" : "");
 }
 
 /* "12 marked, more than 3 local spacings from everything else": as prep counted. */
@@ -119,6 +121,24 @@ static void print_metadata(const stp_chunk_file_info *info)
     putchar('\n');
 }
 
+/* "3 strips, 120 vertices, 117 segments": as prep counted; the points' samples are not theirs. */
+static void print_shapes(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *lines = cJSON_GetObjectItemCaseSensitive(metadata, "lines");
+    const cJSON *strips = cJSON_GetObjectItemCaseSensitive(lines, "strips");
+    const cJSON *vertices = cJSON_GetObjectItemCaseSensitive(lines, "vertices");
+    const cJSON *segments = cJSON_GetObjectItemCaseSensitive(lines, "segments");
+    const cJSON *samples = cJSON_GetObjectItemCaseSensitive(lines, "samples");
+    if (cJSON_IsNumber(strips) && cJSON_IsNumber(vertices) && cJSON_IsNumber(segments) &&
+        cJSON_IsNumber(samples))
+        printf("lines          %.0f strips, %.0f vertices, %.0f segments; %.0f of the points are "
+               "theirs\n",
+               strips->valuedouble, vertices->valuedouble, segments->valuedouble,
+               samples->valuedouble);
+    cJSON_Delete(metadata);
+}
+
 /* A repaired file is not to be mistaken for a whole one. */
 static void print_repairs(const stp_chunk_file_info *info)
 {
@@ -136,6 +156,7 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("file           %s\n", path);
     printf("version        %u.%u\n", info->version_major, info->version_minor);
     printf("points         %" PRIu64 "\n", info->point_count);
+    print_shapes(info);
     print_repairs(info);
     printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
@@ -187,6 +208,10 @@ static cJSON *json_attributes(uint32_t attributes)
         cJSON_AddItemToArray(out, cJSON_CreateString("class"));
     if (attributes & STP_HAS_OUTLIERS)
         cJSON_AddItemToArray(out, cJSON_CreateString("outlier"));
+    if (attributes & STP_HAS_LINES)
+        cJSON_AddItemToArray(out, cJSON_CreateString("lines"));
+    if (attributes & STP_HAS_TRIANGLES)
+        cJSON_AddItemToArray(out, cJSON_CreateString("triangles"));
     return out;
 }
 

@@ -17,7 +17,7 @@
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns;
     uint64_t neighbours, sample, seed, memory;
-    double precision, outlier_distance;
+    double precision, outlier_distance, line_radius;
     bool recompute_normals, force;
     int codec, progress, outliers;
     cli_common common;
@@ -70,9 +70,9 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         goto done;
     STP_TRY(prep_inputs_end_rejects(in, err));
     if (o->stats)
-        STP_TRY(stp_json_save(prep_report_json(&stats), o->stats, o->force, err));
+        STP_TRY(stp_json_save(prep_report_json(&stats, &in->edges), o->stats, o->force, err));
     if (!o->common.quiet)
-        prep_report_print(&stats);
+        prep_report_print(&stats, &in->edges);
 done:
     stp_pool_destroy(&pool);
     return status;
@@ -95,6 +95,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     prep_paths paths = {0};
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
+                                 .line_radius = o->line_radius,
                                  .columns = o->columns,
                                  .recompute_normals = o->recompute_normals}};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
@@ -147,6 +148,13 @@ const cli_command cli_prep = {
         "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\n"
         "the README), else as they are propagated from one to the next (--orient auto).\n"
+        "Edges of a PLY file (element edge: vertex1, vertex2) and l lines of an OBJ file are "
+        "lines:\n"
+        "ribbons where their vertices have normals, else tubes; half as wide as the property "
+        "radius\n"
+        "says, or --line-radius. Sides of faces are no lines. Vertices of faces, and those that no "
+        "edge uses,\n"
+        "are points.\n"
         "--outliers looks for points, and groups of at most K of them, that are far from all\n"
         "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
         "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
@@ -169,6 +177,8 @@ static int prep_main(int argc, char **argv)
         {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
          "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
+        {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
+         "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
@@ -199,6 +209,8 @@ static int prep_main(int argc, char **argv)
         return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
     if (o.outlier_distance != 0.0 && !(o.outlier_distance >= 1.0))
         return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
+    if (o.line_radius < 0.0)
+        return cli_usage(&cli_prep, "--line-radius: give a positive length");
     if (o.precision < 0.0)
         return cli_usage(&cli_prep, "--precision: give a positive length");
     stp_error error = {0};

@@ -118,6 +118,33 @@ done:
     return status;
 }
 
+static stp_status add_lines(prep_inputs *in, stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_line_set own = {0}, *all = &in->lines;
+    const stp_edge_counts *edges = &stp_scan_get_info(scan)->edges;
+    stp_scan_take_lines(scan, &own);
+    in->edges.read += edges->read;
+    in->edges.no_vertex += edges->no_vertex;
+    in->edges.no_length += edges->no_length;
+    in->edges.repeated += edges->repeated;
+    in->edges.not_finite += edges->not_finite;
+    in->edges.of_faces += edges->of_faces;
+    STP_TRY(stp_grow(&all->vertices, &in->vertex_capacity, all->vertex_count + own.vertex_count,
+                     sizeof *all->vertices, "lines", err));
+    STP_TRY(stp_grow(&all->strips, &in->strip_capacity, all->strip_count + own.strip_count,
+                     sizeof *all->strips, "lines", err));
+    for (uint64_t s = 0; s < own.strip_count; s++) {
+        own.strips[s].begin += all->vertex_count;
+        all->strips[all->strip_count++] = own.strips[s];
+    }
+    for (uint64_t i = 0; i < own.vertex_count; i++)
+        all->vertices[all->vertex_count++] = own.vertices[i];
+done:
+    stp_line_set_clear(&own);
+    return status;
+}
+
 /* Notes the scan will not have any more when the metadata is written. */
 static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
 {
@@ -176,10 +203,12 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, in->paths[i], err));
     STP_TRY(copy_notes(&in->files[i], info, err));
+    STP_TRY(add_lines(in, scan, err));
     source->point_count += info->point_count;
     *all &= info->attributes;
     *any |= info->attributes;
-    STP_TRY(stp_scan_find_step(scan, &step, err));
+    if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
+        STP_TRY(stp_scan_find_step(scan, &step, err));
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;
 done:
@@ -234,7 +263,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     for (size_t i = 0; i < in->count; i++)
         STP_TRY(survey_one(in, i, source, &all, &any, err));
     STP_TRY(check_twice(in, err));
-    if (source->point_count == 0)
+    if (source->point_count == 0 && in->lines.strip_count == 0)
         return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     source->context = in;
@@ -242,6 +271,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     source->rejected = note_reject;
     source->files = in->files;
     source->file_count = in->count;
+    source->lines = &in->lines;
     source->stations = in->stations;
     source->station_count = (uint32_t)in->station_count;
     /* Normals orient the model only if every scan has them. */
@@ -276,5 +306,6 @@ void prep_inputs_clear(prep_inputs *in)
     free(in->files);
     free(in->facts);
     free(in->stations);
+    stp_line_set_clear(&in->lines);
     *in = (prep_inputs){0};
 }

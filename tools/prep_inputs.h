@@ -1,4 +1,4 @@
-/* Many scans as the one source of a model. */
+/* Many scans as the one source of a model: their points as they come, their lines all at once. */
 #ifndef STP_TOOLS_PREP_INPUTS_H
 #define STP_TOOLS_PREP_INPUTS_H
 
@@ -26,6 +26,9 @@ typedef struct prep_inputs {
     stp_prep_file *files; /* by file: for the metadata; names are the paths' */
     stp_dvec3 *stations;  /* of all inputs, one after the other */
     size_t station_count, station_capacity;
+    stp_line_set lines; /* of all inputs, one after the other */
+    size_t vertex_capacity, strip_capacity;
+    stp_edge_counts edges;    /* of all inputs */
     uint32_t stations_before; /* of the inputs before the current one */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
     size_t reject_file;       /* of the last such record, */
@@ -34,9 +37,10 @@ typedef struct prep_inputs {
 
 /* What all inputs together are; every file is opened once, so that a wrong one fails at once.
  * *source then reads from the inputs. Errors: those of stp_scan_open, LIMIT (stations), EMPTY (no
- * point in any), INVALID_ARGUMENT (a file twice, by whatever names). */
+ * point and no line in any), INVALID_ARGUMENT (a file twice, by whatever names). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
-/* Names rejected records in a CSV file: file, index in it from 0, reason; it appears with
+/* Names rejected records in a CSV file: file, index in it from 0 (of a file with lines: among the
+ * vertices that no line goes through), reason; it appears with
  * prep_inputs_end_rejects. Errors: EXISTS, IO. */
 stp_status prep_inputs_begin_rejects(prep_inputs *inputs, const char *path, bool force,
                                      stp_error *err);

@@ -8,7 +8,31 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-cJSON *prep_report_json(const stp_prep_stats *s)
+/* Of a model without points, what is stored are vertices of lines. */
+static double samples_of(const stp_prep_stats *s)
+{
+    return (double)(s->points_out + s->lines.samples);
+}
+
+static cJSON *lines_json(const stp_line_counts *lines, const stp_edge_counts *edges)
+{
+    cJSON *out = cJSON_CreateObject();
+    cJSON_AddNumberToObject(out, "strips", (double)lines->strips);
+    cJSON_AddNumberToObject(out, "vertices", (double)lines->vertices);
+    cJSON_AddNumberToObject(out, "segments", (double)lines->segments);
+    cJSON_AddNumberToObject(out, "samples", (double)lines->samples);
+    cJSON_AddNumberToObject(out, "vertices_rejected", (double)lines->rejected);
+    cJSON_AddNumberToObject(out, "edges_in", (double)edges->read);
+    cJSON *rejected = cJSON_AddObjectToObject(out, "edges_rejected");
+    cJSON_AddNumberToObject(rejected, "no_vertex", (double)edges->no_vertex);
+    cJSON_AddNumberToObject(rejected, "no_length", (double)edges->no_length);
+    cJSON_AddNumberToObject(rejected, "repeated", (double)edges->repeated);
+    cJSON_AddNumberToObject(rejected, "not_finite", (double)edges->not_finite);
+    cJSON_AddNumberToObject(rejected, "of_faces", (double)edges->of_faces);
+    return out;
+}
+
+cJSON *prep_report_json(const stp_prep_stats *s, const stp_edge_counts *edges)
 {
     double points = (double)s->points_out;
     cJSON *root = cJSON_CreateObject();
@@ -19,6 +43,7 @@ cJSON *prep_report_json(const stp_prep_stats *s)
         cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
+    cJSON_AddItemToObject(root, "lines", lines_json(&s->lines, edges));
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -26,7 +51,7 @@ cJSON *prep_report_json(const stp_prep_stats *s)
     cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
     cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
     cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
-    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / points);
+    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / samples_of(s));
     cJSON *stages = cJSON_AddObjectToObject(root, "stages");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
         if (s->stage_peak_bytes[i] > 0)
@@ -86,6 +111,46 @@ static void print_outliers(const stp_prep_stats *s)
             100.0 * (double)s->outlier_count / points, s->outlier_distance);
 }
 
+/* "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
+static void print_edges(const stp_edge_counts *e)
+{
+    const struct {
+        uint64_t count;
+        const char *what;
+    } reasons[] = {{e->no_vertex, "name a vertex that does not exist"},
+                   {e->no_length, "join a vertex with itself"},
+                   {e->repeated, "are there already"},
+                   {e->not_finite, "end where a coordinate is not finite"},
+                   {e->of_faces, "are sides of faces"}};
+    const uint64_t dropped =
+        e->no_vertex + e->no_length + e->repeated + e->not_finite + e->of_faces;
+    const char *separator = ": ";
+    if (dropped == 0)
+        return;
+    fprintf(stderr, "%" PRIu64 " of %" PRIu64 " edges are left out", dropped, e->read);
+    for (size_t i = 0; i < sizeof reasons / sizeof *reasons; i++) {
+        if (reasons[i].count == 0)
+            continue;
+        fprintf(stderr, "%s%" PRIu64 " %s", separator, reasons[i].count, reasons[i].what);
+        separator = ", ";
+    }
+    fprintf(stderr, "\n");
+}
+
+static void print_lines(const stp_prep_stats *s, const stp_edge_counts *edges)
+{
+    const stp_line_counts *l = &s->lines;
+    if (l->strips > 0)
+        fprintf(stderr,
+                "lines: %" PRIu64 " of %" PRIu64 " vertices and %" PRIu64 " segments are stored\n",
+                l->strips, l->vertices, l->segments);
+    if (l->rejected > 0)
+        fprintf(stderr,
+                "%" PRIu64 " vertices of lines are not finite: left out, the lines are cut there\n",
+                l->rejected);
+    print_edges(edges);
+}
+
 static void print_row(const char *stage, const char *seconds, const char *rate, const char *memory)
 {
     fprintf(stderr, "  %-12s %10s %12s %14s\n", stage, seconds, rate, memory);
@@ -101,15 +166,16 @@ static void print_stage(const char *name, double seconds, uint64_t points, uint6
     print_row(name, time, rate, memory);
 }
 
-void prep_report_print(const stp_prep_stats *s)
+void prep_report_print(const stp_prep_stats *s, const stp_edge_counts *edges)
 {
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
     print_rejects(s);
+    print_lines(s, edges);
     print_outliers(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
-            (double)s->tree.file_bytes / (double)s->points_out);
+            (double)s->tree.file_bytes / samples_of(s));
     print_orientation(s);
     print_row("stage", "seconds", "points/s", "memory so far");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)

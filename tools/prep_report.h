@@ -10,9 +10,10 @@ struct cJSON;
 void prep_report_sweep(const char *output);
 /* On stderr: what temporary files will take, if there will be any. */
 void prep_report_plan(const stp_prep_plan *plan);
-/* What was read, dropped and written, and a table of the stages, on stderr. */
-void prep_report_print(const stp_prep_stats *stats);
+/* What was read, dropped and written, and a table of the stages, on stderr. edges: of all inputs.
+ */
+void prep_report_print(const stp_prep_stats *stats, const stp_edge_counts *edges);
 /* The same with stable keys; to be freed. NULL: memory is exhausted. */
-struct cJSON *prep_report_json(const stp_prep_stats *stats);
+struct cJSON *prep_report_json(const stp_prep_stats *stats, const stp_edge_counts *edges);
 
 #endif

@@ -1,4 +1,5 @@
-/* Wavefront OBJ made ready for OpenMesh: `v`, `vn` and `f` lines, one each, checked. */
+/* Wavefront OBJ made ready for OpenMesh: `v`, `vn` and `f` lines, one each, checked; `l` lines,
+ * which it passes over, become edges here. */
 #include "formats/scan/mesh_text.h"
 
 #include "formats/scan/number.h"
@@ -107,6 +108,25 @@ static stp_status obj_face(obj_parser *p, stp_error *err)
     return STP_OK;
 }
 
+/* `l 1 2 3`, `l 1/1 2/2`: edges from each vertex to the next. One that is no number, or names
+ * nothing, is an edge's end that does not exist. */
+static stp_status obj_line(obj_parser *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_mesh_edge edge = {{0, 0}, {0, 0, 0}};
+    const char *end, *begin;
+    for (size_t i = 0; (begin = stp_text_next_token(&p->lines, &end)) && *begin != '#'; i++) {
+        const int64_t index = corner_index(begin, end);
+        const int64_t vertex = index < 0 ? (int64_t)p->mesh->point_count + index : index - 1;
+        edge.vertices[0] = edge.vertices[1];
+        edge.vertices[1] = index == 0 || vertex < 0 ? STP_MESH_NO_VERTEX : (uint32_t)vertex;
+        if (i > 0)
+            STP_TRY(stp_point_mesh_add_edge(p->mesh, &edge, err));
+    }
+done:
+    return status;
+}
+
 static bool word_is(const char *begin, const char *end, const char *word)
 {
     return (size_t)(end - begin) == strlen(word) && memcmp(begin, word, strlen(word)) == 0;
@@ -127,6 +147,8 @@ stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, 
             STP_TRY(obj_normal(&p, err));
         else if (word_is(begin, end, "f"))
             STP_TRY(obj_face(&p, err));
+        else if (word_is(begin, end, "l"))
+            STP_TRY(obj_line(&p, err));
     }
     if (p.greatest_index > mesh->point_count) {
         char found[32];

@@ -64,6 +64,15 @@ static void find_face_element(stp_ply *ply)
     }
 }
 
+static void find_edge_element(stp_ply *ply)
+{
+    const stp_ply_header *h = &ply->header;
+    const stp_ply_element *element = stp_ply_header_find(h, "edge");
+    if (element && element->count > 0 && stp_ply_number_property(h, element, "vertex1") &&
+        stp_ply_number_property(h, element, "vertex2"))
+        ply->edges = element;
+}
+
 /* A count that the file cannot hold is found here, before anyone allocates by it. */
 static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
 {
@@ -91,6 +100,7 @@ static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
     STP_TRY(stp_ply_header_read(&ply->header, &ply->source, err));
     STP_TRY(find_vertex_element(ply, err));
     find_face_element(ply);
+    find_edge_element(ply);
     ply->cursor = (stp_ply_cursor){.source = &ply->source, .encoding = ply->header.encoding};
     for (const stp_ply_element *e = ply->header.elements; e != ply->vertex; e++)
         STP_TRY(stp_ply_skip_element(&ply->cursor, &ply->header, e, err));

@@ -1,8 +1,9 @@
 /* A PLY file as points, streamed, or as a mesh, whole.
  *
- * Trailing bytes after the elements that are read are tolerated, and faces are looked at only when
- * a mesh is asked for. Colours and intensities that the file stores in more than 8 bits are brought
- * to the full 16-bit range by what the values are, see stp_ply_find_depths. Threads: one at a time.
+ * Trailing bytes after the elements that are read are tolerated, and faces and edges (element
+ * `edge` with vertex1, vertex2 and perhaps red, green, blue) are looked at only when a mesh is
+ * asked for. Colours and intensities that the file stores in more than 8 bits are brought to the
+ * full 16-bit range by what the values are, see stp_ply_find_depths. Threads: one at a time.
  */
 #ifndef STP_FORMATS_SCAN_PLY_H
 #define STP_FORMATS_SCAN_PLY_H
@@ -25,6 +26,7 @@ typedef struct stp_ply {
     stp_ply_cursor cursor;
     const stp_ply_element *vertex;
     const stp_ply_element *faces;         /* NULL: none that can be read */
+    const stp_ply_element *edges;         /* likewise */
     uint64_t vertex_offset, vertex_line;  /* where the vertices start */
     uint32_t attributes;                  /* STP_POINT_HAS_* */
     bool lone_station;                    /* one position, which saw all points */
@@ -38,7 +40,7 @@ void stp_ply_close(stp_ply **ply);
 /* Next points; *count 0 only at the end. Errors: IO, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,
                         stp_error *err);
-/* All vertices and faces, from the start. *mesh must be empty. Errors: IO, CORRUPT, LIMIT,
+/* All vertices, faces and edges, from the start. *mesh must be empty. Errors: IO, CORRUPT, LIMIT,
  * OUT_OF_MEMORY. */
 stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err);
 

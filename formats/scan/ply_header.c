@@ -49,6 +49,7 @@ static const struct {
     {"intensity", STP_PLY_INTENSITY},
     {"class", STP_PLY_CLASS},
     {"classification", STP_PLY_CLASS},
+    {"radius", STP_PLY_RADIUS},
     {"station", STP_PLY_STATION},
 };
 
@@ -277,6 +278,17 @@ const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const c
     for (size_t i = 0; i < header->element_count; i++)
         if (strcmp(header->elements[i].name, name) == 0)
             return &header->elements[i];
+    return NULL;
+}
+
+const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,
+                                                const stp_ply_element *element, const char *name)
+{
+    for (size_t i = 0; i < element->property_count; i++) {
+        const stp_ply_property *p = &header->properties[element->property_first + i];
+        if (!p->is_list && strcasecmp(p->name, name) == 0)
+            return p;
+    }
     return NULL;
 }
 

@@ -46,6 +46,7 @@ typedef enum stp_ply_target {
     STP_PLY_INTENSITY,
     STP_PLY_CLASS,
     STP_PLY_STATION,
+    STP_PLY_RADIUS,      /* half the width of lines through it */
     STP_PLY_TARGET_COUNT /* also: means nothing */
 } stp_ply_target;
 
@@ -89,6 +90,9 @@ void stp_ply_header_free(stp_ply_header *header);
 
 /* The element of this name, or NULL. */
 const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const char *name);
+/* A number property of an element by its name, or NULL. */
+const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,
+                                                const stp_ply_element *element, const char *name);
 /* The list of vertex numbers of a `face` or `tristrips` element, or NULL. */
 const stp_ply_property *stp_ply_index_list(const stp_ply_header *header,
                                            const stp_ply_element *element);

@@ -1,4 +1,4 @@
-/* Points and faces out as binary little-endian PLY. */
+/* Points, faces and edges out as binary little-endian PLY. */
 #include "formats/scan/ply_write.h"
 
 #include "base/file.h"
@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* x y z double, nx ny nz float, rgb, intensity, class, station */
-#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2 + 1)
+/* x y z double, nx ny nz float, rgb, intensity, class, station, outlier, radius */
+#define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2 + 1 + 4)
 /* Above, their numbers need two bytes; the greatest value of either type names none. */
 #define STP_PLY_BYTE_STATIONS 255u
 /* Bytes are gathered here so that stp_output is called per block, not per property. */
@@ -21,6 +21,7 @@ struct stp_ply_writer {
     stp_ply_writer_params params;
     uint64_t vertices_written;
     uint64_t triangles_written;
+    uint64_t edges_written;
     unsigned char block[STP_PLY_BLOCK_RECORDS * STP_PLY_RECORD_BYTES_MAX];
 };
 
@@ -45,7 +46,7 @@ static unsigned char *put_double(unsigned char *at, double value)
     return put_u32(put_u32(at, (uint32_t)bits), (uint32_t)(bits >> 32));
 }
 
-static unsigned char *put_point(unsigned char *at, const stp_point *p,
+static unsigned char *put_point(unsigned char *at, const stp_point *p, float radius,
                                 const stp_ply_writer_params *params)
 {
     const double xyz[3] = {p->position.x, p->position.y, p->position.z};
@@ -71,7 +72,7 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p,
     }
     if (params->attributes & STP_POINT_HAS_OUTLIER)
         *at++ = p->outlier;
-    return at;
+    return params->edge_count > 0 ? put_float(at, radius) : at;
 }
 
 static stp_status put_text(stp_ply_writer *w, const char *text, stp_error *err)
@@ -124,6 +125,8 @@ static stp_status put_properties(stp_ply_writer *w, stp_error *err)
                          err));
     if (p->attributes & STP_POINT_HAS_OUTLIER)
         STP_TRY(put_text(w, "property uchar outlier\n", err));
+    if (p->edge_count > 0)
+        STP_TRY(put_text(w, "property float radius\n", err));
 done:
     return status;
 }
@@ -143,6 +146,14 @@ static stp_status write_header(stp_ply_writer *w, stp_error *err)
                                                      : "property list uchar int vertex_indices\n",
                          err));
     }
+    if (p->edge_count > 0) {
+        STP_TRY(put_count(w, "edge", p->edge_count, err));
+        STP_TRY(put_text(w,
+                         p->vertex_count > INT32_MAX
+                             ? "property uint vertex1\nproperty uint vertex2\n"
+                             : "property int vertex1\nproperty int vertex2\n",
+                         err));
+    }
     STP_TRY(put_text(w, "end_header\n", err));
 done:
     return status;
@@ -159,11 +170,13 @@ static stp_status check_params(const char *path, const stp_ply_writer_params *p,
                              "%s: %u stations are more than the %u that a scan may have: write "
                              "several scans",
                              path, p->station_count, STP_STATION_LIMIT);
-    if (p->triangle_count > 0 && (p->vertex_count == 0 || p->vertex_count > (uint64_t)1 << 32))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s: triangles over %llu vertices cannot be written to PLY: write the "
-                             "points alone",
-                             path, (unsigned long long)p->vertex_count);
+    if ((p->triangle_count > 0 || p->edge_count > 0) &&
+        (p->vertex_count == 0 || p->vertex_count > (uint64_t)1 << 32))
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "%s: triangles or edges over %llu vertices cannot be written to PLY: write the "
+            "points alone",
+            path, (unsigned long long)p->vertex_count);
     return STP_OK;
 }
 
@@ -189,6 +202,12 @@ done:
 stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points, size_t count,
                                  stp_error *err)
 {
+    return stp_ply_writer_wide_points(writer, points, NULL, count, err);
+}
+
+stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *points,
+                                      const float *radii, size_t count, stp_error *err)
+{
     stp_status status = STP_OK;
     const stp_ply_writer_params *p = &writer->params;
     if (count > p->vertex_count - writer->vertices_written)
@@ -199,11 +218,12 @@ stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points
         size_t part = count < STP_PLY_BLOCK_RECORDS ? count : STP_PLY_BLOCK_RECORDS;
         unsigned char *end = writer->block;
         for (size_t i = 0; i < part; i++)
-            end = put_point(end, &points[i], p);
+            end = put_point(end, &points[i], radii ? radii[i] : 0.0f, p);
         STP_TRY(
             stp_output_write(writer->output, writer->block, (size_t)(end - writer->block), err));
         writer->vertices_written += part;
         points += part;
+        radii = radii ? radii + part : NULL;
         count -= part;
     }
 done:
@@ -255,17 +275,63 @@ done:
     return status;
 }
 
+static stp_status check_edges(const stp_ply_writer *w, const uint32_t (*edges)[2], size_t count,
+                              stp_error *err)
+{
+    const stp_ply_writer_params *p = &w->params;
+    if (w->vertices_written < p->vertex_count || w->triangles_written < p->triangle_count)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: edges before all points and triangles: write these first",
+                             w->path);
+    if (count > p->edge_count - w->edges_written)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: more than the %llu announced edges: announce them all", w->path,
+                             (unsigned long long)p->edge_count);
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 2; k++)
+            if (edges[i][k] >= p->vertex_count)
+                return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                     "%s: edge %llu names vertex %u of %llu: mend the lines",
+                                     w->path, (unsigned long long)w->edges_written + i, edges[i][k],
+                                     (unsigned long long)p->vertex_count);
+    return STP_OK;
+}
+
+stp_status stp_ply_writer_edges(stp_ply_writer *writer, const uint32_t (*edges)[2], size_t count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(check_edges(writer, edges, count, err));
+    while (count > 0) {
+        size_t part = count < STP_PLY_BLOCK_RECORDS ? count : STP_PLY_BLOCK_RECORDS;
+        unsigned char *end = writer->block;
+        for (size_t i = 0; i < part; i++)
+            for (int k = 0; k < 2; k++)
+                end = put_u32(end, edges[i][k]);
+        STP_TRY(
+            stp_output_write(writer->output, writer->block, (size_t)(end - writer->block), err));
+        writer->edges_written += part;
+        edges += part;
+        count -= part;
+    }
+done:
+    return status;
+}
+
 stp_status stp_ply_writer_finish(stp_ply_writer **writer, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ply_writer *w = *writer;
     const stp_ply_writer_params *p = &w->params;
-    if (w->vertices_written != p->vertex_count || w->triangles_written != p->triangle_count) {
+    if (w->vertices_written != p->vertex_count || w->triangles_written != p->triangle_count ||
+        w->edges_written != p->edge_count) {
         status = stp_error_set(
             err, STP_INVALID_ARGUMENT,
-            "%s: %llu of %llu points and %llu of %llu triangles were written: write the rest first",
+            "%s: %llu of %llu points, %llu of %llu triangles and %llu of %llu edges were written: "
+            "write the rest first",
             w->path, (unsigned long long)w->vertices_written, (unsigned long long)p->vertex_count,
-            (unsigned long long)w->triangles_written, (unsigned long long)p->triangle_count);
+            (unsigned long long)w->triangles_written, (unsigned long long)p->triangle_count,
+            (unsigned long long)w->edges_written, (unsigned long long)p->edge_count);
         goto done;
     }
     STP_TRY(stp_output_commit(&w->output, err));

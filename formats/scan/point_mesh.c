@@ -33,9 +33,20 @@ done:
     return status;
 }
 
+stp_status stp_point_mesh_add_edge(stp_point_mesh *mesh, const stp_mesh_edge *edge, stp_error *err)
+{
+    stp_status status = stp_grow(&mesh->edges, &mesh->edge_capacity, mesh->edge_count + 1,
+                                 sizeof *mesh->edges, "edges", err);
+    if (status == STP_OK)
+        mesh->edges[mesh->edge_count++] = *edge;
+    return status;
+}
+
 void stp_point_mesh_free(stp_point_mesh *mesh)
 {
     free(mesh->points);
+    free(mesh->edges);
+    free(mesh->radii);
     free(mesh->triangles);
     *mesh = (stp_point_mesh){0};
 }

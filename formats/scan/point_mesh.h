@@ -1,4 +1,5 @@
-/* A mesh as the scan reader holds it: points with all their attributes, and triangles over them.
+/* A mesh as the scan reader holds it: points with all their attributes, triangles over them, and
+ * edges between them that are lines.
  *
  * Grows as a file is read, never by what its header promises. Polygons are fans of triangles.
  * Threads: one at a time. */
@@ -9,14 +10,28 @@
 #include "formats/scan/mesh.h"
 #include "formats/scan/scan.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+/* As the file has it: vertices may not exist. */
+typedef struct stp_mesh_edge {
+    uint32_t vertices[2]; /* STP_MESH_NO_VERTEX: a number that no vertex can have */
+    uint16_t rgb[3];      /* 0..65535; where the mesh has edge_colours */
+} stp_mesh_edge;
+
+#define STP_MESH_NO_VERTEX UINT32_MAX
 
 typedef struct stp_point_mesh {
     stp_point *points;
     size_t point_count, point_capacity;
     uint32_t (*triangles)[3];
     size_t triangle_count, triangle_capacity;
+    stp_mesh_edge *edges;
+    size_t edge_count, edge_capacity;
+    bool edge_colours;
+    float *radii; /* by point: half-widths of lines; NULL where the file has none */
+    size_t radius_capacity;
     uint64_t face_count; /* polygons, as the file counts them */
     uint32_t attributes; /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
@@ -27,6 +42,8 @@ stp_status stp_point_mesh_reserve(stp_point_mesh *mesh, const char *path, size_t
 /* The indices name points: who reads them from a file has checked. Errors: OUT_OF_MEMORY. */
 stp_status stp_point_mesh_add_triangle(stp_point_mesh *mesh, uint32_t a, uint32_t b, uint32_t c,
                                        stp_error *err);
+/* Errors: OUT_OF_MEMORY. */
+stp_status stp_point_mesh_add_edge(stp_point_mesh *mesh, const stp_mesh_edge *edge, stp_error *err);
 /* Replaces the points' normals by the area-weighted ones of their faces; zero where there is none.
  */
 void stp_point_mesh_set_normals(stp_point_mesh *mesh);

@@ -5,6 +5,7 @@
 #include "formats/scan/detect.h"
 #include "formats/scan/e57.h"
 #include "formats/scan/las.h"
+#include "formats/scan/line_chain.h"
 #include "formats/scan/mesh_read.h"
 #include "formats/scan/mesh_sample.h"
 #include "formats/scan/pcd.h"
@@ -27,6 +28,8 @@ struct stp_scan {
     void *reader_state;
     stp_point_mesh mesh; /* empty where the file is streamed */
     size_t next_point;   /* of the mesh */
+    stp_line_set lines;  /* of its edges */
+    uint8_t *taken;      /* by point of the mesh: it is a line's; NULL where there are none */
     bool sampling;
     stp_mesh_sampler sampler;
     stp_dvec3 *stations;
@@ -87,7 +90,7 @@ done:
     return status;
 }
 
-/* Streams the vertices; only faces that are needed make us hold the file whole. */
+/* Streams the vertices; only edges, and faces that are needed, make us hold the file whole. */
 static stp_status open_ply(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -101,7 +104,7 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     STP_TRY(copy_stations(scan, &ply->header.stations, err));
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
-    if (ply->faces && (wants_normals || scan->params.sample_count > 0)) {
+    if (ply->edges || (ply->faces && (wants_normals || scan->params.sample_count > 0))) {
         STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
         scan->info.face_count = scan->mesh.face_count;
         stp_ply_close(&scan->ply);
@@ -118,6 +121,24 @@ static stp_status open_mesh(stp_scan *scan, stp_scan_format format, stp_error *e
     scan->info.attributes = scan->mesh.attributes;
     scan->info.point_count = scan->mesh.point_count;
     scan->info.face_count = scan->mesh.face_count;
+done:
+    return status;
+}
+
+/* Turns edges into lines; what they do not go through stays points. */
+static stp_status take_edges(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point_mesh *mesh = &scan->mesh;
+    if (mesh->edge_count == 0)
+        return STP_OK;
+    if (scan->params.recompute_normals)
+        mesh->attributes &= ~(uint32_t)STP_POINT_HAS_NORMAL;
+    STP_TRY(stp_line_chain(&scan->lines, &scan->taken, mesh, scan->params.line_radius,
+                           &scan->info.edges, err));
+    scan->info.attributes |= mesh->attributes & STP_POINT_HAS_COLOUR;
+    for (size_t i = 0; i < mesh->point_count; i++)
+        scan->info.point_count -= scan->taken[i];
 done:
     return status;
 }
@@ -191,6 +212,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
         STP_TRY(open_streamed(scan, reader, err));
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
+    STP_TRY(take_edges(scan, err));
     settle_normals(scan);
     if (scan->params.sample_count > 0)
         STP_TRY(start_sampling(scan, err));
@@ -204,6 +226,22 @@ done:
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan)
 {
     return &scan->info;
+}
+
+void stp_scan_take_lines(stp_scan *scan, stp_line_set *out)
+{
+    *out = scan->lines;
+    scan->lines = (stp_line_set){0};
+}
+
+/* Those that are no line's. */
+static size_t read_untaken(stp_scan *scan, stp_point *points, size_t capacity)
+{
+    size_t count = 0;
+    for (; scan->next_point < scan->mesh.point_count && count < capacity; scan->next_point++)
+        if (!scan->taken[scan->next_point])
+            points[count++] = scan->mesh.points[scan->next_point];
+    return count;
 }
 
 static size_t read_vertices(stp_scan *scan, stp_point *points, size_t capacity)
@@ -228,7 +266,8 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
     else if (scan->sampling)
         got = stp_mesh_sampler_next(&scan->sampler, points, capacity);
     else
-        got = read_vertices(scan, points, capacity);
+        got = scan->taken ? read_untaken(scan, points, capacity)
+                          : read_vertices(scan, points, capacity);
     if (scan->params.recompute_normals)
         for (size_t i = 0; i < got; i++)
             points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
@@ -247,6 +286,8 @@ void stp_scan_close(stp_scan **scan)
     free(s->reader_state);
     stp_ply_close(&s->ply);
     stp_point_mesh_free(&s->mesh);
+    stp_line_set_clear(&s->lines);
+    free(s->taken);
     free(s->stations);
     free(s->path);
     free(s);

@@ -3,17 +3,20 @@
  * Recognised by content first, name second: PLY, LAS, PCD, E57, PTS, PTX, XYZ and other lines of
  * numbers (xyz.h; our streaming readers); OBJ, OFF, STL (OpenMesh). A mesh's vertices are the
  * points, or sample_count points spread over its faces (area-uniform, seeded). Normals: the file's,
- * else the faces' (area-weighted), else none. Points are given as they are: NaN and infinite ones
+ * else the faces' (area-weighted), else none. Edges of PLY and OBJ are lines (line_chain.h):
+ * vertices that these go through are no points. Points are given as they are: NaN and infinite ones
  * are the caller's to count and drop, and so are records that the file itself says are none
  * (stp_reject). Coordinates are the file's own, in double. Where scanners stood and which one saw a
  * point is told where the file says so (ply_stations.h, pcd.h, e57.h). Memory: bounded for point
- * files whatever their size; a mesh with faces is held whole. Threads: one at a time per stp_scan.
+ * files whatever their size; a mesh with faces or edges is held whole. Threads: one at a time per
+ * stp_scan.
  */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
 #include "base/error.h"
 #include "base/vec.h"
+#include "formats/scan/line_set.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -60,6 +63,7 @@ typedef struct stp_scan_params {
     uint64_t sample_count; /* 0: the vertices; else so many points over the faces of a mesh */
     uint64_t seed;
     bool recompute_normals; /* give no normals at all */
+    double line_radius;     /* half the width of lines that have none; 0: by their box */
     const char *columns;    /* of XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: found.
                                Used until the scan is open */
 } stp_scan_params;
@@ -71,10 +75,18 @@ typedef struct stp_scan_note {
     const char *text;
 } stp_scan_note;
 
+/* Edges of a file, and those of them that are no lines: they name a vertex that does not exist,
+ * join one with itself, are there already, end where a coordinate is not finite, or are sides of
+ * faces. */
+typedef struct stp_edge_counts {
+    uint64_t read, no_vertex, no_length, repeated, not_finite, of_faces;
+} stp_edge_counts;
+
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* what will be read */
     uint64_t face_count;
+    stp_edge_counts edges;
     uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer or short decimal coordinates, 0: floats */
     bool normals_from_faces;
@@ -95,6 +107,8 @@ const char *stp_reject_name(stp_reject reject);
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);
+/* Its lines, once: *out, which must be empty, owns them from here on; none are left. */
+void stp_scan_take_lines(stp_scan *scan, stp_line_set *out);
 /* Reads up to capacity points; *count 0 only at the end. Errors: IO, CORRUPT. */
 stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
                          stp_error *err);
