@@ -1,4 +1,4 @@
-/* The whole of preprocessing: scans and lines in, one chunk file out. */
+/* The whole of preprocessing: scans, lines and triangles in, one chunk file out. */
 #include "preprocess/prep.h"
 
 #include "base/clock.h"
@@ -98,7 +98,8 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
     stats->points_out = cloud->count;
-    if (cloud->count == 0 && !(source->lines && source->lines->strip_count > 0))
+    if (cloud->count == 0 && !(source->lines && source->lines->strip_count > 0) &&
+        !(source->triangles && source->triangles->triangle_count > 0))
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
                                source->files[0].name, (unsigned long long)stats->points_in);
@@ -157,6 +158,8 @@ static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats
         cJSON_AddNumberToObject(lines, "segments", (double)stats->lines.segments);
         cJSON_AddNumberToObject(lines, "samples", (double)stats->lines.samples);
     }
+    if (stats->triangles.triangles > 0)
+        cJSON_AddNumberToObject(root, "triangles", (double)stats->triangles.triangles);
     cJSON_AddNumberToObject(root, "neighbours", k);
     cJSON_AddNumberToObject(root, "lambda", lambda);
     cJSON_AddNumberToObject(root, "precision", precision);
@@ -177,6 +180,7 @@ static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stat
 {
     uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
+    out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
     out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
     out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
     out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
@@ -334,41 +338,68 @@ static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
                                   .from_file = source->attributes & STP_POINT_HAS_NORMAL};
 }
 
-/* Lines become leaves while points are read; they are never in files. */
-static stp_status cut_lines(stp_line_leaves *out, const stp_prep_source *source,
-                            const stp_prep_plan *plan, stp_tree_params *tree, stp_prep_stats *stats,
-                            stp_error *err)
+/* What is neither points nor in files. */
+typedef struct shapes {
+    stp_line_leaves lines;
+    stp_triangle_leaves triangles;
+} shapes;
+
+static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles)
+{
+    uint64_t bytes = 0;
+    if (lines)
+        bytes += lines->vertex_count * (sizeof *lines->vertices + sizeof(stp_strip_part) / 8) +
+                 lines->strip_count * sizeof(stp_strip_part);
+    if (triangles)
+        bytes += triangles->vertex_count * (sizeof *triangles->vertices + sizeof(int16_t)) +
+                 triangles->triangle_count * (sizeof *triangles->triangles + 2 * sizeof(uint64_t));
+    return bytes;
+}
+
+/* Lines and triangles become leaves while points are read; they are never in files. */
+static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const stp_prep_plan *plan,
+                             stp_tree_params *tree, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_line_set *lines = source->lines;
-    if (!lines || lines->strip_count == 0)
-        return STP_OK;
-    uint64_t bytes = lines->vertex_count * (sizeof *lines->vertices + sizeof(stp_strip_part) / 8) +
-                     lines->strip_count * sizeof(stp_strip_part);
+    const char *name = source->files[0].name;
+    const uint64_t bytes = shape_bytes(source->lines, source->triangles);
     if (bytes > plan->memory_bytes / 2)
         return stp_error_set(err, STP_LIMIT,
-                             "%s: its lines take %.0f MB, and no more than half of %.0f MB may be "
-                             "theirs: give more memory (--memory) or split the model",
-                             source->files[0].name, 1e-6 * (double)bytes,
-                             1e-6 * (double)plan->memory_bytes);
-    STP_TRY(stp_line_leaves_create(out, lines, tree->precision, err));
-    stats->lines = out->counts;
-    if (out->leaf_count > 0)
-        tree->lines = out;
-    else if (stats->points_out == 0)
+                             "%s: its lines and triangles take %.0f MB, and no more than half of "
+                             "%.0f MB may be theirs: give more memory (--memory) or split the "
+                             "model",
+                             name, 1e-6 * (double)bytes, 1e-6 * (double)plan->memory_bytes);
+    if (source->lines)
+        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->precision, err));
+    if (source->triangles)
+        STP_TRY(
+            stp_triangle_leaves_create(&out->triangles, source->triangles, tree->precision, err));
+    stats->lines = out->lines.counts;
+    stats->triangles = out->triangles.counts;
+    tree->lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
+    tree->triangles = out->triangles.leaf_count > 0 ? &out->triangles : NULL;
+    if (stats->points_out == 0 && !tree->lines && !tree->triangles)
         status = stp_error_set(err, STP_EMPTY,
-                               "%s: no valid point, and none in its lines: there is nothing to "
-                               "write",
-                               source->files[0].name);
+                               "%s: no valid point, and none in its lines and triangles: there is "
+                               "nothing to write",
+                               name);
 done:
     return status;
 }
 
-/* 255 stands for the greatest of points and lines. */
+static void clear_shapes(shapes *s)
+{
+    stp_line_leaves_clear(&s->lines);
+    stp_triangle_leaves_clear(&s->triangles);
+}
+
+/* 255 stands for the greatest of all. */
 static void settle_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 {
     if (tree->lines && tree->lines->intensity_max > stats->intensity_max)
         stats->intensity_max = tree->lines->intensity_max;
+    if (tree->triangles && tree->triangles->intensity_max > stats->intensity_max)
+        stats->intensity_max = tree->triangles->intensity_max;
     tree->intensity_max = stats->intensity_max;
 }
 
@@ -382,7 +413,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_prep_plan plan = {0};
     stp_tree_params tree;
     stp_orient_params orient;
-    stp_line_leaves lines = {0};
+    shapes others = {0};
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     double start = stp_clock_seconds();
     double since = start;
@@ -406,7 +437,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
-    STP_TRY(cut_lines(&lines, source, &plan, &tree, stats, err));
+    STP_TRY(cut_shapes(&others, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
         STP_TRY(
@@ -417,7 +448,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stats->seconds = since - start;
     stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:
-    stp_line_leaves_clear(&lines);
+    clear_shapes(&others);
     stp_cloud_clear(&cloud);
     stp_spill_destroy(&spill);
     stp_prep_plan_clear(&plan);

@@ -1,15 +1,16 @@
-/* The whole of preprocessing: scans and lines in, one chunk file out.
+/* The whole of preprocessing: scans, lines and triangles in, one chunk file out.
  *
  * Stages: read, sort, outliers (where they are looked for), surface (neighbours, spacings, normals,
  * pieces), orientation, patches (with errors, tree and writing). Memory: what is given; where the
  * points and what is known of them, about 90 bytes each, do not fit there, they lie in temporary
- * files (base/spill.h); lines are held in memory whole. A failure or a kill leaves no file.
- * Threads: those of the pool; the same bytes for any number, and for any memory. */
+ * files (base/spill.h); lines and triangles are held in memory whole. A failure or a kill leaves no
+ * file. Threads: those of the pool; the same bytes for any number, and for any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
 #include "formats/scan/line_set.h"
 #include "formats/scan/scan.h"
+#include "formats/scan/triangle_set.h"
 #include "preprocess/orientation.h"
 #include "preprocess/outliers.h"
 #include "preprocess/tree.h"
@@ -39,9 +40,10 @@ typedef struct stp_prep_source {
     double coordinate_step;    /* scale of integer coordinates, 0 for floats */
     const stp_dvec3 *stations; /* that the points are from, borrowed */
     uint32_t station_count;
-    const stp_line_set *lines;  /* beside the points, borrowed; NULL for none */
-    const stp_prep_file *files; /* borrowed, valid to the end */
-    size_t file_count;          /* at least 1 */
+    const stp_line_set *lines;         /* beside the points, borrowed; NULL for none */
+    const stp_triangle_set *triangles; /* likewise */
+    const stp_prep_file *files;        /* borrowed, valid to the end */
+    size_t file_count;                 /* at least 1 */
 } stp_prep_source;
 
 /* What a run will take, before it begins. */
@@ -75,6 +77,7 @@ typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
     uint64_t rejected[STP_REJECT_COUNT]; /* by reason; NONE: 0 */
     stp_line_counts lines;
+    stp_triangle_counts triangles;
     stp_tree_stats tree;
     stp_orientation orientation;
     stp_outlier_mode outliers;   /* what was done with them, */
@@ -99,8 +102,8 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t poi
                               const stp_prep_params *params, unsigned thread_count, stp_error *err);
 void stp_prep_plan_clear(stp_prep_plan *plan);
 
-/* Errors: EMPTY (no valid point, and no line), LIMIT (more than 2^32 - 2 points, or lines that take
- * more than half of the memory), those of the plan, the source
+/* Errors: EMPTY (no valid point, line or triangle), LIMIT (more than 2^32 - 2 points, or lines and
+ * triangles that take more than half of the memory), those of the plan, the source
  * and the stages. */
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,

@@ -1,5 +1,5 @@
-/* The chunk tree: leaf chunks out of cells and lines, and parents out of their children's patch
- * vertices. */
+/* The chunk tree: leaf chunks out of cells, lines and triangles, and parents out of their
+ * children's patch vertices. */
 #include "preprocess/tree.h"
 
 #include "base/memory.h"
@@ -117,9 +117,14 @@ done:
 static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(leaf.is_lines ? stp_line_leaf_build(t->params->lines, leaf.index,
-                                                t->params->intensity_max, &out->chunk, err)
-                          : build_cell(t, &t->cloud->cells[leaf.index], out, err));
+    const uint16_t intensity_max = t->params->intensity_max;
+    if (leaf.kind == STP_LEAF_LINES)
+        STP_TRY(stp_line_leaf_build(t->params->lines, leaf.index, intensity_max, &out->chunk, err));
+    else if (leaf.kind == STP_LEAF_TRIANGLES)
+        STP_TRY(stp_triangle_leaf_build(t->params->triangles, leaf.index, intensity_max,
+                                        &out->chunk, err));
+    else
+        STP_TRY(build_cell(t, &t->cloud->cells[leaf.index], out, err));
     const stp_chunk *chunk = out->chunk.chunk;
     out->entry.points_under = chunk->level_begin[0][chunk->patch_count];
     /* quantisation moves points a little: the file's box holds them as they are stored */
@@ -158,7 +163,7 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     out->reach = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
-    if (!t->below && !t->leaves[index].is_lines)
+    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
         stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
     STP_TRY(advance(t, err));
 done:
@@ -344,7 +349,8 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->pool = pool;
     t->progress = progress;
     t->box = stp_dbox_empty();
-    STP_TRY(stp_leaf_order(cloud, params->lines, &t->leaves, &t->leaf_count, err));
+    STP_TRY(
+        stp_leaf_order(cloud, params->lines, params->triangles, &t->leaves, &t->leaf_count, err));
     t->progress_total = 2 * (uint64_t)t->leaf_count;
     STP_TRY(build_tiers(t, &root, err));
     STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,

@@ -1,5 +1,5 @@
-/* The chunk tree: leaf chunks out of cells and lines, and parents out of their children's patch
- * vertices. */
+/* The chunk tree: leaf chunks out of cells, lines and triangles, and parents out of their
+ * children's patch vertices. */
 #ifndef STP_PREPROCESS_TREE_H
 #define STP_PREPROCESS_TREE_H
 
@@ -7,13 +7,15 @@
 #include "formats/chunk/chunk_file.h"
 #include "preprocess/cloud.h"
 #include "preprocess/line_leaves.h"
+#include "preprocess/triangle_leaves.h"
 
 typedef struct stp_tree_params {
     double lambda;          /* radius of a sample over its spacing */
     uint16_t intensity_max; /* of all points: what 255 stands for */
     double precision;       /* greatest position error, 0: by the spacing alone */
     stp_codec codec;
-    const stp_line_leaves *lines; /* borrowed; NULL for none */
+    const stp_line_leaves *lines;         /* borrowed; NULL for none */
+    const stp_triangle_leaves *triangles; /* likewise */
 } stp_tree_params;
 
 typedef struct stp_tree_stats {
@@ -23,7 +25,7 @@ typedef struct stp_tree_stats {
 } stp_tree_stats;
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
- * Uses the cloud up: its points may be lost; it may have none where there are lines. Chunks are
+ * Uses the cloud up: its points may be lost; it may have none where there are others. Chunks are
  * built on the pool in waves and written in order: the same bytes for any number of threads.
  * Errors: those of stp_chunk_build and the writer, CANCELLED. */
 stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,

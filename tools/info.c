@@ -136,6 +136,10 @@ static void print_shapes(const stp_chunk_file_info *info)
                "theirs\n",
                strips->valuedouble, vertices->valuedouble, segments->valuedouble,
                samples->valuedouble);
+    const cJSON *triangles = cJSON_GetObjectItemCaseSensitive(metadata, "triangles");
+    if (cJSON_IsNumber(triangles))
+        printf("triangles      %.0f; %.0f of the points are their corners\n",
+               triangles->valuedouble, 3.0 * triangles->valuedouble);
     cJSON_Delete(metadata);
 }
 

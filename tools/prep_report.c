@@ -8,10 +8,10 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* Of a model without points, what is stored are vertices of lines. */
+/* Points, and vertices of lines and triangles as often as they are stored. */
 static double samples_of(const stp_prep_stats *s)
 {
-    return (double)(s->points_out + s->lines.samples);
+    return (double)(s->points_out + s->lines.samples + 3 * s->triangles.triangles);
 }
 
 static cJSON *lines_json(const stp_line_counts *lines, const stp_edge_counts *edges)
@@ -44,6 +44,8 @@ cJSON *prep_report_json(const stp_prep_stats *s, const stp_edge_counts *edges)
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
     cJSON_AddItemToObject(root, "lines", lines_json(&s->lines, edges));
+    cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
+    cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -137,7 +139,7 @@ static void print_edges(const stp_edge_counts *e)
     fprintf(stderr, "\n");
 }
 
-static void print_lines(const stp_prep_stats *s, const stp_edge_counts *edges)
+static void print_shapes(const stp_prep_stats *s, const stp_edge_counts *edges)
 {
     const stp_line_counts *l = &s->lines;
     if (l->strips > 0)
@@ -149,6 +151,11 @@ static void print_lines(const stp_prep_stats *s, const stp_edge_counts *edges)
                 "%" PRIu64 " vertices of lines are not finite: left out, the lines are cut there\n",
                 l->rejected);
     print_edges(edges);
+    if (s->triangles.triangles > 0)
+        fprintf(stderr, "%" PRIu64 " triangles are stored\n", s->triangles.triangles);
+    if (s->triangles.rejected > 0)
+        fprintf(stderr, "%" PRIu64 " triangles are left out: a corner is not finite\n",
+                s->triangles.rejected);
 }
 
 static void print_row(const char *stage, const char *seconds, const char *rate, const char *memory)
@@ -171,7 +178,7 @@ void prep_report_print(const stp_prep_stats *s, const stp_edge_counts *edges)
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
     print_rejects(s);
-    print_lines(s, edges);
+    print_shapes(s, edges);
     print_outliers(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
