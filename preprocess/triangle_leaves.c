@@ -12,7 +12,7 @@
 #define LEAF_OCTAVES 28
 /* A patch's diagonal is so many sizes of its triangles, at most: the curve along which they are
  * sorted jumps. */
-#define PART_SIZES 12.0
+#define PART_SIZES 8.0
 /* A disc's centre is kept to so many parts of its radius. */
 #define DISC_PARTS 32.0
 /* The model is no more than so many octaves of discs' steps wide, and these so many of corners'. */
@@ -121,7 +121,7 @@ static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
     return box;
 }
 
-/* Corners are kept to 1/32 of the triangles' mean size and to the precision asked for; coarser
+/* Corners are kept to 1/1024 of the triangles' mean size and to the precision asked for; coarser
  * where the part is large. Returns whether it is small enough for that, and its triangles are near
  * each other. */
 static bool choose_lattice(const maker *m, stp_triangle_part *part)
@@ -140,9 +140,9 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
             wide = isfinite(radius) ? fmax(wide, (double)radius) : wide;
         }
     const double reach = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
-    const double size = length / (3.0 * part->count);
-    const int wanted = stp_lattice_exponent(size, 0.0, m->precision, box.max);
-    int exponent = stp_lattice_exponent(size, 2.0 * reach, m->precision, box.max);
+    const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
+    const int wanted = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
+    int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
     int disc = reach > 0.0 ? stp_floor_log2(reach / DISC_PARTS) : exponent;
     if (far > 0.0 && stp_floor_log2(far) - WORLD_OCTAVES > exponent)
         exponent = stp_floor_log2(far) - WORLD_OCTAVES;

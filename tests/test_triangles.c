@@ -111,7 +111,7 @@ static void every_triangle_comes_back(void **state)
     assert_int_equal(info->version_minor, 1);
     assert_true(info->attributes & STP_HAS_TRIANGLES);
     assert_true(info->chunk_count > 2);
-    assert_holds(file, &set, 0.01);
+    assert_holds(file, &set, 0.001);
     stp_chunk_file_close(&file);
     const stp_prep_params precise = {.precision = 1e-4};
     assert_int_equal(run_triangles(&set, NULL, 2, &precise, &stats, &err), STP_OK);

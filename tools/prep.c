@@ -18,7 +18,7 @@ typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns;
     uint64_t neighbours, sample, seed, memory;
     double precision, outlier_distance, line_radius;
-    bool recompute_normals, force;
+    bool recompute_normals, hybrid, force;
     int codec, progress, outliers;
     cli_common common;
 } prep_options;
@@ -96,6 +96,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
                                  .line_radius = o->line_radius,
+                                 .hybrid = o->hybrid,
                                  .columns = o->columns,
                                  .recompute_normals = o->recompute_normals}};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
@@ -155,6 +156,9 @@ const cli_command cli_prep = {
         "says, or --line-radius. Sides of faces are no lines. Vertices of faces, and those that no "
         "edge uses,\n"
         "are points.\n"
+        "--hybrid stores a mesh's triangles as such where one would get 8 points or more of "
+        "--sample\n"
+        "N, or of as many as there are vertices; where they meet the others, they blend.\n"
         "--outliers looks for points, and groups of at most K of them, that are far from all\n"
         "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
         "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
@@ -177,6 +181,8 @@ static int prep_main(int argc, char **argv)
         {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
          "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
+        {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
+         "keep triangles that are large beside the sampling, points for the others", NULL},
         {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",

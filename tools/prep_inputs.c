@@ -145,6 +145,34 @@ done:
     return status;
 }
 
+static stp_status add_triangles(prep_inputs *in, stp_scan *scan, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_triangle_set own = {0}, *all = &in->triangles;
+    stp_scan_take_triangles(scan, &own);
+    const uint32_t before = (uint32_t)all->vertex_count;
+    if (all->vertex_count + own.vertex_count > UINT32_MAX) {
+        status = stp_error_set(err, STP_LIMIT,
+                               "%s: with it the triangles have more than 2^32 vertices: give it to "
+                               "another model",
+                               path);
+        goto done;
+    }
+    STP_TRY(stp_grow(&all->vertices, &in->corner_capacity, all->vertex_count + own.vertex_count,
+                     sizeof *all->vertices, "triangles", err));
+    STP_TRY(stp_grow(&all->triangles, &in->triangle_capacity,
+                     all->triangle_count + own.triangle_count, sizeof *all->triangles, "triangles",
+                     err));
+    for (uint64_t t = 0; t < own.triangle_count; t++, all->triangle_count++)
+        for (int k = 0; k < 3; k++)
+            all->triangles[all->triangle_count][k] = before + own.triangles[t][k];
+    for (uint64_t i = 0; i < own.vertex_count; i++)
+        all->vertices[all->vertex_count++] = own.vertices[i];
+done:
+    stp_triangle_set_clear(&own);
+    return status;
+}
+
 /* Notes the scan will not have any more when the metadata is written. */
 static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
 {
@@ -204,6 +232,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(add_stations(in, info, in->paths[i], err));
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(add_lines(in, scan, err));
+    STP_TRY(add_triangles(in, scan, in->paths[i], err));
     source->point_count += info->point_count;
     *all &= info->attributes;
     *any |= info->attributes;
@@ -263,7 +292,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     for (size_t i = 0; i < in->count; i++)
         STP_TRY(survey_one(in, i, source, &all, &any, err));
     STP_TRY(check_twice(in, err));
-    if (source->point_count == 0 && in->lines.strip_count == 0)
+    if (source->point_count == 0 && in->lines.strip_count == 0 && in->triangles.triangle_count == 0)
         return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     source->context = in;
@@ -272,6 +301,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     source->files = in->files;
     source->file_count = in->count;
     source->lines = &in->lines;
+    source->triangles = &in->triangles;
     source->stations = in->stations;
     source->station_count = (uint32_t)in->station_count;
     /* Normals orient the model only if every scan has them. */
@@ -307,5 +337,6 @@ void prep_inputs_clear(prep_inputs *in)
     free(in->facts);
     free(in->stations);
     stp_line_set_clear(&in->lines);
+    stp_triangle_set_clear(&in->triangles);
     *in = (prep_inputs){0};
 }

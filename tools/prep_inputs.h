@@ -1,4 +1,5 @@
-/* Many scans as the one source of a model: their points as they come, their lines all at once. */
+/* Many scans as the one source of a model: their points as they come, their lines and
+ * triangles all at once. */
 #ifndef STP_TOOLS_PREP_INPUTS_H
 #define STP_TOOLS_PREP_INPUTS_H
 
@@ -28,7 +29,9 @@ typedef struct prep_inputs {
     size_t station_count, station_capacity;
     stp_line_set lines; /* of all inputs, one after the other */
     size_t vertex_capacity, strip_capacity;
-    stp_edge_counts edges;    /* of all inputs */
+    stp_edge_counts edges;      /* of all inputs */
+    stp_triangle_set triangles; /* likewise */
+    size_t corner_capacity, triangle_capacity;
     uint32_t stations_before; /* of the inputs before the current one */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
     size_t reject_file;       /* of the last such record, */

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/scan/detect.h"
 #include "formats/scan/e57.h"
+#include "formats/scan/hybrid.h"
 #include "formats/scan/las.h"
 #include "formats/scan/line_chain.h"
 #include "formats/scan/mesh_read.h"
@@ -26,10 +27,12 @@ struct stp_scan {
     stp_ply *ply;                  /* streamed; NULL where the mesh is held */
     const stp_scan_reader *reader; /* of another streamed format; NULL where it is none */
     void *reader_state;
-    stp_point_mesh mesh; /* empty where the file is streamed */
-    size_t next_point;   /* of the mesh */
-    stp_line_set lines;  /* of its edges */
-    uint8_t *taken;      /* by point of the mesh: it is a line's; NULL where there are none */
+    stp_point_mesh mesh;        /* empty where the file is streamed */
+    size_t next_point;          /* of the mesh */
+    stp_line_set lines;         /* of its edges */
+    stp_triangle_set triangles; /* of its faces, the large ones of a hybrid */
+    uint8_t *taken; /* by point of the mesh: it is a line's or a large triangle's alone; NULL where
+                       there are none */
     bool sampling;
     stp_mesh_sampler sampler;
     stp_dvec3 *stations;
@@ -104,7 +107,8 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     STP_TRY(copy_stations(scan, &ply->header.stations, err));
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
-    if (ply->edges || (ply->faces && (wants_normals || scan->params.sample_count > 0))) {
+    const bool wants_faces = wants_normals || scan->params.sample_count > 0 || scan->params.hybrid;
+    if (ply->edges || (ply->faces && wants_faces)) {
         STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
         scan->info.face_count = scan->mesh.face_count;
         stp_ply_close(&scan->ply);
@@ -166,6 +170,31 @@ static void settle_normals(stp_scan *scan)
     }
 }
 
+/* Parts large triangles from what becomes points; what is left of them to sample may be nothing. */
+static stp_status split_hybrid(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point_mesh *mesh = &scan->mesh;
+    const bool sampled = scan->params.sample_count > 0;
+    if (mesh->triangle_count == 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s has no faces to make a hybrid surface of: read its points as they "
+                             "are (no --hybrid)",
+                             scan->path);
+    if (!scan->taken)
+        STP_TRY(stp_alloc(&scan->taken, mesh->point_count, 1, "points", err));
+    for (size_t i = 0; scan->params.recompute_normals && i < mesh->point_count; i++)
+        mesh->points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
+    STP_TRY(stp_hybrid_split(mesh, &scan->params.sample_count, scan->taken, &scan->triangles, err));
+    scan->info.point_count = 0;
+    for (size_t i = 0; !sampled && i < mesh->point_count; i++)
+        scan->info.point_count += !scan->taken[i];
+    if (sampled && scan->params.sample_count == 0) /* nor its vertices */
+        scan->next_point = mesh->point_count;
+done:
+    return status;
+}
+
 static stp_status start_sampling(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -214,6 +243,8 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     STP_TRY(take_edges(scan, err));
     settle_normals(scan);
+    if (scan->params.hybrid)
+        STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)
         STP_TRY(start_sampling(scan, err));
     *out = scan;
@@ -234,7 +265,13 @@ void stp_scan_take_lines(stp_scan *scan, stp_line_set *out)
     scan->lines = (stp_line_set){0};
 }
 
-/* Those that are no line's. */
+void stp_scan_take_triangles(stp_scan *scan, stp_triangle_set *out)
+{
+    *out = scan->triangles;
+    scan->triangles = (stp_triangle_set){0};
+}
+
+/* Those that are not taken. */
 static size_t read_untaken(stp_scan *scan, stp_point *points, size_t capacity)
 {
     size_t count = 0;
@@ -287,6 +324,7 @@ void stp_scan_close(stp_scan **scan)
     stp_ply_close(&s->ply);
     stp_point_mesh_free(&s->mesh);
     stp_line_set_clear(&s->lines);
+    stp_triangle_set_clear(&s->triangles);
     free(s->taken);
     free(s->stations);
     free(s->path);

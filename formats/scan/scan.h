@@ -16,7 +16,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
-#include "formats/scan/line_set.h"
+#include "formats/scan/triangle_set.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -63,6 +63,7 @@ typedef struct stp_scan_params {
     uint64_t sample_count; /* 0: the vertices; else so many points over the faces of a mesh */
     uint64_t seed;
     bool recompute_normals; /* give no normals at all */
+    bool hybrid;            /* of a mesh, large triangles are no points (hybrid.h) */
     double line_radius;     /* half the width of lines that have none; 0: by their box */
     const char *columns;    /* of XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: found.
                                Used until the scan is open */
@@ -103,10 +104,12 @@ const char *stp_reject_name(stp_reject reject);
 
 /* Reads the header (a mesh: everything; lines of numbers: all once, to count them). Errors:
  * NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte), UNSUPPORTED, INVALID_ARGUMENT (sampling a
- * file without faces), OUT_OF_MEMORY. */
+ * file without faces, or a hybrid of one), OUT_OF_MEMORY. */
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);
+/* Its large triangles likewise, where params say hybrid. */
+void stp_scan_take_triangles(stp_scan *scan, stp_triangle_set *out);
 /* Its lines, once: *out, which must be empty, owns them from here on; none are left. */
 void stp_scan_take_lines(stp_scan *scan, stp_line_set *out);
 /* Reads up to capacity points; *count 0 only at the end. Errors: IO, CORRUPT. */
