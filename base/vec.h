@@ -110,6 +110,18 @@ static inline void stp_dbox_join(stp_dbox *box, const stp_dbox *other)
     stp_dbox_add(box, other->max);
 }
 
+/* Length of the longest side. */
+static inline double stp_dbox_side(const stp_dbox *box)
+{
+    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
+    return fmax(size.x, fmax(size.y, size.z));
+}
+
+static inline stp_dvec3 stp_dbox_middle(const stp_dbox *box)
+{
+    return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
+}
+
 /* Whether they share a point. */
 static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
 {

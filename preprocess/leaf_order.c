@@ -21,11 +21,6 @@ static int compare_leaves(const void *a, const void *b)
     return x->place.index < y->place.index ? -1 : x->place.index > y->place.index;
 }
 
-static stp_dvec3 middle_of(const stp_dbox *box)
-{
-    return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
-}
-
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
                           const stp_triangle_leaves *triangles, stp_leaf_place **out,
                           uint32_t *count, stp_error *err)
@@ -46,7 +41,7 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
     STP_TRY(stp_alloc(&coded, all, sizeof *coded, "chunks", err));
     STP_TRY(stp_alloc(&places, all, sizeof *places, "chunks", err));
     for (uint32_t i = 0; i < cells; i++)
-        coded[at++] = (coded_leaf){stp_morton_code(&grid, middle_of(&cloud->cells[i].box)),
+        coded[at++] = (coded_leaf){stp_morton_code(&grid, stp_dbox_middle(&cloud->cells[i].box)),
                                    {STP_LEAF_CELL, i}};
     for (uint32_t i = 0; i < line_leaves; i++)
         coded[at++] =

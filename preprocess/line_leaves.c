@@ -10,13 +10,12 @@
 /* A part is halved for a finer lattice down to so few vertices; for a precision that is asked for,
  * down to 2. */
 #define PART_LEAST 9u
-/* Lattices of parts that meet differ by no more octaves, those of a leaf by no more than these. */
+/* Lattices of parts that meet differ by no more octaves. */
 #define MEETING_OCTAVES 12
-#define LEAF_OCTAVES 28
 
 typedef struct maker {
     stp_line_leaves out;
-    size_t part_capacity, leaf_capacity;
+    size_t part_capacity;
     double precision, side;
 } maker;
 
@@ -126,11 +125,6 @@ static stp_dbox part_box(const stp_strip_part *part)
     return box;
 }
 
-static stp_dvec3 middle_of(const stp_dbox *box)
-{
-    return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
-}
-
 typedef struct placed_part {
     uint64_t code;
     uint32_t index;
@@ -155,9 +149,10 @@ static stp_status sort_parts(stp_line_leaves *out, stp_error *err)
     STP_TRY(stp_alloc(&sorted, out->part_count, sizeof *sorted, "lines", err));
     for (uint32_t i = 0; i < out->part_count; i++) {
         const stp_dbox box = part_box(&out->parts[i]);
-        order[i] = (placed_part){stp_morton_code(&grid, middle_of(&box)), i};
+        order[i] = (placed_part){stp_morton_code(&grid, stp_dbox_middle(&box)), i};
     }
-    qsort(order, out->part_count, sizeof *order, compare_parts);
+    if (out->part_count > 0)
+        qsort(order, out->part_count, sizeof *order, compare_parts);
     for (uint32_t i = 0; i < out->part_count; i++)
         sorted[i] = out->parts[order[i].index];
     free(out->parts);
@@ -167,88 +162,25 @@ done:
     return status;
 }
 
-/* What parts of one leaf have together. */
-typedef struct extent {
-    stp_dbox box;
-    int finest, coarsest;
-} extent;
-
-static double side_of(const stp_dbox *box)
+static stp_leaf_extent extent_of(const void *context, uint32_t index)
 {
-    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
-    return fmax(size.x, fmax(size.y, size.z));
-}
-
-static extent add_part(extent e, const stp_strip_part *part)
-{
-    const stp_dbox box = part_box(part);
-    const int lattices[3] = {part->vertex_exponent, part->first_exponent, part->last_exponent};
-    stp_dbox_join(&e.box, &box);
-    e.finest = part->exponent < e.finest ? part->exponent : e.finest;
-    for (int i = 0; i < 3; i++)
-        e.coarsest = lattices[i] > e.coarsest ? lattices[i] : e.coarsest;
-    return e;
-}
-
-static bool fits(const extent *e)
-{
-    return side_of(&e->box) <= ldexp(1.0, e->finest + LEAF_OCTAVES) &&
-           e->coarsest - e->finest <= LEAF_OCTAVES;
-}
-
-/* The origin is a multiple of twice the coarsest lattice, near the middle. */
-static stp_status add_leaf(maker *m, uint32_t begin, uint32_t end, const extent *e, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_line_leaves *out = &m->out;
-    const double unit = ldexp(1.0, e->coarsest + 1), side = side_of(&e->box);
-    const stp_dvec3 middle = middle_of(&e->box);
-    const double grain = side > unit ? ldexp(1.0, stp_floor_log2(side) + 1) : unit;
-    STP_TRY(stp_grow(&out->leaves, &m->leaf_capacity, (size_t)out->leaf_count + 1,
-                     sizeof *out->leaves, "lines", err));
-    out->leaves[out->leaf_count++] = (stp_line_leaf){
-        .begin = begin,
-        .end = end,
-        .middle = middle,
-        .origin = {nearbyint(middle.x / grain) * grain, nearbyint(middle.y / grain) * grain,
-                   nearbyint(middle.z / grain) * grain}};
-done:
-    return status;
-}
-
-static stp_status make_leaves(maker *m, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const extent none = {.box = stp_dbox_empty(), .finest = 1000, .coarsest = -1000};
-    const stp_line_leaves *out = &m->out;
-    extent all = none;
-    uint32_t begin = 0;
-    for (uint32_t i = 0; i < out->part_count; i++) {
-        extent more = add_part(all, &out->parts[i]);
-        if (i > begin && (i - begin == STP_LEAF_PARTS || !fits(&more))) {
-            STP_TRY(add_leaf(m, begin, i, &all, err));
-            begin = i;
-            more = add_part(none, &out->parts[i]);
-        }
-        all = more;
-    }
-    if (out->part_count > begin)
-        STP_TRY(add_leaf(m, begin, out->part_count, &all, err));
-done:
-    return status;
+    const stp_strip_part *part = (const stp_strip_part *)context + index;
+    stp_leaf_extent out = {part_box(part), part->exponent, part->vertex_exponent};
+    out.coarsest = part->first_exponent > out.coarsest ? part->first_exponent : out.coarsest;
+    out.coarsest = part->last_exponent > out.coarsest ? part->last_exponent : out.coarsest;
+    return out;
 }
 
 stp_status stp_line_leaves_create(stp_line_leaves *out, const stp_line_set *lines, double precision,
-                                  stp_error *err)
+                                  double side, stp_error *err)
 {
     stp_status status = STP_OK;
-    maker m = {.precision = precision, .out = {.box = find_box(lines)}};
-    if (!stp_dbox_is_empty(&m.out.box))
-        m.side = side_of(&m.out.box);
+    maker m = {.precision = precision, .side = side, .out = {.box = find_box(lines)}};
     for (uint64_t s = 0; s < lines->strip_count; s++)
         STP_TRY(add_strip(&m, lines, &lines->strips[s], err));
     STP_TRY(sort_parts(&m.out, err));
-    STP_TRY(make_leaves(&m, err));
+    STP_TRY(stp_leaf_cut(&m.out.leaves, &m.out.leaf_count, m.out.part_count, extent_of, m.out.parts,
+                         err));
     *out = m.out;
     m.out = (stp_line_leaves){0};
 done:
@@ -281,7 +213,7 @@ static stp_status make_patch(const void *context, uint32_t index, stp_dvec3 orig
 stp_status stp_line_leaf_build(const stp_line_leaves *leaves, uint32_t leaf, uint16_t intensity_max,
                                stp_built_chunk *out, stp_error *err)
 {
-    const stp_line_leaf *l = &leaves->leaves[leaf];
+    const stp_leaf_run *l = &leaves->leaves[leaf];
     const leaf_context context = {leaves->parts + l->begin, intensity_max};
     return stp_chunk_build_made(out, l->origin, l->end - l->begin, make_patch, &context, err);
 }

@@ -7,10 +7,8 @@
 #define STP_PREPROCESS_LINE_LEAVES_H
 
 #include "preprocess/chunk_build.h"
+#include "preprocess/leaf_cut.h"
 #include "preprocess/strip_build.h"
-
-/* Parts of a leaf, at most. */
-#define STP_LEAF_PARTS 1000u
 
 /* Vertices are those of the polylines, each once; samples those of level 0, where vertices at which
  * parts meet count twice. */
@@ -19,25 +17,20 @@ typedef struct stp_line_counts {
     uint64_t rejected; /* vertices that are not finite */
 } stp_line_counts;
 
-/* Parts [begin, end). */
-typedef struct stp_line_leaf {
-    uint32_t begin, end;
-    stp_dvec3 middle, origin; /* of its box; of its chunk */
-} stp_line_leaf;
-
 typedef struct stp_line_leaves {
     stp_strip_part *parts; /* leaf by leaf */
     uint32_t part_count;
-    stp_line_leaf *leaves;
+    stp_leaf_run *leaves; /* of parts */
     uint32_t leaf_count;
     uint16_t intensity_max; /* of all vertices */
     stp_line_counts counts;
     stp_dbox box; /* of all vertices */
 } stp_line_leaves;
 
-/* lines is borrowed as long as the leaves are used. Errors: OUT_OF_MEMORY, LIMIT. */
+/* lines is borrowed as long as the leaves are used; side: the longest of the
+ * model's box. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_line_leaves_create(stp_line_leaves *out, const stp_line_set *lines, double precision,
-                                  stp_error *err);
+                                  double side, stp_error *err);
 /* intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_line_leaf_build(const stp_line_leaves *leaves, uint32_t leaf, uint16_t intensity_max,
                                stp_built_chunk *out, stp_error *err);

@@ -356,9 +356,30 @@ static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *t
     return bytes;
 }
 
+static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t count)
+{
+    for (uint64_t i = 0; i < count; i++)
+        if (stp_dvec3_finite(vertices[i].position))
+            stp_dbox_add(box, vertices[i].position);
+}
+
+/* Of the box of points, lines and triangles. */
+static double model_side(const stp_cloud *cloud, const stp_prep_source *source)
+{
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        stp_dbox_add(&box, cloud->points[i].position);
+    if (source->lines)
+        add_finite(&box, source->lines->vertices, source->lines->vertex_count);
+    if (source->triangles)
+        add_finite(&box, source->triangles->vertices, source->triangles->vertex_count);
+    return stp_dbox_is_empty(&box) ? 0.0 : stp_dbox_side(&box);
+}
+
 /* Lines and triangles become leaves while points are read; they are never in files. */
-static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const stp_prep_plan *plan,
-                             stp_tree_params *tree, stp_prep_stats *stats, stp_error *err)
+static stp_status cut_shapes(shapes *out, const stp_cloud *cloud, const stp_prep_source *source,
+                             const stp_prep_plan *plan, stp_tree_params *tree,
+                             stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *name = source->files[0].name;
@@ -369,11 +390,12 @@ static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const s
                              "%.0f MB may be theirs: give more memory (--memory) or split the "
                              "model",
                              name, 1e-6 * (double)bytes, 1e-6 * (double)plan->memory_bytes);
+    const double side = bytes > 0 ? model_side(cloud, source) : 0.0;
     if (source->lines)
-        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->precision, err));
+        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->precision, side, err));
     if (source->triangles)
-        STP_TRY(
-            stp_triangle_leaves_create(&out->triangles, source->triangles, tree->precision, err));
+        STP_TRY(stp_triangle_leaves_create(&out->triangles, source->triangles, tree->precision,
+                                           side, err));
     stats->lines = out->lines.counts;
     stats->triangles = out->triangles.counts;
     tree->lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
@@ -437,7 +459,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
-    STP_TRY(cut_shapes(&others, source, &plan, &tree, stats, err));
+    STP_TRY(cut_shapes(&others, &cloud, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
         STP_TRY(

@@ -2,17 +2,10 @@
 #include "preprocess/strip_build.h"
 
 #include "formats/chunk/strip.h"
+#include "preprocess/world_lattice.h"
 
 #include <string.h>
 
-/* A disc's centre is kept to so many parts of its radius. */
-#define DISC_PARTS 32.0
-/* The model is no more than so many octaves of discs' steps wide, and these so many of vertices'.
- */
-#define MODEL_OCTAVES 29
-#define DISC_OCTAVES 12
-/* World coordinates are whole steps, no more than so many octaves of them. */
-#define WORLD_OCTAVES 48
 /* Vertices that are looked at for one that lies elsewhere. */
 #define TANGENT_REACH 64u
 
@@ -27,11 +20,6 @@ typedef struct builder {
 } builder;
 
 /* ---- lattices ---- */
-
-static double greatest_of(stp_dvec3 p)
-{
-    return stp_max(fabs(p.x), stp_max(fabs(p.y), fabs(p.z)));
-}
 
 static stp_dbox part_box(const stp_line_vertex *v, unsigned count)
 {
@@ -58,64 +46,21 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
         if (i > 0)
             length += stp_dvec3_length(stp_dvec3_sub(v[i].position, v[i - 1].position));
     }
-    const double far = stp_max(greatest_of(box.min), greatest_of(box.max));
     const double reach = 0.5 * stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
     const double spacing = isfinite(thin) ? 0.25 * STP_SPACING_PARTS * thin
                                           : length / (part->count > 1 ? part->count - 1 : 1);
     int wanted = stp_lattice_exponent(spacing, 0.0, precision, v->position);
     int exponent = stp_lattice_exponent(spacing, 2.0 * reach, precision, v->position);
-    if (far > 0.0)
-        exponent = greater(exponent, stp_floor_log2(far) - WORLD_OCTAVES);
-    int disc = reach > 0.0 && part->count > 1 ? stp_floor_log2(reach / DISC_PARTS) : exponent;
-    if (side > 0.0) {
-        disc = greater(disc, stp_floor_log2(side) - MODEL_OCTAVES);
-        exponent = greater(exponent, stp_floor_log2(side) - MODEL_OCTAVES - DISC_OCTAVES);
-    }
-    part->exponent = exponent;
-    part->vertex_exponent = greater(disc, exponent);
+    const stp_lattices settled =
+        stp_lattices_settle(exponent, &box, part->count > 1 ? reach : 0.0, side);
+    part->exponent = settled.exponent;
+    part->vertex_exponent = settled.vertex_exponent;
     part->first_exponent = part->last_exponent =
-        part->count > 1 ? exponent : part->vertex_exponent; /* a lone vertex is its disc */
-    return exponent - wanted;
+        part->count > 1 ? part->exponent : part->vertex_exponent; /* a lone vertex is its disc */
+    return part->exponent - wanted;
 }
 
 /* ---- level 0 ---- */
-
-static stp_dvec3 on_lattice(stp_dvec3 p, int exponent)
-{
-    const double in = ldexp(1.0, -exponent), out = ldexp(1.0, exponent);
-    return (stp_dvec3){stp_nearest_whole(p.x * in) * out, stp_nearest_whole(p.y * in) * out,
-                       stp_nearest_whole(p.z * in) * out};
-}
-
-/* Chooses the patch's origin so that all vertices and the disc's centre lie in 16 bits. */
-static bool place(const builder *b)
-{
-    const stp_dbox box = part_box(b->in, b->part->count);
-    const double step = ldexp(1.0, b->part->exponent);
-    int coarsest =
-        greater(b->part->first_exponent, greater(b->part->last_exponent, b->part->vertex_exponent));
-    stp_dvec3 low = stp_dvec3_sub(box.min, b->chunk_origin);
-    stp_dvec3 high = stp_dvec3_sub(box.max, b->chunk_origin);
-    const double margin = ldexp(1.0, coarsest), from[3] = {low.x, low.y, low.z},
-                 to[3] = {high.x, high.y, high.z};
-    b->patch->exponent = (int16_t)b->part->exponent;
-    for (int axis = 0; axis < 3; axis++) {
-        double least = from[axis] - margin, most = to[axis] + margin;
-        if (most - least > 65533.0 * step || fabs(least) > 2e9 * step || fabs(most) > 2e9 * step)
-            return false;
-        b->patch->origin[axis] = (int32_t)floor(least / step);
-    }
-    return true;
-}
-
-/* p: world, on a lattice of the part. */
-static void store_position(const builder *b, stp_dvec3 p, stp_sample *out)
-{
-    stp_dvec3 own = stp_dvec3_sub(p, b->chunk_origin);
-    const double v[3] = {own.x, own.y, own.z}, in = ldexp(1.0, -b->patch->exponent);
-    for (int axis = 0; axis < 3; axis++)
-        out->position[axis] = (uint16_t)(v[axis] * in - (double)b->patch->origin[axis]);
-}
 
 /* The way from the nearest vertex before that lies elsewhere to the nearest one behind. */
 static vec3s tangent_at(const stp_strip_part *part, uint64_t i)
@@ -165,7 +110,7 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
     stp_normal_encode(direction, out->normal);
     for (int c = 0; c < 3; c++)
         out->rgb[c] = (uint8_t)((v->rgb[c] + 128u) / 257u);
-    store_position(b, on_lattice(v->position, lattice), out);
+    stp_world_store(b->patch, b->chunk_origin, stp_on_lattice(v->position, lattice), out);
     b->vertices[i] = stp_disc_from_sample(out, b->patch);
 }
 
@@ -232,9 +177,10 @@ static void store_disc(const builder *b, stp_sample *out)
     for (unsigned i = 0; i < b->part->count; i++)
         stp_dbox_add(&box, b->vertices[i].centre);
     stp_dvec3 middle = stp_dvec3_scale(stp_dvec3_add(box.min, box.max), 0.5);
-    middle = on_lattice(stp_dvec3_add(middle, b->chunk_origin), b->part->vertex_exponent);
-    store_position(b, middle, out);
+    middle = stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), b->part->vertex_exponent);
+    stp_world_store(b->patch, b->chunk_origin, middle, out);
     double reach = stp_strip_reach(b->vertices, b->part->count, stp_sample_position(out, b->patch));
+    reach = stp_max(reach, ldexp(1.0, b->part->vertex_exponent)); /* has a code above, too */
     out->radius = stp_radius_encode(reach, b->patch->exponent);
 }
 
@@ -321,7 +267,10 @@ bool stp_strip_build(const stp_strip_part *part, uint16_t greatest, stp_dvec3 ch
                                             (part->continues ? STP_PATCH_CONTINUES : 0) |
                                             (part->continued ? STP_PATCH_CONTINUED : 0))};
     patch->counts[0] = (uint8_t)part->count;
-    if (!place(&b))
+    const stp_dbox box = part_box(b.in, part->count);
+    const int coarsest =
+        greater(part->first_exponent, greater(part->last_exponent, part->vertex_exponent));
+    if (!stp_world_place(patch, &box, part->exponent, coarsest, chunk_origin))
         return false;
     for (unsigned i = 0; i < part->count; i++)
         store_vertex(&b, i, greatest);

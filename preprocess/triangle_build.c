@@ -2,6 +2,7 @@
 #include "preprocess/triangle_build.h"
 
 #include "formats/chunk/triangles.h"
+#include "preprocess/world_lattice.h"
 
 #include <string.h>
 
@@ -21,45 +22,6 @@ static const stp_line_vertex *corner_of(const builder *b, unsigned i)
     return &b->source->set->vertices[stp_corner_vertex(b->source, b->part, i)];
 }
 
-static stp_dvec3 on_lattice(stp_dvec3 p, int exponent)
-{
-    const double in = ldexp(1.0, -exponent), out = ldexp(1.0, exponent);
-    return (stp_dvec3){stp_nearest_whole(p.x * in) * out, stp_nearest_whole(p.y * in) * out,
-                       stp_nearest_whole(p.z * in) * out};
-}
-
-/* Chooses the patch's origin so that all corners and discs' centres lie in 16 bits. */
-static bool place(const builder *b)
-{
-    stp_dbox box = stp_dbox_empty();
-    const double step = ldexp(1.0, b->part->exponent);
-    const double margin =
-        ldexp(1.0, b->part->coarsest > b->part->vertex_exponent ? b->part->coarsest
-                                                                : b->part->vertex_exponent);
-    for (unsigned i = 0; i < 3 * b->part->count; i++)
-        stp_dbox_add(&box, stp_dvec3_sub(corner_of(b, i)->position, b->chunk_origin));
-    const double from[3] = {box.min.x, box.min.y, box.min.z},
-                 to[3] = {box.max.x, box.max.y, box.max.z};
-    b->patch->exponent = (int16_t)b->part->exponent;
-    for (int axis = 0; axis < 3; axis++) {
-        double least = from[axis] - margin, most = to[axis] + margin;
-        if (!(most - least <= 65533.0 * step) || fabs(least) > 2e9 * step ||
-            fabs(most) > 2e9 * step)
-            return false;
-        b->patch->origin[axis] = (int32_t)floor(least / step);
-    }
-    return true;
-}
-
-/* p: world, on a lattice of the part. */
-static void store_position(const builder *b, stp_dvec3 p, stp_sample *out)
-{
-    stp_dvec3 own = stp_dvec3_sub(p, b->chunk_origin);
-    const double v[3] = {own.x, own.y, own.z}, in = ldexp(1.0, -b->patch->exponent);
-    for (int axis = 0; axis < 3; axis++)
-        out->position[axis] = (uint16_t)(v[axis] * in - (double)b->patch->origin[axis]);
-}
-
 static void store_corner(builder *b, unsigned i, uint32_t greatest)
 {
     const stp_line_vertex *v = corner_of(b, i);
@@ -74,7 +36,7 @@ static void store_corner(builder *b, unsigned i, uint32_t greatest)
         .intensity = (uint8_t)(greatest ? (v->intensity * 255u + greatest / 2) / greatest : 0u)};
     for (int c = 0; c < 3; c++)
         out->rgb[c] = (uint8_t)((v->rgb[c] + 128u) / 257u);
-    store_position(b, on_lattice(v->position, lattice), out);
+    stp_world_store(b->patch, b->chunk_origin, stp_on_lattice(v->position, lattice), out);
 }
 
 /* The vertex's normal, or the triangle's where it has none. */
@@ -163,9 +125,12 @@ static stp_triangles_loss store_disc(builder *b, int level, unsigned j)
     stp_triangles_under(b->patch->counts, level, j, &first, &end);
     *out = mean_sample(b, first, end, &middle);
     const int lattice = level == STP_LEVEL_COUNT - 1 ? b->part->vertex_exponent : b->part->exponent;
-    store_position(b, on_lattice(stp_dvec3_add(middle, b->chunk_origin), lattice), out);
+    stp_world_store(b->patch, b->chunk_origin,
+                    stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), lattice), out);
     stp_disc disc = stp_disc_from_sample(out, b->patch);
-    out->radius = stp_radius_encode(reach_of(b, &disc, first, end), b->patch->exponent);
+    const double least = ldexp(1.0, lattice); /* has a code in the chunk above, too */
+    const double reach = stp_max(reach_of(b, &disc, first, end), least);
+    out->radius = stp_radius_encode(reach, b->patch->exponent);
     disc = stp_disc_from_sample(out, b->patch);
     return stp_triangles_lost(&disc, b->corners, first, end);
 }
@@ -280,7 +245,12 @@ bool stp_triangles_build(const stp_triangle_source *source, const stp_triangle_p
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD,
                          .flags = STP_PATCH_TWO_SIDED | STP_PATCH_TRIANGLES};
     patch->counts[0] = (uint8_t)(3 * part->count);
-    if (!place(&b))
+    stp_dbox box = stp_dbox_empty();
+    for (unsigned i = 0; i < 3 * part->count; i++)
+        stp_dbox_add(&box, corner_of(&b, i)->position);
+    const int coarsest =
+        part->coarsest > part->vertex_exponent ? part->coarsest : part->vertex_exponent;
+    if (!stp_world_place(patch, &box, part->exponent, coarsest, chunk_origin))
         return false;
     store_corners(&b, greatest);
     store_levels(&b);

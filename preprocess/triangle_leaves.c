@@ -3,30 +3,19 @@
 
 #include "base/memory.h"
 #include "preprocess/morton.h"
+#include "preprocess/world_lattice.h"
 
 #include <stdlib.h>
 
-/* Patches of a leaf, at most. */
-#define LEAF_PARTS 1000u
-/* Lattices of a leaf differ by no more octaves, and it is no more octaves of steps wide. */
-#define LEAF_OCTAVES 28
 /* A patch's diagonal is so many sizes of its triangles, at most: the curve along which they are
  * sorted jumps. */
 #define PART_SIZES 8.0
-/* A disc's centre is kept to so many parts of its radius. */
-#define DISC_PARTS 32.0
-/* The model is no more than so many octaves of discs' steps wide, and these so many of corners'. */
-#define MODEL_OCTAVES 29
-#define DISC_OCTAVES 12
-/* World coordinates are whole steps, no more than so many octaves of them. */
-#define WORLD_OCTAVES 48
-
 typedef struct maker {
     stp_triangle_leaves out;
     const stp_triangle_set *set;
     uint32_t *order; /* the source's */
     int16_t *exponents;
-    size_t part_capacity, leaf_capacity;
+    size_t part_capacity;
     double precision, side;
 } maker;
 
@@ -42,17 +31,6 @@ static bool is_valid(const stp_triangle_set *set, uint64_t t)
             !stp_dvec3_finite(set->vertices[set->triangles[t][k]].position))
             return false;
     return true;
-}
-
-static double side_of(const stp_dbox *box)
-{
-    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
-    return fmax(size.x, fmax(size.y, size.z));
-}
-
-static stp_dvec3 middle_of(const stp_dbox *box)
-{
-    return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
 }
 
 /* ---- order ---- */
@@ -127,9 +105,6 @@ static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
 static bool choose_lattice(const maker *m, stp_triangle_part *part)
 {
     const stp_dbox box = part_box(m, part);
-    const double far =
-        fmax(fmax(fmax(fabs(box.min.x), fabs(box.max.x)), fmax(fabs(box.min.y), fabs(box.max.y))),
-             fmax(fabs(box.min.z), fabs(box.max.z)));
     double length = 0.0, wide = 0.0;
     for (uint32_t t = 0; t < part->count; t++)
         for (int k = 0; k < 3; k++) {
@@ -142,17 +117,11 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
     const double reach = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
     const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
     const int wanted = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
-    int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
-    int disc = reach > 0.0 ? stp_floor_log2(reach / DISC_PARTS) : exponent;
-    if (far > 0.0 && stp_floor_log2(far) - WORLD_OCTAVES > exponent)
-        exponent = stp_floor_log2(far) - WORLD_OCTAVES;
-    if (m->side > 0.0 && stp_floor_log2(m->side) - MODEL_OCTAVES > disc)
-        disc = stp_floor_log2(m->side) - MODEL_OCTAVES;
-    if (exponent < disc - DISC_OCTAVES)
-        exponent = disc - DISC_OCTAVES;
-    part->exponent = part->coarsest = exponent;
-    part->vertex_exponent = disc > exponent ? disc : exponent;
-    return exponent <= wanted && reach - wide <= PART_SIZES * size;
+    const int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
+    const stp_lattices settled = stp_lattices_settle(exponent, &box, reach, m->side);
+    part->exponent = part->coarsest = settled.exponent;
+    part->vertex_exponent = settled.vertex_exponent;
+    return part->exponent <= wanted && reach - wide <= PART_SIZES * size;
 }
 
 static stp_status make_parts(maker *m, stp_error *err)
@@ -215,84 +184,28 @@ done:
 
 /* ---- leaves ---- */
 
-typedef struct extent {
-    stp_dbox box;
-    int finest, coarsest;
-} extent;
-
-static extent add_part(const maker *m, extent e, const stp_triangle_part *part)
+static stp_leaf_extent extent_of(const void *context, uint32_t index)
 {
-    const stp_dbox box = part_box(m, part);
-    stp_dbox_join(&e.box, &box);
-    e.finest = part->exponent < e.finest ? part->exponent : e.finest;
-    e.coarsest = part->coarsest > e.coarsest ? part->coarsest : e.coarsest;
-    e.coarsest = part->vertex_exponent > e.coarsest ? part->vertex_exponent : e.coarsest;
-    return e;
-}
-
-static bool fits(const extent *e)
-{
-    return side_of(&e->box) <= ldexp(1.0, e->finest + LEAF_OCTAVES) &&
-           e->coarsest - e->finest <= LEAF_OCTAVES;
-}
-
-/* The origin is a multiple of twice the coarsest lattice, near the middle. */
-static stp_status add_leaf(maker *m, uint32_t begin, uint32_t end, const extent *e, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_triangle_leaves *out = &m->out;
-    const double unit = ldexp(1.0, e->coarsest + 1), side = side_of(&e->box);
-    const stp_dvec3 middle = middle_of(&e->box);
-    const double grain = side > unit ? ldexp(1.0, stp_floor_log2(side) + 1) : unit;
-    STP_TRY(stp_grow(&out->leaves, &m->leaf_capacity, (size_t)out->leaf_count + 1,
-                     sizeof *out->leaves, "triangles", err));
-    out->leaves[out->leaf_count++] = (stp_triangle_leaf){
-        .begin = begin,
-        .end = end,
-        .middle = middle,
-        .origin = {nearbyint(middle.x / grain) * grain, nearbyint(middle.y / grain) * grain,
-                   nearbyint(middle.z / grain) * grain}};
-done:
-    return status;
-}
-
-static stp_status make_leaves(maker *m, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const extent none = {.box = stp_dbox_empty(), .finest = 1000, .coarsest = -1000};
-    const stp_triangle_leaves *out = &m->out;
-    extent all = none;
-    uint32_t begin = 0;
-    for (uint32_t i = 0; i < out->part_count; i++) {
-        extent more = add_part(m, all, &out->parts[i]);
-        if (i > begin && (i - begin == LEAF_PARTS || !fits(&more))) {
-            STP_TRY(add_leaf(m, begin, i, &all, err));
-            begin = i;
-            more = add_part(m, none, &out->parts[i]);
-        }
-        all = more;
-    }
-    if (out->part_count > begin)
-        STP_TRY(add_leaf(m, begin, out->part_count, &all, err));
-done:
-    return status;
+    const maker *m = context;
+    const stp_triangle_part *part = &m->out.parts[index];
+    const int vertex = part->vertex_exponent;
+    return (stp_leaf_extent){part_box(m, part), part->exponent,
+                             part->coarsest > vertex ? part->coarsest : vertex};
 }
 
 stp_status stp_triangle_leaves_create(stp_triangle_leaves *out, const stp_triangle_set *set,
-                                      double precision, stp_error *err)
+                                      double precision, double side, stp_error *err)
 {
     stp_status status = STP_OK;
-    maker m = {.set = set, .precision = precision};
+    maker m = {.set = set, .precision = precision, .side = side};
     if (set->triangle_count >= UINT32_MAX)
         return stp_error_set(err, STP_LIMIT,
                              "%llu triangles are more than a model may have: split it",
                              (unsigned long long)set->triangle_count);
     STP_TRY(sort_triangles(&m, err));
-    if (m.out.counts.triangles > 0)
-        m.side = side_of(&m.out.box);
     STP_TRY(make_parts(&m, err));
     STP_TRY(share_lattices(&m, err));
-    STP_TRY(make_leaves(&m, err));
+    STP_TRY(stp_leaf_cut(&m.out.leaves, &m.out.leaf_count, m.out.part_count, extent_of, &m, err));
     *out = m.out;
     m = (maker){0};
 done:
@@ -328,7 +241,7 @@ static stp_status make_patch(const void *context, uint32_t index, stp_dvec3 orig
 stp_status stp_triangle_leaf_build(const stp_triangle_leaves *leaves, uint32_t leaf,
                                    uint16_t intensity_max, stp_built_chunk *out, stp_error *err)
 {
-    const stp_triangle_leaf *l = &leaves->leaves[leaf];
+    const stp_leaf_run *l = &leaves->leaves[leaf];
     const leaf_context context = {leaves, l->begin, intensity_max};
     return stp_chunk_build_made(out, l->origin, l->end - l->begin, make_patch, &context, err);
 }

@@ -8,6 +8,7 @@
 #define STP_PREPROCESS_TRIANGLE_LEAVES_H
 
 #include "preprocess/chunk_build.h"
+#include "preprocess/leaf_cut.h"
 #include "preprocess/triangle_build.h"
 
 typedef struct stp_triangle_counts {
@@ -15,26 +16,21 @@ typedef struct stp_triangle_counts {
     uint64_t rejected;
 } stp_triangle_counts;
 
-/* Parts [begin, end). */
-typedef struct stp_triangle_leaf {
-    uint32_t begin, end;
-    stp_dvec3 middle, origin; /* of its box; of its chunk */
-} stp_triangle_leaf;
-
 typedef struct stp_triangle_leaves {
     stp_triangle_source source; /* owns order and exponents */
     stp_triangle_part *parts;
     uint32_t part_count;
-    stp_triangle_leaf *leaves;
+    stp_leaf_run *leaves; /* of parts */
     uint32_t leaf_count;
     uint16_t intensity_max; /* of all corners */
     stp_triangle_counts counts;
     stp_dbox box; /* of all corners */
 } stp_triangle_leaves;
 
-/* set is borrowed as long as the leaves are used. Errors: OUT_OF_MEMORY, LIMIT. */
+/* set is borrowed as long as the leaves are used; side: the longest of the
+ * model's box. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_triangle_leaves_create(stp_triangle_leaves *out, const stp_triangle_set *set,
-                                      double precision, stp_error *err);
+                                      double precision, double side, stp_error *err);
 /* intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_triangle_leaf_build(const stp_triangle_leaves *leaves, uint32_t leaf,
                                    uint16_t intensity_max, stp_built_chunk *out, stp_error *err);

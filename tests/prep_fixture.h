@@ -68,7 +68,8 @@ static inline stp_status prep_cloud_read(void *context, stp_point *points, size_
     prep_cloud *c = context;
     (void)err;
     *count = c->count - c->given < capacity ? c->count - c->given : capacity;
-    memcpy(points, c->points + c->given, *count * sizeof *points);
+    if (*count > 0)
+        memcpy(points, c->points + c->given, *count * sizeof *points);
     c->given += *count;
     return STP_OK;
 }

@@ -232,6 +232,28 @@ static void lattices_meet(void **state)
     stp_line_set_clear(&set);
 }
 
+/* A lone hair, and points a million times as far apart as it is long. */
+static void small_lines_in_a_large_model(void **state)
+{
+    (void)state;
+    stp_line_set set = line_set_make(200, 100);
+    prep_cloud cloud = prep_cloud_wavy(3000, (stp_dvec3){5e5, 5e5, 0.0}, 1e5);
+    stp_prep_stats stats;
+    stp_error err = {0};
+    for (uint64_t i = 0; i < 200; i++) {
+        set.vertices[i].position = (stp_dvec3){1e-3 * (double)i, 1e-4 * (double)(i % 2), 0.0};
+        set.vertices[i].radius = 1e-5f;
+        set.strips[i / 2] = (stp_line_strip){i / 2 * 2, 2, STP_LINE_TUBE};
+    }
+    if (line_set_run(&set, &cloud, OUT, 2, NULL, &stats, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    assert_holds(file, &set, 1e-5);
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+    stp_line_set_clear(&set);
+}
+
 static void precision_is_kept(void **state)
 {
     (void)state;
@@ -270,6 +292,7 @@ int main(void)
         cmocka_unit_test(threads_give_the_same_bytes),
         cmocka_unit_test(awkward_lines),
         cmocka_unit_test(lattices_meet),
+        cmocka_unit_test(small_lines_in_a_large_model),
         cmocka_unit_test(precision_is_kept),
         cmocka_unit_test(a_long_strip),
     };

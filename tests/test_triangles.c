@@ -252,6 +252,25 @@ static void awkward_triangles(void **state)
     unlink(OUT);
 }
 
+/* A small mesh in a large model. */
+static void small_triangles_in_a_large_model(void **state)
+{
+    (void)state;
+    stp_triangle_set set = grid_make(30, (stp_dvec3){0.0, 0.0, 0.0});
+    prep_cloud cloud = prep_cloud_wavy(3000, (stp_dvec3){5e5, 5e5, 0.0}, 1e5);
+    stp_prep_stats stats;
+    stp_error err = {0};
+    for (uint64_t v = 0; v < set.vertex_count; v++)
+        set.vertices[v].position = stp_dvec3_scale(set.vertices[v].position, 1e-4);
+    if (run_triangles(&set, &cloud, 2, NULL, &stats, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    assert_holds(file, &set, 1e-5);
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+    stp_triangle_set_clear(&set);
+}
+
 static uint64_t hash_of(const char *path)
 {
     uint64_t hash = 1469598103934665603u;
@@ -283,6 +302,7 @@ int main(void)
         cmocka_unit_test(every_triangle_comes_back),
         cmocka_unit_test(discs_hold_their_errors),
         cmocka_unit_test(awkward_triangles),
+        cmocka_unit_test(small_triangles_in_a_large_model),
         cmocka_unit_test(threads_give_the_same_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
