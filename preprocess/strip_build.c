@@ -119,7 +119,7 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
 /* Each sample one of those it covers, of the finer level's; the first and the last stay. */
 static stp_strip_loss choose_level(builder *b, int level)
 {
-    stp_strip_choice choices[STP_STRIP_CANDIDATES];
+    stp_strip_choice choices[STP_STRIP_CANDIDATES] = {{0}};
     const unsigned count = b->patch->counts[level], finer = b->patch->counts[level - 1];
     for (unsigned j = 0; j < count; j++) {
         unsigned begin = stp_level_children_begin(j, count, finer);
@@ -256,12 +256,11 @@ static void fill_vertex(const builder *b, stp_item *out)
 bool stp_strip_build(const stp_strip_part *part, uint16_t greatest, stp_dvec3 chunk_origin,
                      stp_patch *patch, stp_patch_samples *samples, stp_item *vertex)
 {
-    builder b;
-    b.part = part;
-    b.in = part->line + part->first;
-    b.chunk_origin = chunk_origin;
-    b.patch = patch;
-    b.samples = samples;
+    builder b = {.part = part,
+                 .in = part->line + part->first,
+                 .chunk_origin = chunk_origin,
+                 .patch = patch,
+                 .samples = samples};
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD,
                          .flags = (uint8_t)(STP_PATCH_TWO_SIDED | STP_PATCH_STRIP |
                                             (part->continues ? STP_PATCH_CONTINUES : 0) |

@@ -236,12 +236,11 @@ bool stp_triangles_build(const stp_triangle_source *source, const stp_triangle_p
                          uint16_t greatest, stp_dvec3 chunk_origin, stp_patch *patch,
                          stp_patch_samples *samples, stp_item *vertex)
 {
-    builder b;
-    b.source = source;
-    b.part = part;
-    b.chunk_origin = chunk_origin;
-    b.patch = patch;
-    b.samples = samples;
+    builder b = {.source = source,
+                 .part = part,
+                 .chunk_origin = chunk_origin,
+                 .patch = patch,
+                 .samples = samples};
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD,
                          .flags = STP_PATCH_TWO_SIDED | STP_PATCH_TRIANGLES};
     patch->counts[0] = (uint8_t)(3 * part->count);

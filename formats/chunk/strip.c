@@ -153,8 +153,8 @@ static const char *compare_loss(const stp_patch *patch, int level, stp_strip_los
 /* A level through two vertices or more. */
 static const char *check_polyline(const stored_strip *s, int level)
 {
-    stp_strip_choice choices[STP_STRIP_CANDIDATES];
-    uint8_t chosen[STP_STRIP_CANDIDATES];
+    stp_strip_choice choices[STP_STRIP_CANDIDATES] = {{0}};
+    uint8_t chosen[STP_STRIP_CANDIDATES] = {0};
     const unsigned count = s->patch->counts[level];
     for (unsigned j = 0; j < count; j++) {
         if (!is_a_child(s, level, j))
