@@ -4,7 +4,7 @@
 #include "runtime/stipple.h"
 #include "tests/support/views.h"
 #include "tools/bench/median.h"
-#include "tools/bench/quality/judge.h"
+#include "tests/quality/judge.h"
 #include "tools/cli.h"
 
 #include <stdio.h>

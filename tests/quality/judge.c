@@ -1,5 +1,5 @@
 /* Pictures beside a true mesh. */
-#include "tools/bench/quality/judge.h"
+#include "tests/quality/judge.h"
 
 #include "base/memory.h"
 #include "tests/support/triangles.h"

@@ -2,8 +2,8 @@
  *
  * Pictures are lambert of one grey (shaders/README.md): they tell normals and coverage alone.
  * Threads: any, one judge each. */
-#ifndef STP_TOOLS_QUALITY_JUDGE_H
-#define STP_TOOLS_QUALITY_JUDGE_H
+#ifndef STP_TESTS_QUALITY_JUDGE_H
+#define STP_TESTS_QUALITY_JUDGE_H
 
 #include "base/error.h"
 #include "formats/scan/mesh.h"
