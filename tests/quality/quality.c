@@ -2,9 +2,9 @@
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "runtime/stipple.h"
+#include "tests/quality/judge.h"
 #include "tests/support/views.h"
 #include "tools/bench/median.h"
-#include "tests/quality/judge.h"
 #include "tools/cli.h"
 
 #include <stdio.h>
