@@ -69,7 +69,8 @@ static stp_dvec3 meet(const stp_gpu_frame *frame, const pixel *p, int x, int y)
     stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0}
                                          : stp_dvec3_scale(near_point, 1.0 / depth);
     double cosine = stp_dvec3_dot(p->normal, way);
-    if (fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
+    bool tube = ((p->tag - 1) & 3) == STP_KIND_TUBE; /* its disc faces the eye */
+    if (!tube && fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
         double on = stp_dvec3_dot(p->normal, stp_dvec3_sub(p->centre, near_point)) / cosine;
         depth += fmin(fmax(on, -extent), extent);
     }
@@ -282,14 +283,12 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
     read_texels(params->finished ? level->finished : level->pulled, params->x, params->y, &t);
     pixel p = unpack(params->frame, &t, params->x, params->y);
     if (p.tag != 0) {
+        stp_dvec3 seen = stp_pixel_normal(params->frame, p.normal, p.tag, params->x, params->y);
         stp_dvec3 at = meet(params->frame, &p, params->x, params->y);
-        stp_dvec3 way = params->frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : at;
-        bool turned = ((p.tag - 1) & 8) != 0 && stp_dvec3_dot(p.normal, way) > 0.0;
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal =
-            stp_direction_to_world(params->frame, stp_dvec3_scale(p.normal, turned ? -1.0 : 1.0));
+        pick.normal = stp_direction_to_world(params->frame, seen);
         for (int i = 0; i < 3; i++)
             pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;

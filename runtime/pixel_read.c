@@ -32,8 +32,7 @@ stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 d)
         stp_dvec3_add(scale_axis(frame->axis_up, d.y), scale_axis(frame->axis_back, d.z)));
 }
 
-/* Whether a normal in eye space points away from the eye at a pixel. */
-static bool faces_away(const stp_gpu_frame *frame, stp_dvec3 n, int x, int y)
+stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y)
 {
     double f = (double)frame->viewport[2];
     stp_dvec3 ray = {0.0, 0.0, -1.0};
@@ -41,7 +40,13 @@ static bool faces_away(const stp_gpu_frame *frame, stp_dvec3 n, int x, int y)
         ray.x = (x + 0.5 - (double)frame->centre[0]) / f;
         ray.y = (y + 0.5 - (double)frame->centre[1]) / f;
     }
-    return stp_dvec3_dot(n, ray) > 0.0;
+    if (((tag - 1) & 3) == STP_KIND_TUBE) { /* n is the tangent */
+        stp_dvec3 to_eye = stp_dvec3_scale(stp_dvec3_normalize(ray), -1.0);
+        stp_dvec3 across = stp_dvec3_sub(to_eye, stp_dvec3_scale(n, stp_dvec3_dot(to_eye, n)));
+        return stp_dvec3_length(across) > 1e-6 ? stp_dvec3_normalize(across) : to_eye;
+    }
+    bool away = ((tag - 1) & 8) != 0 && stp_dvec3_dot(n, ray) > 0.0;
+    return stp_dvec3_scale(n, away ? -1.0 : 1.0);
 }
 
 static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
@@ -51,10 +56,8 @@ static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
         int tag = (int)(paint[x][3] >> 16);
         stp_dvec3 n = stp_direction_unpack(shape[x][0]);
         stp_dvec3 world = {0.0, 0.0, 0.0};
-        if (tag != 0) {
-            double side = (((tag - 1) & 8) != 0 && faces_away(frame, n, x, y)) ? -1.0 : 1.0;
-            world = stp_direction_to_world(frame, stp_dvec3_scale(n, side));
-        }
+        if (tag != 0)
+            world = stp_direction_to_world(frame, stp_pixel_normal(frame, n, tag, x, y));
         xyz[3 * x] = (float)world.x;
         xyz[3 * x + 1] = (float)world.y;
         xyz[3 * x + 2] = (float)world.z;

@@ -10,6 +10,9 @@
 
 /* The unit vector that stp_direction_pack of shaders/pixel.glsl packed. */
 stp_dvec3 stp_direction_unpack(uint32_t code);
+/* The normal of pixel (x, y), whose unpacked direction is n, as it is seen: turned to the eye where
+ * two-sided; of a tube, whose direction is its tangent, that across it. Eye space, unit. */
+stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y);
 /* A direction of eye space in the world. */
 stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 direction);
 

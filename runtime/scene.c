@@ -67,3 +67,11 @@ const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk)
         i--;
     return &scene->models[i];
 }
+
+bool stp_scene_has_lines(const stp_scene *scene)
+{
+    bool has = false;
+    for (size_t i = 0; i < scene->model_count; i++)
+        has |= (scene->models[i].model->info->attributes & STP_HAS_LINES) != 0;
+    return has;
+}

@@ -8,6 +8,7 @@
 
 #include "runtime/model.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* As many as stp_draw_params.hidden_models has bits. */
@@ -32,6 +33,8 @@ stp_status stp_scene_create(stp_scene *out, const stp_model *const *models, size
                             stp_error *err);
 void stp_scene_destroy(stp_scene *scene);
 
+/* Whether some model has ribbons or tubes. */
+bool stp_scene_has_lines(const stp_scene *scene);
 /* The model that a chunk is of. */
 const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk);
 

@@ -22,6 +22,7 @@ typedef struct stp_variant {
     bool orthographic, box, keep_back_faces;
     int template_px;     /* side of the window, where templates reconstruct; else 0 */
     bool splat;          /* samples are drawn as splats */
+    bool lines;          /* there are ribbons and tubes */
     bool clip, classes;  /* a clip box; hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */
@@ -31,7 +32,7 @@ typedef struct stp_variant {
     bool fade; /* pixels are marked by level, and fade.frag is there */
 } stp_variant;
 
-#define STP_VARIANT_DEFINES_BYTES 480
+#define STP_VARIANT_DEFINES_BYTES 640
 
 /* The variant as lines for stp_program_params.defines. */
 void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);

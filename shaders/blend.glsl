@@ -32,7 +32,8 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     float w = c.tag != 0 && c.z_min <= front.z_max ? weight : 0.0;
     bool two_sided = ((front.tag - 1 | c.tag - 1) & 8) != 0;
     float side = two_sided && dot(c.normal, front.normal) < 0.0 ? -w : w;
-    blend.sum.normal += side * c.normal;
+    bool alike = stp_tag_tube(front.tag) == stp_tag_tube(c.tag); // a tangent is no normal
+    blend.sum.normal += alike ? side * c.normal : vec3(0.0);
     blend.sum.radius += w * c.radius * c.radius;
     // Over the front's, so that equal depths stay equal whatever the weights: ties are decided by them.
     blend.sum.z_min += w * (c.z_min - front.z_min);

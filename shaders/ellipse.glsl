@@ -20,9 +20,10 @@ vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
     float inverse = min(units / (p.radius * viewport.z), 1.0 / STP_ELLIPSE_FLOOR);
     vec2 delta = offset * inverse;
-    float k = dot(p.normal, ray);
+    vec3 normal = stp_tag_tube(p.tag) ? -ray : p.normal;
+    float k = dot(normal, ray);
     float magnitude = max(abs(k), min(1.0, STP_ELLIPSE_FLOOR * inverse));
-    float along = dot(delta, p.normal.xy) / (k > 0.0 ? magnitude : -magnitude);
+    float along = dot(delta, normal.xy) / (k > 0.0 ? magnitude : -magnitude);
     return vec3(delta, 0.0) - ray * along;
 }
 

@@ -10,6 +10,9 @@ struct stp_pixel {
     int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source + 512 mark
 };
 
+#define STP_KIND_RIBBON 1
+#define STP_KIND_TUBE 2
+
 // Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
 //   shape: normal (octahedral, 2 x 16 bits), radius, z_min, z_max (32-bit floats)
 //   paint: d (two 32-bit floats), red | green << 16, blue | tag << 16 (16-bit fractions of 1)
@@ -69,6 +72,18 @@ stp_pixel stp_pixel_invalid()
 bool stp_tag_two_sided(int tag)
 {
     return ((tag - 1) & 8) != 0;
+}
+
+// A tube's normal is its tangent, and its disc faces the eye (CG08, section 4.2). Pictures without lines have none.
+bool stp_tag_tube(int tag)
+{
+    return STP_LINES != 0 && tag != 0 && ((tag - 1) & 3) == STP_KIND_TUBE;
+}
+
+bool stp_tag_line(int tag)
+{
+    int kind = (tag - 1) & 3;
+    return STP_LINES != 0 && tag != 0 && (kind == STP_KIND_TUBE || kind == STP_KIND_RIBBON);
 }
 
 // The pyramid level the values come from: 0 is a measured pixel.

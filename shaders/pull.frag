@@ -36,10 +36,10 @@ void main()
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, vec4(1.0));
 
-    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance.
+    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance. A line grows no wider.
     stp_pixel p = blend.sum;
     float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);
-    float variance = max(0.0, blend.distance - dot(p.d, p.d)) * unit * unit;
+    float variance = stp_tag_line(front.tag) ? 0.0 : max(0.0, blend.distance - dot(p.d, p.d)) * unit * unit;
     p.radius = sqrt(p.radius + 2.0 * variance);
     p.z_min = front.z_min;
     p.z_max = blend.farthest;

@@ -42,6 +42,8 @@ stp_pixel stp_push(ivec2 here)
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
+    if (stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag))
+        valid = 0.0; // between lines there are gaps
     float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
     float reach = clamp(least, 1.0, gap);
     c0.tag = q.x <= reach ? c0.tag : 0;

@@ -119,6 +119,11 @@ stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
                                     lattice.xyz, lattice.w);
     disc.radius *= STP_RADIUS_PART;
     vec3 w = stp_ray_through(disc.position);
+    bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
+    if (tube && (STP_SPLAT != 0 || !disc.has_normal)) { // a disc that faces the eye, and no more
+        disc.has_normal = false;
+        disc.kind = 0u;
+    }
     if (!disc.has_normal)
         disc.normal = -w;
     else if (!disc.oriented && dot(disc.normal, w) > 0.0)
@@ -130,7 +135,7 @@ stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
     tag += 512 * stp_mark_of(id, chunk);
 #endif
     return stp_pixel(disc.normal, disc.radius, depth,
-                     depth + stp_depth_extent(disc.radius, dot(disc.normal, w), ppu),
+                     depth + stp_depth_extent(disc.radius, tube ? 1.0 : dot(disc.normal, w), ppu),
                      centre.xy + disc.position.xy * ppu - window,
                      stp_sample_colour(disc, id, chunk), tag);
 }

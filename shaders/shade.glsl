@@ -9,11 +9,29 @@ vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
            0.16 * pow(max(0.0, dot(n, h)), 40.0);
 }
 
+// The normal of a tube that is lit most from a direction, or faces it most: that across the tangent.
+vec3 stp_tube_normal(vec3 tangent, vec3 towards)
+{
+    vec3 n = towards - tangent * dot(towards, tangent);
+    float norm = dot(n, n);
+    return norm > 1e-12 ? n * inversesqrt(norm) : towards;
+}
+
+// What tubes turn to: the light, or where the picture is taken for its normals, the eye.
+#if STP_SHADE == STP_SHADE_PHONG || STP_OVERLAY
+#define STP_SHADE_TOWARDS normalize(vec3(0.35, 0.45, 1.0))
+#elif STP_SHADE == STP_SHADE_LAMBERT
+#define STP_SHADE_TOWARDS vec3(0.0, 0.0, 1.0)
+#else
+#define STP_SHADE_TOWARDS v
+#endif
+
 // RGBA, alpha 1 where covered. window: of the pixel's centre.
 vec4 stp_shade(stp_pixel p, vec2 window)
 {
     vec3 v = -stp_ray(window);
     vec3 n = stp_tag_two_sided(p.tag) && dot(p.normal, v) < 0.0 ? -p.normal : p.normal;
+    n = stp_tag_tube(p.tag) ? stp_tube_normal(p.normal, STP_SHADE_TOWARDS) : n;
 #if STP_SHADE == STP_SHADE_PHONG
     vec3 c = stp_phong(p.colour, n, v);
 #elif STP_SHADE == STP_SHADE_LAMBERT

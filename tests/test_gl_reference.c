@@ -6,6 +6,7 @@
  * doubles see no more than a float's last bits between them. Such pixels of level 0 are settled as
  * the GPU did it, where that is justified, and counted. */
 #include "tests/gl_fixture.h"
+#include "tests/line_fixture.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
 #include "tests/support/views.h"
@@ -268,12 +269,11 @@ static const struct {
 static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
 
 /* Views of one model: around it, close to it with 100 degrees, and orthographic. */
-static void judge_scene(const char *name, const model_recipe *recipe)
+static void judge_model(const char *name)
 {
     gl_fixture f = {0};
     promise_disc *leaves = NULL;
     size_t leaf_count = 0;
-    model_fixture_build("scene.stipple", recipe);
     gl_fixture_open(&f, "scene.stipple", NULL);
     check_ok(promise_load_leaves(f.model->file, &leaves, &leaf_count, err));
     for (size_t m = 0; m < sizeof modes / sizeof *modes; m++) {
@@ -315,6 +315,12 @@ static void judge_scene(const char *name, const model_recipe *recipe)
     gl_fixture_close(&f);
 }
 
+static void judge_scene(const char *name, const model_recipe *recipe)
+{
+    model_fixture_build("scene.stipple", recipe);
+    judge_model(name);
+}
+
 #define SCENE(name, ...)                                                                           \
     static void name(void **state)                                                                 \
     {                                                                                              \
@@ -329,12 +335,30 @@ SCENE(terrain, .shape = GEN_TERRAIN, .point_count = 30000)
 SCENE(sheet, .shape = GEN_SHEET, .point_count = 20000, .true_normals = true)
 SCENE(two_sided, .shape = GEN_STATUE, .point_count = 30000, .orient = STP_ORIENT_NONE)
 
+/* Discs of ribbons, and of tubes, which face the eye and keep their tangents. */
+static void lines(void **state)
+{
+    (void)state;
+    stp_line_set tubes =
+        line_set_helices(60, 300, (stp_dvec3){0.0, 0.0, 0.0}, 1.0, 0.05, STP_LINE_TUBE);
+    stp_prep_stats stats;
+    for (uint64_t i = 0; i < tubes.strip_count; i += 2) {
+        tubes.strips[i].kind = STP_LINE_RIBBON;
+        for (uint64_t k = 0; k < tubes.strips[i].count; k++)
+            tubes.vertices[tubes.strips[i].begin + k].direction = (vec3s){{0.6f, 0.0f, 0.8f}};
+    }
+    check_ok(line_set_run(&tubes, NULL, "scene.stipple", 2, NULL, &stats, err));
+    stp_line_set_clear(&tubes);
+    judge_model("lines");
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bumpy),   cmocka_unit_test(statue), cmocka_unit_test(torus),
         cmocka_unit_test(terrain), cmocka_unit_test(sheet),  cmocka_unit_test(two_sided),
+        cmocka_unit_test(lines),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);

@@ -2,6 +2,7 @@
 #include "tests/support/reference.h"
 
 #include "base/memory.h"
+#include "formats/chunk/sample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -101,6 +102,18 @@ static int tag_with_source(int tag, int source)
     return 1 + ((tag - 1) & 15) + 16 * source;
 }
 
+/* A tube's normal is its tangent. */
+static bool is_tube(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_TUBE;
+}
+
+static bool is_line(const reference_pixel *p)
+{
+    unsigned kind = (unsigned)(p->tag - 1) & 3;
+    return p->tag != 0 && (kind == STP_KIND_RIBBON || kind == STP_KIND_TUBE);
+}
+
 /* ---- projection ---- */
 
 /* How deep the interval of a pixel is. */
@@ -127,10 +140,16 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
     stp_dvec3 w =
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     stp_dvec3 n = disc->normal;
-    bool oriented = disc->has_normal && disc->oriented;
+    unsigned kind = disc->kind;
+    bool tube = kind == STP_KIND_TUBE, faces = !disc->has_normal;
+    if (tube && (faces || pyramid->filter == REFERENCE_SPLAT)) {
+        faces = true;
+        kind = STP_KIND_SURFACE;
+    }
+    bool oriented = !faces && disc->oriented;
     if (oriented && stp_dvec3_dot(n, w) >= 0.0)
         return false;
-    if (!disc->has_normal)
+    if (faces)
         n = stp_dvec3_scale(w, -1.0);
     else if (!oriented && stp_dvec3_dot(n, w) > 0.0)
         n = stp_dvec3_scale(n, -1.0);
@@ -138,11 +157,11 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
         .normal = n,
         .radius = radius,
         .z_min = depth,
-        .z_max = depth + depth_extent(view, radius, stp_dvec3_dot(n, w), depth),
+        .z_max = depth + depth_extent(view, radius, tube ? 1.0 : stp_dvec3_dot(n, w), depth),
         .dx = u,
         .dy = v,
         .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
-        .tag = 1 + (int)disc->kind + (oriented ? 0 : 8),
+        .tag = 1 + (int)kind + (oriented ? 0 : 8),
     };
     return true;
 }
@@ -189,10 +208,11 @@ static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference
     double radius = reference_radius_px(pyramid, p);
     stp_dvec3 w = ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
-    double k = stp_dvec3_dot(p->normal, w);
+    stp_dvec3 n = is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
+    double k = stp_dvec3_dot(n, w);
     double least = fmin(1.0, floor_px(pyramid) / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
-    return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, p->normal) / k_floored));
+    return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
 }
 
 double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
@@ -299,7 +319,8 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
         double w = weights[i];
         bool turned =
             (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
-        sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
+        if (is_tube(p) == is_tube(front))
+            sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
         sum.radius += w * p->radius * p->radius;
         sum.z_min += w * (p->z_min - front->z_min);
         sum.z_max += w * (p->z_max - front->z_max);
@@ -361,7 +382,7 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
         out.z_max = fmax(out.z_max, p->z_max);
         spread += (p->dx * p->dx + p->dy * p->dy) / m.count;
     }
-    double variance = fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
+    double variance = is_line(&front) ? 0.0 : fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
     double ppu = pixels_per_unit(&pyramid->view, out.z_min);
     out.radius = sqrt(out.radius * out.radius + 2.0 * variance / (ppu * ppu));
     return out;
@@ -384,8 +405,11 @@ void reference_pull(reference_pyramid *pyramid)
 static double push_reach(const meeting *m)
 {
     double least = INFINITY;
-    for (int k = 0; k < m->count; k++)
+    for (int k = 0; k < m->count; k++) {
         least = fmin(least, m->q[k]);
+        if (is_line(&m->pixels[k]))
+            return 1.0;
+    }
     double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
     return least > 1.0 && least <= most ? least : 1.0;
 }
@@ -523,12 +547,26 @@ static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, doub
         out[k] = p->rgb[k] * light + gloss;
 }
 
+/* Across the tangent: the one that is lit most, or faces the eye most. */
+static stp_dvec3 tube_normal(stp_dvec3 tangent, reference_shade shade, stp_dvec3 v)
+{
+    stp_dvec3 towards = v;
+    if (shade == REFERENCE_PHONG)
+        towards = stp_dvec3_normalize((stp_dvec3){0.35, 0.45, 1.0});
+    else if (shade == REFERENCE_LAMBERT)
+        towards = (stp_dvec3){0.0, 0.0, 1.0};
+    stp_dvec3 n = stp_dvec3_sub(towards, stp_dvec3_scale(tangent, stp_dvec3_dot(towards, tangent)));
+    return stp_dvec3_length(n) > 1e-6 ? stp_dvec3_normalize(n) : towards;
+}
+
 static void shade_pixel(const stp_view *view, const reference_pixel *p, int i, int j,
                         reference_shade shade, double out[3])
 {
     stp_dvec3 v = stp_dvec3_scale(ray(view, i + 0.5, j + 0.5), -1.0);
     bool away = two_sided(p) && stp_dvec3_dot(p->normal, v) < 0.0;
     stp_dvec3 n = stp_dvec3_scale(p->normal, away ? -1.0 : 1.0);
+    if (is_tube(p))
+        n = tube_normal(p->normal, shade, v);
     if (shade == REFERENCE_PHONG) {
         shade_phong(p, n, v, out);
     } else if (shade == REFERENCE_LAMBERT) {
