@@ -19,6 +19,7 @@ typedef struct prep_options {
     uint64_t neighbours, sample, seed, memory;
     double precision, outlier_distance, line_radius;
     bool recompute_normals, hybrid, force;
+    int lines; /* 1: a plant's mesh becomes lines */
     int codec, progress, outliers;
     cli_common common;
 } prep_options;
@@ -70,9 +71,9 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         goto done;
     STP_TRY(prep_inputs_end_rejects(in, err));
     if (o->stats)
-        STP_TRY(stp_json_save(prep_report_json(&stats, &in->edges), o->stats, o->force, err));
+        STP_TRY(stp_json_save(prep_report_json(&stats, in), o->stats, o->force, err));
     if (!o->common.quiet)
-        prep_report_print(&stats, &in->edges);
+        prep_report_print(&stats, in);
 done:
     stp_pool_destroy(&pool);
     return status;
@@ -98,7 +99,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .line_radius = o->line_radius,
                                  .hybrid = o->hybrid,
                                  .columns = o->columns,
-                                 .recompute_normals = o->recompute_normals}};
+                                 .recompute_normals = o->recompute_normals},
+                      .plants = o->lines == 1};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
                               .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
@@ -159,6 +161,9 @@ const cli_command cli_prep = {
         "--hybrid stores a mesh's triangles as such where one would get 8 points or more of "
         "--sample\n"
         "N, or of as many as there are vertices; where they meet the others, they blend.\n"
+        "--lines auto makes lines of the meshes of plants: leaves become ribbons, branches tubes, "
+        "the\n"
+        "trunk and what is neither stay triangles.\n"
         "--outliers looks for points, and groups of at most K of them, that are far from all\n"
         "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
         "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
@@ -183,6 +188,8 @@ static int prep_main(int argc, char **argv)
          "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
         {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
          "keep triangles that are large beside the sampling, points for the others", NULL},
+        {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",
+         "auto: a plant's mesh becomes lines (edges)", NULL},
         {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
@@ -211,6 +218,9 @@ static int prep_main(int argc, char **argv)
         return cli_usage(&cli_prep, "no output: give -o M.stipple");
     if (o.neighbours < 3 || o.neighbours > STP_NEIGHBOURS_LIMIT)
         return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
+    if (o.lines == 1 && (o.hybrid || o.sample > 0))
+        return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
+                                    "one of them");
     if (o.outlier_distance != 0.0 && o.outliers == STP_OUTLIERS_KEEP)
         return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
     if (o.outlier_distance != 0.0 && !(o.outlier_distance >= 1.0))

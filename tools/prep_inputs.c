@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/scan/coordinate_step.h"
+#include "tools/prep_plants.h"
 
 #include <ctype.h>
 #include <inttypes.h>
@@ -17,7 +18,10 @@ static prep_input facts_of(const char *path)
     struct stat facts;
     if (stat(path, &facts) != 0 || !S_ISREG(facts.st_mode))
         return (prep_input){0};
-    return (prep_input){facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtim};
+    return (prep_input){.device = facts.st_dev,
+                        .inode = facts.st_ino,
+                        .size = facts.st_size,
+                        .changed = facts.st_mtim};
 }
 
 static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
@@ -50,6 +54,11 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
     stp_status status = STP_OK;
     *count = 0;
     while (*count == 0 && in->current < in->count) {
+        if (in->facts[in->current].plant) {
+            STP_TRY(check_unchanged(in, err));
+            in->current++;
+            continue;
+        }
         if (!in->scan)
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
@@ -118,18 +127,22 @@ done:
     return status;
 }
 
-static stp_status add_lines(prep_inputs *in, stp_scan *scan, stp_error *err)
+static void add_edges(prep_inputs *in, const stp_edge_counts *edges)
 {
-    stp_status status = STP_OK;
-    stp_line_set own = {0}, *all = &in->lines;
-    const stp_edge_counts *edges = &stp_scan_get_info(scan)->edges;
-    stp_scan_take_lines(scan, &own);
     in->edges.read += edges->read;
     in->edges.no_vertex += edges->no_vertex;
     in->edges.no_length += edges->no_length;
     in->edges.repeated += edges->repeated;
     in->edges.not_finite += edges->not_finite;
     in->edges.of_faces += edges->of_faces;
+}
+
+/* Appends lines and frees their own set. */
+static stp_status add_lines(prep_inputs *in, stp_line_set *set, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_line_set own = *set, *all = &in->lines;
+    *set = (stp_line_set){0};
     STP_TRY(stp_grow(&all->vertices, &in->vertex_capacity, all->vertex_count + own.vertex_count,
                      sizeof *all->vertices, "lines", err));
     STP_TRY(stp_grow(&all->strips, &in->strip_capacity, all->strip_count + own.strip_count,
@@ -145,11 +158,13 @@ done:
     return status;
 }
 
-static stp_status add_triangles(prep_inputs *in, stp_scan *scan, const char *path, stp_error *err)
+/* Likewise. */
+static stp_status add_triangles(prep_inputs *in, stp_triangle_set *set, const char *path,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_triangle_set own = {0}, *all = &in->triangles;
-    stp_scan_take_triangles(scan, &own);
+    stp_triangle_set own = *set, *all = &in->triangles;
+    *set = (stp_triangle_set){0};
     const uint32_t before = (uint32_t)all->vertex_count;
     if (all->vertex_count + own.vertex_count > UINT32_MAX) {
         status = stp_error_set(err, STP_LIMIT,
@@ -221,6 +236,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
 {
     stp_status status = STP_OK;
     stp_scan *scan = NULL;
+    stp_line_set lines = {0};
+    stp_triangle_set triangles = {0};
     double step = 0.0;
     const char *slash = strrchr(in->paths[i], '/');
     in->files[i].name = slash ? slash + 1 : in->paths[i];
@@ -231,9 +248,18 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, in->paths[i], err));
     STP_TRY(copy_notes(&in->files[i], info, err));
-    STP_TRY(add_lines(in, scan, err));
-    STP_TRY(add_triangles(in, scan, in->paths[i], err));
-    source->point_count += info->point_count;
+    add_edges(in, &info->edges);
+    stp_scan_take_lines(scan, &lines);
+    STP_TRY(add_lines(in, &lines, err));
+    in->facts[i].plant = in->plants && info->face_count > 0;
+    if (in->facts[i].plant) {
+        STP_TRY(prep_plants_read(in->paths[i], &lines, &triangles, &in->plant, err));
+        STP_TRY(add_lines(in, &lines, err));
+    } else {
+        stp_scan_take_triangles(scan, &triangles);
+        source->point_count += info->point_count;
+    }
+    STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
     *all &= info->attributes;
     *any |= info->attributes;
     if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
@@ -241,6 +267,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;
 done:
+    stp_line_set_clear(&lines);
+    stp_triangle_set_clear(&triangles);
     stp_scan_close(&scan);
     return status;
 }
@@ -292,6 +320,11 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     for (size_t i = 0; i < in->count; i++)
         STP_TRY(survey_one(in, i, source, &all, &any, err));
     STP_TRY(check_twice(in, err));
+    if (in->plants && in->plant.triangles == 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s has no faces%s: --lines auto makes lines of a plant's mesh; edges "
+                             "are lines without it",
+                             in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     if (source->point_count == 0 && in->lines.strip_count == 0 && in->triangles.triangle_count == 0)
         return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");

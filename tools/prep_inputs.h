@@ -5,6 +5,7 @@
 
 #include "base/file.h"
 #include "formats/scan/scan.h"
+#include "preprocess/plant.h"
 #include "preprocess/prep.h"
 
 #include <sys/types.h>
@@ -15,9 +16,11 @@ typedef struct prep_input {
     ino_t inode; /* 0: nothing is known */
     off_t size;
     struct timespec changed;
+    bool plant; /* its mesh has become lines and triangles: it has no points */
 } prep_input;
 
-/* Several scans, one after the other. Zero, then paths, count and params; paths are borrowed. */
+/* Several scans, one after the other. Zero, then paths, count, params and plants; paths are
+ * borrowed. */
 typedef struct prep_inputs {
     char *const *paths;
     size_t count, current;
@@ -32,6 +35,8 @@ typedef struct prep_inputs {
     stp_edge_counts edges;      /* of all inputs */
     stp_triangle_set triangles; /* likewise */
     size_t corner_capacity, triangle_capacity;
+    bool plants;              /* meshes become lines (prep_plants.h) */
+    stp_plant_report plant;   /* of all of them */
     uint32_t stations_before; /* of the inputs before the current one */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
     size_t reject_file;       /* of the last such record, */
@@ -40,7 +45,8 @@ typedef struct prep_inputs {
 
 /* What all inputs together are; every file is opened once, so that a wrong one fails at once.
  * *source then reads from the inputs. Errors: those of stp_scan_open, LIMIT (stations), EMPTY (no
- * point and no line in any), INVALID_ARGUMENT (a file twice, by whatever names). */
+ * point and no line in any), INVALID_ARGUMENT (a file twice, by whatever names; plants, and no
+ * mesh). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
 /* Names rejected records in a CSV file: file, index in it from 0 (of a file with lines: among the
  * vertices that no line goes through), reason; it appears with

@@ -32,7 +32,23 @@ static cJSON *lines_json(const stp_line_counts *lines, const stp_edge_counts *ed
     return out;
 }
 
-cJSON *prep_report_json(const stp_prep_stats *s, const stp_edge_counts *edges)
+static cJSON *plants_json(const stp_plant_report *plant)
+{
+    cJSON *out = cJSON_CreateObject();
+    cJSON_AddNumberToObject(out, "vertices_before", (double)plant->vertices_before);
+    cJSON_AddNumberToObject(out, "positions_before", (double)plant->positions_before);
+    cJSON_AddNumberToObject(out, "vertices_after", (double)plant->vertices_after);
+    cJSON_AddNumberToObject(out, "triangles_in", (double)plant->triangles);
+    cJSON_AddNumberToObject(out, "ribbon_triangles", (double)plant->ribbon_triangles);
+    cJSON_AddNumberToObject(out, "tube_triangles", (double)plant->tube_triangles);
+    cJSON_AddNumberToObject(out, "kept_triangles", (double)plant->kept_triangles);
+    cJSON_AddNumberToObject(out, "ribbons", (double)plant->ribbons);
+    cJSON_AddNumberToObject(out, "tubes", (double)plant->tubes);
+    cJSON_AddNumberToObject(out, "rings", (double)plant->rings);
+    return out;
+}
+
+cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     double points = (double)s->points_out;
     cJSON *root = cJSON_CreateObject();
@@ -43,7 +59,9 @@ cJSON *prep_report_json(const stp_prep_stats *s, const stp_edge_counts *edges)
         cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
-    cJSON_AddItemToObject(root, "lines", lines_json(&s->lines, edges));
+    cJSON_AddItemToObject(root, "lines", lines_json(&s->lines, &inputs->edges));
+    if (inputs->plants)
+        cJSON_AddItemToObject(root, "plants", plants_json(&inputs->plant));
     cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
     cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
@@ -139,7 +157,17 @@ static void print_edges(const stp_edge_counts *e)
     fprintf(stderr, "\n");
 }
 
-static void print_shapes(const stp_prep_stats *s, const stp_edge_counts *edges)
+static void print_plant(const stp_plant_report *p)
+{
+    fprintf(stderr,
+            "plants: %" PRIu64 " ribbons out of %" PRIu64 " triangles, %" PRIu64
+            " tubes of %" PRIu64 " rings out of %" PRIu64 ", %" PRIu64 " triangles stay; %" PRIu64
+            " vertices were %" PRIu64 "\n",
+            p->ribbons, p->ribbon_triangles, p->tubes, p->rings, p->tube_triangles,
+            p->kept_triangles, p->vertices_after, p->vertices_before);
+}
+
+static void print_shapes(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     const stp_line_counts *l = &s->lines;
     if (l->strips > 0)
@@ -150,7 +178,9 @@ static void print_shapes(const stp_prep_stats *s, const stp_edge_counts *edges)
         fprintf(stderr,
                 "%" PRIu64 " vertices of lines are not finite: left out, the lines are cut there\n",
                 l->rejected);
-    print_edges(edges);
+    print_edges(&inputs->edges);
+    if (inputs->plants)
+        print_plant(&inputs->plant);
     if (s->triangles.triangles > 0)
         fprintf(stderr, "%" PRIu64 " triangles are stored\n", s->triangles.triangles);
     if (s->triangles.rejected > 0)
@@ -173,12 +203,12 @@ static void print_stage(const char *name, double seconds, uint64_t points, uint6
     print_row(name, time, rate, memory);
 }
 
-void prep_report_print(const stp_prep_stats *s, const stp_edge_counts *edges)
+void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
     print_rejects(s);
-    print_shapes(s, edges);
+    print_shapes(s, inputs);
     print_outliers(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,

@@ -2,7 +2,7 @@
 #ifndef STP_TOOLS_PREP_REPORT_H
 #define STP_TOOLS_PREP_REPORT_H
 
-#include "preprocess/prep.h"
+#include "tools/prep_inputs.h"
 
 struct cJSON;
 
@@ -10,10 +10,11 @@ struct cJSON;
 void prep_report_sweep(const char *output);
 /* On stderr: what temporary files will take, if there will be any. */
 void prep_report_plan(const stp_prep_plan *plan);
-/* What was read, dropped and written, and a table of the stages, on stderr. edges: of all inputs.
+/* What was read, dropped and written, and a table of the stages, on stderr. inputs: for their edges
+ * and plants.
  */
-void prep_report_print(const stp_prep_stats *stats, const stp_edge_counts *edges);
+void prep_report_print(const stp_prep_stats *stats, const prep_inputs *inputs);
 /* The same with stable keys; to be freed. NULL: memory is exhausted. */
-struct cJSON *prep_report_json(const stp_prep_stats *stats, const stp_edge_counts *edges);
+struct cJSON *prep_report_json(const stp_prep_stats *stats, const prep_inputs *inputs);
 
 #endif
