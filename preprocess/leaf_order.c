@@ -6,19 +6,19 @@
 
 #include <stdlib.h>
 
-typedef struct coded_leaf {
-    uint64_t code;
-    stp_leaf_place place;
-} coded_leaf;
+/* All leaves of a model, kind by kind. */
+typedef struct listing {
+    stp_leaf_place *places;
+    stp_morton_place *codes;
+    uint32_t count;
+    stp_morton_grid grid;
+} listing;
 
-static int compare_leaves(const void *a, const void *b)
+static void list(listing *l, stp_leaf_kind kind, uint32_t index, stp_dvec3 middle)
 {
-    const coded_leaf *x = a, *y = b;
-    if (x->code != y->code)
-        return x->code < y->code ? -1 : 1;
-    if (x->place.kind != y->place.kind)
-        return x->place.kind < y->place.kind ? -1 : 1;
-    return x->place.index < y->place.index ? -1 : x->place.index > y->place.index;
+    l->places[l->count] = (stp_leaf_place){kind, index};
+    l->codes[l->count] = (stp_morton_place){stp_morton_code(&l->grid, middle), l->count};
+    l->count++;
 }
 
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
@@ -29,33 +29,31 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
     const uint32_t cells = cloud->cell_count, line_leaves = lines ? lines->leaf_count : 0;
     const uint32_t triangle_leaves = triangles ? triangles->leaf_count : 0;
     const uint32_t all = cells + line_leaves + triangle_leaves;
-    coded_leaf *coded = NULL;
+    listing l = {0};
     stp_leaf_place *places = NULL;
-    uint32_t at = 0;
     stp_dbox box = cells > 0 ? cloud->box : stp_dbox_empty();
     if (lines)
         stp_dbox_join(&box, &lines->box);
     if (triangles)
         stp_dbox_join(&box, &triangles->box);
-    const stp_morton_grid grid = stp_morton_grid_of(&box);
-    STP_TRY(stp_alloc(&coded, all, sizeof *coded, "chunks", err));
+    l.grid = stp_morton_grid_of(&box);
+    STP_TRY(stp_alloc(&l.places, all, sizeof *l.places, "chunks", err));
+    STP_TRY(stp_alloc(&l.codes, all, sizeof *l.codes, "chunks", err));
     STP_TRY(stp_alloc(&places, all, sizeof *places, "chunks", err));
     for (uint32_t i = 0; i < cells; i++)
-        coded[at++] = (coded_leaf){stp_morton_code(&grid, stp_dbox_middle(&cloud->cells[i].box)),
-                                   {STP_LEAF_CELL, i}};
+        list(&l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
     for (uint32_t i = 0; i < line_leaves; i++)
-        coded[at++] =
-            (coded_leaf){stp_morton_code(&grid, lines->leaves[i].middle), {STP_LEAF_LINES, i}};
+        list(&l, STP_LEAF_LINES, i, lines->leaves[i].middle);
     for (uint32_t i = 0; i < triangle_leaves; i++)
-        coded[at++] = (coded_leaf){stp_morton_code(&grid, triangles->leaves[i].middle),
-                                   {STP_LEAF_TRIANGLES, i}};
-    if (all > cells)
-        qsort(coded, all, sizeof *coded, compare_leaves);
+        list(&l, STP_LEAF_TRIANGLES, i, triangles->leaves[i].middle);
+    if (all > cells) /* cells alone are in order */
+        stp_morton_order(l.codes, all);
     for (uint32_t i = 0; i < all; i++)
-        places[i] = coded[i].place;
+        places[i] = l.places[l.codes[i].index];
     *out = places;
     *count = all;
 done:
-    free(coded);
+    free(l.places);
+    free(l.codes);
     return status;
 }

@@ -125,34 +125,20 @@ static stp_dbox part_box(const stp_strip_part *part)
     return box;
 }
 
-typedef struct placed_part {
-    uint64_t code;
-    uint32_t index;
-} placed_part;
-
-static int compare_parts(const void *a, const void *b)
-{
-    const placed_part *x = a, *y = b;
-    if (x->code != y->code)
-        return x->code < y->code ? -1 : 1;
-    return x->index < y->index ? -1 : x->index > y->index;
-}
-
 /* Along the Morton curve of the lines' box. */
 static stp_status sort_parts(stp_line_leaves *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    placed_part *order = NULL;
+    stp_morton_place *order = NULL;
     stp_strip_part *sorted = NULL;
     const stp_morton_grid grid = stp_morton_grid_of(&out->box);
     STP_TRY(stp_alloc(&order, out->part_count, sizeof *order, "lines", err));
     STP_TRY(stp_alloc(&sorted, out->part_count, sizeof *sorted, "lines", err));
     for (uint32_t i = 0; i < out->part_count; i++) {
         const stp_dbox box = part_box(&out->parts[i]);
-        order[i] = (placed_part){stp_morton_code(&grid, stp_dbox_middle(&box)), i};
+        order[i] = (stp_morton_place){stp_morton_code(&grid, stp_dbox_middle(&box)), i};
     }
-    if (out->part_count > 0)
-        qsort(order, out->part_count, sizeof *order, compare_parts);
+    stp_morton_order(order, out->part_count);
     for (uint32_t i = 0; i < out->part_count; i++)
         sorted[i] = out->parts[order[i].index];
     free(out->parts);

@@ -74,6 +74,20 @@ uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 p)
            spread(grid_coordinate(p.z, grid->low.z, grid->scale)) << 2;
 }
 
+static int compare_places(const void *a, const void *b)
+{
+    const stp_morton_place *x = a, *y = b;
+    if (x->code != y->code)
+        return x->code < y->code ? -1 : 1;
+    return x->index < y->index ? -1 : x->index > y->index;
+}
+
+void stp_morton_order(stp_morton_place *places, uint32_t count)
+{
+    if (count > 0)
+        qsort(places, count, sizeof *places, compare_places);
+}
+
 stp_morton_grid stp_morton_grid_of(const stp_dbox *box)
 {
     stp_dvec3 size = stp_dvec3_sub(box->max, box->min);

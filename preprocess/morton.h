@@ -22,6 +22,15 @@ typedef struct stp_morton_grid {
 stp_morton_grid stp_morton_grid_of(const stp_dbox *box);
 uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 position);
 
+/* One of several things, and where it lies on the curve. */
+typedef struct stp_morton_place {
+    uint64_t code;
+    uint32_t index;
+} stp_morton_place;
+
+/* Puts things in the curve's order, in memory; equal codes by index. */
+void stp_morton_order(stp_morton_place *places, uint32_t count);
+
 /* Sorts; *box: of all points. spill: where they lie, NULL in memory. Errors: OUT_OF_MEMORY. */
 stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill, stp_dbox *box,
                            stp_pool *pool, stp_error *err);

@@ -10,6 +10,7 @@
 /* A patch's diagonal is so many sizes of its triangles, at most: the curve along which they are
  * sorted jumps. */
 #define PART_SIZES 8.0
+
 typedef struct maker {
     stp_triangle_leaves out;
     const stp_triangle_set *set;
@@ -35,25 +36,12 @@ static bool is_valid(const stp_triangle_set *set, uint64_t t)
 
 /* ---- order ---- */
 
-typedef struct placed_triangle {
-    uint64_t code;
-    uint32_t index;
-} placed_triangle;
-
-static int compare_triangles(const void *a, const void *b)
-{
-    const placed_triangle *x = a, *y = b;
-    if (x->code != y->code)
-        return x->code < y->code ? -1 : 1;
-    return x->index < y->index ? -1 : x->index > y->index;
-}
-
 /* Valid triangles along the Morton curve of their box, by their middles. */
 static stp_status sort_triangles(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_triangle_set *set = m->set;
-    placed_triangle *placed = NULL;
+    stp_morton_place *placed = NULL;
     uint32_t count = 0;
     m->out.box = stp_dbox_empty();
     STP_TRY(stp_alloc(&placed, set->triangle_count, sizeof *placed, "triangles", err));
@@ -77,8 +65,7 @@ static stp_status sort_triangles(maker *m, stp_error *err)
             sum = stp_dvec3_add(sum, stp_dvec3_scale(*corner(set, placed[i].index, k), 1.0 / 3.0));
         placed[i].code = stp_morton_code(&grid, sum);
     }
-    if (count > 0)
-        qsort(placed, count, sizeof *placed, compare_triangles);
+    stp_morton_order(placed, count);
     STP_TRY(stp_alloc(&m->order, count, sizeof *m->order, "triangles", err));
     for (uint32_t i = 0; i < count; i++)
         m->order[i] = placed[i].index;

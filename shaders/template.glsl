@@ -43,10 +43,9 @@ struct stp_template_hit {
     float q;
 };
 
-// That of the pulled pixel `at` of a level, seen from pixel `here` of level 0.
-stp_template_hit stp_template_look(ivec2 here, ivec2 at, int level, vec3 ray)
+// That of a pulled pixel c, `at` of a level, seen from pixel `here` of level 0.
+stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level, vec3 ray)
 {
-    stp_pixel c = stp_template_pulled(at, level);
     c.d += stp_pixel_centre(at, level) - stp_pixel_centre(here, 0);
     vec3 s = stp_ellipse_place(c, ray, -c.d);
     float q = c.radius > 0.0 ? dot(s, s) : STP_ELLIPSE_OUTSIDE;
@@ -80,9 +79,10 @@ stp_pixel stp_template(ivec2 here)
         ivec2 size = (ivec2(viewport.xy) + (1 << level) - 1) >> level;
         for (int bit = 0; bit < STP_TEMPLATE * STP_TEMPLATE; bit++) {
             ivec2 at = stp_template_at(here, level, bit);
-            stp_pixel c = stp_template_look(here, at, level, ray).pixel;
+            stp_pixel pulled = stp_template_pulled(at, level);
+            stp_pixel c = stp_template_look(pulled, here, at, level, ray).pixel;
             bool inside = all(lessThan(uvec2(at), uvec2(size)));
-            c.tag = inside && stp_template_lives(stp_template_pulled(at, level), at, level) ? c.tag : 0;
+            c.tag = inside && stp_template_lives(pulled, at, level) ? c.tag : 0;
             front = stp_nearer(front, c);
             end = c.tag != 0 ? min(end, c.z_max) : end;
             int word = level * STP_TEMPLATE_WORDS + (bit >> 5);
@@ -97,7 +97,8 @@ stp_pixel stp_template(ivec2 here)
         int level = word / STP_TEMPLATE_WORDS, first = word % STP_TEMPLATE_WORDS * 32;
         for (uint left = covers[word]; left != 0u; left &= left - 1u) {
             int bit = first + findLSB(left);
-            stp_template_hit hit = stp_template_look(here, stp_template_at(here, level, bit), level, ray);
+            ivec2 at = stp_template_at(here, level, bit);
+            stp_template_hit hit = stp_template_look(stp_template_pulled(at, level), here, at, level, ray);
             stp_blend_add(blend, front, hit.pixel, exp(-2.0 * hit.q));
             int from = level == 0 && bit == own_bit ? 0 : max(1, stp_tag_source(hit.pixel.tag));
             source = hit.pixel.tag != 0 && hit.pixel.z_min <= end ? min(source, from) : source;

@@ -74,18 +74,22 @@ static inline stp_status prep_cloud_read(void *context, stp_point *points, size_
     return STP_OK;
 }
 
-/* Preprocesses the cloud into a file. */
-static inline stp_status prep_cloud_run(prep_cloud *cloud, const char *path, unsigned threads,
-                                        const stp_prep_params *params, stp_prep_stats *stats,
-                                        stp_error *err)
+/* Preprocesses points, lines and triangles, each NULL for none, into a file. */
+static inline stp_status prep_shapes_run(prep_cloud *points, const stp_line_set *lines,
+                                         const stp_triangle_set *triangles, const char *path,
+                                         unsigned threads, const stp_prep_params *params,
+                                         stp_prep_stats *stats, stp_error *err)
 {
     stp_prep_params own = params ? *params : (stp_prep_params){0};
+    prep_cloud none = {0}, *cloud = points ? points : &none;
     const stp_prep_file file = {.name = "a known surface"};
     stp_prep_source source = {.context = cloud,
                               .read = prep_cloud_read,
                               .point_count = cloud->count,
                               .attributes = STP_POINT_HAS_COLOUR | STP_POINT_HAS_CLASS |
                                             STP_POINT_HAS_INTENSITY,
+                              .lines = lines,
+                              .triangles = triangles,
                               .files = &file,
                               .file_count = 1};
     stp_pool *pool = NULL;
@@ -95,6 +99,29 @@ static inline stp_status prep_cloud_run(prep_cloud *cloud, const char *path, uns
     stp_status status = stp_prep_run(path, &source, &own, pool, NULL, stats, err);
     stp_pool_destroy(&pool);
     return status;
+}
+
+/* Preprocesses the cloud into a file. */
+static inline stp_status prep_cloud_run(prep_cloud *cloud, const char *path, unsigned threads,
+                                        const stp_prep_params *params, stp_prep_stats *stats,
+                                        stp_error *err)
+{
+    return prep_shapes_run(cloud, NULL, NULL, path, threads, params, stats, err);
+}
+
+/* All bytes of a file: free() them. */
+static inline uint8_t *prep_file_bytes(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, 0, SEEK_END), 0);
+    *size = (size_t)ftell(file);
+    rewind(file);
+    uint8_t *bytes = malloc(*size);
+    assert_non_null(bytes);
+    assert_int_equal(fread(bytes, 1, *size, file), *size);
+    fclose(file);
+    return bytes;
 }
 
 /* Opens a file after everything it promises has been checked. */

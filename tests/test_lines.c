@@ -127,20 +127,6 @@ static void lines_stand_beside_points(void **state)
     stp_line_set_clear(&set);
 }
 
-static uint8_t *read_bytes(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    uint8_t *bytes = malloc(*size);
-    assert_non_null(bytes);
-    assert_int_equal(fread(bytes, 1, *size, file), *size);
-    fclose(file);
-    return bytes;
-}
-
 static void threads_give_the_same_bytes(void **state)
 {
     (void)state;
@@ -152,7 +138,7 @@ static void threads_give_the_same_bytes(void **state)
     uint8_t *bytes[2];
     for (unsigned i = 0; i < 2; i++) {
         assert_int_equal(line_set_run(&set, &cloud, OUT, i ? 5 : 1, NULL, &stats, NULL), STP_OK);
-        bytes[i] = read_bytes(OUT, &size[i]);
+        bytes[i] = prep_file_bytes(OUT, &size[i]);
     }
     assert_int_equal(size[0], size[1]);
     assert_memory_equal(bytes[0], bytes[1], size[0]);

@@ -175,20 +175,6 @@ static void merged_samples_cover_their_children(void **state)
     free(cloud.points);
 }
 
-static uint8_t *file_bytes(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    uint8_t *bytes = malloc(*size);
-    assert_non_null(bytes);
-    assert_int_equal(fread(bytes, 1, *size, file), *size);
-    fclose(file);
-    return bytes;
-}
-
 static void threads_do_not_change_the_bytes(void **state)
 {
     (void)state;
@@ -200,7 +186,7 @@ static void threads_do_not_change_the_bytes(void **state)
         stp_prep_stats stats;
         size_t size = 0;
         assert_int_equal(prep_cloud_run(&cloud, OUT, threads[i], NULL, &stats, NULL), STP_OK);
-        uint8_t *bytes = file_bytes(OUT, &size);
+        uint8_t *bytes = prep_file_bytes(OUT, &size);
         if (!first) {
             first = bytes;
             first_size = size;

@@ -37,24 +37,7 @@ static stp_status run_triangles(const stp_triangle_set *set, prep_cloud *points,
                                 const stp_prep_params *params, stp_prep_stats *stats,
                                 stp_error *err)
 {
-    stp_prep_params own = params ? *params : (stp_prep_params){0};
-    prep_cloud none = {0}, *cloud = points ? points : &none;
-    const stp_prep_file file = {.name = "known triangles"};
-    stp_prep_source source = {.context = cloud,
-                              .read = prep_cloud_read,
-                              .point_count = cloud->count,
-                              .attributes = STP_POINT_HAS_COLOUR | STP_POINT_HAS_CLASS |
-                                            STP_POINT_HAS_INTENSITY,
-                              .triangles = set,
-                              .files = &file,
-                              .file_count = 1};
-    stp_pool *pool = NULL;
-    cloud->given = 0;
-    own.force = true;
-    assert_int_equal(stp_pool_create(&pool, threads, err), STP_OK);
-    stp_status status = stp_prep_run(OUT, &source, &own, pool, NULL, stats, err);
-    stp_pool_destroy(&pool);
-    return status;
+    return prep_shapes_run(points, NULL, set, OUT, threads, params, stats, err);
 }
 
 /* Level 0 of all patches of triangles: each triangle of the set once, a vertex at one place. */
