@@ -44,10 +44,11 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
-/* The road by which a picture is projected: splats are rasterised. */
+/* The road by which a picture is projected: splats, segments and triangles are rasterised. */
 static stp_lod road_of(const stp_variant *variant, stp_lod lod)
 {
-    return variant->splat && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
+    bool rasterised = variant->splat || variant->lines || variant->triangles;
+    return rasterised && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
 }
 
 stp_status stp_frame_prepare_roads(stp_project *project, stp_project *blends, const char *folder,
@@ -55,13 +56,11 @@ stp_status stp_frame_prepare_roads(stp_project *project, stp_project *blends, co
 {
     stp_status status = STP_OK;
     stp_lod road = road_of(variant, lod);
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_variant_defines(variant, defines);
     const stp_project_files *fronts =
         variant->splat ? &stp_project_splat_fronts : &stp_project_pixels;
-    STP_TRY(stp_project_prepare(project, fronts, road, folder, defines, err));
+    STP_TRY(stp_project_prepare(project, fronts, road, folder, variant, err));
     if (variant->splat)
-        STP_TRY(stp_project_prepare(blends, &stp_project_splat_blends, road, folder, defines, err));
+        STP_TRY(stp_project_prepare(blends, &stp_project_splat_blends, road, folder, variant, err));
 done:
     return status;
 }

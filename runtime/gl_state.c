@@ -26,6 +26,7 @@ static const struct {
     {GL_POLYGON_OFFSET_LINE, false},
     {GL_POLYGON_OFFSET_POINT, false},
     {GL_POLYGON_SMOOTH, false},
+    {GL_LINE_SMOOTH, false},
     {GL_SAMPLE_MASK, false},
     {GL_SAMPLE_COVERAGE, false},
     {GL_SAMPLE_ALPHA_TO_COVERAGE, false},
@@ -127,6 +128,8 @@ static void save_raster(stp_gl_state *s)
     glGetIntegerv(GL_CLIP_DEPTH_MODE, &s->clip_depth);
     glGetIntegerv(GL_POLYGON_MODE, s->polygon_mode); /* one value, or two that are equal */
     glGetFloatv(GL_POINT_SIZE, &s->point_size);
+    glGetFloatv(GL_LINE_WIDTH, &s->line_width);
+    glGetIntegerv(GL_PROVOKING_VERTEX, &s->provoking_vertex);
 }
 
 static void save_block(stp_gl_block *out, GLenum buffer, GLenum begin, GLenum bytes, int index)
@@ -199,6 +202,8 @@ static void set_ours(void)
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glPointSize(1.0f);
+    glLineWidth(1.0f);
+    glProvokingVertex(GL_LAST_VERTEX_CONVENTION);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
     for (int i = 0; i < STP_GL_PIXEL_STORES; i++)
@@ -245,6 +250,8 @@ static void restore_raster(const stp_gl_state *s)
     restore_viewports(s);
     glPolygonMode(GL_FRONT_AND_BACK, (GLenum)s->polygon_mode[0]);
     glPointSize(s->point_size);
+    glLineWidth(s->line_width);
+    glProvokingVertex((GLenum)s->provoking_vertex);
 }
 
 static void restore_block(GLenum target, int index, const stp_gl_block *block)

@@ -50,7 +50,8 @@ typedef struct stp_gl_state {
     int viewport_count, draw_buffer_count;
     GLboolean depth_mask;
     GLint depth_func, clip_origin, clip_depth, polygon_mode[2];
-    GLfloat point_size;
+    GLfloat point_size, line_width;
+    GLint provoking_vertex;
     GLint program, vertex_array, draw_frame, read_frame, active_unit;
     GLint buffers[STP_GL_BUFFERS], pixel_stores[STP_GL_PIXEL_STORES];
     stp_gl_unit units[STP_GL_UNITS];

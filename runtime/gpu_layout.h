@@ -30,6 +30,12 @@ enum {
     STP_UNIFORM_FADE_F = 11
 };
 
+/* A pixel's nearest sample: its number; the segment from it to the next, or the triangle of it and
+ * the next two. */
+#define STP_NAME_SEGMENT UINT32_C(0x80000000)
+#define STP_NAME_TRIANGLE UINT32_C(0x40000000)
+#define STP_NAME_SAMPLE UINT32_C(0x3fffffff)
+
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
 
@@ -58,7 +64,7 @@ typedef struct stp_gpu_patch {
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
-    uint8_t flags; /* STP_PATCH_*, for the CPU */
+    uint8_t flags; /* STP_PATCH_* */
     uint8_t unused[3];
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Of level 2, then 1, by quarter: perpendicular, tangential. */

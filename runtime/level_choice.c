@@ -157,6 +157,7 @@ stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *
         .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
         .child = stored->child,
         .below_count = stored->counts[0],
+        .shape = patch->flags & STP_PATCH_SHAPES,
         .first_below = stored->first_below,
     };
 }
@@ -261,6 +262,14 @@ unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
             out[count++] = range;
     }
     return count;
+}
+
+unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels)
+{
+    int level = levels->of[0];
+    if ((patch->flags & STP_PATCH_STRIP) && level >= 0 && patch->count[level] >= 2)
+        return STP_PATCH_STRIP;
+    return (patch->flags & STP_PATCH_TRIANGLES) && level == 0 ? STP_PATCH_TRIANGLES : 0;
 }
 
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,

@@ -31,6 +31,10 @@ stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *ch
 unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
                            stp_range out[STP_PATCH_QUARTERS]);
 
+/* What a patch of these levels is drawn as: STP_PATCH_STRIP, a polyline, STP_PATCH_TRIANGLES, or,
+ * 0, points. All quarters of a strip or of triangles choose the same level. */
+unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels);
+
 /* Projected error of a quarter at a level, pixels; at levels 0 and 3 of the patch. 0 where nothing
  * bounds the projection (then the finest level is drawn). */
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
@@ -59,6 +63,7 @@ typedef struct stp_patch_brief {
     /* Which child of its chunk refines it; in a linked chunk which of the child's patches do. */
     uint8_t child, below_count;
     uint16_t first_below;
+    uint8_t shape; /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
 } stp_patch_brief;
 
 stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored);

@@ -36,6 +36,8 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     stp_object_texture t = {.slot_capacity = slot_capacity};
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    if ((uint32_t)limit > STP_NAME_SAMPLE)
+        limit = (GLint)STP_NAME_SAMPLE;
     if (sample_capacity > (uint32_t)limit ||
         patch_capacity > (uint32_t)limit / (sizeof(stp_gpu_patch) / sizeof(stp_sample)))
         return stp_error_set(err, STP_GL,

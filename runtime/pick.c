@@ -135,9 +135,10 @@ static void free_surrounding(surrounding *s)
     free(s->sample);
 }
 
-/* A sample drawn, as level 0 has it: its number in the Object Texture, UINT32_MAX: not known. */
+/* A sample drawn, as level 0 has it: its number in the Object Texture, UINT32_MAX: not known; and
+ * whether a segment or a triangle begins with it (runtime/gpu_layout.h). */
 typedef struct drawn_sample {
-    GLuint index;
+    GLuint name;
     stp_dvec3 centre; /* eye space */
     double radius;    /* 0 where there is no sample at all */
 } drawn_sample;
@@ -147,7 +148,7 @@ static drawn_sample nearest_sample(const stp_pick_params *params, const surround
                                    stp_dvec3 at)
 {
     double least = INFINITY;
-    drawn_sample found = {.index = UINT32_MAX};
+    drawn_sample found = {.name = UINT32_MAX};
     for (int i = 0; i < s->width * s->height; i++) {
         texels t;
         memcpy(t.shape, s->shape[i], sizeof t.shape);
@@ -171,39 +172,64 @@ static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size
     return true;
 }
 
-/* Says what a sample of the Object Texture is, if it still is the one that was drawn. */
-static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
-{
-    const stp_object_texture *texture = params->texture;
+/* A sample of the Object Texture with what it is part of. */
+typedef struct stored_sample {
     stp_sample sample;
     stp_gpu_patch patch;
     stp_gpu_chunk chunk;
+} stored_sample;
+
+static bool read_sample(const stp_object_texture *texture, GLuint index, stored_sample *out)
+{
     GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
-    if (!read_item(texture->samples, drawn->index, samples, &sample, sizeof sample) ||
-        !read_item(texture->patch_of_sample, drawn->index, samples, &patch_index,
-                   sizeof patch_index) ||
-        !read_item(texture->patches, patch_index, texture->patch_ranges.capacity, &patch,
-                   sizeof patch) ||
-        !read_item(texture->chunks, patch.slot, texture->slot_capacity, &chunk, sizeof chunk))
-        return;
-    stp_dvec3 from_eye = {0.0, 0.0, 0.0};
-    double *const axes[3] = {&from_eye.x, &from_eye.y, &from_eye.z};
+    return read_item(texture->samples, index, samples, &out->sample, sizeof out->sample) &&
+           read_item(texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) &&
+           read_item(texture->patches, patch_index, texture->patch_ranges.capacity, &out->patch,
+                     sizeof out->patch) &&
+           read_item(texture->chunks, out->patch.slot, texture->slot_capacity, &out->chunk,
+                     sizeof out->chunk);
+}
+
+static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)
+{
     double depth = 0.0;
-    for (int i = 0; i < 3; i++) {
-        *axes[i] = (double)chunk.offset[i] + (double)patch.origin[i] +
-                   (double)patch.step * sample.position[i];
-        depth -= (double)params->frame->axis_back[i] * *axes[i];
+    for (int i = 0; i < 3; i++)
+        depth -=
+            (double)frame->axis_back[i] * ((double)s->chunk.offset[i] + (double)s->patch.origin[i] +
+                                           (double)s->patch.step * s->sample.position[i]);
+    return depth;
+}
+
+static unsigned corners_of(GLuint name)
+{
+    return name & STP_NAME_SEGMENT ? 2 : name & STP_NAME_TRIANGLE ? 3 : 1;
+}
+
+/* Says what a sample of the Object Texture is, if it still is the one that was drawn; of a segment
+ * or a triangle the one it begins with. */
+static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
+{
+    stored_sample first, corner;
+    GLuint index = drawn->name & STP_NAME_SAMPLE;
+    double least = INFINITY, greatest = -INFINITY, depth = -drawn->centre.z;
+    for (unsigned i = 0; i < corners_of(drawn->name); i++) {
+        if (!read_sample(params->texture, index + i, i == 0 ? &first : &corner))
+            return;
+        double at = depth_of(params->frame, i == 0 ? &first : &corner);
+        least = fmin(least, at);
+        greatest = fmax(greatest, at);
     }
-    double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(from_eye);
+    double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
     int level = 0;
-    while (level < STP_LEVEL_COUNT && !(drawn->index - patch.first[level] < patch.count[level]))
+    while (level < STP_LEVEL_COUNT &&
+           !(index - first.patch.first[level] < first.patch.count[level]))
         level++;
-    if (!(fabs(depth + drawn->centre.z) <= tolerance) || level == STP_LEVEL_COUNT)
+    if (!(depth >= least - tolerance && depth <= greatest + tolerance) || level == STP_LEVEL_COUNT)
         return;
-    out->chunk = chunk.id;
+    out->chunk = first.chunk.id;
     out->level = level;
-    out->class_id = sample.class_id;
-    out->intensity = sample.intensity / 255.0;
+    out->class_id = first.sample.class_id;
+    out->intensity = first.sample.intensity / 255.0;
 }
 
 /* A place on the ray through `at` that lies in the ball of a sample, or of the ball the point

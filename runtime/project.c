@@ -6,23 +6,50 @@
 
 #include <stdlib.h>
 
-const stp_project_files stp_project_pixels = {"sample.vert", "patch.geom", "id.frag", true};
+const stp_project_files stp_project_pixels = {"sample.vert", "patch.geom", "id.frag", "shape.frag",
+                                              true};
 const stp_project_files stp_project_splat_fronts = {"splat.vert", "splat.geom", "splat_front.frag",
-                                                    false};
+                                                    NULL, false};
 const stp_project_files stp_project_splat_blends = {"splat.vert", "splat.geom", "splat_blend.frag",
-                                                    false};
+                                                    NULL, false};
 
-stp_status stp_project_prepare(stp_project *p, const stp_project_files *files, stp_lod lod,
-                               const char *folder, const char *defines, stp_error *err)
+/* A program that takes patches, if it is not there yet. */
+static stp_status prepare_patches(GLuint *program, const char *geometry, const char *fragment,
+                                  const char *folder, const char *defines, stp_error *err)
+{
+    if (*program != 0)
+        return STP_OK;
+    return stp_program_create(program,
+                              &(stp_program_params){.vertex = "patch.vert",
+                                                    .geometry = geometry,
+                                                    .fragment = fragment,
+                                                    .defines = defines,
+                                                    .folder = folder},
+                              err);
+}
+
+static stp_status prepare_shapes(stp_project *p, const char *folder, const char *defines,
+                                 const stp_variant *variant, stp_error *err)
 {
     stp_status status = STP_OK;
+    const char *fragment = p->files->shape;
+    if (fragment != NULL && variant->lines)
+        STP_TRY(prepare_patches(&p->strip_program, "strip.geom", fragment, folder, defines, err));
+    if (fragment != NULL && variant->triangles)
+        STP_TRY(
+            prepare_patches(&p->triangle_program, "triangle.geom", fragment, folder, defines, err));
+done:
+    return status;
+}
+
+stp_status stp_project_prepare(stp_project *p, const stp_project_files *files, stp_lod lod,
+                               const char *folder, const stp_variant *variant, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char defines[STP_VARIANT_DEFINES_BYTES];
     stp_program_params samples = {
         .vertex = files->sample, .fragment = files->fragment, .defines = defines, .folder = folder};
-    stp_program_params patches = {.vertex = "patch.vert",
-                                  .geometry = files->patch,
-                                  .fragment = files->fragment,
-                                  .defines = defines,
-                                  .folder = folder};
+    stp_variant_defines(variant, defines);
     p->files = files;
     if (p->index_buffer == 0)
         glCreateBuffers(1, &p->index_buffer);
@@ -31,8 +58,10 @@ stp_status stp_project_prepare(stp_project *p, const stp_project_files *files, s
                                             : stp_scatter_create(&p->scatter, folder, defines, err);
     if (p->sample_program == 0)
         STP_TRY(stp_program_create(&p->sample_program, &samples, err));
-    if (lod == STP_LOD_GEOMETRY && p->patch_program == 0)
-        STP_TRY(stp_program_create(&p->patch_program, &patches, err));
+    if (lod == STP_LOD_GEOMETRY)
+        STP_TRY(prepare_patches(&p->patch_program, files->patch, files->fragment, folder, defines,
+                                err));
+    STP_TRY(prepare_shapes(p, folder, defines, variant, err));
 done:
     return status;
 }
@@ -41,6 +70,8 @@ void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
     glDeleteProgram(p->sample_program);
+    glDeleteProgram(p->strip_program);
+    glDeleteProgram(p->triangle_program);
     stp_scatter_destroy(&p->scatter);
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
@@ -68,11 +99,10 @@ typedef struct seen_draw {
 
 static seen_draw see(const stp_project_params *params, size_t i)
 {
-    const stp_sight *sight = params->sight;
+    const stp_sight_list *patches = &params->sight->lists[STP_SIGHT_PATCHES];
     uint32_t slot = stp_chunk_cache_slot(params->cache, params->draws[i].chunk);
-    return (seen_draw){stp_chunk_cache_get(params->cache, slot),
-                       sight->patches.items + sight->patches.begin[i],
-                       sight->patches.begin[i + 1] - sight->patches.begin[i],
+    return (seen_draw){stp_chunk_cache_get(params->cache, slot), patches->items + patches->begin[i],
+                       patches->begin[i + 1] - patches->begin[i],
                        stp_gpu_chunk_from_draw(&params->scene->entries[params->draws[i].chunk],
                                                &params->draws[i], params->eye)};
 }
@@ -80,6 +110,12 @@ static seen_draw see(const stp_project_params *params, size_t i)
 static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
 {
     return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
+}
+
+/* Whether a patch is drawn as segments or triangles. */
+static bool is_apart(const stp_project *p, const stp_gpu_patch *patch, const stp_levels *levels)
+{
+    return p->files->shape != NULL && stp_levels_shape(patch, levels) != 0;
 }
 
 /* Chooses the patches of one chunk and lists the samples. */
@@ -90,6 +126,8 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
         const stp_gpu_patch *patch = seen_patch(seen, i);
         stp_range parts[STP_PATCH_QUARTERS];
         stp_levels levels = stp_levels_choose(params->frame, &seen->chunk, patch);
+        if (is_apart(p, patch, &levels))
+            continue;
         unsigned part_count = stp_levels_select(patch, &levels, parts);
         for (unsigned k = 0; k < part_count; k++) {
             stp_status status = append_run(p, parts[k].begin, parts[k].count, err);
@@ -149,16 +187,18 @@ static void use_samples(const stp_project *p, bool vertices)
 
 static void draw_vertices(stp_project *p, const stp_project_params *params)
 {
-    const stp_sight_list *vertices = &params->sight->vertices;
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
     use_samples(p, true);
     draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, vertices->items,
                 vertices->begin[params->draw_count], params->waits);
 }
 
-static void draw_patches(stp_project *p, const stp_project_params *params)
+/* Draws what a program makes of the patches listed. */
+static void draw_patches(stp_project *p, const stp_project_params *params, GLuint program,
+                         stp_sight_kind kind)
 {
-    const stp_sight_list *patches = &params->sight->patches;
-    glUseProgram(p->patch_program);
+    const stp_sight_list *patches = &params->sight->lists[kind];
+    glUseProgram(program);
     draw_points(p, stp_chunk_cache_texture(params->cache)->empty_array, patches->items,
                 patches->begin[params->draw_count], params->waits);
 }
@@ -177,7 +217,7 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
     use_samples(p, false);
     draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
                 params->waits);
-    *points += p->index_count + params->sight->vertices.begin[params->draw_count];
+    *points += p->index_count + params->sight->lists[STP_SIGHT_VERTICES].begin[params->draw_count];
     return STP_OK;
 }
 
@@ -186,9 +226,12 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
 static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
 {
     uint32_t level = seen->chunk.finest, end = UINT32_MAX;
+    const stp_levels levels = {{(int)level, (int)level, (int)level, (int)level}};
     p->run_count = 0;
     for (size_t i = 0; i < seen->count; i++) {
         const stp_gpu_patch *patch = seen_patch(seen, i);
+        if (is_apart(p, patch, &levels))
+            continue;
         if (patch->first[level] != end) {
             stp_status status = stp_grow(&p->runs, &p->run_capacity, p->run_count + 1,
                                          sizeof *p->runs, "a list of runs", err);
@@ -221,16 +264,40 @@ static stp_status draw_full(stp_project *p, const stp_project_params *params, ui
     return STP_OK;
 }
 
-stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
-                            stp_error *err)
+/* The samples of a cut. */
+static stp_status draw_samples(stp_project *p, const stp_project_params *params, uint64_t *points,
+                               stp_error *err)
 {
     if (params->lod == STP_LOD_FULL)
         return draw_full(p, params, points, err);
-    if (params->lod == STP_LOD_COMPUTE)
-        return stp_scatter_draw(&p->scatter, params, points, err);
     draw_vertices(p, params);
     if (params->lod == STP_LOD_CPU)
         return draw_listed(p, params, points, err);
-    draw_patches(p, params);
+    draw_patches(p, params, p->patch_program, STP_SIGHT_PATCHES);
     return STP_OK;
+}
+
+/* Strips and triangles, where levels of them are chosen that are drawn as such. */
+static void draw_shapes(stp_project *p, const stp_project_params *params)
+{
+    bool clips = params->frame->modes[2] != 0;
+    for (GLenum i = 0; i < 6; i++)
+        (clips ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + i);
+    if (p->strip_program != 0)
+        draw_patches(p, params, p->strip_program, STP_SIGHT_STRIPS);
+    if (p->triangle_program != 0)
+        draw_patches(p, params, p->triangle_program, STP_SIGHT_TRIANGLES);
+    for (GLenum i = 0; i < 6; i++)
+        glDisable(GL_CLIP_DISTANCE0 + i);
+}
+
+stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    if (params->lod == STP_LOD_COMPUTE)
+        return stp_scatter_draw(&p->scatter, params, points, err);
+    stp_status status = draw_samples(p, params, points, err);
+    if (status == STP_OK)
+        draw_shapes(p, params);
+    return status;
 }

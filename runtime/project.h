@@ -6,6 +6,7 @@
 #include "runtime/model.h"
 #include "runtime/pyramid.h"
 #include "runtime/scatter.h"
+#include "runtime/shader.h"
 #include "runtime/sight.h"
 #include "runtime/stipple.h"
 
@@ -14,6 +15,7 @@
 /* Shader files of the roads that rasterise: what a sample becomes. */
 typedef struct stp_project_files {
     const char *sample, *patch, *fragment; /* vertex shader; geometry shader; fragment shader */
+    const char *shape;   /* fragment shader of segments and triangles; NULL: they are not drawn */
     bool parts_vertices; /* the vertex shader is told of vertices that are listed apart */
 } stp_project_files;
 
@@ -23,7 +25,7 @@ extern const stp_project_files stp_project_pixels, stp_project_splat_fronts,
 
 typedef struct stp_project {
     const stp_project_files *files;
-    GLuint patch_program, sample_program;
+    GLuint patch_program, sample_program, strip_program, triangle_program;
     stp_scatter scatter;
     GLuint index_buffer;
     uint32_t *indices; /* of samples, for STP_LOD_CPU */
@@ -33,10 +35,10 @@ typedef struct stp_project {
 } stp_project;
 
 /* Compiles the programs of a road where they are not there; a project begins as zero, and keeps to
- * its files. Splats have no compute shaders. folder: shader files that win over the embedded ones,
- * or NULL; defines: of the variant, the same for all roads. Errors: GL. */
+ * its files. Splats have no compute shaders, nor have segments and triangles. folder: shader files
+ * that win over the embedded ones, or NULL; variant: the same for all roads. Errors: GL. */
 stp_status stp_project_prepare(stp_project *project, const stp_project_files *files, stp_lod lod,
-                               const char *folder, const char *defines, stp_error *err);
+                               const char *folder, const stp_variant *variant, stp_error *err);
 void stp_project_destroy(stp_project *project);
 
 /* What any road projects. */
@@ -56,9 +58,10 @@ struct stp_project_params {
 
 /* Draws resident chunks into the bound framebuffer, in order, by the road prepared: first the
  * vertices that were listed apart, if any (shaders/README.md, Projection: why that changes no
- * picture). Adds to *points what was sent (where the geometry shader chooses: the samples of the
- * patches it looked at are not known here, and a query counts what it emitted). Errors:
- * OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT. */
+ * picture), last segments and triangles, which geometry shaders choose whatever the road. Adds to
+ * *points what was sent (where the geometry shader chooses: the samples of the patches it looked at
+ * are not known here, and a query counts what it emitted). Errors: OUT_OF_MEMORY; with
+ * STP_LOD_COMPUTE also GL, LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 

@@ -76,7 +76,8 @@ static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capa
  * full. */
 static size_t most_runs(const stp_project_params *params)
 {
-    size_t runs = STP_PATCH_QUARTERS * params->sight->patches.begin[params->draw_count];
+    size_t runs =
+        STP_PATCH_QUARTERS * params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     for (size_t i = 0; i < params->draw_count; i++) {
         const stp_draw *draw = &params->draws[i];
         runs += params->scene->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
@@ -88,15 +89,16 @@ static size_t most_runs(const stp_project_params *params)
 static void make_runs(stp_scatter *s, const stp_project_params *params)
 {
     static const runs_head head = {.groups_x = SCATTER_ROW_GROUPS, .groups_z = 1};
-    size_t patches = params->sight->patches.begin[params->draw_count];
+    size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
     reserve(&s->runs, &s->textures[0], GL_RG32UI, &s->run_bytes,
             sizeof head + most_runs(params) * 2 * sizeof(uint32_t));
     reserve(&s->lattices, &s->textures[1], GL_RGBA32F, &s->lattice_bytes,
             patches * 4 * sizeof(float));
     glNamedBufferSubData(s->runs, 0, sizeof head, &head);
-    glNamedBufferData(s->patches, (GLsizeiptr)(patches * sizeof *params->sight->patches.items),
-                      params->sight->patches.items, GL_STREAM_DRAW);
+    glNamedBufferData(s->patches,
+                      (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
+                      params->sight->lists[STP_SIGHT_PATCHES].items, GL_STREAM_DRAW);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_PATCHES, s->patches);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_RUNS, s->runs);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BLOCK_LATTICES, s->lattices);
@@ -134,7 +136,7 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
 {
     static const GLuint far_depth = 0;
     runs_head head;
-    const stp_sight_list *list = &params->sight->vertices;
+    const stp_sight_list *list = &params->sight->lists[STP_SIGHT_VERTICES];
     if (stp_chunk_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
                              "--lod compute counts to %u samples: give a smaller --gpu-memory",
@@ -143,7 +145,7 @@ stp_status stp_scatter_draw(stp_scatter *s, const stp_project_params *params, ui
         glClearTexImage(params->pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
                         &far_depth);
     size_t vertices = list->begin[params->draw_count];
-    if (params->sight->patches.begin[params->draw_count] + vertices == 0)
+    if (params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count] + vertices == 0)
         return STP_OK;
     make_runs(s, params);
     glNamedBufferData(s->vertices, (GLsizeiptr)(vertices * sizeof *list->items), list->items,

@@ -21,7 +21,7 @@ typedef struct stp_scatter {
     size_t run_bytes, lattice_bytes; /* of the buffers */
 } stp_scatter;
 
-/* folder, defines: as of stp_project_prepare. Errors: GL. */
+/* folder, defines: of the variant, as of stp_program_params. Errors: GL. */
 stp_status stp_scatter_create(stp_scatter *out, const char *folder, const char *defines,
                               stp_error *err);
 void stp_scatter_destroy(stp_scatter *scatter);

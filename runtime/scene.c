@@ -68,10 +68,10 @@ const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk)
     return &scene->models[i];
 }
 
-bool stp_scene_has_lines(const stp_scene *scene)
+uint32_t stp_scene_shapes(const stp_scene *scene)
 {
-    bool has = false;
+    uint32_t attributes = 0;
     for (size_t i = 0; i < scene->model_count; i++)
-        has |= (scene->models[i].model->info->attributes & STP_HAS_LINES) != 0;
-    return has;
+        attributes |= scene->models[i].model->info->attributes;
+    return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES);
 }

@@ -23,6 +23,7 @@ typedef struct stp_variant {
     int template_px;     /* side of the window, where templates reconstruct; else 0 */
     bool splat;          /* samples are drawn as splats */
     bool lines;          /* there are ribbons and tubes */
+    bool triangles;      /* there are some */
     bool clip, classes;  /* a clip box; hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */

@@ -10,7 +10,7 @@ typedef struct look {
     stp_sight *sight;
     const stp_sight_params *params;
     const stp_draw *draws;
-    size_t *patches, *vertices; /* found of each draw */
+    size_t *found[STP_SIGHT_COUNT]; /* of each draw */
 } look;
 
 /* Marks the tiles that a ball in eye space may cover. */
@@ -103,6 +103,23 @@ typedef struct tier {
     const size_t *draws;
 } tier;
 
+/* Adds to what was found of a draw. */
+static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
+{
+    const stp_sight_list *list = &l->sight->lists[kind];
+    list->items[list->begin[draw] + l->found[kind][draw]++] = item;
+}
+
+static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_t patch)
+{
+    uint32_t item = r->placement.patches.begin + patch;
+    add(l, STP_SIGHT_PATCHES, draw, item);
+    if (r->briefs[patch].shape == STP_PATCH_STRIP)
+        add(l, STP_SIGHT_STRIPS, draw, item);
+    else if (r->briefs[patch].shape == STP_PATCH_TRIANGLES)
+        add(l, STP_SIGHT_TRIANGLES, draw, item);
+}
+
 static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
@@ -115,9 +132,6 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
     stp_gpu_chunk chunk =
         stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
-    uint32_t *patches = l->sight->patches.items + l->sight->patches.begin[index];
-    uint32_t *vertices = l->sight->vertices.items + l->sight->vertices.begin[index];
-    size_t patch_count = 0, vertex_count = 0;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->briefs[i];
@@ -129,12 +143,10 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             continue;
         mark_tiles(params, worker, eye, bound.radius);
         if (params->vertices && vertex_does(params->frame, &bound, brief))
-            vertices[vertex_count++] = r->placement.level_begin[STP_LEVEL_COUNT - 1] + i;
+            add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
         else
-            patches[patch_count++] = r->placement.patches.begin + i;
+            add_patch(l, index, r, i);
     }
-    l->patches[index] = patch_count;
-    l->vertices[index] = vertex_count;
     return STP_OK;
 }
 
@@ -202,13 +214,18 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
 {
     stp_status status = STP_OK;
     size_t *found = NULL;
-    STP_TRY(stp_alloc(&found, 2 * count + 1, sizeof *found, "a list of patches", err));
-    STP_TRY(reserve(&s->patches, params, draws, count, true, err));
-    STP_TRY(reserve(&s->vertices, params, draws, count, params->vertices, err));
-    look l = {s, params, draws, found, found + count};
+    look l = {.sight = s, .params = params, .draws = draws};
+    uint32_t shapes = stp_scene_shapes(params->scene);
+    const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_HAS_LINES) != 0,
+                                        (shapes & STP_HAS_TRIANGLES) != 0};
+    STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));
+    for (int i = 0; i < STP_SIGHT_COUNT; i++) {
+        l.found[i] = found + (size_t)i * count;
+        STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
+    }
     STP_TRY(look_at_tiers(&l, count, err));
-    close_gaps(&s->patches, l.patches, count);
-    close_gaps(&s->vertices, l.vertices, count);
+    for (int i = 0; i < STP_SIGHT_COUNT; i++)
+        close_gaps(&s->lists[i], l.found[i], count);
 done:
     free(found);
     return status;
@@ -216,10 +233,10 @@ done:
 
 void stp_sight_destroy(stp_sight *s)
 {
-    free(s->patches.items);
-    free(s->patches.begin);
-    free(s->vertices.items);
-    free(s->vertices.begin);
+    for (int i = 0; i < STP_SIGHT_COUNT; i++) {
+        free(s->lists[i].items);
+        free(s->lists[i].begin);
+    }
     free(s->below);
     *s = (stp_sight){0};
 }

@@ -17,13 +17,20 @@ typedef struct stp_sight_list {
     size_t item_capacity, begin_capacity;
 } stp_sight_list;
 
+typedef enum stp_sight_kind {
+    STP_SIGHT_PATCHES,
+    /* Of patches for which level 3 does, which are not among the patches then: its sample. In a
+     * whole view of a large model nine patches of ten are such, and a point costs far less than a
+     * patch whose levels are chosen. Empty unless asked for. */
+    STP_SIGHT_VERTICES,
+    STP_SIGHT_STRIPS,    /* the strips among the patches once more */
+    STP_SIGHT_TRIANGLES, /* and the triangles */
+    STP_SIGHT_COUNT
+} stp_sight_kind;
+
 /* Zero is nothing in sight; arrays grow and are kept. */
 typedef struct stp_sight {
-    stp_sight_list patches;
-    /* Of patches for which level 3 does, which are not among `patches` then: its sample. In a whole
-     * view of a large model nine patches of ten are such, and a point costs far less than a patch
-     * whose levels are chosen. Empty unless asked for. */
-    stp_sight_list vertices;
+    stp_sight_list lists[STP_SIGHT_COUNT];
     bool *below; /* by link of the cut: drawn by the child's patch, or one below that */
     size_t below_capacity;
 } stp_sight;

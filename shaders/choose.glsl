@@ -53,6 +53,21 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
 }
 
+// What a patch of this level is drawn as: segments, triangles, or, 0, points. All quarters of a strip or of triangles
+// choose the same level.
+uint stp_shape_of(stp_patch p, int level)
+{
+#if STP_LINES
+    if ((p.flags & STP_PATCH_STRIP) != 0u && p.count[max(level, 0)] >= 2u)
+        return STP_PATCH_STRIP;
+#endif
+#if STP_TRIANGLES
+    if ((p.flags & STP_PATCH_TRIANGLES) != 0u && level == 0)
+        return STP_PATCH_TRIANGLES;
+#endif
+    return 0u;
+}
+
 // The samples of a patch at the levels chosen: quarter q has those from first[q] on in the Object
 // Texture, and with the quarters before it end[q] in all.
 struct stp_selection {

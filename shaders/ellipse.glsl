@@ -10,7 +10,13 @@
 #else
 #define STP_ELLIPSE_FLOOR 1.25
 #endif
+#define STP_ELLIPSE_FLOOR_LINE 0.5 // its pixels touch each other
 #define STP_ELLIPSE_OUTSIDE 1e30
+
+float stp_ellipse_floor(int tag)
+{
+    return stp_tag_line(tag) ? STP_ELLIPSE_FLOOR_LINE : STP_ELLIPSE_FLOOR;
+}
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its
 // centre: exact in perspective but for the floor. ray: unit, through the point; offset: of the point from the
@@ -18,11 +24,11 @@
 vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
 {
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
-    float inverse = min(units / (p.radius * viewport.z), 1.0 / STP_ELLIPSE_FLOOR);
+    float inverse = min(units / (p.radius * viewport.z), 1.0 / stp_ellipse_floor(p.tag));
     vec2 delta = offset * inverse;
     vec3 normal = stp_tag_tube(p.tag) ? -ray : p.normal;
     float k = dot(normal, ray);
-    float magnitude = max(abs(k), min(1.0, STP_ELLIPSE_FLOOR * inverse));
+    float magnitude = max(abs(k), min(1.0, stp_ellipse_floor(p.tag) * inverse));
     float along = dot(delta, normal.xy) / (k > 0.0 ? magnitude : -magnitude);
     return vec3(delta, 0.0) - ray * along;
 }

@@ -18,8 +18,9 @@ layout(std140, binding = 0) uniform stp_frame {
 };
 
 // A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_KEEP_BACK_FACES, STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these. Software rasterisers run
-// both sides of a branch, so what a picture does not need is not compiled.
+// STP_KEEP_BACK_FACES, STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES are 0 or 1, STP_SHADE,
+// STP_COLOUR and STP_PALETTE one of these. Software rasterisers run both sides of a branch, so what a picture does not
+// need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
 #define STP_SHADE_NORMAL 2
@@ -53,6 +54,16 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
+
+// What a pixel's nearest sample is, by its number's highest bits: the segment from this vertex to the next, or the
+// triangle of this corner and the next two.
+#define STP_NAME_SEGMENT 0x80000000u
+#define STP_NAME_TRIANGLE 0x40000000u
+#define STP_NAME_SAMPLE 0x3fffffffu
+
+// Of a patch (formats/chunk/sample.h).
+#define STP_PATCH_STRIP 2u
+#define STP_PATCH_TRIANGLES 4u
 
 // The pass's level of the pyramid.
 layout(location = 2) uniform int pyramid_level;

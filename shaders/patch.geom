@@ -15,7 +15,10 @@ void main()
 {
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
     stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
-    stp_selection s = stp_select(p, stp_choose_levels(patch_index[0], p, chunk));
+    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
+    if (stp_shape_of(p, levels.x) != 0u) // strip.geom and triangle.geom have it
+        return;
+    stp_selection s = stp_select(p, levels);
     uvec4 first = s.first - uvec4(0u, s.end.xyz);
     uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.end.w, begin + uint(STP_SHARE));
@@ -24,7 +27,7 @@ void main()
         vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step);
         if (position.z > 1.0)
             continue;
-        position.z = stp_depth_apart(position.z, false);
+        position.z = stp_depth_apart(position.z, STP_ORDER_SAMPLE);
         gl_Position = position;
         id = index;
         EmitVertex();

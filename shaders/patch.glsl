@@ -12,6 +12,7 @@ struct stp_patch {
     vec4 radius;          // greatest of the level
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
+    uint flags;           // STP_PATCH_*
 };
 
 // Of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
@@ -80,6 +81,7 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 4));
     p.first = texelFetch(patch_texture, base + 5);
     p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
+    p.flags = h.z & 255u;
     return p;
 }
 

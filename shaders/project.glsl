@@ -31,6 +31,15 @@ float stp_depth_decode(float z)
     return STP_ORTHOGRAPHIC != 0 ? (1.0 - z) * 2.0 * quality.w : viewport.w / z;
 }
 
+bool stp_class_hidden(uint class_id)
+{
+#if STP_HIDE_CLASSES
+    return (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) != 0u;
+#else
+    return false;
+#endif
+}
+
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
 // away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
 // of a hidden class, or its known back turned to the eye. Runs for every sample, so it normalises nothing.
@@ -52,21 +61,21 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     drawn = drawn && all(greaterThanEqual(from_eye, clip_min.xyz)) &&
             all(lessThanEqual(from_eye, clip_max.xyz));
 #endif
-#if STP_HIDE_CLASSES
-    uint class_id = texel.z >> 24;
-    drawn = drawn && (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) == 0u;
-#endif
+    drawn = drawn && !stp_class_hidden(texel.z >> 24);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
     return drawn;
 }
 
-// Depths of patches' vertices, which are drawn before all else, have an even last bit, and those of other
-// samples an odd one: the two never tie, so who wins a pixel does not depend on what was drawn at once.
-float stp_depth_apart(float z, bool is_vertex)
+#define STP_ORDER_VERTEX 0u
+#define STP_ORDER_SAMPLE 1u
+#define STP_ORDER_SHAPE 2u
+
+// Patches' vertices are drawn before other samples, segments and triangles after these: each has its own last two
+// bits in its depths, so that none ties with another and who wins a pixel does not depend on what was drawn at once.
+float stp_depth_apart(float z, uint order)
 {
-    uint even = floatBitsToUint(min(z, 0.99999988)) & ~1u;
-    return uintBitsToFloat(is_vertex ? even : even + 1u);
+    return uintBitsToFloat(floatBitsToUint(min(z, 0.99999976)) & ~3u | order);
 }
 
 // Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
@@ -77,4 +86,13 @@ vec4 stp_project(uvec4 texel, vec3 origin, float step)
     float z;
     bool drawn = stp_place(texel, origin, step, at, z);
     return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+}
+
+// Clip position of a place in eye space, for what is rasterised as it is.
+vec4 stp_clip_position(vec3 position)
+{
+    float depth = -position.z;
+    float w = STP_ORTHOGRAPHIC != 0 ? 1.0 : depth;
+    float z = STP_ORTHOGRAPHIC != 0 ? stp_depth_encode(depth) : viewport.w;
+    return vec4(2.0 * (centre.xy * w + position.xy * viewport.z) / viewport.xy - w, z, w);
 }

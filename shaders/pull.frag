@@ -18,7 +18,7 @@ stp_pixel stp_pull_candidate(ivec2 p, vec2 centre, vec3 ray)
 #if STP_TEMPLATE
     bool reaches = stp_template_carries(c, pyramid_level - 1);
 #else
-    bool reaches = STP_BOX != 0 || stp_ellipse(c, ray, -c.d) <= 1.0;
+    bool reaches = STP_BOX != 0 ? c.radius > 0.0 : stp_ellipse(c, ray, -c.d) <= 1.0;
 #endif
     c.tag = reaches && stp_inside(p) ? c.tag : 0;
     return c;

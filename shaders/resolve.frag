@@ -7,6 +7,7 @@
 #include "pixel.glsl"
 #include "pixel_out.glsl"
 #include "ellipse.glsl"
+#include "shape.glsl"
 #include "sample_pixel.glsl"
 
 layout(binding = 8) uniform usampler2D nearest_sample;
@@ -18,7 +19,7 @@ void main()
     uint index = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).x;
     if (index == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn it
         discard;
-    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
+    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index & STP_NAME_SAMPLE)).x);
     stp_pixel p = stp_sample_pixel(id, gl_FragCoord.xy);
     if (index == STP_NO_SAMPLE)
         p = stp_pixel_invalid();

@@ -16,5 +16,5 @@ void main()
     vec4 lattice = stp_lattice_fetch(patch_index, offset);
     id = uint(gl_VertexID);
     gl_Position = stp_project(texel, lattice.xyz, lattice.w);
-    gl_Position.z = stp_depth_apart(gl_Position.z, vertices);
+    gl_Position.z = stp_depth_apart(gl_Position.z, vertices ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
 }

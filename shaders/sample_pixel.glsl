@@ -1,5 +1,5 @@
 // What a sample gives to the pyramid: its disc as a pixel (projection in README.md), in the colour it is shown in.
-// Needs layout.glsl, patch.glsl, project.glsl, choose.glsl, palette.glsl, pixel.glsl, ellipse.glsl.
+// Needs layout.glsl, patch.glsl, project.glsl, shape.glsl, choose.glsl, palette.glsl, pixel.glsl, ellipse.glsl.
 
 #define STP_SLOPE_LIMIT 5.0
 
@@ -110,13 +110,28 @@ float stp_depth_extent(float radius, float cosine, float ppu)
     return max(radius, STP_EXTENT_FLOOR * slope / ppu);
 }
 
-// A sample, id.x, of a patch, id.y, as seen from a window position.
+// What a name in nearest_sample stands for, seen at a window position.
+stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
+{
+    uint index = name & STP_NAME_SAMPLE;
+#if STP_LINES
+    if ((name & STP_NAME_SEGMENT) != 0u)
+        return stp_segment_disc(index, lattice, window);
+#endif
+#if STP_TRIANGLES
+    if ((name & STP_NAME_TRIANGLE) != 0u)
+        return stp_triangle_disc(index, lattice, window);
+#endif
+    return stp_vertex_fetch(index, lattice);
+}
+
+// A sample, or what begins with it, id.x, of a patch, id.y, as seen from a window position.
 stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
 {
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
     vec4 lattice = stp_lattice_fetch(id.y, chunk.offset);
-    stp_disc disc = stp_disc_decode(texelFetch(object_texture, int(id.x)),
-                                    lattice.xyz, lattice.w);
+    stp_disc disc = stp_disc_of(id.x, lattice, window);
+    id.x &= STP_NAME_SAMPLE;
     disc.radius *= STP_RADIUS_PART;
     vec3 w = stp_ray_through(disc.position);
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);

@@ -52,7 +52,7 @@ void main()
     if (!stp_find(index, lattice) ||
         !stp_place(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w, pixel, z))
         return;
-    z = stp_depth_apart(z, vertex_count != 0u);
+    z = stp_depth_apart(z, vertex_count != 0u ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     // The nearest of all; the first of equals.
     if (!naming)
         imageAtomicMax(nearest_depth, pixel, floatBitsToUint(z));

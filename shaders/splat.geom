@@ -6,6 +6,7 @@
 #include "palette.glsl"
 #include "pixel.glsl"
 #include "ellipse.glsl"
+#include "shape.glsl"
 #include "sample_pixel.glsl"
 #include "splat_out.glsl"
 

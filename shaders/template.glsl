@@ -7,7 +7,7 @@
 // Projected radius, pixels.
 float stp_template_radius_px(stp_pixel p)
 {
-    return max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
+    return max(p.radius * stp_pixels_per_unit(p.z_min), stp_ellipse_floor(p.tag));
 }
 
 // Whether a pixel's ellipse is too wide for the windows of this level, so that it goes on to the next.

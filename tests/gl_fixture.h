@@ -76,9 +76,25 @@ static inline reference_disc gl_fixture_disc(const stp_chunk_entry *entry, const
     };
 }
 
-/* The samples of one drawn chunk, in the order they are drawn, appended to discs. */
+/* The samples of a level of a patch, drawn as what `shape` says. */
+static inline void gl_fixture_append_samples(const stp_view *view, const reference_disc *samples,
+                                             unsigned count, unsigned shape,
+                                             reference_disc_list *out)
+{
+    for (unsigned i = 0; i < count; i++) {
+        if (shape == STP_PATCH_STRIP && i + 1 < count)
+            check_ok(reference_segment(view, &samples[i], &samples[i + 1], out, err));
+        else if (shape == STP_PATCH_TRIANGLES && i % 3 == 0)
+            check_ok(reference_triangle(view, &samples[i], out, err));
+        else if (shape == 0)
+            check_ok(reference_append(out, &samples[i], err));
+    }
+}
+
+/* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: strips and
+ * triangles are drawn as samples too. */
 static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp_view *view,
-                                     reference_disc *discs, size_t *count)
+                                     bool splat, reference_disc_list *discs)
 {
     stp_gpu_chunk record;
     stp_chunk *chunk = NULL;
@@ -92,31 +108,30 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
                                 p))
             continue;
         stp_levels levels = stp_levels_choose(look.frame, &record, patch);
+        reference_disc drawn[STP_PATCH_SAMPLES];
+        unsigned count = 0;
         for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++) {
             int level = levels.of[q];
             const uint8_t *counts = chunk->patches[p].counts;
             const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
             unsigned end = stp_quarter_begin(counts, level, q + 1);
             for (unsigned i = stp_quarter_begin(counts, level, q); i < end; i++)
-                discs[(*count)++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
+                drawn[count++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
         }
+        unsigned shape = splat ? 0 : stp_levels_shape(patch, &levels);
+        gl_fixture_append_samples(view, drawn, count, shape, discs);
     }
     stp_chunk_destroy(&chunk);
 }
 
-/* All samples of the last frame; free with free(). */
-static inline reference_disc *gl_fixture_discs(const gl_fixture *f, const stp_view *view,
-                                               size_t *count)
+/* All samples of the last frame. */
+static inline reference_disc_list gl_fixture_discs(const gl_fixture *f, const stp_view *view,
+                                                   bool splat)
 {
+    reference_disc_list discs = {0};
     stp_inspection look = stp_renderer_inspect(f->renderer);
-    size_t most = 1;
     for (size_t i = 0; i < look.cut->draw_count; i++)
-        most += f->model->entries[look.cut->draws[i].chunk].sample_count[0];
-    reference_disc *discs = calloc(most, sizeof *discs);
-    assert_non_null(discs);
-    *count = 0;
-    for (size_t i = 0; i < look.cut->draw_count; i++)
-        gl_fixture_append(f, i, view, discs, count);
+        gl_fixture_append(f, i, view, splat, &discs);
     return discs;
 }
 

@@ -1,5 +1,5 @@
-/* What the tests of lines share: known polylines, through prep into files, and read back. Each
- * vertex has its number in its colour and class, which level 0 keeps. */
+/* What the tests of lines and triangles share: known ones, through prep into files, and read back.
+ * Each vertex has its number in its colour and class, which level 0 keeps. */
 #ifndef STP_TESTS_LINE_FIXTURE_H
 #define STP_TESTS_LINE_FIXTURE_H
 
@@ -39,6 +39,30 @@ static inline stp_line_set line_set_helices(uint64_t strip_count, uint64_t each,
                 v->direction = (vec3s){{(float)cos(t), (float)sin(t), 0.0f}};
         }
     }
+    return out;
+}
+
+/* A wavy grid of n x n cells whose size grows along x; every vertex has its number. */
+static inline stp_triangle_set triangle_set_grid(uint32_t n, stp_dvec3 at)
+{
+    stp_line_set numbered = line_set_make((uint64_t)(n + 1) * (n + 1), 0);
+    stp_triangle_set out = {.vertices = numbered.vertices, .vertex_count = numbered.vertex_count};
+    free(numbered.strips);
+    out.triangles = calloc(2 * (size_t)n * n, sizeof *out.triangles);
+    assert_non_null(out.triangles);
+    for (uint32_t y = 0; y <= n; y++)
+        for (uint32_t x = 0; x <= n; x++) {
+            double u = pow((double)x / n, 3.0) * 10.0, v = 10.0 * y / n;
+            out.vertices[y * (n + 1) + x].position =
+                stp_dvec3_add(at, (stp_dvec3){u, v, 0.3 * sin(2.0 * u) * cos(v)});
+        }
+    for (uint32_t y = 0; y < n; y++)
+        for (uint32_t x = 0; x < n; x++) {
+            const uint32_t a = y * (n + 1) + x, b = a + n + 1;
+            const uint32_t two[2][3] = {{a, a + 1, b}, {a + 1, b + 1, b}};
+            memcpy(out.triangles[out.triangle_count], two, sizeof two);
+            out.triangle_count += 2;
+        }
     return out;
 }
 

@@ -54,6 +54,8 @@ static const char decode[] =
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
     "put(float(stp_patch_slot(1u)));\n"
+    "    put(float(p.flags)); put(float(STP_PATCH_STRIP)); put(float(STP_PATCH_TRIANGLES));\n"
+    "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE));\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -113,7 +115,9 @@ static stp_gpu_patch make_patch(void)
                            .radius = {41, 42, 43, 44},
                            .first = {45, 46, 47, 48},
                            .count = {64, 16, 4, 1},
-                           .slot = 49};
+                           .slot = 49,
+                           .flags = 30,
+                           .unused = {91, 92, 93}};
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -171,6 +175,11 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     for (int i = 0; i < 4; i++)
         want(&e, patch->count[i]);
     want(&e, patch->slot);
+    want(&e, patch->flags);
+    want(&e, STP_PATCH_STRIP);
+    want(&e, STP_PATCH_TRIANGLES);
+    want(&e, STP_NAME_SEGMENT);
+    want(&e, STP_NAME_TRIANGLE);
     want_floats(&e, patch->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);

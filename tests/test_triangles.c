@@ -9,30 +9,6 @@
 
 #define OUT "test_triangles.stipple"
 
-/* A wavy grid of n x n cells whose size grows along x; every vertex has its number. */
-static stp_triangle_set grid_make(uint32_t n, stp_dvec3 at)
-{
-    stp_line_set numbered = line_set_make((uint64_t)(n + 1) * (n + 1), 0);
-    stp_triangle_set out = {.vertices = numbered.vertices, .vertex_count = numbered.vertex_count};
-    free(numbered.strips);
-    out.triangles = calloc(2 * (size_t)n * n, sizeof *out.triangles);
-    assert_non_null(out.triangles);
-    for (uint32_t y = 0; y <= n; y++)
-        for (uint32_t x = 0; x <= n; x++) {
-            double u = pow((double)x / n, 3.0) * 10.0, v = 10.0 * y / n;
-            out.vertices[y * (n + 1) + x].position =
-                stp_dvec3_add(at, (stp_dvec3){u, v, 0.3 * sin(2.0 * u) * cos(v)});
-        }
-    for (uint32_t y = 0; y < n; y++)
-        for (uint32_t x = 0; x < n; x++) {
-            const uint32_t a = y * (n + 1) + x, b = a + n + 1;
-            const uint32_t two[2][3] = {{a, a + 1, b}, {a + 1, b + 1, b}};
-            memcpy(out.triangles[out.triangle_count], two, sizeof two);
-            out.triangle_count += 2;
-        }
-    return out;
-}
-
 static stp_status run_triangles(const stp_triangle_set *set, prep_cloud *points, unsigned threads,
                                 const stp_prep_params *params, stp_prep_stats *stats,
                                 stp_error *err)
@@ -82,7 +58,7 @@ static void assert_holds(stp_chunk_file *file, const stp_triangle_set *set, doub
 static void every_triangle_comes_back(void **state)
 {
     (void)state;
-    stp_triangle_set set = grid_make(150, (stp_dvec3){300000.0, 5e6, 0.0});
+    stp_triangle_set set = triangle_set_grid(150, (stp_dvec3){300000.0, 5e6, 0.0});
     stp_prep_stats stats;
     stp_error err = {0};
     if (run_triangles(&set, NULL, 2, NULL, &stats, &err) != STP_OK)
@@ -187,7 +163,7 @@ static void assert_refuted(stp_chunk *chunk, uint32_t p)
 static void discs_hold_their_errors(void **state)
 {
     (void)state;
-    stp_triangle_set set = grid_make(20, (stp_dvec3){0.0, 0.0, 0.0});
+    stp_triangle_set set = triangle_set_grid(20, (stp_dvec3){0.0, 0.0, 0.0});
     stp_prep_stats stats;
     assert_int_equal(run_triangles(&set, NULL, 2, NULL, &stats, NULL), STP_OK);
     stp_chunk_file *file = prep_open_verified(OUT);
@@ -208,7 +184,7 @@ static void discs_hold_their_errors(void **state)
 static void awkward_triangles(void **state)
 {
     (void)state;
-    stp_triangle_set set = grid_make(8, (stp_dvec3){0.0, 0.0, 0.0});
+    stp_triangle_set set = triangle_set_grid(8, (stp_dvec3){0.0, 0.0, 0.0});
     prep_cloud cloud = prep_cloud_wavy(5000, (stp_dvec3){5.0, 5.0, 0.0}, 2.0);
     stp_prep_stats stats;
     stp_error err = {0};
@@ -239,7 +215,7 @@ static void awkward_triangles(void **state)
 static void small_triangles_in_a_large_model(void **state)
 {
     (void)state;
-    stp_triangle_set set = grid_make(30, (stp_dvec3){0.0, 0.0, 0.0});
+    stp_triangle_set set = triangle_set_grid(30, (stp_dvec3){0.0, 0.0, 0.0});
     prep_cloud cloud = prep_cloud_wavy(3000, (stp_dvec3){5e5, 5e5, 0.0}, 1e5);
     stp_prep_stats stats;
     stp_error err = {0};
@@ -268,7 +244,7 @@ static uint64_t hash_of(const char *path)
 static void threads_give_the_same_bytes(void **state)
 {
     (void)state;
-    stp_triangle_set set = grid_make(200, (stp_dvec3){0.0, 0.0, 0.0});
+    stp_triangle_set set = triangle_set_grid(200, (stp_dvec3){0.0, 0.0, 0.0});
     stp_prep_stats stats;
     uint64_t hash[2];
     for (unsigned i = 0; i < 2; i++) {

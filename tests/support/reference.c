@@ -189,16 +189,16 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 /* ---- the ellipse ---- */
 
 /* Least semi-axes. */
-static double floor_px(const reference_pyramid *pyramid)
+static double floor_px(const reference_pyramid *pyramid, const reference_pixel *p)
 {
     if (pyramid->filter == REFERENCE_SPLAT)
         return 0.75;
-    return pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
+    return is_line(p) ? 0.5 : pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
 }
 
 double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p)
 {
-    return fmax(p->radius * pixels_per_unit(&pyramid->view, p->z_min), floor_px(pyramid));
+    return fmax(p->radius * pixels_per_unit(&pyramid->view, p->z_min), floor_px(pyramid, p));
 }
 
 /* s: where the ray meets the disc's plane, in radii from its centre. */
@@ -210,7 +210,7 @@ static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     stp_dvec3 n = is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
     double k = stp_dvec3_dot(n, w);
-    double least = fmin(1.0, floor_px(pyramid) / radius);
+    double least = fmin(1.0, floor_px(pyramid, p) / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
     return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
 }
@@ -366,8 +366,8 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
     if (pyramid->filter >= REFERENCE_TEMPLATE3)
         keep_carried(pyramid, level - 1, &m);
-    else if (pyramid->filter == REFERENCE_GAUSS)
-        keep_reaching(&m, 1.0);
+    else /* a box asks only for an ellipse */
+        keep_reaching(&m, pyramid->filter == REFERENCE_GAUSS ? 1.0 : 1e300);
     if (m.count == 0)
         return (reference_pixel){0};
     const reference_pixel front = *front_of(&m);

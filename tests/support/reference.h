@@ -17,6 +17,14 @@
 
 #define REFERENCE_LEVELS_LIMIT 16
 
+/* Whether a pixel of a segment or a triangle is there: rasterisers round vertices, and those of
+ * segments may differ at their ends. */
+typedef enum reference_presence {
+    REFERENCE_SURE = 0,
+    REFERENCE_THERE,  /* but may be missing */
+    REFERENCE_MISSING /* but may be there */
+} reference_presence;
+
 /* A sample as it is drawn. */
 typedef struct reference_disc {
     stp_dvec3 position; /* eye space */
@@ -25,7 +33,14 @@ typedef struct reference_disc {
     double rgb[3];      /* 0..1 */
     unsigned kind;
     bool has_normal, oriented;
+    reference_presence presence;
 } reference_disc;
+
+/* Zero is empty. */
+typedef struct reference_disc_list {
+    reference_disc *items;
+    size_t count, capacity;
+} reference_disc_list;
 
 /* "A pixel of the pyramid"; all zero where tag is 0. */
 typedef struct reference_pixel {
@@ -73,6 +88,16 @@ int reference_level_count(double radius_px, int width, int height);
 /* A position or a direction of the world in eye space. */
 stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p);
 stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d);
+
+/* Errors: OUT_OF_MEMORY. */
+stp_status reference_append(reference_disc_list *list, const reference_disc *disc, stp_error *err);
+void reference_disc_list_clear(reference_disc_list *list);
+/* Appends what the pixels see of a segment, or of a triangle: a disc each, that falls into the
+ * pixel. Errors: OUT_OF_MEMORY. */
+stp_status reference_segment(const stp_view *view, const reference_disc *a, const reference_disc *b,
+                             reference_disc_list *out, stp_error *err);
+stp_status reference_triangle(const stp_view *view, const reference_disc corners[3],
+                              reference_disc_list *out, stp_error *err);
 
 /* Makes an empty pyramid. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (level_count). */
 stp_status reference_create(reference_pyramid *out, const stp_view *view, reference_filter filter,

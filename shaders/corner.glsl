@@ -1,0 +1,25 @@
+// A vertex of a strip or of triangles becomes a corner of what is rasterised. Needs layout.glsl, patch.glsl,
+// project.glsl.
+
+flat out uint id; // of the sample, and what begins with it
+
+#if STP_CLIP
+out float gl_ClipDistance[6];
+#endif
+
+// Emits it. from_eye: its place relative to the eye, world axes.
+void stp_corner_emit(vec3 from_eye, uint name)
+{
+    gl_Position = stp_clip_position(stp_to_eye(from_eye));
+#if STP_CLIP
+    vec3 low = from_eye - clip_min.xyz, high = clip_max.xyz - from_eye;
+    gl_ClipDistance[0] = low.x;
+    gl_ClipDistance[1] = low.y;
+    gl_ClipDistance[2] = low.z;
+    gl_ClipDistance[3] = high.x;
+    gl_ClipDistance[4] = high.y;
+    gl_ClipDistance[5] = high.z;
+#endif
+    id = name;
+    EmitVertex();
+}

@@ -1,0 +1,35 @@
+// Emits the triangles of a patch where level 0 is chosen, as patch.geom chooses. Instanced: each invocation emits its
+// share.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "choose.glsl"
+#include "corner.glsl"
+
+#define STP_PATCH_MOST_TRIANGLES 21
+#define STP_TRIANGLE_SHARE ((STP_PATCH_MOST_TRIANGLES + STP_INVOCATIONS - 1) / STP_INVOCATIONS)
+
+layout(points, invocations = STP_INVOCATIONS) in;
+layout(triangle_strip, max_vertices = 3 * STP_TRIANGLE_SHARE) out;
+
+flat in uint patch_index[];
+
+void main()
+{
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
+    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
+    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
+    if (stp_shape_of(p, levels.x) != STP_PATCH_TRIANGLES)
+        return;
+    uint begin = uint(gl_InvocationID * STP_TRIANGLE_SHARE);
+    uint end = min(p.count[0] / 3u, begin + uint(STP_TRIANGLE_SHARE));
+    for (uint i = begin; i < end; i++) {
+        uint first = p.first[0] + 3u * i;
+        if (stp_class_hidden(texelFetch(object_texture, int(first)).z >> 24))
+            continue;
+        for (uint k = first; k < first + 3u; k++)
+            stp_corner_emit(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
+                            first | STP_NAME_TRIANGLE);
+        EndPrimitive();
+    }
+}

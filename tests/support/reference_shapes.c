@@ -1,0 +1,246 @@
+/* Segments and triangles on the CPU: "Segments and triangles" of shaders/README.md. */
+#include "tests/support/reference.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* What a rasteriser may move a vertex by: its positions are fixed-point numbers. */
+#define ROUNDING_PX 0.01
+
+void reference_disc_list_clear(reference_disc_list *list)
+{
+    free(list->items);
+    *list = (reference_disc_list){0};
+}
+
+stp_status reference_append(reference_disc_list *list, const reference_disc *disc, stp_error *err)
+{
+    stp_status status =
+        stp_grow(&list->items, &list->capacity, list->count + 1, sizeof *list->items, "discs", err);
+    if (status == STP_OK)
+        list->items[list->count++] = *disc;
+    return status;
+}
+
+static double mean(double a, double b, double t)
+{
+    return a + t * (b - a);
+}
+
+static stp_dvec3 mean_place(stp_dvec3 a, stp_dvec3 b, double t)
+{
+    return stp_dvec3_add(stp_dvec3_scale(a, 1.0 - t), stp_dvec3_scale(b, t));
+}
+
+/* t of it b; seen from both sides. */
+static reference_disc mean_disc(const reference_disc *a, const reference_disc *b, double t)
+{
+    reference_disc out = *a;
+    bool turned = stp_dvec3_dot(a->normal, b->normal) < 0.0;
+    out.oriented = false;
+    out.has_normal = a->has_normal && b->has_normal;
+    out.normal = stp_dvec3_normalize(
+        mean_place(a->normal, stp_dvec3_scale(b->normal, turned ? -1.0 : 1.0), t));
+    out.position = mean_place(a->position, b->position, t);
+    out.radius = mean(a->radius, b->radius, t);
+    for (int k = 0; k < 3; k++)
+        out.rgb[k] = mean(a->rgb[k], b->rgb[k], t);
+    return out;
+}
+
+/* ---- segments ---- */
+
+/* The image of the part before the near plane. */
+typedef struct image {
+    const stp_view *view;
+    double begin, end; /* of the segment, 0 to 1 */
+    double from[2], way[2];
+    double depth[2]; /* of its ends */
+} image;
+
+static void place(const stp_view *view, stp_dvec3 p, double out[2])
+{
+    double scale = view->orthographic ? view->f : view->f / -p.z;
+    out[0] = stp_view_axis_x(view) + scale * p.x;
+    out[1] = stp_view_axis_y(view) + scale * p.y;
+}
+
+static bool look(image *out, const stp_view *view, const reference_disc *a, const reference_disc *b)
+{
+    double to[2], da = -a->position.z, db = -b->position.z, near_depth = view->near_depth;
+    if (da <= near_depth && db <= near_depth)
+        return false;
+    out->view = view;
+    out->begin = da < near_depth ? (near_depth - da) / (db - da) : 0.0;
+    out->end = db < near_depth ? (near_depth - da) / (db - da) : 1.0;
+    stp_dvec3 p = mean_place(a->position, b->position, out->begin);
+    stp_dvec3 q = mean_place(a->position, b->position, out->end);
+    place(view, p, out->from);
+    place(view, q, to);
+    for (int k = 0; k < 2; k++)
+        out->way[k] = to[k] - out->from[k];
+    out->depth[0] = -p.z;
+    out->depth[1] = -q.z;
+    return true;
+}
+
+/* The segment's point nearest to the centre of a pixel. */
+static reference_disc nearest(const image *m, const reference_disc *a, const reference_disc *b,
+                              int x, int y)
+{
+    double along = (x + 0.5 - m->from[0]) * m->way[0] + (y + 0.5 - m->from[1]) * m->way[1];
+    double length = m->way[0] * m->way[0] + m->way[1] * m->way[1];
+    double s = length > 0.0 ? fmin(fmax(along / length, 0.0), 1.0) : 0.0;
+    double t = m->view->orthographic ? s : s * m->depth[0] / mean(m->depth[1], m->depth[0], s);
+    return mean_disc(a, b, mean(m->begin, m->end, t));
+}
+
+/* Distance of the image's point at s from the centre of a pixel, along the axes. */
+static double aside(const image *m, double s, int x, int y)
+{
+    return fabs(m->from[0] + s * m->way[0] - x - 0.5) + fabs(m->from[1] + s * m->way[1] - y - 0.5);
+}
+
+/* OpenGL 4.5, 14.5.1: whether it leaves the diamond in the middle of a pixel, of this size. */
+static bool leaves_diamond(const image *m, int x, int y, double size)
+{
+    double least = fmin(aside(m, 0.0, x, y), aside(m, 1.0, x, y));
+    const double centre[2] = {x + 0.5, y + 0.5};
+    for (int k = 0; k < 2; k++)
+        if (m->way[k] != 0.0)
+            least = fmin(
+                least, aside(m, fmin(fmax((centre[k] - m->from[k]) / m->way[k], 0.0), 1.0), x, y));
+    return least < size && aside(m, 1.0, x, y) >= size;
+}
+
+/* Whether an end lies in the pixel. */
+static bool ends_in(const image *m, int x, int y)
+{
+    for (int s = 0; s <= 1; s++) {
+        double u = fabs(m->from[0] + s * m->way[0] - x - 0.5);
+        double v = fabs(m->from[1] + s * m->way[1] - y - 0.5);
+        if (u < 0.5 + ROUNDING_PX && v < 0.5 + ROUNDING_PX)
+            return true;
+    }
+    return false;
+}
+
+/* Appends the pixel, if the segment has it or may have it. */
+static stp_status visit(const image *m, const reference_disc *a, const reference_disc *b, int x,
+                        int y, reference_disc_list *out, stp_error *err)
+{
+    bool less = leaves_diamond(m, x, y, 0.5 - ROUNDING_PX);
+    bool more = leaves_diamond(m, x, y, 0.5 + ROUNDING_PX);
+    bool there = leaves_diamond(m, x, y, 0.5), end = ends_in(m, x, y);
+    if (!less && !more && !there && !end)
+        return STP_OK;
+    reference_disc disc = nearest(m, a, b, x, y);
+    disc.presence = !there                 ? REFERENCE_MISSING
+                    : less && more && !end ? REFERENCE_SURE
+                                           : REFERENCE_THERE;
+    return reference_append(out, &disc, err);
+}
+
+stp_status reference_segment(const stp_view *view, const reference_disc *a, const reference_disc *b,
+                             reference_disc_list *out, stp_error *err)
+{
+    image m;
+    stp_status status = STP_OK;
+    if (!look(&m, view, a, b))
+        return STP_OK;
+    int major = fabs(m.way[1]) > fabs(m.way[0]), size[2] = {view->width, view->height};
+    double low = fmin(m.from[major], m.from[major] + m.way[major]);
+    double high = fmax(m.from[major], m.from[major] + m.way[major]);
+    for (double i = fmax(0.0, floor(low)); i < fmin(high, size[major]); i++) {
+        double part = m.way[major] != 0.0 ? (i + 0.5 - m.from[major]) / m.way[major] : 0.0;
+        double middle = floor(m.from[!major] + part * m.way[!major]);
+        for (double j = fmax(0.0, middle - 1.0); j <= middle + 1.0 && j < size[!major]; j++) {
+            STP_TRY(visit(&m, a, b, (int)(major ? j : i), (int)(major ? i : j), out, err));
+        }
+    }
+done:
+    return status;
+}
+
+/* ---- triangles ---- */
+
+/* Where the ray through window coordinates meets a triangle's plane: the parts of the second and
+ * third corner. Whether it meets the triangle. */
+static bool meets(const stp_view *view, const reference_disc corners[3], const double window[2],
+                  double parts[2])
+{
+    double u = (window[0] - stp_view_axis_x(view)) / view->f;
+    double v = (window[1] - stp_view_axis_y(view)) / view->f;
+    bool flat = view->orthographic;
+    stp_dvec3 eye = {flat ? u : 0.0, flat ? v : 0.0, 0.0};
+    stp_dvec3 ray = {flat ? 0.0 : u, flat ? 0.0 : v, -1.0};
+    stp_dvec3 ab = stp_dvec3_sub(corners[1].position, corners[0].position);
+    stp_dvec3 ac = stp_dvec3_sub(corners[2].position, corners[0].position);
+    stp_dvec3 from = stp_dvec3_sub(eye, corners[0].position), side = stp_dvec3_cross(ray, ac);
+    double volume = stp_dvec3_dot(ab, side);
+    if (volume == 0.0)
+        return false;
+    parts[0] = stp_dvec3_dot(from, side) / volume;
+    parts[1] = stp_dvec3_dot(ray, stp_dvec3_cross(from, ab)) / volume;
+    return parts[0] >= 0.0 && parts[1] >= 0.0 && parts[0] + parts[1] <= 1.0;
+}
+
+/* Appends the pixel, if the triangle has it. */
+static stp_status visit_triangle(const stp_view *view, const reference_disc corners[3], int x,
+                                 int y, reference_disc_list *out, stp_error *err)
+{
+    static const double around[4][2] = {{-1.0, 0.0}, {1.0, 0.0}, {0.0, -1.0}, {0.0, 1.0}};
+    double parts[2] = {0.0, 0.0}, aside[2];
+    bool there = meets(view, corners, (const double[2]){x + 0.5, y + 0.5}, parts);
+    int met = there;
+    for (int k = 0; k < 4; k++)
+        met += meets(view, corners,
+                     (const double[2]){x + 0.5 + ROUNDING_PX * around[k][0],
+                                       y + 0.5 + ROUNDING_PX * around[k][1]},
+                     aside);
+    if (met == 0)
+        return STP_OK;
+    for (int k = 0; k < 2; k++)
+        parts[k] = fmax(parts[k], 0.0);
+    double sum = parts[0] + parts[1], most = fmax(1.0, sum);
+    reference_disc edge = mean_disc(&corners[1], &corners[2], sum > 0.0 ? parts[1] / sum : 0.0);
+    reference_disc disc = mean_disc(&corners[0], &edge, sum / most);
+    disc.presence = !there ? REFERENCE_MISSING : met == 5 ? REFERENCE_SURE : REFERENCE_THERE;
+    return reference_append(out, &disc, err);
+}
+
+/* Columns and rows that may see a triangle: all if it reaches behind the near plane. */
+static void bound(const stp_view *view, const reference_disc corners[3], int low[2], int high[2])
+{
+    const int size[2] = {view->width, view->height};
+    double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY};
+    for (int i = 0; i < 3; i++) {
+        double at[2] = {0.0, 0.0};
+        bool behind = -corners[i].position.z <= view->near_depth;
+        if (!behind)
+            place(view, corners[i].position, at);
+        for (int k = 0; k < 2; k++) {
+            least[k] = behind ? -INFINITY : fmin(least[k], at[k]);
+            most[k] = behind ? INFINITY : fmax(most[k], at[k]);
+        }
+    }
+    for (int k = 0; k < 2; k++) {
+        low[k] = (int)fmax(0.0, fmin(least[k], size[k]) - 1.0);
+        high[k] = (int)fmin(size[k], fmax(most[k], -2.0) + 2.0);
+    }
+}
+
+stp_status reference_triangle(const stp_view *view, const reference_disc corners[3],
+                              reference_disc_list *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    int low[2], high[2];
+    bound(view, corners, low, high);
+    for (int y = low[1]; y < high[1]; y++)
+        for (int x = low[0]; x < high[0]; x++)
+            STP_TRY(visit_triangle(view, corners, x, y, out, err));
+done:
+    return status;
+}
