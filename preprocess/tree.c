@@ -99,6 +99,33 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_param
     return item;
 }
 
+/* Points closer to each other than this against their coordinates should be one: rounding holds
+ * them apart. */
+#define ROUNDING_OCTAVES 40
+/* So wide may a chunk be, of the steps of its finest lattice. */
+#define CHUNK_OCTAVES 29
+
+/* Such points ask for lattices on which no chunk is wide: they get the finest that takes them all.
+ */
+static void lift_rounding(stp_item *items, uint32_t count)
+{
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t i = 0; i < count; i++)
+        stp_dbox_add(&box, items[i].disc.centre);
+    double side =
+        stp_max(box.max.x - box.min.x, stp_max(box.max.y - box.min.y, box.max.z - box.min.z));
+    if (!(side > 0.0))
+        return;
+    int finest = stp_floor_log2(side) - CHUNK_OCTAVES;
+    for (uint32_t i = 0; i < count; i++) {
+        stp_dvec3 p = items[i].disc.centre;
+        double size = stp_max(fabs(p.x), stp_max(fabs(p.y), fabs(p.z)));
+        if (items[i].exponent < finest && size > 0.0 &&
+            items[i].exponent < stp_floor_log2(size) - ROUNDING_OCTAVES)
+            items[i].exponent = finest;
+    }
+}
+
 static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -107,6 +134,7 @@ static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, st
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
     for (uint32_t i = 0; i < count; i++)
         items[i] = item_of(t->cloud, cell->begin + i, t->params);
+    lift_rounding(items, count);
     stp_item_group group = {.items = items, .count = count};
     STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
 done:

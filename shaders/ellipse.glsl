@@ -10,12 +10,14 @@
 #else
 #define STP_ELLIPSE_FLOOR 1.25
 #endif
-#define STP_ELLIPSE_FLOOR_LINE 0.5 // its pixels touch each other
+#define STP_ELLIPSE_FLOOR_LINE 0.5     // its pixels touch each other
+#define STP_ELLIPSE_FLOOR_POLYGON 0.01 // they fill it
 #define STP_ELLIPSE_OUTSIDE 1e30
 
 float stp_ellipse_floor(int tag)
 {
-    return stp_tag_line(tag) ? STP_ELLIPSE_FLOOR_LINE : STP_ELLIPSE_FLOOR;
+    float least = stp_tag_line(tag) ? STP_ELLIPSE_FLOOR_LINE : STP_ELLIPSE_FLOOR;
+    return stp_tag_polygon(tag) ? STP_ELLIPSE_FLOOR_POLYGON : least;
 }
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its

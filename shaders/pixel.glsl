@@ -12,6 +12,7 @@ struct stp_pixel {
 
 #define STP_KIND_RIBBON 1
 #define STP_KIND_TUBE 2
+#define STP_KIND_POLYGON 3
 
 // Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
 //   shape: normal (octahedral, 2 x 16 bits), radius, z_min, z_max (32-bit floats)
@@ -84,6 +85,11 @@ bool stp_tag_line(int tag)
 {
     int kind = (tag - 1) & 3;
     return STP_LINES != 0 && tag != 0 && (kind == STP_KIND_TUBE || kind == STP_KIND_RIBBON);
+}
+
+bool stp_tag_polygon(int tag)
+{
+    return STP_TRIANGLES != 0 && tag != 0 && ((tag - 1) & 3) == STP_KIND_POLYGON;
 }
 
 // The pyramid level the values come from: 0 is a measured pixel.

@@ -28,15 +28,36 @@ static double sum_areas(const stp_point_mesh *mesh)
     return sum;
 }
 
+static double longest_edge(const stp_point_mesh *mesh, const uint32_t *t)
+{
+    double longest = 0.0;
+    for (int k = 0; k < 3; k++)
+        longest =
+            fmax(longest, stp_dvec3_length(stp_dvec3_sub(mesh->points[t[k]].position,
+                                                         mesh->points[t[(k + 1) % 3]].position)));
+    return longest;
+}
+
+/* What is large: of an area, or of a length. */
+typedef struct size_limit {
+    double area, edge;
+} size_limit;
+
+static bool is_large(const stp_point_mesh *mesh, const uint32_t *t, const size_limit *least)
+{
+    double area = area_of(mesh, t);
+    return area >= least->area || (area > 0.0 && longest_edge(mesh, t) >= least->edge);
+}
+
 /* Parts the triangles, the large ones by the mesh's vertices. */
-static stp_status part(stp_point_mesh *mesh, double least, uint8_t *uses, stp_triangle_set *out,
-                       stp_error *err)
+static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *uses,
+                       stp_triangle_set *out, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t capacity = 0, kept = 0;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *triangle = mesh->triangles[t];
-        const bool large = area_of(mesh, triangle) >= least;
+        const bool large = is_large(mesh, triangle, least);
         for (int k = 0; k < 3; k++)
             uses[triangle[k]] |= large ? OF_LARGE : OF_SMALL;
         if (large) {
@@ -101,7 +122,11 @@ stp_status stp_hybrid_split(stp_point_mesh *mesh, uint64_t *sample_count, uint8_
     if (!(share > 0.0) || !isfinite(share))
         return STP_OK;
     STP_TRY(stp_alloc(&uses, mesh->point_count, 1, "triangles", err));
-    STP_TRY(part(mesh, STP_HYBRID_POINTS * share, uses, &set, err));
+    /* Vertices alone do not cover a long triangle, however thin it is; points all over it do. */
+    const double area = STP_HYBRID_POINTS * share;
+    const size_limit least = {area,
+                              *sample_count > 0 ? (double)INFINITY : sqrt(4.0 / sqrt(3.0) * area)};
+    STP_TRY(part(mesh, &least, uses, &set, err));
     STP_TRY(take_vertices(mesh, uses, STP_HYBRID_LAMBDA * sqrt(share), &set, err));
     for (size_t i = 0; i < mesh->point_count; i++)
         taken[i] |= uses[i] == OF_LARGE;

@@ -193,6 +193,8 @@ static double floor_px(const reference_pyramid *pyramid, const reference_pixel *
 {
     if (pyramid->filter == REFERENCE_SPLAT)
         return 0.75;
+    if (p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON)
+        return 0.01;
     return is_line(p) ? 0.5 : pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
 }
 
