@@ -44,31 +44,22 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
-/* The road by which a picture is projected: splats, segments and triangles are rasterised. */
+/* The road by which a picture is projected: segments and triangles are rasterised. */
 static stp_lod road_of(const stp_variant *variant, stp_lod lod)
 {
-    bool rasterised = variant->splat || variant->lines || variant->triangles;
+    bool rasterised = !variant->splat && (variant->lines || variant->triangles);
     return rasterised && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
 }
 
-stp_status stp_frame_prepare_roads(stp_project *project, stp_project *blends, const char *folder,
-                                   const stp_variant *variant, stp_lod lod, stp_error *err)
+stp_status stp_frame_prepare_road(stp_project *project, const char *folder,
+                                  const stp_variant *variant, stp_lod lod, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_lod road = road_of(variant, lod);
-    const stp_project_files *fronts =
-        variant->splat ? &stp_project_splat_fronts : &stp_project_pixels;
-    STP_TRY(stp_project_prepare(project, fronts, road, folder, variant, err));
-    if (variant->splat)
-        STP_TRY(stp_project_prepare(blends, &stp_project_splat_blends, road, folder, variant, err));
-done:
-    return status;
+    return stp_project_prepare(project, variant, road_of(variant, lod), folder, err);
 }
 
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 {
-    return stp_frame_prepare_roads(&r->project, &r->blends, r->shader_folder, &r->variant, lod,
-                                   err);
+    return stp_frame_prepare_road(&r->project, r->shader_folder, &r->variant, lod, err);
 }
 
 static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
@@ -166,8 +157,8 @@ static void begin_pass(stp_renderer *r, bool first)
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
-    if (!d->counts || road_of(&r->variant, d->params->lod) != STP_LOD_GEOMETRY ||
-        d->stats.passes == 0)
+    if (!d->counts || r->variant.splat ||
+        road_of(&r->variant, d->params->lod) != STP_LOD_GEOMETRY || d->stats.passes == 0)
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
@@ -179,23 +170,29 @@ stp_sight_params stp_frame_sight(const stp_renderer *r)
         .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
 }
 
-static stp_status draw_samples(stp_renderer *r, const stp_drawing *d, stp_project *project,
-                               const stp_draw *draws, size_t count, uint64_t *points,
-                               stp_error *err)
+static stp_project_params params_of(const stp_renderer *r, const stp_drawing *d,
+                                    const stp_draw *draws, size_t count)
 {
-    return stp_project_draw(project,
-                            &(stp_project_params){.scene = &r->scene,
-                                                  .cache = r->cache,
-                                                  .frame = &r->frame,
-                                                  .eye = r->eye,
-                                                  .draws = draws,
-                                                  .draw_count = count,
-                                                  .sight = &r->sight,
-                                                  .lod = road_of(&r->variant, d->params->lod),
-                                                  .pyramid = &r->pyramid,
-                                                  .first = d->stats.passes == 0,
-                                                  .waits = d->waits},
-                            points, err);
+    return (stp_project_params){.scene = &r->scene,
+                                .cache = r->cache,
+                                .frame = &r->frame,
+                                .eye = r->eye,
+                                .draws = draws,
+                                .draw_count = count,
+                                .sight = &r->sight,
+                                .lod = road_of(&r->variant, d->params->lod),
+                                .pyramid = &r->pyramid,
+                                .first = d->stats.passes == 0,
+                                .waits = d->waits};
+}
+
+/* Draws samples, or lists splats. */
+static stp_status draw_samples(stp_renderer *r, const stp_drawing *d, const stp_draw *draws,
+                               size_t count, uint64_t *points, stp_error *err)
+{
+    stp_project_params params = params_of(r, d, draws, count);
+    return r->variant.splat ? stp_project_list(&r->project, &params, points, err)
+                            : stp_project_draw(&r->project, &params, points, err);
 }
 
 /* The nearest samples of each pixel; of splats those whose interval ends first. */
@@ -207,7 +204,12 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
     count_emitted(r, d);
     if (d->counts)
         glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    stp_status status = draw_samples(r, d, &r->project, draws, count, &d->stats.points_drawn, err);
+    stp_project_params params = params_of(r, d, draws, count);
+    stp_status status = draw_samples(r, d, draws, count, &d->stats.points_drawn, err);
+    if (status == STP_OK && r->variant.splat)
+        stp_splat_draw_fronts(&r->project.splat, &r->tiles);
+    if (status == STP_OK)
+        stp_project_draw_shapes(&r->project, &params);
     if (d->counts)
         glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
@@ -218,22 +220,23 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
     return STP_OK;
 }
 
-/* Adds splats to those that are there. */
+/* Adds splats to those that are there. Where their fronts were drawn just now they are listed. */
 static stp_status draw_blends(stp_renderer *r, const stp_drawing *d, const stp_draw *draws,
                               size_t count, stp_error *err)
 {
-    const stp_pyramid *p = &r->pyramid;
     uint64_t again = 0; /* the samples of the fronts */
-    glBindFramebuffer(GL_FRAMEBUFFER, p->sum_frame);
-    glViewport(0, 0, p->width, p->height);
-    glScissor(0, 0, p->width, p->height);
+    stp_status status = STP_OK;
+    if (d->part == STP_SPLAT_BLENDS)
+        status = draw_samples(r, d, draws, count, &again, err);
+    if (status != STP_OK)
+        return status;
+    glBindFramebuffer(GL_FRAMEBUFFER, r->pyramid.sum_frame);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFunc(GL_ONE, GL_ONE);
-    glBindTextureUnit(STP_UNIT_FRONT, p->nearest_depth);
-    stp_status status = draw_samples(r, d, &r->blends, draws, count, &again, err);
+    stp_splat_draw_blends(&r->project.splat, &r->pyramid, &r->tiles);
     glDisable(GL_BLEND);
-    return status;
+    return STP_OK;
 }
 
 static void clear_sums(const stp_renderer *r)
@@ -256,11 +259,8 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
     STP_TRY(stp_tiles_collect(&r->tiles, first, err));
     upload_records(r, draws, count);
-    if (splats) {
-        glEnable(GL_PROGRAM_POINT_SIZE);
-        if (first)
-            clear_sums(r);
-    }
+    if (splats && first)
+        clear_sums(r);
     if (d->part != STP_SPLAT_BLENDS)
         STP_TRY(draw_fronts(r, d, draws, count, err));
     if (splats && d->part != STP_SPLAT_FRONTS)
@@ -269,7 +269,6 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
         glFinish();
     d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
 done:
-    glDisable(GL_PROGRAM_POINT_SIZE);
     return status;
 }
 

@@ -16,8 +16,8 @@ enum {
     STP_UNIT_FINE = 4,    /* shape, paint */
     STP_UNIT_COARSE = 6,  /* shape, paint */
     STP_UNIT_NEAREST = 8, /* resolving */
-    STP_UNIT_FRONT = 8,   /* splatting: the depth buffer, then the two sums */
-    STP_UNIT_COUNT = 11
+    STP_UNIT_FRONT = 8,   /* splatting: the depth buffer, then the two sums, or the lists */
+    STP_UNIT_COUNT = 12
 };
 enum {
     STP_UNIFORM_PYRAMID_LEVEL = 2,

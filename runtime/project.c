@@ -6,13 +6,6 @@
 
 #include <stdlib.h>
 
-const stp_project_files stp_project_pixels = {"sample.vert", "patch.geom", "id.frag", "shape.frag",
-                                              true};
-const stp_project_files stp_project_splat_fronts = {"splat.vert", "splat.geom", "splat_front.frag",
-                                                    NULL, false};
-const stp_project_files stp_project_splat_blends = {"splat.vert", "splat.geom", "splat_blend.frag",
-                                                    NULL, false};
-
 /* A program that takes patches, if it is not there yet. */
 static stp_status prepare_patches(GLuint *program, const char *geometry, const char *fragment,
                                   const char *folder, const char *defines, stp_error *err)
@@ -28,40 +21,54 @@ static stp_status prepare_patches(GLuint *program, const char *geometry, const c
                               err);
 }
 
-static stp_status prepare_shapes(stp_project *p, const char *folder, const char *defines,
-                                 const stp_variant *variant, stp_error *err)
+static stp_status prepare_shapes(stp_project *p, const stp_variant *variant, const char *folder,
+                                 const char *defines, stp_error *err)
 {
     stp_status status = STP_OK;
-    const char *fragment = p->files->shape;
-    if (fragment != NULL && variant->lines)
+    const char *fragment = variant->splat ? "shape_front.frag" : "shape.frag";
+    if (variant->lines && !variant->splat)
         STP_TRY(prepare_patches(&p->strip_program, "strip.geom", fragment, folder, defines, err));
-    if (fragment != NULL && variant->triangles)
+    if (variant->triangles)
         STP_TRY(
             prepare_patches(&p->triangle_program, "triangle.geom", fragment, folder, defines, err));
 done:
     return status;
 }
 
-stp_status stp_project_prepare(stp_project *p, const stp_project_files *files, stp_lod lod,
-                               const char *folder, const stp_variant *variant, stp_error *err)
+static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder,
+                                 const char *defines, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_program_params samples = {
+        .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
+    if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
+        STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
+    if (lod == STP_LOD_COMPUTE && p->scatter_program == 0)
+        STP_TRY(stp_scatter_create(&p->scatter_program, folder, defines, err));
+    if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
+        STP_TRY(stp_program_create(&p->sample_program, &samples, err));
+    if (lod == STP_LOD_GEOMETRY)
+        STP_TRY(prepare_patches(&p->patch_program, "patch.geom", "id.frag", folder, defines, err));
+done:
+    return status;
+}
+
+stp_status stp_project_prepare(stp_project *p, const stp_variant *variant, stp_lod lod,
+                               const char *folder, stp_error *err)
 {
     stp_status status = STP_OK;
     char defines[STP_VARIANT_DEFINES_BYTES];
-    stp_program_params samples = {
-        .vertex = files->sample, .fragment = files->fragment, .defines = defines, .folder = folder};
     stp_variant_defines(variant, defines);
-    p->files = files;
+    p->splats = variant->splat;
     if (p->index_buffer == 0)
         glCreateBuffers(1, &p->index_buffer);
-    if (lod == STP_LOD_COMPUTE)
-        return p->scatter.runs_program != 0 ? STP_OK
-                                            : stp_scatter_create(&p->scatter, folder, defines, err);
-    if (p->sample_program == 0)
-        STP_TRY(stp_program_create(&p->sample_program, &samples, err));
-    if (lod == STP_LOD_GEOMETRY)
-        STP_TRY(prepare_patches(&p->patch_program, files->patch, files->fragment, folder, defines,
-                                err));
-    STP_TRY(prepare_shapes(p, folder, defines, variant, err));
+    STP_TRY(prepare_shapes(p, variant, folder, defines, err));
+    if (!variant->splat)
+        return prepare_pixels(p, lod, folder, defines, err);
+    if (p->runs.program == 0)
+        STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
+    if (p->splat.list == 0)
+        STP_TRY(stp_splat_create(&p->splat, folder, defines, err));
 done:
     return status;
 }
@@ -70,13 +77,15 @@ void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
     glDeleteProgram(p->sample_program);
+    glDeleteProgram(p->scatter_program);
     glDeleteProgram(p->strip_program);
     glDeleteProgram(p->triangle_program);
-    stp_scatter_destroy(&p->scatter);
+    stp_runs_destroy(&p->runs);
+    stp_splat_destroy(&p->splat);
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
     free(p->indices);
-    free(p->runs);
+    free(p->spans);
     *p = (stp_project){0};
 }
 
@@ -112,10 +121,11 @@ static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
     return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
 }
 
-/* Whether a patch is drawn as segments or triangles. */
+/* Whether a patch is drawn as segments or triangles; of splats there are no segments. */
 static bool is_apart(const stp_project *p, const stp_gpu_patch *patch, const stp_levels *levels)
 {
-    return p->files->shape != NULL && stp_levels_shape(patch, levels) != 0;
+    unsigned shape = stp_levels_shape(patch, levels);
+    return shape == STP_PATCH_TRIANGLES || (shape == STP_PATCH_STRIP && !p->splats);
 }
 
 /* Chooses the patches of one chunk and lists the samples. */
@@ -181,8 +191,7 @@ static void draw_points(stp_project *p, GLuint array, const uint32_t *items, siz
 static void use_samples(const stp_project *p, bool vertices)
 {
     glUseProgram(p->sample_program);
-    if (p->files->parts_vertices)
-        glUniform1i(STP_UNIFORM_VERTICES, vertices);
+    glUniform1i(STP_UNIFORM_VERTICES, vertices);
 }
 
 static void draw_vertices(stp_project *p, const stp_project_params *params)
@@ -203,9 +212,8 @@ static void draw_patches(stp_project *p, const stp_project_params *params, GLuin
                 patches->begin[params->draw_count], params->waits);
 }
 
-/* Lists the samples of all chunks and draws them at once. */
-static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
-                              stp_error *err)
+/* Lists the samples that all chunks' patches choose. */
+static stp_status list_chosen(stp_project *p, const stp_project_params *params, stp_error *err)
 {
     p->index_count = 0;
     for (size_t i = 0; i < params->draw_count; i++) {
@@ -214,6 +222,16 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
         if (status != STP_OK)
             return status;
     }
+    return STP_OK;
+}
+
+/* And draws them at once. */
+static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
+                              stp_error *err)
+{
+    stp_status status = list_chosen(p, params, err);
+    if (status != STP_OK)
+        return status;
     use_samples(p, false);
     draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
                 params->waits);
@@ -227,19 +245,19 @@ static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *poi
 {
     uint32_t level = seen->chunk.finest, end = UINT32_MAX;
     const stp_levels levels = {{(int)level, (int)level, (int)level, (int)level}};
-    p->run_count = 0;
+    p->span_count = 0;
     for (size_t i = 0; i < seen->count; i++) {
         const stp_gpu_patch *patch = seen_patch(seen, i);
         if (is_apart(p, patch, &levels))
             continue;
         if (patch->first[level] != end) {
-            stp_status status = stp_grow(&p->runs, &p->run_capacity, p->run_count + 1,
-                                         sizeof *p->runs, "a list of runs", err);
+            stp_status status = stp_grow(&p->spans, &p->span_capacity, p->span_count + 1,
+                                         sizeof *p->spans, "a list of runs", err);
             if (status != STP_OK)
                 return status;
-            p->runs[p->run_count++] = (stp_range){patch->first[level], patch->count[level]};
+            p->spans[p->span_count++] = (stp_range){patch->first[level], patch->count[level]};
         } else {
-            p->runs[p->run_count - 1].count += patch->count[level];
+            p->spans[p->span_count - 1].count += patch->count[level];
         }
         end = patch->first[level] + patch->count[level];
         *points += patch->count[level];
@@ -258,18 +276,19 @@ static stp_status draw_full(stp_project *p, const stp_project_params *params, ui
         stp_status status = list_runs(p, &seen, points, err);
         if (status != STP_OK)
             return status;
-        for (size_t k = 0; k < p->run_count; k++)
-            glDrawArrays(GL_POINTS, (GLint)p->runs[k].begin, (GLsizei)p->runs[k].count);
+        for (size_t k = 0; k < p->span_count; k++)
+            glDrawArrays(GL_POINTS, (GLint)p->spans[k].begin, (GLsizei)p->spans[k].count);
     }
     return STP_OK;
 }
 
-/* The samples of a cut. */
-static stp_status draw_samples(stp_project *p, const stp_project_params *params, uint64_t *points,
-                               stp_error *err)
+stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
 {
     if (params->lod == STP_LOD_FULL)
         return draw_full(p, params, points, err);
+    if (params->lod == STP_LOD_COMPUTE)
+        return stp_scatter_draw(p->scatter_program, &p->runs, params, points, err);
     draw_vertices(p, params);
     if (params->lod == STP_LOD_CPU)
         return draw_listed(p, params, points, err);
@@ -277,8 +296,7 @@ static stp_status draw_samples(stp_project *p, const stp_project_params *params,
     return STP_OK;
 }
 
-/* Strips and triangles, where levels of them are chosen that are drawn as such. */
-static void draw_shapes(stp_project *p, const stp_project_params *params)
+void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 {
     bool clips = params->frame->modes[2] != 0;
     for (GLenum i = 0; i < 6; i++)
@@ -291,13 +309,51 @@ static void draw_shapes(stp_project *p, const stp_project_params *params)
         glDisable(GL_CLIP_DISTANCE0 + i);
 }
 
-stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
+/* Lists every sample of patches in sight. */
+static stp_status list_full(stp_project *p, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
-    if (params->lod == STP_LOD_COMPUTE)
-        return stp_scatter_draw(&p->scatter, params, points, err);
-    stp_status status = draw_samples(p, params, points, err);
-    if (status == STP_OK)
-        draw_shapes(p, params);
+    p->index_count = 0;
+    for (size_t i = 0; i < params->draw_count; i++) {
+        seen_draw seen = see(params, i);
+        stp_status status = list_runs(p, &seen, points, err);
+        for (size_t k = 0; k < p->span_count && status == STP_OK; k++)
+            status = append_run(p, p->spans[k].begin, p->spans[k].count, err);
+        if (status != STP_OK)
+            return status;
+    }
+    return STP_OK;
+}
+
+/* Lists what the CPU chooses, and the vertices that were listed apart. */
+static stp_status list_all(stp_project *p, const stp_project_params *params, uint64_t *points,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
+    if (params->lod == STP_LOD_FULL)
+        return list_full(p, params, points, err);
+    STP_TRY(list_chosen(p, params, err));
+    for (size_t i = 0; i < vertices->begin[params->draw_count]; i++)
+        STP_TRY(append_run(p, vertices->items[i], 1, err));
+    *points += p->index_count;
+done:
+    return status;
+}
+
+stp_status stp_project_list(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
+    if (params->lod == STP_LOD_CPU || params->lod == STP_LOD_FULL) {
+        STP_TRY(list_all(p, params, points, err));
+        stp_runs_take(&p->runs, p->indices, p->index_count);
+    } else {
+        STP_TRY(stp_runs_choose(&p->runs, params, vertices->items,
+                                vertices->begin[params->draw_count], true, points, err));
+    }
+    STP_TRY(stp_splat_list(&p->splat, &p->runs, params->pyramid, err));
+done:
     return status;
 }

@@ -22,21 +22,18 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_project project = {0}, blends = {0};
+    stp_project project = {0};
     stp_reconstruct_programs reconstruct;
-    STP_TRY(stp_frame_prepare_roads(&project, &blends, r->shader_folder, variant, lod, err));
+    STP_TRY(stp_frame_prepare_road(&project, r->shader_folder, variant, lod, err));
     STP_TRY(stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err));
     stp_project_destroy(&r->project);
-    stp_project_destroy(&r->blends);
     stp_reconstruct_destroy(&r->reconstruct);
     r->project = project;
-    r->blends = blends;
     r->reconstruct = reconstruct;
     r->variant = *variant;
-    project = blends = (stp_project){0};
+    project = (stp_project){0};
 done:
     stp_project_destroy(&project);
-    stp_project_destroy(&blends);
     return status;
 }
 
@@ -193,7 +190,6 @@ void stp_renderer_destroy(stp_renderer **renderer)
     }
     if (r->reconstruct.resolve != 0) {
         stp_project_destroy(&r->project);
-        stp_project_destroy(&r->blends);
         stp_reconstruct_destroy(&r->reconstruct);
     }
     glDeleteProgram(r->composite);

@@ -1,5 +1,5 @@
 // Projection without the rasteriser, first step: chooses the levels of every patch and lists its
-// samples in runs of up to STP_RUN_SAMPLES. In any order: scatter.comp's result does not depend on it.
+// samples in runs of up to STP_RUN_SAMPLES. In any order: no picture depends on it.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "choose.glsl"
@@ -18,8 +18,9 @@ void stp_list(uint listed)
     uint patch_index = patches[listed];
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index));
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
-    stp_selection s = stp_select(p, stp_choose_levels(patch_index, p, chunk));
-    if (s.end.w == 0u)
+    ivec4 levels = stp_choose_levels(patch_index, p, chunk);
+    stp_selection s = stp_select(p, levels);
+    if (s.end.w == 0u || stp_shape_of(p, levels.x) != 0u)
         return;
     // Quarters of one level follow each other: a stretch ends where the next does not go on.
     uvec4 count = s.end - uvec4(0u, s.end.xyz);

@@ -1,5 +1,5 @@
-// The runs of samples that runs.comp lists and scatter.comp draws; runtime/scatter.c makes the
-// buffers.
+// The runs of samples that runs.comp lists and other compute shaders draw (listed.glsl); runtime/runs.c makes
+// the buffers.
 
 #define STP_GROUP_PATCHES 64u
 #define STP_RUN_SAMPLES 8u
@@ -7,7 +7,7 @@
 #define STP_RUN_HEAD 3u // of the size of runs
 
 layout(std430, binding = 2) buffer stp_runs_block {
-    uint groups_x; // of scatter.comp's dispatch: x is given
+    uint groups_x; // of the dispatch over them: x is given
     uint groups_y;
     uint groups_z;
     uint run_count;

@@ -79,8 +79,11 @@ vec3 stp_own_colour(stp_disc disc)
 }
 
 // The colour that pull and push carry.
-vec3 stp_sample_colour(stp_disc disc, uvec2 id, stp_chunk chunk)
+vec3 stp_sample_colour(stp_disc disc, uvec2 id)
 {
+#if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
+#endif
 #if STP_SHADE == STP_SHADE_CHUNK
     vec3 shown = stp_palette_hash(chunk.id);
 #elif STP_SHADE == STP_SHADE_LEVEL
@@ -125,13 +128,9 @@ stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
     return stp_vertex_fetch(index, lattice);
 }
 
-// A sample, or what begins with it, id.x, of a patch, id.y, as seen from a window position.
-stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
+// A disc, the sample id.x of a patch, id.y, as seen from a window position.
+stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
 {
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
-    vec4 lattice = stp_lattice_fetch(id.y, chunk.offset);
-    stp_disc disc = stp_disc_of(id.x, lattice, window);
-    id.x &= STP_NAME_SAMPLE;
     disc.radius *= STP_RADIUS_PART;
     vec3 w = stp_ray_through(disc.position);
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
@@ -147,10 +146,18 @@ stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
     float ppu = stp_pixels_per_unit(depth);
     int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
 #if STP_FADE
-    tag += 512 * stp_mark_of(id, chunk);
+    tag += 512 * stp_mark_of(id, stp_chunk_fetch(stp_patch_slot(id.y)));
 #endif
     return stp_pixel(disc.normal, disc.radius, depth,
                      depth + stp_depth_extent(disc.radius, tube ? 1.0 : dot(disc.normal, w), ppu),
                      centre.xy + disc.position.xy * ppu - window,
-                     stp_sample_colour(disc, id, chunk), tag);
+                     stp_sample_colour(disc, id), tag);
+}
+
+// A sample, or what begins with it, id.x, of a patch, id.y, as seen from a window position.
+stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
+{
+    vec4 lattice = stp_lattice_fetch(id.y, stp_chunk_fetch(stp_patch_slot(id.y)).offset);
+    stp_disc disc = stp_disc_of(id.x, lattice, window);
+    return stp_disc_pixel(disc, uvec2(id.x & STP_NAME_SAMPLE, id.y), window);
 }

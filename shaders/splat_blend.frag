@@ -4,21 +4,38 @@
 #include "project.glsl"
 #include "pixel.glsl"
 #include "ellipse.glsl"
-#include "splat_in.glsl"
+#include "splat_bins.glsl"
+#include "splat_gather.glsl"
 
 layout(binding = 8) uniform sampler2D front_end; // as stp_depth_encode has it
 
 layout(location = 0) out vec4 normal_sum; // and of the weights
-layout(location = 1) out vec4 colour_sum; // and of how far before the front's end the splats lie
+layout(location = 1) out vec4 colour_sum; // and of how far before the front's end the splats lie, pixels there
+
+// Terms are rounded to this part of 1, so that sums are exact, and the same in any order, up to 256.
+#define STP_SPLAT_STEPS 65536.0
+
+vec3 stp_splat_colour(uint code)
+{
+    const vec3 most = vec3(2047.0, 2047.0, 1023.0);
+    return vec3(uvec3(code, code >> 11, code >> 22) & uvec3(most)) * (1.0 / most);
+}
+
+void stp_splat_take(inout stp_splat_pixel p, stp_splat_seen s)
+{
+    bool counts = s.covers && s.depth <= p.end;
+    float weight = counts ? STP_SPLAT_STEPS * exp(-2.0 * s.q) : 0.0;
+    float before = (p.end - s.depth) * stp_pixels_per_unit(p.end);
+    uint look = texelFetch(look_texture, int(s.splat)).x;
+    p.normal += roundEven(weight * vec4(s.normal, 1.0));
+    p.colour += roundEven(weight * vec4(stp_splat_colour(look), before));
+}
 
 void main()
 {
-    vec2 met = stp_splat_meet();
-    float end = stp_depth_decode(texelFetch(front_end, ivec2(gl_FragCoord.xy), 0).x);
-    float before = end - met.y;
-    if (!(met.x <= 1.0) || before < 0.0)
-        discard;
-    float weight = exp(-2.0 * met.x);
-    normal_sum = weight * vec4(splat_plane.xyz, 1.0);
-    colour_sum = weight * vec4(stp_splat_colour(), before);
+    ivec2 here = ivec2(gl_FragCoord.xy);
+    stp_splat_pixel p = stp_splat_begin(here, stp_depth_decode(texelFetch(front_end, here, 0).x));
+    stp_splat_walk(p, here);
+    normal_sum = p.normal * (1.0 / STP_SPLAT_STEPS);
+    colour_sum = p.colour * (1.0 / STP_SPLAT_STEPS);
 }

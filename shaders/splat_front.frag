@@ -5,15 +5,28 @@
 #include "project.glsl"
 #include "pixel.glsl"
 #include "ellipse.glsl"
-#include "splat_in.glsl"
+#include "splat_bins.glsl"
+#include "splat_gather.glsl"
 
 layout(location = 0) out uint nearest;
 
+void stp_splat_take(inout stp_splat_pixel p, stp_splat_seen s)
+{
+    float end = s.depth + s.extent;
+    if (s.covers && (end < p.end || end == p.end && s.q < p.front_q)) {
+        p.end = end;
+        p.front = s.splat;
+        p.front_q = s.q;
+    }
+}
+
 void main()
 {
-    vec2 met = stp_splat_meet();
-    if (!(met.x <= 1.0))
+    ivec2 here = ivec2(gl_FragCoord.xy);
+    stp_splat_pixel p = stp_splat_begin(here, STP_ELLIPSE_OUTSIDE);
+    stp_splat_walk(p, here);
+    if (p.front == STP_NO_SAMPLE)
         discard;
-    nearest = splat_look.z;
-    gl_FragDepth = stp_depth_encode(max(met.y + splat_plane.w, viewport.w));
+    nearest = texelFetch(look_texture, int(p.front)).y;
+    gl_FragDepth = stp_depth_encode(p.end);
 }

@@ -69,7 +69,7 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
             if (!(p.radius > 0.0))
                 c.q = (int)p.dx == i && (int)p.dy == j ? 0.0 : INFINITY;
             c.end = c.depth + p.z_max - p.z_min;
-            if (c.q <= 1.0)
+            if (c.q <= 1.0 && c.depth > view->near_depth)
                 each(&pixels[j * view->width + i], &c, i, j);
         }
 }

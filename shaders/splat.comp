@@ -1,0 +1,98 @@
+// Splatting, first step: an invocation is a sample. In one pass over all of them the bins of their splats are counted,
+// in another the splats are listed there.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "choose.glsl"
+#include "palette.glsl"
+#include "pixel.glsl"
+#include "ellipse.glsl"
+#include "shape.glsl"
+#include "sample_pixel.glsl"
+#include "runs.glsl"
+#include "listed.glsl"
+#include "splat_bins.glsl"
+#include "splat_bound.glsl"
+
+layout(std430, binding = 4) buffer stp_bins_block {
+    uint levels_used; // bit set
+    uint spare[3];
+    uint bins[]; // counts, then where they begin, then where they end
+};
+
+// Of each bin its splats: window position, 1 / radius in pixels, depth; normal's x and y, how deep the interval is, with
+// the sign of the normal's z, and which splat it is.
+layout(std430, binding = 5) writeonly buffer stp_lists_block {
+    vec4 lists[];
+};
+
+layout(std430, binding = 6) writeonly buffer stp_looks_block {
+    uvec2 looks[]; // of each splat: its colour, its sample
+};
+
+layout(location = 1) uniform bool listing;
+layout(location = 5) uniform uint first_splat; // of these invocations
+
+uint stp_splat_colour_pack(vec3 colour)
+{
+    uvec3 code = uvec3(clamp(colour, 0.0, 1.0) * vec3(2047.0, 2047.0, 1023.0) + 0.5);
+    return code.r | code.g << 11 | code.b << 22;
+}
+
+void stp_bin_add(uint bin, stp_splat s, uint splat)
+{
+    uint at = 2u * atomicAdd(bins[bin], 1u);
+    if (!listing)
+        return;
+    lists[at] = s.place;
+    lists[at + 1u] = vec4(s.normal.xy, s.normal.z < 0.0 ? -s.extent : s.extent, uintBitsToFloat(splat));
+}
+
+// Adds a splat to the bins that it may touch.
+void stp_splat_list(stp_splat s, uint splat)
+{
+    stp_splat_bound bound = stp_splat_bound_of(s);
+    ivec4 pixels = stp_splat_pixels(bound);
+    if (pixels.x > pixels.z || pixels.y > pixels.w)
+        return;
+    float wide = max(bound.size.x, bound.size.y) / STP_BIN_REACH;
+    int level = int(min(ceil(log2(max(wide, 1.0))), float(stp_bin_top())));
+    int begin = 0;
+    for (int l = 0; l < level; l++) {
+        ivec2 grid = stp_bin_grid(l);
+        begin += grid.x * grid.y;
+    }
+    ivec2 bits = STP_BIN_BITS + level;
+    ivec4 touched = pixels >> bits.xyxy;
+    int columns = stp_bin_grid(level).x;
+    for (int row = touched.y; row <= touched.w; row++)
+        for (int column = touched.x; column <= touched.z; column++)
+            if (stp_splat_touches(bound, ivec2(column, row), bits))
+                stp_bin_add(uint(begin + row * columns + column), s, splat);
+    if ((levels_used >> level & 1u) == 0u)
+        atomicOr(levels_used, 1u << level);
+}
+
+void main()
+{
+    uint index;
+    vec4 lattice;
+    ivec2 pixel;
+    float z;
+    if (!stp_find(index, lattice))
+        return;
+    uvec4 texel = texelFetch(object_texture, int(index));
+    if (!stp_place(texel, lattice.xyz, lattice.w, pixel, z))
+        return;
+    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
+    stp_pixel p = stp_disc_pixel(stp_disc_decode(texel, lattice.xyz, lattice.w), id, vec2(0.0));
+    float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
+    stp_splat s = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
+    if (p.radius <= 0.0) // its own pixel
+        s.place.xyz = vec3(vec2(pixel) + 0.5, 1e6);
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint splat = first_splat + group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    if (listing)
+        looks[splat] = uvec2(stp_splat_colour_pack(p.colour), index);
+    stp_splat_list(s, splat);
+}
