@@ -48,14 +48,14 @@ void stp_bin_add(uint bin, stp_splat s, uint splat)
     lists[at + 1u] = vec4(s.normal.xy, s.normal.z < 0.0 ? -s.extent : s.extent, uintBitsToFloat(splat));
 }
 
-// Adds a splat to the bins that it may touch.
+// Adds a splat to the bins that the box around it touches.
 void stp_splat_list(stp_splat s, uint splat)
 {
-    stp_splat_bound bound = stp_splat_bound_of(s);
-    ivec4 pixels = stp_splat_pixels(bound);
+    vec2 size = stp_splat_size(s);
+    ivec4 pixels = stp_splat_pixels(s, size);
     if (pixels.x > pixels.z || pixels.y > pixels.w)
         return;
-    float wide = max(bound.size.x, bound.size.y) / STP_BIN_REACH;
+    float wide = max(size.x, size.y) / STP_BIN_REACH;
     int level = int(min(ceil(log2(max(wide, 1.0))), float(stp_bin_top())));
     int begin = 0;
     for (int l = 0; l < level; l++) {
@@ -67,8 +67,7 @@ void stp_splat_list(stp_splat s, uint splat)
     int columns = stp_bin_grid(level).x;
     for (int row = touched.y; row <= touched.w; row++)
         for (int column = touched.x; column <= touched.z; column++)
-            if (stp_splat_touches(bound, ivec2(column, row), bits))
-                stp_bin_add(uint(begin + row * columns + column), s, splat);
+            stp_bin_add(uint(begin + row * columns + column), s, splat);
     if ((levels_used >> level & 1u) == 0u)
         atomicOr(levels_used, 1u << level);
 }
