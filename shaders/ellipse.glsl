@@ -13,6 +13,7 @@
 #define STP_ELLIPSE_FLOOR_LINE 0.5     // its pixels touch each other
 #define STP_ELLIPSE_FLOOR_POLYGON 0.01 // they fill it
 #define STP_ELLIPSE_OUTSIDE 1e30
+#define STP_ELLIPSE_FAR 1e15 // a place outside
 
 float stp_ellipse_floor(int tag)
 {
@@ -22,7 +23,8 @@ float stp_ellipse_floor(int tag)
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its
 // centre: exact in perspective but for the floor. ray: unit, through the point; offset: of the point from the
-// ellipse's centre, pixels.
+// ellipse's centre, pixels; where that is behind the eye, far aside of it (orthographic: where depths are asked for,
+// since there it is no other place).
 vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
 {
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
@@ -32,7 +34,9 @@ vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
     float k = dot(normal, ray);
     float magnitude = max(abs(k), min(1.0, stp_ellipse_floor(p.tag) * inverse));
     float along = dot(delta, normal.xy) / (k > 0.0 ? magnitude : -magnitude);
-    return vec3(delta, 0.0) - ray * along;
+    vec3 s = vec3(delta, 0.0) - ray * along;
+    float eye = viewport.z * inverse * (STP_ORTHOGRAPHIC != 0 ? p.z_min : 1.0); // the eye's place, likewise
+    return (STP_ORTHOGRAPHIC != 0 && STP_TEMPLATE == 0) || s.z < eye ? s : vec3(STP_ELLIPSE_FAR, STP_ELLIPSE_FAR, 0.0);
 }
 
 // 1 at the rim.

@@ -2,8 +2,8 @@
 // the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
-// Where three or four coarse pixels lie around a pixel and none's ellipse reaches it, the nearest does up
-// to this q: averaging opens gaps that no surface has.
+// Where the ellipses of three or four coarse pixels lie around a pixel and none reaches it, the nearest does
+// up to this q: averaging opens gaps that no surface has.
 #define STP_PUSH_GAP_3 2.0
 #define STP_PUSH_GAP_4 4.0
 
@@ -26,6 +26,15 @@ stp_pixel stp_push_candidate(ivec2 p, vec2 centre, vec3 ray, out float q)
     return c;
 }
 
+// Whether candidates are of several discs, whose centres, seen from the pixel, are not one.
+bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
+{
+    vec4 there = vec4(notEqual(ivec4(c0.tag, c1.tag, c2.tag, c3.tag), ivec4(0)));
+    vec2 sum = there.x * c0.d + there.y * c1.d + there.z * c2.d + there.w * c3.d;
+    vec4 squares = vec4(dot(c0.d, c0.d), dot(c1.d, c1.d), dot(c2.d, c2.d), dot(c3.d, c3.d));
+    return dot(sum, sum) < 0.95 * dot(there, vec4(1.0)) * dot(there, squares);
+}
+
 // A pixel of the pulled level, fine, finished with the help of level l + 1, coarse.
 stp_pixel stp_push(ivec2 here)
 {
@@ -44,6 +53,8 @@ stp_pixel stp_push(ivec2 here)
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
     if (stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag))
         valid = 0.0; // between lines there are gaps
+    if (!stp_push_differ(c0, c1, c2, c3))
+        valid = 0.0;
     float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
     float reach = clamp(least, 1.0, gap);
     c0.tag = q.x <= reach ? c0.tag : 0;

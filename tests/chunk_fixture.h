@@ -194,6 +194,7 @@ typedef struct fixture_tree {
     uint32_t child_counts[FIXTURE_CHUNK_LIMIT];
     uint32_t count;
     uint32_t attributes_denied; /* of FIXTURE_ATTRIBUTES, which the file does not say it has */
+    uint32_t attributes_more;   /* that it says it has beside them */
     stp_dbox box;
 } fixture_tree;
 
@@ -283,11 +284,12 @@ static inline stp_status fixture_write(fixture_tree *tree, const char *path, stp
 {
     stp_chunk_writer *writer = NULL;
     const uint32_t *children[FIXTURE_CHUNK_LIMIT];
-    stp_chunk_writer_params params = {.force = true,
-                                      .codec = codec,
-                                      .attributes = FIXTURE_ATTRIBUTES & ~tree->attributes_denied,
-                                      .orientation = STP_ORIENTATION_FILE,
-                                      .lambda = 1.7};
+    stp_chunk_writer_params params = {
+        .force = true,
+        .codec = codec,
+        .attributes = (FIXTURE_ATTRIBUTES & ~tree->attributes_denied) | tree->attributes_more,
+        .orientation = STP_ORIENTATION_FILE,
+        .lambda = 1.7};
     uint64_t bytes = 0;
     stp_status status = stp_chunk_writer_create(&writer, path, &params, err);
     for (uint32_t h = 0; status == STP_OK && h < tree->count; h++) {

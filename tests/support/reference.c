@@ -1,5 +1,5 @@
 /* The reconstruction on the CPU; every function is one section of shaders/README.md. */
-#include "tests/support/reference.h"
+#include "tests/support/reference_parts.h"
 
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
@@ -31,14 +31,6 @@ stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p)
 static double pixels_per_unit(const stp_view *view, double depth)
 {
     return view->orthographic ? view->f : view->f / depth;
-}
-
-static stp_dvec3 ray(const stp_view *view, double u, double v)
-{
-    if (view->orthographic)
-        return (stp_dvec3){0.0, 0.0, -1.0};
-    return stp_dvec3_normalize((stp_dvec3){(u - stp_view_axis_x(view)) / view->f,
-                                           (v - stp_view_axis_y(view)) / view->f, -1.0});
 }
 
 static double centre_of(int i, int level)
@@ -92,20 +84,9 @@ void reference_destroy(reference_pyramid *pyramid)
 
 /* ---- the tag ---- */
 
-static bool two_sided(const reference_pixel *p)
-{
-    return p->tag != 0 && ((p->tag - 1) & 8) != 0;
-}
-
 static int tag_with_source(int tag, int source)
 {
     return 1 + ((tag - 1) & 15) + 16 * source;
-}
-
-/* A tube's normal is its tangent. */
-static bool is_tube(const reference_pixel *p)
-{
-    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_TUBE;
 }
 
 static bool is_line(const reference_pixel *p)
@@ -203,18 +184,23 @@ double reference_radius_px(const reference_pyramid *pyramid, const reference_pix
     return fmax(p->radius * pixels_per_unit(&pyramid->view, p->z_min), floor_px(pyramid, p));
 }
 
-/* s: where the ray meets the disc's plane, in radii from its centre. */
+/* s: where the ray meets the disc's plane, in radii from its centre; aside of it where that is
+ * behind the eye (orthographic: where depths are asked for). */
 static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference_pixel *p,
                                double cx, double cy, double x, double y)
 {
     double radius = reference_radius_px(pyramid, p);
-    stp_dvec3 w = ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
+    stp_dvec3 w = reference_ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
-    stp_dvec3 n = is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
+    stp_dvec3 n = reference_is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
     double k = stp_dvec3_dot(n, w);
     double least = fmin(1.0, floor_px(pyramid, p) / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
-    return stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
+    stp_dvec3 s = stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
+    double depth = p->z_min - s.z * radius / pixels_per_unit(&pyramid->view, p->z_min);
+    return depth > 0.0 || (pyramid->view.orthographic && pyramid->filter < REFERENCE_SPLAT)
+               ? s
+               : (stp_dvec3){INFINITY, INFINITY, 0.0};
 }
 
 double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
@@ -319,9 +305,9 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
     for (int i = 0; i < count; i++) {
         const reference_pixel *p = &pixels[i];
         double w = weights[i];
-        bool turned =
-            (two_sided(front) || two_sided(p)) && stp_dvec3_dot(p->normal, front->normal) < 0.0;
-        if (is_tube(p) == is_tube(front))
+        bool turned = (reference_two_sided(front) || reference_two_sided(p)) &&
+                      stp_dvec3_dot(p->normal, front->normal) < 0.0;
+        if (reference_is_tube(p) == reference_is_tube(front))
             sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
         sum.radius += w * p->radius * p->radius;
         sum.z_min += w * (p->z_min - front->z_min);
@@ -402,16 +388,22 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be: 1, but where three or four lie around the place and none reaches it, the
- * nearest may. */
+/* How large q may be: 1, but where three or four lie around the place, not all of one disc, and
+ * none reaches it, the nearest may. */
 static double push_reach(const meeting *m)
 {
-    double least = INFINITY;
+    double least = INFINITY, x = 0.0, y = 0.0, squares = 0.0;
     for (int k = 0; k < m->count; k++) {
+        const reference_pixel *p = &m->pixels[k];
         least = fmin(least, m->q[k]);
-        if (is_line(&m->pixels[k]))
+        x += p->dx;
+        y += p->dy;
+        squares += p->dx * p->dx + p->dy * p->dy;
+        if (is_line(p))
             return 1.0;
     }
+    if (x * x + y * y >= 0.95 * m->count * squares)
+        return 1.0;
     double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
     return least > 1.0 && least <= most ? least : 1.0;
 }
@@ -535,68 +527,4 @@ void reference_push(reference_pyramid *pyramid)
             for (int i = 0; i < level->width; i++)
                 level->finished[j * level->width + i] = push_pixel(pyramid, l, i, j);
     }
-}
-
-/* ---- shading ---- */
-
-static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, double out[3])
-{
-    stp_dvec3 l = stp_dvec3_normalize((stp_dvec3){0.35, 0.45, 1.0});
-    stp_dvec3 h = stp_dvec3_normalize(stp_dvec3_add(l, v));
-    double light = 0.18 + 0.74 * fmax(0.0, stp_dvec3_dot(n, l)) + 0.08 * fmax(0.0, n.z);
-    double gloss = 0.16 * pow(fmax(0.0, stp_dvec3_dot(n, h)), 40.0);
-    for (int k = 0; k < 3; k++)
-        out[k] = p->rgb[k] * light + gloss;
-}
-
-/* Across the tangent: the one that is lit most, or faces the eye most. */
-static stp_dvec3 tube_normal(stp_dvec3 tangent, reference_shade shade, stp_dvec3 v)
-{
-    stp_dvec3 towards = v;
-    if (shade == REFERENCE_PHONG)
-        towards = stp_dvec3_normalize((stp_dvec3){0.35, 0.45, 1.0});
-    else if (shade == REFERENCE_LAMBERT)
-        towards = (stp_dvec3){0.0, 0.0, 1.0};
-    stp_dvec3 n = stp_dvec3_sub(towards, stp_dvec3_scale(tangent, stp_dvec3_dot(towards, tangent)));
-    return stp_dvec3_length(n) > 1e-6 ? stp_dvec3_normalize(n) : towards;
-}
-
-static void shade_pixel(const stp_view *view, const reference_pixel *p, int i, int j,
-                        reference_shade shade, double out[3])
-{
-    stp_dvec3 v = stp_dvec3_scale(ray(view, i + 0.5, j + 0.5), -1.0);
-    bool away = two_sided(p) && stp_dvec3_dot(p->normal, v) < 0.0;
-    stp_dvec3 n = stp_dvec3_scale(p->normal, away ? -1.0 : 1.0);
-    if (is_tube(p))
-        n = tube_normal(p->normal, shade, v);
-    if (shade == REFERENCE_PHONG) {
-        shade_phong(p, n, v, out);
-    } else if (shade == REFERENCE_LAMBERT) {
-        for (int k = 0; k < 3; k++)
-            out[k] = p->rgb[k] * (0.05 + 0.85 * fmax(0.0, n.z));
-    } else if (shade == REFERENCE_NORMAL) {
-        out[0] = 0.5 * n.x + 0.5;
-        out[1] = 0.5 * n.y + 0.5;
-        out[2] = 0.5 * n.z + 0.5;
-    } else {
-        double range = view->ball_far - view->ball_near;
-        out[0] = out[1] = out[2] = 1.0 - (p->z_min - view->ball_near) / range;
-    }
-    for (int k = 0; k < 3; k++)
-        out[k] = fmin(fmax(out[k], 0.0), 1.0);
-}
-
-void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba)
-{
-    const reference_level *level = &pyramid->levels[0];
-    for (int j = 0; j < level->height; j++)
-        for (int i = 0; i < level->width; i++) {
-            const reference_pixel *p = &level->finished[j * level->width + i];
-            double *out = rgba + 4 * (j * level->width + i);
-            out[0] = out[1] = out[2] = out[3] = 0.0;
-            if (p->tag == 0)
-                continue;
-            shade_pixel(&pyramid->view, p, i, j, shade, out);
-            out[3] = 1.0;
-        }
 }

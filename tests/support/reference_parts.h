@@ -1,0 +1,29 @@
+/* What the files of the reference share. */
+#ifndef STP_TESTS_REFERENCE_PARTS_H
+#define STP_TESTS_REFERENCE_PARTS_H
+
+#include "formats/chunk/sample.h"
+#include "tests/support/reference.h"
+
+/* Unit, through window coordinates. */
+static inline stp_dvec3 reference_ray(const stp_view *view, double u, double v)
+{
+    if (view->orthographic)
+        return (stp_dvec3){0.0, 0.0, -1.0};
+    return stp_dvec3_normalize((stp_dvec3){(u - stp_view_axis_x(view)) / view->f,
+                                           (v - stp_view_axis_y(view)) / view->f, -1.0});
+}
+
+/* Of the tag. */
+static inline bool reference_two_sided(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 8) != 0;
+}
+
+/* A tube's normal is its tangent. */
+static inline bool reference_is_tube(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_TUBE;
+}
+
+#endif
