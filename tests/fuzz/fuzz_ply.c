@@ -12,6 +12,7 @@ typedef struct ply_seed {
         text, sizeof(text) - 1                                                                     \
     }
 #define XYZ "property float x\nproperty double y\nproperty float z\n"
+#define EDGES "property int vertex1\nproperty int vertex2\n"
 #define FACES "property list uchar int vertex_indices\n"
 
 static const ply_seed seeds[] = {
@@ -46,6 +47,13 @@ static const ply_seed seeds[] = {
          "end_header\n0 0 0 4294967295\n1 0 0 3\n0 1 0 -1\n0 1 1 0.5\n3 0 1 2\n"),
     SEED("ply\nformat ascii 1.0\ncomment station 7 1 2 3\nelement vertex 1\n" XYZ
          "end_header\n0 0 0\n"),
+    SEED("ply\nformat ascii 1.0\nelement vertex 5\n" XYZ "property float radius\n"
+         "property float nx\nproperty float ny\nproperty float nz\nelement edge 6\n" EDGES
+         "element face 1\n" FACES "end_header\n0 0 0 .1 0 0 1\n1 0 0 .2 0 0 1\n1 1 0 -1 0 0 0\n"
+         "0 1 0 nan 1 0 0\n2 2 2 1e9 0 1 0\n0 1\n1 2\n2 0\n2 3\n3 3\n4 9\n3 0 1 3\n"),
+    SEED("ply\nformat binary_little_endian 1.0\nelement edge 3\n" EDGES
+         "element vertex 3\nproperty char x\nproperty char y\nproperty char z\nend_header\n"
+         "\0\0\0\0\1\0\0\0\1\0\0\0\2\0\0\0\2\0\0\0\0\0\0\0\1\2\3\4\5\6\7\x8\x9"),
 };
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)

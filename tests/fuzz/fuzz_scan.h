@@ -22,6 +22,35 @@ static inline void fuzz_require(bool condition, const char *what)
     }
 }
 
+/* Strips share no vertex, lie one after the other, and have lengths that are numbers. */
+static inline void fuzz_take_lines(stp_scan *scan)
+{
+    stp_line_set lines = {0};
+    uint64_t next = 0;
+    stp_scan_take_lines(scan, &lines);
+    for (uint64_t i = 0; i < lines.strip_count; i++) {
+        fuzz_require(lines.strips[i].begin == next && lines.strips[i].count >= 2,
+                     "strips follow each other");
+        next += lines.strips[i].count;
+    }
+    fuzz_require(next == lines.vertex_count, "strips have all vertices");
+    for (uint64_t i = 0; i < lines.vertex_count; i++)
+        fuzz_require(stp_dvec3_finite(lines.vertices[i].position) &&
+                         isfinite(lines.vertices[i].radius) && lines.vertices[i].radius >= 0.0f,
+                     "a vertex of a line is made of numbers");
+    stp_line_set_clear(&lines);
+}
+
+static inline void fuzz_take_triangles(stp_scan *scan)
+{
+    stp_triangle_set set = {0};
+    stp_scan_take_triangles(scan, &set);
+    for (uint64_t i = 0; i < set.triangle_count; i++)
+        for (int k = 0; k < 3; k++)
+            fuzz_require(set.triangles[i][k] < set.vertex_count, "a kept triangle's corners exist");
+    stp_triangle_set_clear(&set);
+}
+
 /* A failure has a sentence, a success as many points as it promised, all of them in range. */
 static inline void fuzz_read_scan(const char *path, const stp_scan_params *params)
 {
@@ -35,6 +64,10 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
     for (uint32_t i = 0; scan && i < stp_scan_get_info(scan)->station_count; i++)
         fuzz_require(stp_dvec3_finite(stp_scan_get_info(scan)->stations[i]),
                      "a station's position is finite");
+    if (scan) {
+        fuzz_take_lines(scan);
+        fuzz_take_triangles(scan);
+    }
     while (status == STP_OK && count > 0) {
         status = stp_scan_read(scan, points, 100, &count, &err);
         for (size_t i = 0; i < count && status == STP_OK; i++) {
@@ -85,9 +118,11 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     const int descriptor = fuzz_memory_file(data, size, path);
     const stp_scan_params sampled = {.sample_count = 150, .seed = size};
     const stp_scan_params plain = {.recompute_normals = true};
+    const stp_scan_params hybrid = {.hybrid = true, .sample_count = 90, .line_radius = 0.5};
     fuzz_read_scan(path, NULL);
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
+    fuzz_read_scan(path, &hybrid);
     fuzz_find_step(path);
     fuzz_read_mesh(path);
     close(descriptor);
