@@ -14,7 +14,7 @@
 #define VIEW_KEY_LIST(X)                                                                           \
     X("+ -          ", "finer, coarser: halve, double the threshold")                              \
     X("L            ", "who chooses levels: geometry shader, cpu, full (all samples), compute")    \
-    X("R            ", "how gaps are closed: gauss, box, templates, points (not at all)")          \
+    X("R            ", "how gaps are closed: gauss, box, templates, splat, points (not at all)")   \
     X("S            ", "what is shown: phong, lambert, normal, depth, level, chunk, error, ...")   \
     X("C            ", "what colours samples: rgb, none, intensity, class, elevation, outliers")   \
     X("G            ", "palette of intensity and elevation: auto, grey, viridis, heat")            \

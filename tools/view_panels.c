@@ -32,10 +32,12 @@ static void format_bytes(uint64_t bytes, char out[32])
 
 static void attributes_text(uint32_t attributes, char out[64])
 {
-    snprintf(out, 64, "normal%s%s%s%s", attributes & STP_HAS_COLOUR ? ", colour" : "",
+    snprintf(out, 64, "normal%s%s%s%s%s%s", attributes & STP_HAS_COLOUR ? ", colour" : "",
              attributes & STP_HAS_INTENSITY ? ", intensity" : "",
              attributes & STP_HAS_CLASS ? ", class" : "",
-             attributes & STP_HAS_OUTLIERS ? ", outliers" : "");
+             attributes & STP_HAS_OUTLIERS ? ", outliers" : "",
+             attributes & STP_HAS_LINES ? ", lines" : "",
+             attributes & STP_HAS_TRIANGLES ? ", triangles" : "");
 }
 
 static void model_rows(const viewer *v, const view_model *m)
