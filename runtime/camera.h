@@ -101,6 +101,8 @@ static inline double stp_view_axis_y(const stp_view *view)
     return 0.5 * view->height + view->offset[1];
 }
 
+/* The view with so many times as many pixels along each side. */
+stp_view stp_view_finer(const stp_view *view, int times);
 /* The part of a view that begins at pixel (x, y) of it and is so large: a picture of its own, of
  * the same perspective, that may reach over the view's rim. What is drawn of both is the same. */
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height);

@@ -17,6 +17,7 @@ enum {
     STP_UNIT_COARSE = 6,  /* shape, paint */
     STP_UNIT_NEAREST = 8, /* resolving */
     STP_UNIT_FRONT = 8,   /* splatting: the depth buffer, then the two sums, or the lists */
+    STP_UNIT_EDGE = 8,    /* smoothing edges: the picture, its depths */
     STP_UNIT_COUNT = 12
 };
 enum {

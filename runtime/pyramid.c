@@ -93,6 +93,15 @@ static void create_finished(stp_pyramid_level *level)
     level->finished_frame = create_frame(level->finished, STP_TARGET_COUNT);
 }
 
+static void create_picture_frames(const stp_pyramid *p, GLuint picture,
+                                  GLuint frames[STP_PICTURE_FRAMES])
+{
+    const GLuint targets[3] = {picture, p->picture_depth, p->picture_mark};
+    frames[STP_PICTURE_WITH_DEPTH] = create_frame(targets, 2);
+    frames[STP_PICTURE_WITH_MARK] = create_frame(targets, 3);
+    frames[STP_PICTURE_ALONE] = create_frame(targets, 1);
+}
+
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err)
 {
     GLint limit = 0;
@@ -127,10 +136,8 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
-    p.picture_frame = create_frame((GLuint[]){p.picture, p.picture_depth}, 2);
     p.picture_mark = create_texture(GL_R8UI, width, height);
-    p.marked_frame = create_frame((GLuint[]){p.picture, p.picture_depth, p.picture_mark}, 3);
-    p.light_frame = create_frame(&p.picture, 1);
+    create_picture_frames(&p, p.picture, p.picture_frames);
     stp_status status = stp_gl_check("making the image pyramid", err);
     if (status == STP_OK)
         *pyramid = p;
@@ -157,12 +164,21 @@ stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err)
     return stp_gl_check("making room for splats", err);
 }
 
+stp_status stp_pyramid_keep_rough(stp_pyramid *p, stp_error *err)
+{
+    if (p->rough != 0)
+        return STP_OK;
+    p->rough = create_texture(GL_RGBA8, p->width, p->height);
+    create_picture_frames(p, p->rough, p->rough_frames);
+    return stp_gl_check("making room for smooth edges", err);
+}
+
 void stp_pyramid_destroy(stp_pyramid *p)
 {
-    const GLuint frames[5] = {p->nearest_frame, p->picture_frame, p->marked_frame, p->light_frame,
-                              p->sum_frame};
-    const GLuint textures[8] = {p->nearest,       p->nearest_depth, p->scatter_depth, p->picture,
-                                p->picture_depth, p->picture_mark,  p->sums[0],       p->sums[1]};
+    const GLuint frames[2] = {p->nearest_frame, p->sum_frame};
+    const GLuint textures[9] = {p->nearest, p->nearest_depth, p->scatter_depth,
+                                p->picture, p->picture_depth, p->picture_mark,
+                                p->sums[0], p->sums[1],       p->rough};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -172,7 +188,9 @@ void stp_pyramid_destroy(stp_pyramid *p)
         glDeleteTextures(STP_TARGET_COUNT, p->levels[l].finished);
     }
     glDeleteTextures(STP_TARGET_COUNT, p->pulled_above);
-    glDeleteFramebuffers(5, frames);
-    glDeleteTextures(8, textures);
+    glDeleteFramebuffers(2, frames);
+    glDeleteFramebuffers(STP_PICTURE_FRAMES, p->picture_frames);
+    glDeleteFramebuffers(STP_PICTURE_FRAMES, p->rough_frames);
+    glDeleteTextures(9, textures);
     *p = (stp_pyramid){0};
 }

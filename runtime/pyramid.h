@@ -12,6 +12,7 @@
 #include <epoxy/gl.h>
 
 #define STP_PYRAMID_LEVELS_LIMIT 16
+enum { STP_PICTURE_WITH_DEPTH, STP_PICTURE_WITH_MARK, STP_PICTURE_ALONE, STP_PICTURE_FRAMES };
 enum { STP_TARGET_SHAPE, STP_TARGET_PAINT, STP_TARGET_COUNT };
 
 typedef struct stp_pyramid_level {
@@ -31,9 +32,11 @@ typedef struct stp_pyramid {
     GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
     GLuint scatter_depth;      /* R32UI: the bits of nearest_depth where compute shaders project */
     GLuint sums[2], sum_frame; /* RGBA32F: what splats add up to (shaders/splat_blend.frag) */
-    GLuint picture, picture_depth, picture_frame; /* RGBA8; R32F, 0 where nothing is */
-    GLuint picture_mark, marked_frame; /* R8UI: what fade.frag compares; with picture and depth */
-    GLuint light_frame;                /* of the picture's colour alone */
+    /* RGBA8, premultiplied; of depths R32F, 0 where nothing is; of marks R8UI: what fade.frag
+     * compares. A picture's frames: with depth, with depth and mark, its colour alone. */
+    GLuint picture, picture_depth, picture_mark;
+    GLuint picture_frames[STP_PICTURE_FRAMES];
+    GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* where edge.frag reads: edges as they come */
 } stp_pyramid;
 
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */
@@ -42,6 +45,9 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
 stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err);
 /* Makes what splats are added up in, where it is not there yet. Errors: GL (no memory). */
 stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err);
+/* Makes room for the picture before its edges are smoothed, where it is not there yet. Errors: GL
+ * (no memory). */
+stp_status stp_pyramid_keep_rough(stp_pyramid *pyramid, stp_error *err);
 void stp_pyramid_destroy(stp_pyramid *pyramid);
 
 #endif

@@ -67,8 +67,8 @@ void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int 
     glDisable(GL_SCISSOR_TEST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
-    glBlitNamedFramebuffer(p->picture_frame, framebuffer, 0, 0, p->width, p->height, 0, 0, width,
-                           height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitNamedFramebuffer(p->picture_frames[STP_PICTURE_WITH_DEPTH], framebuffer, 0, 0, p->width,
+                           p->height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     stp_gl_state_leave(&host);
 }
 

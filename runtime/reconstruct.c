@@ -6,16 +6,17 @@
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err)
 {
-    static const char *const files[7] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
-                                         "shade.frag",   "edl.frag",  "fade.frag"};
+    static const char *const files[8] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
+                                         "shade.frag",   "edl.frag",  "fade.frag", "edge.frag"};
     stp_reconstruct_programs p = {0};
-    GLuint *const programs[7] = {&p.resolve, &p.pull, &p.push, &p.finish,
-                                 &p.shade,   &p.edl,  &p.fade};
-    const bool wanted[7] = {true, true, true, true, true, variant->edl, variant->fade};
+    GLuint *const programs[8] = {&p.resolve, &p.pull, &p.push, &p.finish,
+                                 &p.shade,   &p.edl,  &p.fade, &p.edge};
+    const bool wanted[8] = {true, true,         true,          true,
+                            true, variant->edl, variant->fade, variant->edges};
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (int i = 0; i < 7; i++)
+    for (int i = 0; i < 8; i++)
         if (wanted[i])
             STP_TRY(stp_program_create(programs[i],
                                        &(stp_program_params){.vertex = "screen.vert",
@@ -41,6 +42,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->shade);
     glDeleteProgram(p->fade);
     glDeleteProgram(p->edl);
+    glDeleteProgram(p->edge);
     *p = (stp_reconstruct_programs){0};
 }
 
@@ -118,9 +120,9 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
 
 /* Multiplies eye-dome lighting into the picture. */
 static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                   const stp_tiles *tiles)
+                   const stp_tiles *tiles, GLuint frame)
 {
-    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->light_frame);
+    glBindFramebuffer(GL_FRAMEBUFFER, frame);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFunc(GL_ZERO, GL_SRC_COLOR);
@@ -130,13 +132,37 @@ static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *
     glDisable(GL_BLEND);
 }
 
+/* The rough picture with smooth edges as the picture. */
+static void smooth_edges(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                         int levels, const stp_tiles *tiles)
+{
+    const GLuint pictures[2] = {pyramid->rough, pyramid->picture_depth};
+    static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    glBindFramebuffer(GL_FRAMEBUFFER, pyramid->picture_frames[STP_PICTURE_ALONE]);
+    glScissor(0, 0, pyramid->width, pyramid->height);
+    glClearBufferfv(GL_COLOR, 0, empty);
+    glUseProgram(programs->edge);
+    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
+    bool pushed = levels > 0 && programs->template_px == 0;
+    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, pushed);
+    if (pushed) {
+        set_read(&pyramid->levels[1]);
+        glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
+                       levels > 1 ? pyramid->levels[1].finished : pyramid->levels[1].pulled);
+    }
+    glBindTextures(STP_UNIT_EDGE, 2, pictures);
+    stp_tiles_draw(tiles, 0);
+}
+
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     static const GLuint no_mark[4] = {0, 0, 0, 0};
     bool marks = programs->fade != 0;
-    glBindFramebuffer(GL_FRAMEBUFFER, marks ? pyramid->marked_frame : pyramid->picture_frame);
+    const GLuint *frames = programs->edge != 0 ? pyramid->rough_frames : pyramid->picture_frames;
+    glBindFramebuffer(GL_FRAMEBUFFER,
+                      frames[marks ? STP_PICTURE_WITH_MARK : STP_PICTURE_WITH_DEPTH]);
     glScissor(0, 0, pyramid->width, pyramid->height);
     glClearBufferfv(GL_COLOR, 0, empty);
     glClearBufferfv(GL_COLOR, 1, empty);
@@ -150,7 +176,9 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
     stp_tiles_draw(tiles, 0);
     if (programs->edl != 0)
-        darken(programs, pyramid, tiles);
+        darken(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
+    if (programs->edge != 0)
+        smooth_edges(programs, pyramid, levels, tiles);
 }
 
 /* Ready to finish level 0 into its own framebuffer. */

@@ -11,8 +11,8 @@
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
-    GLuint edl, fade; /* 0: not asked for; where fade is, pictures are marked for it */
-    int template_px;  /* of the variant; with it, and with splats, level 0 is always finished */
+    GLuint edl, fade, edge; /* 0: not asked for; where fade is, pictures are marked for it */
+    int template_px; /* of the variant; with it, and with splats, level 0 is always finished */
     bool splat;
 } stp_reconstruct_programs;
 

@@ -70,6 +70,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .clip = params->clip.enabled,
         .classes = stp_filter_hides_classes(params),
         .overlay = stp_filter_has_overlay(params),
+        .edges = params->smooth_edges && params->reconstruct != STP_RECONSTRUCT_POINTS,
         .edl = params->edl > 0.0,
         .colour = (int)params->colour,
         .palette = (int)stp_colour_palette(params),
@@ -247,7 +248,8 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
            a->every_sample == b->every_sample && a->keep_back_faces == b->keep_back_faces &&
            a->colour == b->colour && a->palette == b->palette &&
            a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
-           a->overlay == b->overlay && a->edl == b->edl && clips_equal(&a->clip, &b->clip) &&
+           a->overlay == b->overlay && a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
+           clips_equal(&a->clip, &b->clip) &&
            memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
            a->stream == b->stream && a->refine == b->refine &&
            a->hidden_models == b->hidden_models && a->keep_pixels == b->keep_pixels &&
@@ -277,6 +279,8 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
     if (params->keep_pixels)
         STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
+    if (r->variant.edges)
+        STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
     if (r->variant.splat)
         STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params);
@@ -331,8 +335,10 @@ stp_status stp_renderer_draw_into(stp_renderer *r, const stp_view *view,
     stp_status status = STP_OK;
     stp_gl_state host;
     stp_view cut;
+    stp_draw_params whole = *params; /* nothing is blended into the host's pixels */
+    whole.smooth_edges = false;
     stp_gl_state_enter(&host);
-    stp_drawing d = {.view = &cut, .params = params, .waits = params->timed};
+    stp_drawing d = {.view = &cut, .params = &whole, .waits = params->timed};
     d.counts = d.waits && host.counting == 0;
     STP_TRY(stp_composite_view(&cut, &host, view, err));
     if (r->composite == 0)

@@ -233,7 +233,7 @@ bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
            a->template_px == b->template_px && a->splat == b->splat && a->lines == b->lines &&
            a->triangles == b->triangles && a->keep_back_faces == b->keep_back_faces &&
            a->clip == b->clip && a->classes == b->classes && a->overlay == b->overlay &&
-           a->edl == b->edl && a->colour == b->colour && a->palette == b->palette &&
-           a->shade == b->shade && a->geometry_invocations == b->geometry_invocations &&
-           a->fade == b->fade;
+           a->edl == b->edl && a->edges == b->edges && a->colour == b->colour &&
+           a->palette == b->palette && a->shade == b->shade &&
+           a->geometry_invocations == b->geometry_invocations && a->fade == b->fade;
 }

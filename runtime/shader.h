@@ -26,6 +26,7 @@ typedef struct stp_variant {
     bool triangles;      /* there are some */
     bool clip, classes;  /* a clip box; hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
+    bool edges;          /* a pass that smooths them: no macro, no program but its own */
     bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */
     int colour, palette; /* stp_colour, stp_palette but OWN */
     int shade;           /* STP_SHADE_* */

@@ -145,6 +145,9 @@ typedef struct stp_draw_params {
      * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
+    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
+     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
+    bool smooth_edges;
     /* While streaming: share of a level change that a frame still shows of the last one, so that it
      * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
     double fade;
@@ -256,7 +259,8 @@ stp_status stp_renderer_draw_into(stp_renderer *renderer, const stp_view *view,
                                   const stp_draw_params *params, const stp_target *target,
                                   stp_draw_stats *stats, stp_error *err);
 
-/* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered. */
+/* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered, and
+ * less at smooth edges, where colours are premultiplied by it. */
 stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
 
 /* Depth of the last picture at a pixel (bottom row first), along the camera's axis; 0 where nothing

@@ -173,20 +173,20 @@ static inline reference_pixel gl_fixture_pixel(const uint32_t shape[4], const ui
     return p;
 }
 
-/* Level 0 of the last frame as pulled or (where drawn with keep_pixels) as finished; free with
- * free(). */
-static inline reference_pixel *gl_fixture_pixels(const gl_fixture *f, bool finished)
+/* A level of the last frame as pulled or finished; free with free(). */
+static inline reference_pixel *gl_fixture_level(const gl_fixture *f, int l, bool finished)
 {
     const stp_pyramid *pyramid = stp_renderer_inspect(f->renderer).pyramid;
-    const stp_pyramid_level *level = &pyramid->levels[0];
+    const stp_pyramid_level *level = &pyramid->levels[l];
     const GLuint *textures = finished ? level->finished : level->pulled;
     size_t count = (size_t)level->width * (size_t)level->height;
     uint32_t(*texels[2])[4];
     for (int i = 0; i < 2; i++) {
         texels[i] = calloc(count, sizeof *texels[i]);
         assert_non_null(texels[i]);
-        glGetTextureImage(textures[i], 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
-                          (GLsizei)(count * sizeof *texels[i]), texels[i]);
+        glGetTextureSubImage(textures[i], 0, 0, 0, 0, level->width, level->height, 1,
+                             GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *texels[i]),
+                             texels[i]);
     }
     check_ok(stp_gl_check("reading pixels", err));
     reference_pixel *pixels = calloc(count, sizeof *pixels);
@@ -196,6 +196,13 @@ static inline reference_pixel *gl_fixture_pixels(const gl_fixture *f, bool finis
     free(texels[0]);
     free(texels[1]);
     return pixels;
+}
+
+/* Level 0 of the last frame as pulled or (where drawn with keep_pixels) as finished; free with
+ * free(). */
+static inline reference_pixel *gl_fixture_pixels(const gl_fixture *f, bool finished)
+{
+    return gl_fixture_level(f, 0, finished);
 }
 
 /* The picture's alpha as a mask, bottom row first; free with free(). */

@@ -23,6 +23,12 @@ static bool covered(const stp_image *image, int x, int y)
     return pixel(image, x, y)[3] > 0;
 }
 
+/* A component over black. */
+static int over_black(const uint8_t *p, int component)
+{
+    return (p[component] * p[3] + 127) / 255;
+}
+
 static int at_least(int value, int minimum)
 {
     return value > minimum ? value : minimum;
@@ -58,7 +64,7 @@ static uint64_t squared_difference(const stp_image *a, const stp_image *b, int x
     const uint8_t *p = pixel(a, x, y), *q = pixel(b, x, y);
     uint64_t sum = 0;
     for (int k = 0; k < 3; k++) {
-        const int d = (p[3] ? p[k] : 0) - (q[3] ? q[k] : 0);
+        const int d = over_black(p, k) - over_black(q, k);
         sum += (uint64_t)(d * d);
     }
     return sum;
@@ -106,7 +112,7 @@ typedef struct ssim_filter {
 
 static double luminance(const uint8_t *p)
 {
-    return p[3] ? 0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2] : 0.0;
+    return 0.299 * over_black(p, 0) + 0.587 * over_black(p, 1) + 0.114 * over_black(p, 2);
 }
 
 static double *filtered_row(const ssim_filter *f, int y, int mean)

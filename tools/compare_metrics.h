@@ -1,8 +1,8 @@
 /* How far one picture is from another, over the pixels that either covers.
  *
- * A pixel is covered where its alpha is above 0; one that is not counts as black. A is judged, B is
- * the reference. Neighbours beyond the edge of the picture do not count. Does not align, scale or
- * change colours. Threads: any. */
+ * A pixel is covered where its alpha is above 0; colours are those over black. A is
+ * judged, B is the reference. Neighbours beyond the edge of the picture do not count. Does not
+ * align, scale or change colours. Threads: any. */
 #ifndef STP_TOOLS_COMPARE_METRICS_H
 #define STP_TOOLS_COMPARE_METRICS_H
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "tests/support/triangles.h"
 #include "tools/compare_metrics.h"
+#include "tools/draw_fine.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,17 +20,6 @@ static double shade(const triangles_pixel *p)
 {
     double grey = 0.8 * (0.05 + 0.85 * fmax(0.0, p->normal.z));
     return p->layers > 0 ? grey : 0.0;
-}
-
-static stp_view finer(const stp_view *view)
-{
-    stp_view out = *view;
-    out.width *= PARTS;
-    out.height *= PARTS;
-    out.f *= PARTS;
-    out.offset[0] *= PARTS;
-    out.offset[1] *= PARTS;
-    return out;
 }
 
 static void take_centres(quality_truth *t, const triangles_picture *picture, const stp_view *view)
@@ -70,7 +60,7 @@ static stp_status draw_smooth(quality_truth *t, const triangles_mesh *mesh, cons
 {
     stp_status status = STP_OK;
     triangles_picture picture = {0};
-    stp_view all = finer(view);
+    stp_view all = stp_view_finer(view, PARTS);
     for (int y0 = 0; y0 < t->height; y0 += TILE_PX)
         for (int x0 = 0; x0 < t->width; x0 += TILE_PX) {
             int width = t->width - x0 < TILE_PX ? t->width - x0 : TILE_PX;
@@ -149,25 +139,20 @@ static double angle_deg(const float *a, const float *b)
     return acos(fmin(1.0, fmax(-1.0, cosine))) * (180.0 / M_PI);
 }
 
-stp_status quality_add(quality_sums *sums, const quality_truth *t, uint8_t *rgba,
-                       const float *normals, stp_error *err)
+static void add_pixels(quality_sums *sums, const quality_truth *t, const uint8_t *rgba,
+                       const float *normals)
 {
-    compare_metrics metrics;
-    const stp_image a = {t->width, t->height, rgba}, b = {t->width, t->height, t->rgba};
-    stp_status status = compare_metrics_compute(&a, &b, &metrics, err);
-    if (status != STP_OK)
-        return status;
-    sums->ssim += metrics.ssim;
-    sums->holes += metrics.holes;
-    sums->spill += metrics.spill;
-    sums->views++;
     for (size_t i = 0; i < (size_t)t->width * (size_t)t->height; i++) {
-        bool is = rgba[4 * i + 3] > 0, truly = t->rgba[4 * i + 3] > 0;
+        bool is = rgba[4 * i + 3] > 127, truly = t->rgba[4 * i + 3] > 0;
         sums->covered += is;
         sums->true_covered += truly;
         if (t->silhouette[i]) {
             sums->silhouette++;
             sums->smooth_error += difference(rgba + 4 * i, t->smooth_rgba + 4 * i);
+        }
+        if (truly && !t->silhouette[i]) {
+            sums->inside++;
+            sums->inside_error += difference(rgba + 4 * i, t->rgba + 4 * i);
         }
         if (is || truly) {
             sums->either++;
@@ -178,6 +163,23 @@ stp_status quality_add(quality_sums *sums, const quality_truth *t, uint8_t *rgba
             sums->angle_deg += angle_deg(normals + 3 * i, t->normals + 3 * i);
         }
     }
+}
+
+stp_status quality_add(quality_sums *sums, const quality_truth *t, uint8_t *rgba,
+                       const float *normals, stp_error *err)
+{
+    compare_metrics metrics;
+    stp_image a = {t->width, t->height, rgba};
+    const stp_image b = {t->width, t->height, t->rgba};
+    add_pixels(sums, t, rgba, normals);
+    draw_straighten(&a);
+    stp_status status = compare_metrics_compute(&a, &b, &metrics, err);
+    if (status != STP_OK)
+        return status;
+    sums->ssim += metrics.ssim;
+    sums->holes += metrics.holes;
+    sums->spill += metrics.spill;
+    sums->views++;
     return STP_OK;
 }
 

@@ -23,18 +23,19 @@ typedef struct quality_truth {
 /* Sums over views. */
 typedef struct quality_sums {
     double error;        /* squared, over pixels covered in either, components of 0..1 */
+    double inside_error; /* over pixels that the mesh covers wholly */
     double smooth_error; /* likewise to the smooth picture, over the silhouette */
     double angle_deg;    /* between normals, over pixels covered in both */
     double ssim;         /* of views */
-    uint64_t either, silhouette, both, covered, true_covered, holes, spill, views;
+    uint64_t either, inside, silhouette, both, covered, true_covered, holes, spill, views;
 } quality_sums;
 
 /* Errors: OUT_OF_MEMORY. */
 stp_status quality_truth_draw(quality_truth *out, const stp_mesh *mesh, const stp_view *view,
                               stp_error *err);
 void quality_truth_clear(quality_truth *truth);
-/* Adds a picture of the same size, bottom row first, with its normals. Errors: OUT_OF_MEMORY,
- * EMPTY. */
+/* Adds a picture of the same size, bottom row first, premultiplied, with its normals; makes its
+ * alpha straight. Errors: OUT_OF_MEMORY, EMPTY. */
 stp_status quality_add(quality_sums *sums, const quality_truth *truth, uint8_t *rgba,
                        const float *normals, stp_error *err);
 /* Of a mean squared error of components in 0..1. */

@@ -6,6 +6,7 @@
 #include "tests/support/views.h"
 #include "tools/bench/median.h"
 #include "tools/cli.h"
+#include "tools/draw_fine.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,6 +43,7 @@ typedef struct options {
     int size[2];
     uint64_t views, repeat;
     double threshold_px;
+    int aa;
     const char *shaders;
 } options;
 
@@ -62,7 +64,19 @@ static stp_draw_params params_of(const state *s, int mode)
                              .reconstruct = (stp_reconstruct)mode,
                              .shade = STP_SHADE_LAMBERT,
                              .colour = STP_COLOUR_NONE,
-                             .threshold_px = s->options.threshold_px};
+                             .threshold_px = s->options.threshold_px,
+                             .smooth_edges = s->options.aa == DRAW_AA_EDGES};
+}
+
+/* Draws as --aa says; rgba may be NULL. */
+static stp_status draw(const state *s, const stp_view *view, const stp_draw_params *params,
+                       uint8_t *rgba, stp_draw_stats *stats, stp_error *err)
+{
+    int times = draw_aa_times(s->options.aa);
+    if (times > 1)
+        return draw_fine(s->renderer, view, params, times, rgba, stats, err);
+    stp_status status = stp_renderer_draw(s->renderer, view, params, stats, err);
+    return status == STP_OK ? stp_renderer_read(s->renderer, rgba, err) : status;
 }
 
 static stp_status judge_view(state *s, const stp_view *view, stp_error *err)
@@ -79,8 +93,9 @@ static stp_status judge_view(state *s, const stp_view *view, stp_error *err)
         stp_draw_params params = params_of(s, mode);
         stp_draw_stats stats;
         params.keep_pixels = true;
-        STP_TRY(stp_renderer_draw(s->renderer, view, &params, &stats, err));
-        STP_TRY(stp_renderer_read(s->renderer, rgba, err));
+        STP_TRY(draw(s, view, &params, rgba, &stats, err));
+        if (draw_aa_times(s->options.aa) > 1)
+            STP_TRY(stp_renderer_draw(s->renderer, view, &params, &stats, err));
         STP_TRY(stp_renderer_read_normals(s->renderer, normals, err));
         STP_TRY(quality_add(&s->sums[mode], &truth, rgba, normals, err));
         s->drawn += mode == STP_RECONSTRUCT_POINTS ? stats.points_drawn : 0;
@@ -96,28 +111,32 @@ done:
 static stp_status time_view(state *s, const stp_view *view, uint64_t number, stp_error *err)
 {
     stp_status status = STP_OK;
+    uint8_t *rgba = NULL;
+    STP_TRY(stp_alloc(&rgba, (size_t)view->width * (size_t)view->height, 4, "a picture", err));
     for (uint64_t round = 0; round < s->options.repeat; round++)
         for (int mode = 0; mode < MODE_COUNT; mode++) {
             stp_draw_params params = params_of(s, mode);
             stp_draw_stats stats;
-            STP_TRY(stp_renderer_draw(s->renderer, view, &params, &stats, err)); /* compiles */
-            STP_TRY(stp_renderer_draw(s->renderer, view, &params, &stats, err));
+            STP_TRY(draw(s, view, &params, rgba, &stats, err)); /* compiles */
+            STP_TRY(draw(s, view, &params, rgba, &stats, err));
             s->ms[mode][number * s->options.repeat + round] = stats.frame_ms;
         }
 done:
+    free(rgba);
     return status;
 }
 
 static void print_table(const state *s)
 {
     double samples = (double)s->drawn / (double)s->sums[STP_RECONSTRUCT_POINTS].true_covered;
-    printf("%-10s %8s %8s %8s %8s %9s %8s %8s %8s %8s\n", "mode", "samples", "psnr", "ssim",
-           "outline", "coverage", "holes", "spill", "normals", "ms");
+    printf("%-10s %8s %8s %8s %8s %8s %9s %8s %8s %8s %8s\n", "mode", "samples", "psnr", "ssim",
+           "inside", "outline", "coverage", "holes", "spill", "normals", "ms");
     for (int mode = 0; mode < MODE_COUNT; mode++) {
         const quality_sums *q = &s->sums[mode];
         double pixels = (double)q->true_covered;
-        printf("%-10s %8.2f %8.2f %8.4f %8.2f %9.4f %8.5f %8.5f %8.2f %8.1f\n", mode_names[mode],
-               samples, quality_psnr_db(q->error, 3 * q->either), q->ssim / (double)q->views,
+        printf("%-10s %8.2f %8.2f %8.4f %8.2f %8.2f %9.4f %8.5f %8.5f %8.2f %8.1f\n",
+               mode_names[mode], samples, quality_psnr_db(q->error, 3 * q->either),
+               q->ssim / (double)q->views, quality_psnr_db(q->inside_error, 3 * q->inside),
                quality_psnr_db(q->smooth_error, 3 * q->silhouette), (double)q->covered / pixels,
                (double)q->holes / pixels, (double)q->spill / pixels, q->angle_deg / (double)q->both,
                bench_median(s->ms[mode], s->options.views * s->options.repeat));
@@ -165,6 +184,7 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3}};
     const cli_option list[] = {
+        {"--aa", 0, CLI_CHOICE, &s.options.aa, DRAW_AA, "how edges are smoothed (off)", NULL},
         {"--size", 0, CLI_EXTENT, s.options.size, "WxH", "of the pictures (1024x1024)", NULL},
         {"--views", 0, CLI_UINT, &s.options.views, "N", "1 to 26 (6)", NULL},
         {"--repeat", 0, CLI_UINT, &s.options.repeat, "N", "frames timed of each view (3)", NULL},

@@ -138,4 +138,16 @@ double reference_radius_px(const reference_pyramid *pyramid, const reference_pix
 double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
                          double cy, double x, double y);
 
+/* What smooth edges are made from: a picture without them, premultiplied, and its pixels. */
+typedef struct reference_rough {
+    stp_view view;
+    const uint8_t *rgba;
+    const float *depth;             /* 0 where nothing is */
+    const reference_pixel *level_0; /* as pulled */
+    const reference_pixel *level_1; /* as finished; NULL: there is none */
+} reference_rough;
+
+/* The picture with smooth edges, 0..255, into the caller's width * height * 4. */
+void reference_edges(const reference_rough *rough, double *rgba);
+
 #endif
