@@ -82,6 +82,25 @@ test_pictures() {
     done
 }
 
+test_smooth_edges() {
+    local before=plain
+    render "$model" --size 64x64
+    keep plain
+    for aa in off edges 2 3 4; do
+        render "$model" --size 64x64 --aa $aa --stats "$FOLDER/stats.json"
+        expect_picture 64 64
+        expect_coverage 100000 320000
+        [ $aa = off ] && same_picture plain
+        if [ $aa != off ] && cmp -s "$picture" "$FOLDER/$before.png"; then
+            fail "$command: the picture of $before"
+        fi
+        before=$aa
+        keep "$aa"
+    done
+    render "$model" --size 64x64 --aa 5
+    expect_usage "--aa takes off, edges, 2, 3 or 4"
+}
+
 test_roads() {
     for lod in geometry cpu full compute; do
         render "$model" --size 256x256 --lod $lod --threshold 0

@@ -30,6 +30,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "who chooses levels: geometry shader (default), CPU, nobody, compute", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
          "how gaps are closed (gauss)", NULL},
+        {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
+         "smooth edges, by how far discs reach, or as the mean of N x N pixels (off)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES, "what is shown (phong)", NULL},
         {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "of the samples (rgb)", NULL},
         {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
@@ -165,6 +167,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .palette = (stp_palette)o->palette,
         .overlay = o->overlay,
         .edl = o->edl,
+        .smooth_edges = o->aa == DRAW_AA_EDGES,
         .keep_back_faces = o->back_faces,
     };
     STP_TRY(check_amounts(o, err));

@@ -6,19 +6,20 @@
 #include "runtime/model.h"
 #include "runtime/stipple.h"
 #include "tools/camera_options.h"
+#include "tools/draw_fine.h"
 
 typedef struct draw_options {
     camera_options camera;
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
-    int lod, reconstruct, shade, colour, palette;
+    int lod, reconstruct, aa, shade, colour, palette;
     const char *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, back_faces;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 20)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 21)
 
 #define DRAW_DAMAGE_BYTES 1100
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/image/image.h"
 #include "runtime/camera_json.h"
+#include "tools/draw_fine.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,21 +26,46 @@ static stp_status flip(void *pixels, size_t row_bytes, int height, stp_error *er
     return STP_OK;
 }
 
-stp_status draw_read_picture(stp_renderer *renderer, const stp_view *view, uint8_t *rgba,
+stp_status draw_picture_draw(draw_picture *picture, stp_renderer *renderer, const stp_view *view,
+                             const stp_draw_params *params, bool whole, stp_draw_stats *stats,
                              stp_error *err)
 {
-    stp_status status = stp_renderer_read(renderer, rgba, err);
-    return status == STP_OK ? flip(rgba, (size_t)view->width * 4, view->height, err) : status;
+    stp_status status = STP_OK;
+    int times = draw_aa_times(picture->aa);
+    if (times > 1) {
+        if (picture->fine == NULL)
+            STP_TRY(stp_alloc(&picture->fine, (size_t)view->width * (size_t)view->height, 4,
+                              "a picture", err));
+        STP_TRY(draw_fine(renderer, view, params, times, picture->fine, stats, err));
+    }
+    if (times == 1 || whole)
+        STP_TRY(stp_renderer_draw(renderer, view, params, times > 1 ? NULL : stats, err));
+done:
+    return status;
 }
 
-static stp_status save_picture(stp_renderer *renderer, const stp_view *view, const char *path,
-                               bool force, stp_error *err)
+stp_status draw_picture_read(const draw_picture *picture, stp_renderer *renderer,
+                             const stp_view *view, uint8_t *rgba, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (picture->fine != NULL)
+        memcpy(rgba, picture->fine, (size_t)view->width * (size_t)view->height * 4);
+    else
+        STP_TRY(stp_renderer_read(renderer, rgba, err));
+    STP_TRY(flip(rgba, (size_t)view->width * 4, view->height, err));
+done:
+    return status;
+}
+
+static stp_status save_picture(const draw_picture *picture, stp_renderer *renderer,
+                               const stp_view *view, const char *path, bool force, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_image image = {view->width, view->height, NULL};
     STP_TRY(
         stp_alloc(&image.rgba, (size_t)view->width * (size_t)view->height, 4, "a picture", err));
-    STP_TRY(draw_read_picture(renderer, view, image.rgba, err));
+    STP_TRY(draw_picture_read(picture, renderer, view, image.rgba, err));
+    draw_straighten(&image);
     STP_TRY(stp_image_save(&image, path, force, err));
 done:
     stp_image_destroy(&image);
@@ -116,8 +142,9 @@ done:
     return status;
 }
 
-stp_status draw_save(stp_renderer *renderer, const stp_view *view, const stp_camera *camera,
-                     const draw_outputs *outputs, bool force, stp_error *err)
+stp_status draw_save(const draw_picture *picture, stp_renderer *renderer, const stp_view *view,
+                     const stp_camera *camera, const draw_outputs *outputs, bool force,
+                     stp_error *err)
 {
     stp_status status = STP_OK;
     if (outputs->depth != NULL)
@@ -125,7 +152,7 @@ stp_status draw_save(stp_renderer *renderer, const stp_view *view, const stp_cam
     if (outputs->normals != NULL)
         STP_TRY(save_normals(renderer, view, camera, outputs->normals, force, err));
     if (outputs->picture != NULL)
-        STP_TRY(save_picture(renderer, view, outputs->picture, force, err));
+        STP_TRY(save_picture(picture, renderer, view, outputs->picture, force, err));
 done:
     return status;
 }

@@ -57,6 +57,7 @@ typedef struct flight {
     fly_film *film;
     uint8_t *rgba; /* of a film's frame */
     stp_draw_params params;
+    draw_picture picture;
     int size[2];
     uint64_t frame_count, first, last;
     uint64_t done, there; /* frames made by this run, and found made */
@@ -143,6 +144,7 @@ static stp_status open_flight(flight *f, const char *model, const cli_common *co
     STP_TRY(open_path(f, err));
     STP_TRY(choose_frames(f, err));
     STP_TRY(draw_options_params(&o->draw, f->model, &f->params, err));
+    f->picture.aa = o->draw.aa;
     f->params.timed = o->stats != NULL;
     f->params.keep_pixels = o->normals;
     STP_TRY(stp_gl_context_create(&f->context, err));
@@ -163,17 +165,18 @@ static stp_status make_frame(flight *f, uint64_t number, const stp_progress *pro
     stp_draw_stats stats;
     stp_camera camera = stp_path_frame(f->path, f->o->rate, f->frame_count, number - 1);
     STP_TRY(stp_view_create(&view, &camera, &f->model->ball, f->size[0], f->size[1], err));
-    STP_TRY(stp_renderer_draw(f->renderer, &view, &f->params, &stats, err));
+    bool whole = f->o->stats != NULL || f->o->depth || f->o->normals;
+    STP_TRY(draw_picture_draw(&f->picture, f->renderer, &view, &f->params, whole, &stats, err));
     if (f->o->stats != NULL) {
         STP_TRY(draw_measure_add(&f->measure, &stats, err));
         draw_measure_cut(&f->measure, f->renderer);
     }
     if (f->film != NULL) {
-        STP_TRY(draw_read_picture(f->renderer, &view, f->rgba, err));
+        STP_TRY(draw_picture_read(&f->picture, f->renderer, &view, f->rgba, err));
         STP_TRY(fly_film_write(f->film, f->rgba, progress, err));
     } else {
         draw_outputs files = fly_folder_files(f->folder, number);
-        STP_TRY(draw_save(f->renderer, &view, &camera, &files, true, err));
+        STP_TRY(draw_save(&f->picture, f->renderer, &view, &camera, &files, true, err));
     }
     f->done++;
 done:
@@ -250,6 +253,7 @@ done:
     fly_folder_close(&f.folder);
     draw_measure_clear(&f.measure);
     free(f.rgba);
+    free(f.picture.fine);
     stp_renderer_destroy(&f.renderer);
     stp_gl_context_destroy(&f.context);
     stp_path_destroy(&f.path);

@@ -7,6 +7,8 @@
 #include "tools/draw_save.h"
 #include "tools/source_options.h"
 
+#include <stdlib.h>
+
 static int run(int argc, char **argv);
 const cli_command cli_render = {
     .name = "render",
@@ -32,12 +34,13 @@ typedef struct options {
 /* The picture, and where --repeat asks for it more of the same. The first frame, which loads and
  * warms up, counts only if it is the only one. */
 static stp_status draw(const options *o, const stp_draw_params *params, stp_renderer *renderer,
-                       const stp_view *view, draw_measure *m, stp_error *err)
+                       const stp_view *view, draw_picture *picture, draw_measure *m, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_draw_stats stats;
+    bool whole = o->stats != NULL || o->files.depth != NULL || o->files.normals != NULL;
     for (uint64_t i = 0; i <= o->repeat; i++) {
-        STP_TRY(stp_renderer_draw(renderer, view, params, &stats, err));
+        STP_TRY(draw_picture_draw(picture, renderer, view, params, whole, &stats, err));
         if (i == 0 && o->repeat > 0)
             continue;
         STP_TRY(draw_measure_add(m, &stats, err));
@@ -63,6 +66,7 @@ static stp_status render(const options *o, const cli_common *common, const char 
     stp_view view;
     stp_draw_params drawn;
     draw_measure m = {0};
+    draw_picture picture = {.aa = o->draw.aa};
     int size[2];
     const draw_outputs *files = &o->files;
     const char *const outputs[CLI_OUTPUT_LIMIT] = {files->picture, files->depth, files->normals,
@@ -78,13 +82,14 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(stp_gl_context_create(&context, err));
     stp_renderer_params params = draw_options_renderer(&o->draw, model, common);
     STP_TRY(stp_renderer_create(&renderer, &params, err));
-    STP_TRY(draw(o, &drawn, renderer, &view, &m, err));
-    STP_TRY(draw_save(renderer, &view, &camera, files, o->force, err));
+    STP_TRY(draw(o, &drawn, renderer, &view, &picture, &m, err));
+    STP_TRY(draw_save(&picture, renderer, &view, &camera, files, o->force, err));
     if (o->stats != NULL)
         STP_TRY(stp_json_save(draw_measure_json(&m, renderer, model), o->stats, o->force, err));
     source_options_warn(&cli_render, common, model->file);
     draw_options_warn(cli_render.name, common, renderer);
 done:
+    free(picture.fine);
     draw_measure_clear(&m);
     stp_renderer_destroy(&renderer);
     stp_gl_context_destroy(&context);

@@ -318,6 +318,9 @@ static int run(int argc, char **argv)
     code = draw_options_check(&o, &cli_view);
     if (code != CLI_CONTINUE)
         return code;
+    if (draw_aa_times(o.aa) > 1)
+        return cli_usage(&cli_view,
+                         "--aa is off or edges here: render and fly draw finer pictures");
     if (fps < 0.0 || fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* Ctrl-C from here on is asked for between frames */

@@ -2,6 +2,7 @@
 #include "tools/view_shot.h"
 
 #include "base/memory.h"
+#include "tools/draw_fine.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -43,6 +44,7 @@ done:
 static void *write_image(void *context)
 {
     view_shot *shot = context;
+    draw_straighten(&shot->image);
     shot->written = stp_image_save(&shot->image, shot->path, false, &shot->error);
     pthread_mutex_lock(&shot->lock);
     shot->done = true;
