@@ -61,19 +61,18 @@ float stp_edge_farthest(ivec2 here, ivec2 last, vec2 outward, float near, float 
 {
     vec3 ray = stp_ray(gl_FragCoord.xy);
     float reach = STP_EDGE_NONE;
-    for (int i = 0; i < 9; i++) {
-        ivec2 at = clamp(here + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        stp_pixel c = stp_pixel_fine(at);
+    for (int i = 0; i < 9 + 4 * pyramid_level; i++) { // one loop: each costs all pixels, entered or not
+        bool coarse = i >= 9;
+        int k = i - 9;
+        ivec2 side = (2 * (here & 1) - 1) * ivec2(k & 1, k >> 1);
+        ivec2 at = coarse ? clamp((here >> 1) + side, ivec2(0), read_size - 1)
+                          : clamp(here + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
+        uvec4 shape = coarse ? texelFetch(coarse_shape, at, 0) : texelFetch(fine_shape, at, 0);
+        uvec4 paint = coarse ? texelFetch(coarse_paint, at, 0) : texelFetch(fine_paint, at, 0);
+        stp_pixel c = stp_pixel_unpack(shape, paint);
+        vec2 offset = stp_pixel_centre(at, coarse ? 1 : 0) - gl_FragCoord.xy + c.d;
         bool same = c.tag != 0 && c.z_min > near && c.z_min < far;
-        float end = stp_edge_reach(c, vec2(at - here) + c.d, outward, ray);
-        reach = same ? max(reach, end) : reach;
-    }
-    for (int i = 0; i < 4 * pyramid_level; i++) {
-        ivec2 side = (2 * (here & 1) - 1) * ivec2(i & 1, i >> 1);
-        ivec2 at = clamp((here >> 1) + side, ivec2(0), read_size - 1);
-        stp_pixel c = stp_pixel_coarse(at);
-        bool same = c.tag != 0 && c.z_min > near && c.z_min < far;
-        float end = stp_edge_reach(c, stp_pixel_centre(at, 1) - gl_FragCoord.xy + c.d, outward, ray);
+        float end = stp_edge_reach(c, offset, outward, ray);
         reach = same ? max(reach, end) : reach;
     }
     return reach;
