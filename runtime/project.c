@@ -299,6 +299,7 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
 void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 {
     bool clips = params->frame->modes[2] != 0;
+    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* after tiles */
     for (GLenum i = 0; i < 6; i++)
         (clips ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + i);
     if (p->strip_program != 0)

@@ -10,15 +10,13 @@
 #else
 #define STP_ELLIPSE_FLOOR 1.25
 #endif
-#define STP_ELLIPSE_FLOOR_LINE 0.5     // its pixels touch each other
-#define STP_ELLIPSE_FLOOR_POLYGON 0.01 // they fill it
+#define STP_ELLIPSE_FLOOR_LINE 0.5 // its pixels touch each other
 #define STP_ELLIPSE_OUTSIDE 1e30
 #define STP_ELLIPSE_FAR 1e15 // a place outside
 
 float stp_ellipse_floor(int tag)
 {
-    float least = stp_tag_line(tag) ? STP_ELLIPSE_FLOOR_LINE : STP_ELLIPSE_FLOOR;
-    return stp_tag_polygon(tag) ? STP_ELLIPSE_FLOOR_POLYGON : least;
+    return stp_tag_line(tag) ? STP_ELLIPSE_FLOOR_LINE : STP_ELLIPSE_FLOOR;
 }
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its

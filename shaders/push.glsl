@@ -6,6 +6,8 @@
 // up to this q: averaging opens gaps that no surface has.
 #define STP_PUSH_GAP_3 2.0
 #define STP_PUSH_GAP_4 4.0
+// Pixels: ellipses whose centres are no farther apart are one disc's, and beside a disc there is no gap.
+#define STP_PUSH_SAME 0.1
 
 // exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4. Beyond 1 only
 // the least q counts, whatever its weight.
@@ -26,13 +28,12 @@ stp_pixel stp_push_candidate(ivec2 p, vec2 centre, vec3 ray, out float q)
     return c;
 }
 
-// Whether candidates are of several discs, whose centres, seen from the pixel, are not one.
+// Whether candidates, three or four of which are valid, are of several discs: their centres differ.
 bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 {
-    vec4 there = vec4(notEqual(ivec4(c0.tag, c1.tag, c2.tag, c3.tag), ivec4(0)));
-    vec2 sum = there.x * c0.d + there.y * c1.d + there.z * c2.d + there.w * c3.d;
-    vec4 squares = vec4(dot(c0.d, c0.d), dot(c1.d, c1.d), dot(c2.d, c2.d), dot(c3.d, c3.d));
-    return dot(sum, sum) < 0.95 * dot(there, vec4(1.0)) * dot(there, squares);
+    vec2 first = c0.tag != 0 ? c0.d : c1.d, d1 = c1.d - first, d2 = c2.d - first, d3 = c3.d - first;
+    vec3 apart = vec3(dot(d1, d1), dot(d2, d2), dot(d3, d3)) * vec3(notEqual(ivec3(c1.tag, c2.tag, c3.tag), ivec3(0)));
+    return max(max(apart.x, apart.y), apart.z) > STP_PUSH_SAME * STP_PUSH_SAME;
 }
 
 // A pixel of the pulled level, fine, finished with the help of level l + 1, coarse.

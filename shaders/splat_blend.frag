@@ -25,7 +25,7 @@ void stp_splat_take(inout stp_splat_pixel p, stp_splat_seen s)
 {
     bool counts = s.covers && s.depth <= p.end;
     float weight = counts ? STP_SPLAT_STEPS * exp(-2.0 * s.q) : 0.0;
-    float before = (p.end - s.depth) * stp_pixels_per_unit(p.end);
+    float before = counts ? (p.end - s.depth) * stp_pixels_per_unit(p.end) : 0.0; // no end: no number
     uint look = texelFetch(look_texture, int(s.splat)).x;
     p.normal += roundEven(weight * vec4(s.normal, 1.0));
     p.colour += roundEven(weight * vec4(stp_splat_colour(look), before));

@@ -48,8 +48,9 @@ stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level,
 {
     c.d += stp_pixel_centre(at, level) - stp_pixel_centre(here, 0);
     vec3 s = stp_ellipse_place(c, ray, -c.d);
-    float q = c.radius > 0.0 ? dot(s, s) : STP_ELLIPSE_OUTSIDE;
-    q = level == 0 && at == here ? min(q, 1.0) : q;
+    bool own = level == 0 && at == here;
+    float q = c.radius > 0.0 ? dot(s, s) : own ? 0.0 : STP_ELLIPSE_OUTSIDE;
+    q = own ? min(q, 1.0) : q;
     c.tag = q <= 1.0 ? c.tag : 0;
     float extent = c.z_max - c.z_min;
     c.z_min -= c.radius > 0.0 ? s.z * stp_template_radius_px(c) / stp_pixels_per_unit(c.z_min) : 0.0;

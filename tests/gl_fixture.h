@@ -91,8 +91,8 @@ static inline void gl_fixture_append_samples(const stp_view *view, const referen
     }
 }
 
-/* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: strips and
- * triangles are drawn as samples too. */
+/* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: strips are
+ * drawn as samples too. */
 static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp_view *view,
                                      bool splat, reference_disc_list *discs)
 {
@@ -118,7 +118,8 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
             for (unsigned i = stp_quarter_begin(counts, level, q); i < end; i++)
                 drawn[count++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
         }
-        unsigned shape = splat ? 0 : stp_levels_shape(patch, &levels);
+        unsigned shape = stp_levels_shape(patch, &levels);
+        shape = splat && shape == STP_PATCH_STRIP ? 0 : shape;
         gl_fixture_append_samples(view, drawn, count, shape, discs);
     }
     stp_chunk_destroy(&chunk);

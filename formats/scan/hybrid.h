@@ -2,10 +2,10 @@
  * points are taken.
  *
  * The sampling is the side of a square of which each point has one: of the points wanted over all
- * faces, or of the vertices. A triangle is large if it would get STP_HYBRID_POINTS of them, or where
- * these are vertices if it is as long as an equilateral triangle that would. Where a
- * large triangle meets others, the vertices' radius is that of the points there, so that both
- * blend. Threads: any, one mesh each. */
+ * faces, or of the vertices. A triangle is large if it would get STP_HYBRID_POINTS of them, or
+ * where these are vertices if it is as long as an equilateral triangle that would. Where a large
+ * triangle meets others, the vertices' radius is that of the points there, so that both blend.
+ * Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_HYBRID_H
 #define STP_FORMATS_SCAN_HYBRID_H
 

@@ -14,6 +14,8 @@
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
+/* Ellipses whose centres are no farther apart are one disc's. */
+#define SAME_PX 0.1
 
 /* ---- spaces ---- */
 
@@ -174,8 +176,6 @@ static double floor_px(const reference_pyramid *pyramid, const reference_pixel *
 {
     if (pyramid->filter == REFERENCE_SPLAT)
         return 0.75;
-    if (p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON)
-        return 0.01;
     return is_line(p) ? 0.5 : pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
 }
 
@@ -392,17 +392,15 @@ void reference_pull(reference_pyramid *pyramid)
  * none reaches it, the nearest may. */
 static double push_reach(const meeting *m)
 {
-    double least = INFINITY, x = 0.0, y = 0.0, squares = 0.0;
+    double least = INFINITY, apart = 0.0;
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
         least = fmin(least, m->q[k]);
-        x += p->dx;
-        y += p->dy;
-        squares += p->dx * p->dx + p->dy * p->dy;
+        apart = fmax(apart, hypot(p->dx - m->pixels[0].dx, p->dy - m->pixels[0].dy));
         if (is_line(p))
             return 1.0;
     }
-    if (x * x + y * y >= 0.95 * m->count * squares)
+    if (!(apart > SAME_PX))
         return 1.0;
     double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
     return least > 1.0 && least <= most ? least : 1.0;
@@ -460,7 +458,8 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     double cx = centre_of(i, level) + p.dx, cy = centre_of(j, level) + p.dy;
     double extent = p.z_max - p.z_min, depth;
     double q = reference_meet(pyramid, &p, cx, cy, u, v, &depth);
-    q = source == own ? fmin(q, 1.0) : q;
+    if (source == own)
+        q = p.radius > 0.0 ? fmin(q, 1.0) : 0.0;
     if (!(q <= 1.0))
         return;
     p.z_min = depth;

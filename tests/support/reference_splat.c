@@ -2,6 +2,7 @@
 #include "tests/support/reference.h"
 
 #include "base/memory.h"
+#include "formats/chunk/sample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,6 +14,11 @@ typedef struct sums {
     stp_dvec3 normal;
     double rgb[3], depth, total;
 } sums;
+
+static bool is_polygon(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;
+}
 
 /* One splat at pixel (i, j): its q and the interval that begins at the depth there. */
 typedef struct covering {
@@ -39,6 +45,10 @@ static void add(sums *pixel, const covering *c, int i, int j)
     (void)j;
     if (c->depth > pixel->end)
         return;
+    if (is_polygon(c->sample)) { /* it is the front, or does not count */
+        pixel->total += is_polygon(&pixel->front) ? 1.0 : 0.0;
+        return;
+    }
     double w = exp(-2.0 * c->q);
     pixel->normal = stp_dvec3_add(pixel->normal, stp_dvec3_scale(c->sample->normal, w));
     for (int k = 0; k < 3; k++)
@@ -53,7 +63,7 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
 {
     const stp_view *view = &pyramid->view;
     reference_pixel p;
-    if (!reference_sample(pyramid, disc, &p))
+    if (disc->presence == REFERENCE_MISSING || !reference_sample(pyramid, disc, &p))
         return;
     /* twice the radius holds the ellipse, but for one that comes near the eye */
     double ppu = view->orthographic ? view->f : view->f / p.z_min;
@@ -62,11 +72,13 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
     double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
     int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
     int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
+    bool own = !(p.radius > 0.0) || is_polygon(&p); /* its own pixel alone */
     for (int j = y0; j <= y1; j++)
         for (int i = x0; i <= x1; i++) {
-            covering c = {.sample = &p};
-            c.q = reference_meet(pyramid, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
-            if (!(p.radius > 0.0))
+            covering c = {.sample = &p, .depth = p.z_min};
+            c.q = own ? INFINITY
+                      : reference_meet(pyramid, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
+            if (own)
                 c.q = (int)p.dx == i && (int)p.dy == j ? 0.0 : INFINITY;
             c.end = c.depth + p.z_max - p.z_min;
             if (c.q <= 1.0 && c.depth > view->near_depth)
@@ -79,6 +91,8 @@ static reference_pixel finish(const sums *s)
     reference_pixel p = s->front;
     if (!(s->total > 0.0))
         return (reference_pixel){0};
+    if (is_polygon(&p))
+        return p;
     double extent = p.z_max - p.z_min;
     if (stp_dvec3_length(s->normal) > 0.0)
         p.normal = stp_dvec3_normalize(s->normal);
