@@ -39,11 +39,33 @@ bool stp_template_lives(stp_pixel p, ivec2 at, int level)
 
 // An ellipse as seen from a point.
 struct stp_template_hit {
-    stp_pixel pixel; // z_min, z_max: where the ray meets its disc; tag 0: it does not cover the point
+    stp_pixel pixel; // z_min, z_max: where the ray meets its disc
     float q;
 };
 
-// That of a pulled pixel c, `at` of a level, seen from pixel `here` of level 0.
+// Where no ellipse covers a pixel but some come near on three sides or four, the nearest does up to this q: merging
+// opens gaps that no surface has.
+#define STP_TEMPLATE_GAP 2.0
+
+struct stp_template_gap {
+    uint sides;   // bit set of quadrants
+    float q;      // the least
+    ivec3 nearest; // pixel and level
+};
+
+void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 at, int level)
+{
+    if (hit.q > STP_TEMPLATE_GAP || hit.pixel.tag == 0)
+        return;
+    vec2 d = hit.pixel.d;
+    gap.sides |= 1u << (uint(d.x > 0.0) + 2u * uint(d.y > 0.0));
+    if (hit.q < gap.q) {
+        gap.q = hit.q;
+        gap.nearest = ivec3(at, level);
+    }
+}
+
+// That of a pulled pixel c, `at` of a level, seen from pixel `here` of level 0, whose own counts as covering it.
 stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level, vec3 ray)
 {
     c.d += stp_pixel_centre(at, level) - stp_pixel_centre(here, 0);
@@ -51,7 +73,6 @@ stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level,
     bool own = level == 0 && at == here;
     float q = c.radius > 0.0 ? dot(s, s) : own ? 0.0 : STP_ELLIPSE_OUTSIDE;
     q = own ? min(q, 1.0) : q;
-    c.tag = q <= 1.0 ? c.tag : 0;
     float extent = c.z_max - c.z_min;
     c.z_min -= c.radius > 0.0 ? s.z * stp_template_radius_px(c) / stp_pixels_per_unit(c.z_min) : 0.0;
     c.z_max = c.z_min + extent;
@@ -67,6 +88,15 @@ ivec2 stp_template_at(ivec2 here, int level, int bit)
     return (here >> level) + ivec2(bit % STP_TEMPLATE, bit / STP_TEMPLATE) - STP_TEMPLATE / 2;
 }
 
+// What a gap is closed with.
+stp_pixel stp_template_close(stp_template_gap gap, ivec2 here, vec3 ray)
+{
+    stp_pixel pulled = stp_template_pulled(gap.nearest.xy, gap.nearest.z);
+    stp_pixel p = stp_template_look(pulled, here, gap.nearest.xy, gap.nearest.z, ray).pixel;
+    p.tag = stp_tag_from(p.tag, max(1, stp_tag_source(p.tag)));
+    return p;
+}
+
 // A pixel of level 0 out of all levels up to pyramid_level: first the ellipses that cover it, and how deep the
 // front surface is; then the mean of those that lie in it.
 stp_pixel stp_template(ivec2 here)
@@ -75,20 +105,24 @@ stp_pixel stp_template(ivec2 here)
     vec3 ray = stp_ray(stp_pixel_centre(here, 0));
     stp_pixel front = stp_pixel_invalid();
     float end = STP_ELLIPSE_OUTSIDE; // of the interval that ends first: those that begin before it all meet
+    stp_template_gap gap = stp_template_gap(0u, STP_TEMPLATE_GAP, ivec3(0));
     uint covers[STP_TEMPLATE_LEVELS * STP_TEMPLATE_WORDS];
     for (int level = 0; level <= pyramid_level; level++) {
         ivec2 size = (ivec2(viewport.xy) + (1 << level) - 1) >> level;
         for (int bit = 0; bit < STP_TEMPLATE * STP_TEMPLATE; bit++) {
             ivec2 at = stp_template_at(here, level, bit);
             stp_pixel pulled = stp_template_pulled(at, level);
-            stp_pixel c = stp_template_look(pulled, here, at, level, ray).pixel;
+            stp_template_hit hit = stp_template_look(pulled, here, at, level, ray);
             bool inside = all(lessThan(uvec2(at), uvec2(size)));
-            c.tag = inside && stp_template_lives(pulled, at, level) ? c.tag : 0;
+            hit.pixel.tag = inside && stp_template_lives(pulled, at, level) ? hit.pixel.tag : 0;
+            stp_template_miss(gap, hit, at, level);
+            stp_pixel c = hit.pixel;
+            c.tag = hit.q <= 1.0 ? c.tag : 0;
             front = stp_nearer(front, c);
             end = c.tag != 0 ? min(end, c.z_max) : end;
             int word = level * STP_TEMPLATE_WORDS + (bit >> 5);
-            uint hit = c.tag != 0 ? 1u << (bit & 31) : 0u;
-            covers[word] = (bit & 31) == 0 ? hit : covers[word] | hit;
+            uint covering = c.tag != 0 ? 1u << (bit & 31) : 0u;
+            covers[word] = (bit & 31) == 0 ? covering : covers[word] | covering;
         }
     }
     front.z_max = end;
@@ -108,6 +142,8 @@ stp_pixel stp_template(ivec2 here)
     stp_pixel p = stp_blend_end(blend, front).sum;
     p.radius = sqrt(p.radius);
     p.tag = stp_tag_from(front.tag, source);
+    if (front.tag == 0 && bitCount(gap.sides) >= 3)
+        return stp_template_close(gap, here, ray);
     if (front.tag == 0)
         p = stp_pixel_invalid();
     return p;

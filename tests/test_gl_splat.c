@@ -7,7 +7,7 @@
 #include "tests/scan_fixture.h"
 #include "tests/support/views.h"
 
-enum { SIZE = 200, VIEWS = 6, FRAMES_LIMIT = 2000 };
+enum { SIZE = 200, VIEWS = 6, FRAMES_LIMIT = 20000 };
 
 #define LITTLE_BYTES (UINT64_C(7) << 20)
 
@@ -54,7 +54,7 @@ static void passes_are_the_whole(void **state)
         for (int frame = 0; !stats.cut_complete; frame++) {
             assert_true(frame < FRAMES_LIMIT);
             check_ok(stp_renderer_draw(little, &view, &params, &stats, err));
-            usleep(1000);
+            usleep(2000);
         }
         check_same(little, "streaming", i);
     }

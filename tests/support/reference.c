@@ -14,6 +14,7 @@
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
+#define GAP_Q_TEMPLATE 2.0
 /* Ellipses whose centres are no farther apart are one disc's. */
 #define SAME_PX 0.1
 
@@ -437,10 +438,26 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
 
 /* ---- templates ---- */
 
+/* What comes near a place that nothing covers. */
+typedef struct gap {
+    unsigned sides; /* bit set of quadrants */
+    double q;       /* the least */
+    reference_pixel nearest;
+} gap;
+
+static void miss(const reference_pixel *p, double q, gap *g)
+{
+    g->sides |= 1u << ((p->dx > 0.0 ? 1 : 0) + (p->dy > 0.0 ? 2 : 0));
+    if (q < g->q) {
+        g->q = q;
+        g->nearest = *p;
+    }
+}
+
 /* Adds the ellipse of pixel (i, j) of a level to those that cover window (u, v), the middle of the
- * pixel called own, if it does; its depths become those at that place. */
+ * pixel called own, or that come near; its depths become those at that place. */
 static void cover(const reference_pyramid *pyramid, int level, int i, int j, double u, double v,
-                  const reference_pixel *own, meeting *m)
+                  const reference_pixel *own, meeting *m, gap *g)
 {
     const reference_level *here = &pyramid->levels[level];
     if (i < 0 || j < 0 || i >= here->width || j >= here->height)
@@ -460,12 +477,14 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     double q = reference_meet(pyramid, &p, cx, cy, u, v, &depth);
     if (source == own)
         q = p.radius > 0.0 ? fmin(q, 1.0) : 0.0;
-    if (!(q <= 1.0))
-        return;
     p.z_min = depth;
     p.z_max = p.z_min + extent;
     p.dx = cx - u;
     p.dy = cy - v;
+    if (q <= GAP_Q_TEMPLATE)
+        miss(&p, q, g);
+    if (!(q <= 1.0))
+        return;
     m->q[m->count] = q;
     m->weights[m->count] = exp(-2.0 * q);
     m->pixels[m->count++] = p;
@@ -478,6 +497,17 @@ static int least_source(int source, const reference_pixel *p)
     return own < source ? own : source;
 }
 
+/* The nearest, where some lie on three sides or four. */
+static reference_pixel close_gap(const gap *g)
+{
+    reference_pixel p = g->nearest;
+    unsigned sides = (g->sides & 1) + (g->sides >> 1 & 1) + (g->sides >> 2 & 1) + (g->sides >> 3);
+    if (sides < 3)
+        return (reference_pixel){0};
+    p.tag = tag_with_source(p.tag, least_source(REFERENCE_LEVELS_LIMIT, &p));
+    return p;
+}
+
 static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, int j)
 {
     int reach = (int)pyramid->filter / 2;
@@ -485,17 +515,18 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     const reference_pixel *own = &pyramid->levels[0].pulled[j * pyramid->levels[0].width + i];
     double own_z = INFINITY;
     meeting m;
+    gap g = {.q = GAP_Q_TEMPLATE};
     m.count = 0;
     for (int l = 0; l <= pyramid->level_count; l++)
         for (int y = -reach; y <= reach; y++)
             for (int x = -reach; x <= reach; x++) {
                 int before = m.count;
-                cover(pyramid, l, (i >> l) + x, (j >> l) + y, u, v, own, &m);
+                cover(pyramid, l, (i >> l) + x, (j >> l) + y, u, v, own, &m, &g);
                 if (m.count > before && l == 0 && x == 0 && y == 0)
                     own_z = m.pixels[before].z_min;
             }
     if (m.count == 0)
-        return (reference_pixel){0};
+        return close_gap(&g);
     reference_pixel front = *front_of(&m);
     for (int k = 0; k < m.count; k++) /* those that begin before the first end all meet */
         front.z_max = fmin(front.z_max, m.pixels[k].z_max);
