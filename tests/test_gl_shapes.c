@@ -1,6 +1,7 @@
 /* Segments and triangles in the picture against geometry: where they are seen, which is in front
  * where they pass through each other and through points, what the clip box and the near plane cut
  * off and classes hide, and that every road gives the same picture. */
+#include "tests/chunk_reseal.h"
 #include "tests/gl_fixture.h"
 #include "tests/line_fixture.h"
 #include "tests/scan_fixture.h"
@@ -395,6 +396,32 @@ static void roads_agree(void **state)
     gl_fixture_close(&f);
 }
 
+/* A file that has shapes and says it has none: drawn somehow, by every road. */
+static void header_denies_them(void **state)
+{
+    (void)state;
+    enum { ATTRIBUTES = 72 };
+    size_t size = 0;
+    gl_fixture f = {0};
+    open_order(&f);
+    gl_fixture_close(&f);
+    uint8_t *bytes = prep_file_bytes("shapes.stipple", &size), *rgba = calloc(PIXELS, 4);
+    uint32_t attributes = stp_get_u32(bytes + ATTRIBUTES);
+    assert_true((attributes & STP_HAS_LINES) && (attributes & STP_HAS_TRIANGLES));
+    stp_put_u32(bytes + ATTRIBUTES, attributes & ~(unsigned)(STP_HAS_LINES | STP_HAS_TRIANGLES));
+    reseal(bytes, size, false);
+    scan_fixture_bytes("denied.stipple", bytes, size);
+    gl_fixture_open(&f, "denied.stipple", NULL);
+    stp_view view = front_view(&f);
+    for (int lod = 0; lod < 4; lod++) {
+        draw(&f, &view, &(stp_draw_params){.lod = (stp_lod)lod}, rgba);
+        assert_true(count_covered(rgba) > 1000);
+    }
+    free(bytes);
+    free(rgba);
+    gl_fixture_close(&f);
+}
+
 /* A pick on a ribbon, and one on a triangle: on it, and what it begins with. */
 static void picks_hit(void **state)
 {
@@ -429,10 +456,15 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(order),       cmocka_unit_test(triangles_cover),
-        cmocka_unit_test(tube_covers), cmocka_unit_test(tube_passes_the_eye),
-        cmocka_unit_test(clip_cuts),   cmocka_unit_test(classes_hide),
-        cmocka_unit_test(roads_agree), cmocka_unit_test(picks_hit),
+        cmocka_unit_test(order),
+        cmocka_unit_test(triangles_cover),
+        cmocka_unit_test(tube_covers),
+        cmocka_unit_test(tube_passes_the_eye),
+        cmocka_unit_test(clip_cuts),
+        cmocka_unit_test(classes_hide),
+        cmocka_unit_test(roads_agree),
+        cmocka_unit_test(picks_hit),
+        cmocka_unit_test(header_denies_them),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
