@@ -187,12 +187,11 @@ static stp_project_params params_of(const stp_renderer *r, const stp_drawing *d,
 }
 
 /* Draws samples, or lists splats. */
-static stp_status draw_samples(stp_renderer *r, const stp_drawing *d, const stp_draw *draws,
-                               size_t count, uint64_t *points, stp_error *err)
+static stp_status draw_samples(stp_renderer *r, const stp_project_params *params, uint64_t *points,
+                               stp_error *err)
 {
-    stp_project_params params = params_of(r, d, draws, count);
-    return r->variant.splat ? stp_project_list(&r->project, &params, points, err)
-                            : stp_project_draw(&r->project, &params, points, err);
+    return r->variant.splat ? stp_project_list(&r->project, params, points, err)
+                            : stp_project_draw(&r->project, params, points, err);
 }
 
 /* The nearest samples of each pixel; of splats those whose interval ends first. */
@@ -205,7 +204,7 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
     if (d->counts)
         glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
     stp_project_params params = params_of(r, d, draws, count);
-    stp_status status = draw_samples(r, d, draws, count, &d->stats.points_drawn, err);
+    stp_status status = draw_samples(r, &params, &d->stats.points_drawn, err);
     if (status == STP_OK && r->variant.splat)
         stp_splat_draw_fronts(&r->project.splat, &r->tiles);
     if (status == STP_OK)
@@ -226,8 +225,9 @@ static stp_status draw_blends(stp_renderer *r, const stp_drawing *d, const stp_d
 {
     uint64_t again = 0; /* the samples of the fronts */
     stp_status status = STP_OK;
+    stp_project_params params = params_of(r, d, draws, count);
     if (d->part == STP_SPLAT_BLENDS)
-        status = draw_samples(r, d, draws, count, &again, err);
+        status = draw_samples(r, &params, &again, err);
     if (status != STP_OK)
         return status;
     glBindFramebuffer(GL_FRAMEBUFFER, r->pyramid.sum_frame);

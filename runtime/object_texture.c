@@ -148,11 +148,12 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
 }
 
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot)
+                          const stp_placement *placement, uint32_t slot, unsigned shapes)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = gpu_patch(&chunk->patches[i]);
         out[i].slot = slot;
+        out[i].flags &= (uint8_t)(shapes | ~(unsigned)STP_PATCH_SHAPES);
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             bool present = l >= chunk->finest_level;
             out[i].first[l] =

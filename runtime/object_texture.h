@@ -44,8 +44,9 @@ bool stp_object_texture_place(stp_object_texture *texture, const stp_chunk_entry
                               stp_error *err);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);
 
-/* Turns a chunk's patches into the GPU's: into out[chunk->patch_count]. */
+/* Turns a chunk's patches into the GPU's: into out[chunk->patch_count]. shapes: of STP_PATCH_SHAPES
+ * those that the headers speak of; other patches are drawn as samples. */
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot);
+                          const stp_placement *placement, uint32_t slot, unsigned shapes);
 
 #endif

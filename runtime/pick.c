@@ -69,8 +69,7 @@ static stp_dvec3 meet(const stp_gpu_frame *frame, const pixel *p, int x, int y)
     stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0}
                                          : stp_dvec3_scale(near_point, 1.0 / depth);
     double cosine = stp_dvec3_dot(p->normal, way);
-    bool tube = ((p->tag - 1) & 3) == STP_KIND_TUBE; /* its disc faces the eye */
-    if (!tube && fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
+    if (!stp_tag_is_tube(p->tag) && fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
         double on = stp_dvec3_dot(p->normal, stp_dvec3_sub(p->centre, near_point)) / cosine;
         depth += fmin(fmax(on, -extent), extent);
     }

@@ -40,7 +40,7 @@ stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int
         ray.x = (x + 0.5 - (double)frame->centre[0]) / f;
         ray.y = (y + 0.5 - (double)frame->centre[1]) / f;
     }
-    if (((tag - 1) & 3) == STP_KIND_TUBE) { /* n is the tangent */
+    if (stp_tag_is_tube(tag)) {
         stp_dvec3 to_eye = stp_dvec3_scale(stp_dvec3_normalize(ray), -1.0);
         stp_dvec3 across = stp_dvec3_sub(to_eye, stp_dvec3_scale(n, stp_dvec3_dot(to_eye, n)));
         return stp_dvec3_length(across) > 1e-6 ? stp_dvec3_normalize(across) : to_eye;

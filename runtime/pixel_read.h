@@ -8,6 +8,12 @@
 #include "runtime/gpu_layout.h"
 #include "runtime/pyramid.h"
 
+/* Of a pixel's tag: its disc faces the eye, and its direction is its tangent. */
+static inline bool stp_tag_is_tube(int tag)
+{
+    return tag != 0 && ((tag - 1) & 3) == STP_KIND_TUBE;
+}
+
 /* The unit vector that stp_direction_pack of shaders/pixel.glsl packed. */
 stp_dvec3 stp_direction_unpack(uint32_t code);
 /* The normal of pixel (x, y), whose unpacked direction is n, as it is seen: turned to the eye where

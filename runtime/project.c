@@ -298,15 +298,15 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
 
 void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 {
-    bool clips = params->frame->modes[2] != 0;
+    GLenum planes = params->frame->modes[2] != 0 ? 6 : 0;             /* the clip box's */
     glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* after tiles */
-    for (GLenum i = 0; i < 6; i++)
-        (clips ? glEnable : glDisable)(GL_CLIP_DISTANCE0 + i);
+    for (GLenum i = 0; i < planes; i++)
+        glEnable(GL_CLIP_DISTANCE0 + i);
     if (p->strip_program != 0)
         draw_patches(p, params, p->strip_program, STP_SIGHT_STRIPS);
     if (p->triangle_program != 0)
         draw_patches(p, params, p->triangle_program, STP_SIGHT_TRIANGLES);
-    for (GLenum i = 0; i < 6; i++)
+    for (GLenum i = 0; i < planes; i++)
         glDisable(GL_CLIP_DISTANCE0 + i);
 }
 

@@ -68,10 +68,11 @@ const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk)
     return &scene->models[i];
 }
 
-uint32_t stp_scene_shapes(const stp_scene *scene)
+unsigned stp_scene_shapes(const stp_scene *scene)
 {
     uint32_t attributes = 0;
     for (size_t i = 0; i < scene->model_count; i++)
         attributes |= scene->models[i].model->info->attributes;
-    return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES);
+    return (attributes & STP_HAS_LINES ? STP_PATCH_STRIP : 0u) |
+           (attributes & STP_HAS_TRIANGLES ? STP_PATCH_TRIANGLES : 0u);
 }

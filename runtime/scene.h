@@ -33,8 +33,8 @@ stp_status stp_scene_create(stp_scene *out, const stp_model *const *models, size
                             stp_error *err);
 void stp_scene_destroy(stp_scene *scene);
 
-/* What of strips and triangles some model has: STP_HAS_LINES, STP_HAS_TRIANGLES. */
-uint32_t stp_scene_shapes(const stp_scene *scene);
+/* What of STP_PATCH_SHAPES some model says it has. */
+unsigned stp_scene_shapes(const stp_scene *scene);
 /* The model that a chunk is of. */
 const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk);
 

@@ -10,7 +10,6 @@ typedef struct look {
     stp_sight *sight;
     const stp_sight_params *params;
     const stp_draw *draws;
-    bool used[STP_SIGHT_COUNT];     /* lists that have room: what a file says it has */
     size_t *found[STP_SIGHT_COUNT]; /* of each draw */
 } look;
 
@@ -114,11 +113,10 @@ static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
 static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_t patch)
 {
     uint32_t item = r->placement.patches.begin + patch;
-    uint8_t shape = r->briefs[patch].shape;
     add(l, STP_SIGHT_PATCHES, draw, item);
-    if (shape == STP_PATCH_STRIP && l->used[STP_SIGHT_STRIPS])
+    if (r->briefs[patch].shape == STP_PATCH_STRIP)
         add(l, STP_SIGHT_STRIPS, draw, item);
-    else if (shape == STP_PATCH_TRIANGLES && l->used[STP_SIGHT_TRIANGLES])
+    else if (r->briefs[patch].shape == STP_PATCH_TRIANGLES)
         add(l, STP_SIGHT_TRIANGLES, draw, item);
 }
 
@@ -216,16 +214,14 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
 {
     stp_status status = STP_OK;
     size_t *found = NULL;
-    uint32_t shapes = stp_scene_shapes(params->scene);
-    look l = {.sight = s,
-              .params = params,
-              .draws = draws,
-              .used = {true, params->vertices, (shapes & STP_HAS_LINES) != 0,
-                       (shapes & STP_HAS_TRIANGLES) != 0}};
+    look l = {.sight = s, .params = params, .draws = draws};
+    unsigned shapes = stp_scene_shapes(params->scene);
+    const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_PATCH_STRIP) != 0,
+                                        (shapes & STP_PATCH_TRIANGLES) != 0};
     STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));
     for (int i = 0; i < STP_SIGHT_COUNT; i++) {
         l.found[i] = found + (size_t)i * count;
-        STP_TRY(reserve(&s->lists[i], params, draws, count, l.used[i], err));
+        STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
     }
     STP_TRY(look_at_tiers(&l, count, err));
     for (int i = 0; i < STP_SIGHT_COUNT; i++)

@@ -189,13 +189,14 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk)
            (size_t)p->patches.count * sizeof *load->patches);
 }
 
-/* What the CPU keeps of the patches. */
-static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, stp_error *err)
+/* What the CPU keeps of the patches. shapes: as of stp_gpu_patches_fill. */
+static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, unsigned shapes,
+                                 stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
     STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
-    stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot);
+    stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot, shapes);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         load->briefs[p] = stp_patch_brief_of(&load->patches[p], &chunk->patches[p]);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
@@ -212,7 +213,7 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_error *err)
     const stp_scene_model *m = stp_scene_find(s->scene, load->want.chunk);
     STP_TRY(stp_chunk_file_decode(m->model->file, load->want.chunk - m->first, load->want.finest,
                                   stp_payload_memory(&s->store, load->payload), &chunk, err));
-    STP_TRY(mirror_patches(load, chunk, err));
+    STP_TRY(mirror_patches(load, chunk, stp_scene_shapes(s->scene), err));
     write_piece(load, chunk);
 done:
     stp_chunk_destroy(&chunk);

@@ -48,11 +48,12 @@ struct stp_template_hit {
 #define STP_TEMPLATE_GAP 2.0
 
 struct stp_template_gap {
-    uint sides;   // bit set of quadrants
-    float q;      // the least
+    uint sides;    // bit set of quadrants
+    float q;       // the least
     ivec3 nearest; // pixel and level
 };
 
+// Adds what comes near.
 void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 at, int level)
 {
     if (hit.q > STP_TEMPLATE_GAP || hit.pixel.tag == 0)

@@ -47,6 +47,27 @@ static inline void gl_fixture_close(gl_fixture *f)
     stp_model_close(&f->model);
 }
 
+/* Draws and reads, waiting for the whole cut unless chunks stream; stats: NULL if not wanted. */
+static inline void gl_fixture_draw(const gl_fixture *f, const stp_view *view,
+                                   const stp_draw_params *params, stp_draw_stats *stats,
+                                   uint8_t *rgba)
+{
+    stp_draw_stats own;
+    stp_draw_stats *drawn = stats != NULL ? stats : &own;
+    check_ok(stp_renderer_draw(f->renderer, view, params, drawn, err));
+    assert_true(drawn->cut_complete || params->stream);
+    check_ok(stp_renderer_read(f->renderer, rgba, err));
+}
+
+/* Pixels that anything covers. */
+static inline size_t gl_fixture_covered(const uint8_t *rgba, size_t pixels)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < pixels; i++)
+        count += rgba[4 * i + 3] != 0;
+    return count;
+}
+
 /* ---- what was chosen, by the CPU ---- */
 
 /* Patches and level of every patch of the last frame's draw i. */

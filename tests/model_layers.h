@@ -66,7 +66,7 @@ static inline void layer_fill(model_layer *out, const stp_chunk *chunk, const st
                          .above = calloc(count, sizeof *out->above),
                          .vertices = calloc(count, sizeof *out->vertices)};
     assert_true(patches && out->briefs && out->above && out->vertices);
-    stp_gpu_patches_fill(patches, chunk, &(stp_placement){0}, 0);
+    stp_gpu_patches_fill(patches, chunk, &(stp_placement){0}, 0, STP_PATCH_SHAPES);
     for (uint32_t p = 0; p < count; p++) {
         out->briefs[p] = stp_patch_brief_of(&patches[p], &chunk->patches[p]);
         out->vertices[p] = layer_vertex_of(&chunk->samples[STP_LEVEL_COUNT - 1][p],

@@ -64,21 +64,6 @@ static stp_view view_from(const gl_fixture *f, int direction)
     return views_get(direction, &f->model->ball, NULL, 0, SIZE, SIZE);
 }
 
-static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
-                 stp_draw_stats *stats, uint8_t *rgba)
-{
-    check_ok(stp_renderer_draw(f->renderer, view, params, stats, err));
-    check_ok(stp_renderer_read(f->renderer, rgba, err));
-}
-
-static size_t covered(const uint8_t *rgba)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < PIXELS; i++)
-        count += rgba[4 * i + 3] != 0;
-    return count;
-}
-
 /* Every level-0 sample that passes, by double, as a mask of the pixels they fall on. */
 static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
                         uint8_t *mask)
@@ -126,10 +111,10 @@ static void exact(void **state)
         for (int r = 0; r < ROADS; r++) {
             size_t differing = 0;
             params.lod = roads[r];
-            draw(f, &view, &params, NULL, rgba);
+            gl_fixture_draw(f, &view, &params, NULL, rgba);
             for (size_t i = 0; i < PIXELS; i++)
                 differing += mask[i] != (rgba[4 * i + 3] != 0);
-            assert_true(covered(rgba) > PIXELS / 20);
+            assert_true(gl_fixture_covered(rgba, PIXELS) > PIXELS / 20);
             if (differing > 4) /* floats round a sample into the next pixel */
                 fail_msg("road %d, variant %d: %zu components differ", r, variant, differing);
         }
@@ -150,16 +135,17 @@ static void roads_agree(void **state)
             view.orthographic = reconstruct == 1;
             if (view.orthographic)
                 view.f = 0.4 * SIZE / radius;
-            draw(f, &view, &params, NULL, whole);
+            gl_fixture_draw(f, &view, &params, NULL, whole);
             params.clip = upper;
             hide(&params, 2);
             hide(&params, 5);
-            draw(f, &view, &params, NULL, first);
-            assert_true(covered(first) > PIXELS / 50 && covered(first) < covered(whole));
+            gl_fixture_draw(f, &view, &params, NULL, first);
+            assert_true(gl_fixture_covered(first, PIXELS) > PIXELS / 50 &&
+                        gl_fixture_covered(first, PIXELS) < gl_fixture_covered(whole, PIXELS));
             for (int r = 1; r < (every ? ROADS : ROADS - 1); r++) {
                 size_t differing = 0;
                 params.lod = roads[r];
-                draw(f, &view, &params, NULL, rgba);
+                gl_fixture_draw(f, &view, &params, NULL, rgba);
                 for (size_t i = 0; i < 4 * PIXELS; i++)
                     differing += rgba[i] != first[i];
                 if (differing > 0)
@@ -185,9 +171,9 @@ static void as_clipped_before(void **state)
     gl_fixture_open(&other, "before.stipple", NULL);
     stp_view view = view_from(f, 22);
     stp_draw_params params = {.keep_back_faces = true}; /* orientations are found anew */
-    draw(&other, &view, &params, NULL, before);
+    gl_fixture_draw(&other, &view, &params, NULL, before);
     params.clip = upper;
-    draw(f, &view, &params, NULL, rgba);
+    gl_fixture_draw(f, &view, &params, NULL, rgba);
     size_t both = 0, either = 0;
     for (size_t i = 0; i < PIXELS; i++) {
         both += rgba[4 * i + 3] && before[4 * i + 3];
@@ -211,10 +197,10 @@ static void culled(void **state)
     stp_draw_params params = {.every_sample = true, .clip = {.enabled = true}};
     params.clip.box.min = (stp_dvec3){centre.x - 3.0, centre.y - 3.0, centre.z};
     params.clip.box.max = (stp_dvec3){centre.x + 3.0, centre.y + 3.0, INFINITY};
-    draw(&f, &view, &params, &small, rgba);
+    gl_fixture_draw(&f, &view, &params, &small, rgba);
     uint64_t bytes = stp_renderer_bytes_read(f.renderer);
     params.clip.enabled = false;
-    draw(&f, &view, &params, &whole, rgba);
+    gl_fixture_draw(&f, &view, &params, &whole, rgba);
     assert_true(small.points_drawn > 0 && small.points_drawn * 10 < whole.points_drawn);
     assert_true(bytes < stp_renderer_bytes_read(f.renderer) || whole.chunks_drawn == 1);
     gl_fixture_close(&f);
@@ -229,15 +215,15 @@ static void nothing(void **state)
     for (int r = 0; r < ROADS; r++) {
         stp_draw_params params = {.lod = roads[r], .clip = {.enabled = true}};
         params.clip.box = (stp_dbox){centre, stp_dvec3_add(centre, (stp_dvec3){1.0, 1.0, 1.0})};
-        draw(f, &view, &params, NULL, rgba); /* the surface is hollow */
-        assert_int_equal(covered(rgba), 0);
+        gl_fixture_draw(f, &view, &params, NULL, rgba); /* the surface is hollow */
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
         params.clip.box = (stp_dbox){{1e300, 1e300, 1e300}, {1e301, 1e301, 1e301}};
-        draw(f, &view, &params, NULL, rgba);
-        assert_int_equal(covered(rgba), 0);
+        gl_fixture_draw(f, &view, &params, NULL, rgba);
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
         params = (stp_draw_params){.lod = roads[r]};
         memset(params.hidden_classes, 255, sizeof params.hidden_classes);
-        draw(f, &view, &params, NULL, rgba);
-        assert_int_equal(covered(rgba), 0);
+        gl_fixture_draw(f, &view, &params, NULL, rgba);
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
     }
 }
 

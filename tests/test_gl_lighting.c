@@ -35,12 +35,6 @@ static stp_view view_of(const gl_fixture *f, bool orthographic)
     return view;
 }
 
-static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params, uint8_t *rgba)
-{
-    check_ok(stp_renderer_draw(f->renderer, view, params, NULL, err));
-    check_ok(stp_renderer_read(f->renderer, rgba, err));
-}
-
 /* Pixels of depth that a neighbour lies in front of (x, y). */
 static double in_front(const stp_view *view, const float *depth, int x, int y, int dx, int dy)
 {
@@ -64,9 +58,9 @@ static void eye_dome(void **state)
                                   .shade = variant < 4 ? STP_SHADE_LAMBERT : STP_SHADE_CHUNK};
         const double strength = variant == 3 ? 4.0 : 1.0;
         size_t darker = 0;
-        draw(f, &view, &params, plain);
+        gl_fixture_draw(f, &view, &params, NULL, plain);
         params.edl = strength;
-        draw(f, &view, &params, lit);
+        gl_fixture_draw(f, &view, &params, NULL, lit);
         glGetTextureImage(stp_renderer_inspect(f->renderer).pyramid->picture_depth, 0, GL_RED,
                           GL_FLOAT, sizeof depth, depth);
         for (int i = 0; i < PIXELS; i++) {
@@ -92,7 +86,7 @@ static void confidence(void **state)
     stp_view view = view_of(f, false);
     view.f *= 3.0;
     const stp_draw_params params = {.shade = STP_SHADE_CONFIDENCE, .keep_pixels = true};
-    draw(f, &view, &params, rgba);
+    gl_fixture_draw(f, &view, &params, NULL, rgba);
     reference_pixel *pixels = gl_fixture_pixels(f, true), *pulled = gl_fixture_pixels(f, false);
     for (int i = 0; i < PIXELS; i++) {
         const uint8_t *p = rgba + 4 * i;
@@ -121,14 +115,14 @@ static void overlays(void **state)
     gl_fixture *f = *state;
     static uint8_t plain[4 * PIXELS], rgba[4 * PIXELS];
     stp_view view = view_of(f, false);
-    draw(f, &view, &(stp_draw_params){.shade = STP_SHADE_PHONG}, plain);
+    gl_fixture_draw(f, &view, &(stp_draw_params){.shade = STP_SHADE_PHONG}, NULL, plain);
     for (int shade = STP_SHADE_LEVEL; shade <= STP_SHADE_CONFIDENCE; shade++) {
         static const double amounts[4] = {1e-6, 0.3, 0.6, 1.0};
         double last = 0.0;
         for (int k = 0; k < 4; k++) {
             stp_draw_params params = {.shade = (stp_shade)shade, .overlay = amounts[k]};
             double sum = 0.0;
-            draw(f, &view, &params, rgba);
+            gl_fixture_draw(f, &view, &params, NULL, rgba);
             for (int i = 0; i < 4 * PIXELS; i++)
                 sum += abs(rgba[i] - plain[i]);
             if (k == 0)

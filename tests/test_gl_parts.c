@@ -7,12 +7,6 @@
 /* BORDER: at the whole picture's rim samples outside are missing, which the parts have. */
 enum { WIDTH = 1000, HEIGHT = 700, PART = 256, RIM = 128, BORDER = 24 };
 
-static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params, uint8_t *rgba)
-{
-    check_ok(stp_renderer_draw(f->renderer, view, params, NULL, err));
-    check_ok(stp_renderer_read(f->renderer, rgba, err));
-}
-
 /* Draws the parts and puts them together. */
 static void draw_parts(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
                        uint8_t *rgba, uint8_t *part)
@@ -23,7 +17,7 @@ static void draw_parts(gl_fixture *f, const stp_view *view, const stp_draw_param
             int width = WIDTH - x < PART ? WIDTH - x : PART;
             int height = HEIGHT - y < PART ? HEIGHT - y : PART;
             stp_view of_part = stp_view_part(view, x - RIM, y - RIM, side, side);
-            draw(f, &of_part, params, part);
+            gl_fixture_draw(f, &of_part, params, NULL, part);
             for (int row = 0; row < height; row++)
                 memcpy(rgba + 4 * ((size_t)(y + row) * WIDTH + (size_t)x),
                        part + 4 * ((size_t)(row + RIM) * (size_t)side + RIM), 4 * (size_t)width);
@@ -67,7 +61,7 @@ static void parts_are_the_whole(void **state)
         stp_view view;
         stp_draw_params params = {.lod = roads[i % 3]};
         check_ok(stp_view_create(&view, &camera, &f.model->ball, WIDTH, HEIGHT, err));
-        draw(&f, &view, &params, whole);
+        gl_fixture_draw(&f, &view, &params, NULL, whole);
         draw_parts(&f, &view, &params, parts, part);
         assert_true(covered(whole) > (size_t)WIDTH * HEIGHT / 20);
         /* a position that rounds to another pixel, here and there */

@@ -9,6 +9,7 @@
 #include "tests/line_fixture.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
+#include "tests/support/reference_parts.h"
 #include "tests/support/views.h"
 
 #define TOLERANCE 1e-3
@@ -29,8 +30,7 @@ typedef struct agreement {
 /* What a pixel's depth and radius are judged by: the radius, but polygons have next to none. */
 static double size_of(const reference_pixel *p)
 {
-    bool polygon = ((p->tag - 1) & 3) == STP_KIND_POLYGON;
-    return polygon ? p->z_max - p->z_min : p->radius;
+    return reference_is_polygon(p) ? p->z_max - p->z_min : p->radius;
 }
 
 static void compare_pixel(const reference_pixel *a, const reference_pixel *b, agreement *sum)

@@ -68,34 +68,39 @@ static stp_triangle_set square_make(const stp_dvec3 corners[4])
     return out;
 }
 
-static void open_shapes(gl_fixture *f, prep_cloud *points, const stp_line_set *lines,
+/* A model in front of the eye, and its picture. */
+typedef struct scene {
+    gl_fixture f;
+    stp_view view;
+    uint8_t *rgba;
+} scene;
+
+static void open_file(scene *s, const char *path)
+{
+    s->rgba = calloc(PIXELS, 4);
+    assert_non_null(s->rgba);
+    gl_fixture_open(&s->f, path, NULL);
+    s->view = views_look((stp_dvec3){0.0, 0.0, EYE_Z}, (stp_dvec3){0.0, 0.0, 0.0}, FOVY_DEG,
+                         &s->f.model->ball, SIZE, SIZE);
+}
+
+static void open_shapes(scene *s, prep_cloud *points, const stp_line_set *lines,
                         const stp_triangle_set *triangles)
 {
     stp_prep_stats stats;
     check_ok(prep_shapes_run(points, lines, triangles, "shapes.stipple", 2, NULL, &stats, err));
-    gl_fixture_open(f, "shapes.stipple", NULL);
+    open_file(s, "shapes.stipple");
 }
 
-static stp_view front_view(const gl_fixture *f)
+static void close_scene(scene *s)
 {
-    return views_look((stp_dvec3){0.0, 0.0, EYE_Z}, (stp_dvec3){0.0, 0.0, 0.0}, FOVY_DEG,
-                      &f->model->ball, SIZE, SIZE);
+    free(s->rgba);
+    gl_fixture_close(&s->f);
 }
 
-static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params, uint8_t *rgba)
+static void draw(scene *s, const stp_draw_params *params)
 {
-    stp_draw_stats stats;
-    check_ok(stp_renderer_draw(f->renderer, view, params, &stats, err));
-    assert_true(stats.cut_complete);
-    check_ok(stp_renderer_read(f->renderer, rgba, err));
-}
-
-static size_t count_covered(const uint8_t *rgba)
-{
-    size_t count = 0;
-    for (int i = 0; i < PIXELS; i++)
-        count += rgba[4 * i + 3] != 0;
-    return count;
+    gl_fixture_draw(&s->f, &s->view, params, NULL, s->rgba);
 }
 
 /* The ray through the middle of pixel i, of a depth of 1, in eye space. */
@@ -113,7 +118,7 @@ static stp_dvec3 ray_of(const stp_view *view, int i)
 #define DEPTH_MARGIN 0.1
 
 /* Points at z = -x where y > 0, ribbons along x at z = x, triangles at z = 0. */
-static void open_order(gl_fixture *f)
+static void open_order(scene *s)
 {
     static const stp_dvec3 square[4] = {
         {-1.0, -1.0, 0.0}, {1.0, -1.0, 0.0}, {1.0, 1.0, 0.0}, {-1.0, 1.0, 0.0}};
@@ -134,7 +139,7 @@ static void open_order(gl_fixture *f)
         points.points[i].position = (stp_dvec3){x, y, -x};
         paint(points.points[i].rgb, 0);
     }
-    open_shapes(f, &points, &lines, &triangles);
+    open_shapes(s, &points, &lines, &triangles);
     free(points.points);
     stp_line_set_clear(&lines);
     stp_triangle_set_clear(&triangles);
@@ -178,20 +183,18 @@ static int strongest(const uint8_t rgb[4])
 static void order(void **state)
 {
     (void)state;
-    gl_fixture f = {0};
-    open_order(&f);
-    stp_view view = front_view(&f);
-    uint8_t *rgba = calloc(PIXELS, 4);
+    scene s = {0};
+    open_order(&s);
     for (int m = 0; m < MODE_COUNT; m++) {
         const stp_draw_params params = {.reconstruct = modes[m], .shade = STP_SHADE_LAMBERT};
         int judged[3] = {0}, wrong = 0, holes = 0, all = 0;
-        draw(&f, &view, &params, rgba);
+        draw(&s, &params);
         for (int i = 0; i < PIXELS; i++) {
-            int front = front_of(&view, i);
+            int front = front_of(&s.view, i);
             if (front < 0)
                 continue;
             judged[front]++;
-            int found = strongest(rgba + 4 * i);
+            int found = strongest(s.rgba + 4 * i);
             wrong += found >= 0 && found != front;
             holes += found < 0;
             all++;
@@ -204,8 +207,7 @@ static void order(void **state)
             assert_int_equal(wrong, 0);
         assert_true(wrong + holes <= holes_allowed(modes[m]) * all);
     }
-    free(rgba);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 /* ---- outlines ---- */
@@ -223,34 +225,31 @@ static void triangles_cover(void **state)
     (void)state;
     static const stp_dvec3 square[4] = {
         {-0.9, -0.8, 0.5}, {0.7, -0.9, 0.2}, {0.9, 0.7, -1.0}, {-0.6, 0.8, -1.2}};
-    gl_fixture f = {0};
+    scene s = {0};
     stp_triangle_set set = square_make(square);
-    uint8_t *rgba = calloc(PIXELS, 4);
-    open_shapes(&f, NULL, NULL, &set);
-    stp_view view = front_view(&f);
+    open_shapes(&s, NULL, NULL, &set);
     double corners[4][2];
     for (int i = 0; i < 4; i++) {
-        corners[i][0] = 0.5 * SIZE + square[i].x * view.f / (EYE_Z - square[i].z);
-        corners[i][1] = 0.5 * SIZE + square[i].y * view.f / (EYE_Z - square[i].z);
+        corners[i][0] = 0.5 * SIZE + square[i].x * s.view.f / (EYE_Z - square[i].z);
+        corners[i][1] = 0.5 * SIZE + square[i].y * s.view.f / (EYE_Z - square[i].z);
     }
     for (int m = 0; m < MODE_COUNT; m++) {
         size_t wrong = 0, held = 0;
-        draw(&f, &view, &(stp_draw_params){.reconstruct = modes[m]}, rgba);
+        draw(&s, &(stp_draw_params){.reconstruct = modes[m]});
         for (int i = 0; i < PIXELS; i++) {
             const double p[2] = {i % SIZE + 0.5, i / SIZE + 0.5};
             double least = INFINITY;
             for (int k = 0; k < 4; k++)
                 least = fmin(least, left_of(corners[k], corners[(k + 1) % 4], p));
             held += least > 0.0;
-            wrong += fabs(least) > 0.1 && (least > 0.0) != (rgba[4 * i + 3] != 0);
+            wrong += fabs(least) > 0.1 && (least > 0.0) != (s.rgba[4 * i + 3] != 0);
         }
         print_message("mode %d: %zu pixels, %zu wrong\n", (int)modes[m], held, wrong);
         assert_true(held > 10000);
         assert_int_equal(wrong, 0);
     }
-    free(rgba);
     stp_triangle_set_clear(&set);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 /* Tangent of the angle by which a ray of depth 1 misses a segment, both from the eye. */
@@ -274,26 +273,24 @@ static void judge_tube(stp_dvec3 from, stp_dvec3 to, double slack)
     enum { EACH = 41 };
     const stp_dvec3 ends[1][2] = {{from, to}};
     const double angle = 0.03;
-    gl_fixture f = {0};
+    scene s = {0};
     stp_line_set set = lines_make(1, EACH, STP_LINE_TUBE, ends, 1.0f);
-    uint8_t *rgba = calloc(PIXELS, 4);
     for (int i = 0; i < EACH; i++)
         set.vertices[i].radius = (float)(angle * fabs(EYE_Z - set.vertices[i].position.z));
-    open_shapes(&f, NULL, &set, NULL);
-    stp_view view = front_view(&f);
+    open_shapes(&s, NULL, &set, NULL);
     const stp_dvec3 eye = {0.0, 0.0, EYE_Z};
     double *off = calloc(PIXELS, sizeof *off); /* of the outline, pixels */
     for (int i = 0; i < PIXELS; i++)
-        off[i] =
-            view.f *
-            (away_from(stp_dvec3_sub(from, eye), stp_dvec3_sub(to, eye), ray_of(&view, i)) - angle);
+        off[i] = s.view.f *
+                 (away_from(stp_dvec3_sub(from, eye), stp_dvec3_sub(to, eye), ray_of(&s.view, i)) -
+                  angle);
     for (int m = 0; m < MODE_COUNT; m++) {
         size_t inside = 0, missed = 0, beyond = 0;
-        draw(&f, &view, &(stp_draw_params){.reconstruct = modes[m], .every_sample = true}, rgba);
+        draw(&s, &(stp_draw_params){.reconstruct = modes[m], .every_sample = true});
         for (int i = 0; i < PIXELS; i++) {
             inside += off[i] < 0.0;
-            missed += off[i] < -slack && rgba[4 * i + 3] == 0;
-            beyond += off[i] > slack && rgba[4 * i + 3] != 0;
+            missed += off[i] < -slack && s.rgba[4 * i + 3] == 0;
+            beyond += off[i] > slack && s.rgba[4 * i + 3] != 0;
         }
         print_message("mode %d: %zu pixels, %zu missed, %zu beyond\n", (int)modes[m], inside,
                       missed, beyond);
@@ -302,9 +299,8 @@ static void judge_tube(stp_dvec3 from, stp_dvec3 to, double slack)
         assert_true(beyond <= inside / 200);
     }
     free(off);
-    free(rgba);
     stp_line_set_clear(&set);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 static void tube_covers(void **state)
@@ -325,119 +321,114 @@ static void tube_passes_the_eye(void **state)
 static void clip_cuts(void **state)
 {
     (void)state;
-    gl_fixture f = {0};
-    open_order(&f);
-    stp_view view = front_view(&f);
-    uint8_t *rgba = calloc(PIXELS, 4);
+    scene s = {0};
+    open_order(&s);
     stp_draw_params params = {.reconstruct = STP_RECONSTRUCT_POINTS, .shade = STP_SHADE_LAMBERT};
-    draw(&f, &view, &params, rgba);
-    size_t before = count_covered(rgba), beyond = 0, missed = 0;
+    draw(&s, &params);
+    size_t before = gl_fixture_covered(s.rgba, PIXELS), beyond = 0, missed = 0;
     params.clip = (stp_clip){true, {{-0.31, -2.0, -0.01}, {0.47, 2.0, 0.01}}};
-    draw(&f, &view, &params, rgba);
+    draw(&s, &params);
     for (int i = 0; i < PIXELS; i++) { /* the square in z = 0 */
-        stp_dvec3 ray = ray_of(&view, i);
+        stp_dvec3 ray = ray_of(&s.view, i);
         double x = EYE_Z * ray.x, y = EYE_Z * ray.y, off = 0.02;
         bool in = x > -0.31 + off && x < 0.47 - off && fabs(y) < 1.0 - off;
         bool out = x < -0.31 - off || x > 0.47 + off || fabs(y) > 1.0 + off;
-        missed += in && rgba[4 * i + 3] == 0;
-        beyond += out && rgba[4 * i + 3] != 0;
+        missed += in && s.rgba[4 * i + 3] == 0;
+        beyond += out && s.rgba[4 * i + 3] != 0;
     }
-    assert_true(count_covered(rgba) < before / 2);
+    assert_true(gl_fixture_covered(s.rgba, PIXELS) < before / 2);
     assert_int_equal(missed, 0);
     assert_int_equal(beyond, 0);
-    free(rgba);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 static void classes_hide(void **state)
 {
     (void)state;
-    gl_fixture f = {0};
-    open_order(&f);
-    stp_view view = front_view(&f);
-    uint8_t *rgba = calloc(PIXELS, 4);
+    scene s = {0};
+    open_order(&s);
     stp_draw_params params = {.shade = STP_SHADE_LAMBERT};
     params.hidden_classes[0] = 1u << 9 | 1u << 4; /* the square, the ribbon in the middle */
     size_t green[2] = {0, 0}, blue = 0;
-    draw(&f, &view, &params, rgba);
+    draw(&s, &params);
     for (int i = 0; i < PIXELS; i++) {
-        double y = fabs(ray_of(&view, i).y) * EYE_Z;
-        green[y < 0.12] += strongest(rgba + 4 * i) == 1;
-        blue += strongest(rgba + 4 * i) == 2;
+        double y = fabs(ray_of(&s.view, i).y) * EYE_Z;
+        green[y < 0.12] += strongest(s.rgba + 4 * i) == 1;
+        blue += strongest(s.rgba + 4 * i) == 2;
     }
     assert_int_equal(blue, 0);
     assert_int_equal(green[1], 0);
     assert_true(green[0] > 1000);
-    free(rgba);
-    gl_fixture_close(&f);
+    close_scene(&s);
+}
+
+/* From around, by the other roads; every: sample, by all. */
+static void compare_roads(scene *s, bool every)
+{
+    static const stp_lod roads[] = {STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
+    uint8_t *wanted = calloc(PIXELS, 4);
+    assert_non_null(wanted);
+    for (int v = 0; v < 6; v++) {
+        s->view = views_get(4 * v, &s->f.model->ball, NULL, 0, SIZE, SIZE);
+        for (int k = 0; k < 3; k++) {
+            stp_draw_params params = {.every_sample = every || roads[k] == STP_LOD_FULL,
+                                      .threshold_px = v % 3};
+            draw(s, &params);
+            memcpy(wanted, s->rgba, 4 * PIXELS);
+            params.lod = roads[k];
+            draw(s, &params);
+            assert_true(gl_fixture_covered(s->rgba, PIXELS) > 1000);
+            assert_memory_equal(wanted, s->rgba, 4 * PIXELS);
+        }
+    }
+    free(wanted);
 }
 
 static void roads_agree(void **state)
 {
     (void)state;
-    static const stp_lod roads[] = {STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
-    gl_fixture f = {0};
-    open_order(&f);
-    uint8_t *wanted = calloc(PIXELS, 4), *found = calloc(PIXELS, 4);
-    for (int v = 0; v < 6; v++) {
-        stp_view view = views_get(4 * v, &f.model->ball, NULL, 0, SIZE, SIZE);
-        for (int k = 0; k < 3; k++) {
-            bool every = roads[k] == STP_LOD_FULL;
-            stp_draw_params params = {.every_sample = every, .threshold_px = v % 3};
-            draw(&f, &view, &params, wanted);
-            params.lod = roads[k];
-            draw(&f, &view, &params, found);
-            assert_true(count_covered(found) > 1000);
-            assert_memory_equal(wanted, found, 4 * PIXELS);
-        }
-    }
-    free(wanted);
-    free(found);
-    gl_fixture_close(&f);
+    scene s = {0};
+    open_order(&s);
+    compare_roads(&s, false);
+    close_scene(&s);
 }
 
-/* A file that has shapes and says it has none: drawn somehow, by every road. */
+/* A file that has shapes and says it has none: their samples are drawn, by every road. */
 static void header_denies_them(void **state)
 {
     (void)state;
     enum { ATTRIBUTES = 72 };
     size_t size = 0;
-    gl_fixture f = {0};
-    open_order(&f);
-    gl_fixture_close(&f);
-    uint8_t *bytes = prep_file_bytes("shapes.stipple", &size), *rgba = calloc(PIXELS, 4);
+    scene s = {0};
+    open_order(&s);
+    close_scene(&s);
+    uint8_t *bytes = prep_file_bytes("shapes.stipple", &size);
     uint32_t attributes = stp_get_u32(bytes + ATTRIBUTES);
     assert_true((attributes & STP_HAS_LINES) && (attributes & STP_HAS_TRIANGLES));
     stp_put_u32(bytes + ATTRIBUTES, attributes & ~(unsigned)(STP_HAS_LINES | STP_HAS_TRIANGLES));
     reseal(bytes, size, false);
     scan_fixture_bytes("denied.stipple", bytes, size);
-    gl_fixture_open(&f, "denied.stipple", NULL);
-    stp_view view = front_view(&f);
-    for (int lod = 0; lod < 4; lod++) {
-        draw(&f, &view, &(stp_draw_params){.lod = (stp_lod)lod}, rgba);
-        assert_true(count_covered(rgba) > 1000);
-    }
+    s = (scene){0};
+    open_file(&s, "denied.stipple");
+    compare_roads(&s, true);
     free(bytes);
-    free(rgba);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 /* A pick on a ribbon, and one on a triangle: on it, and what it begins with. */
 static void picks_hit(void **state)
 {
     (void)state;
-    gl_fixture f = {0};
-    open_order(&f);
-    stp_view view = front_view(&f);
-    uint8_t *rgba = calloc(PIXELS, 4);
+    scene s = {0};
+    open_order(&s);
     int picked[3] = {0};
-    draw(&f, &view, &(stp_draw_params){.keep_pixels = true}, rgba);
+    draw(&s, &(stp_draw_params){.keep_pixels = true});
     for (int i = 0; i < PIXELS; i += 37) {
         stp_pick pick;
-        int front = front_of(&view, i);
+        int front = front_of(&s.view, i);
         if (front <= 0)
             continue;
-        check_ok(stp_renderer_pick(f.renderer, i % SIZE, i / SIZE, &pick, err));
+        check_ok(stp_renderer_pick(s.f.renderer, i % SIZE, i / SIZE, &pick, err));
         assert_true(pick.hit);
         double z = front == 1 ? pick.position.x : 0.0;
         assert_true(fabs(pick.position.z - z) < RIBBON_HALF);
@@ -448,8 +439,7 @@ static void picks_hit(void **state)
     }
     assert_true(picked[1] > 20);
     assert_true(picked[2] > 100);
-    free(rgba);
-    gl_fixture_close(&f);
+    close_scene(&s);
 }
 
 int main(void)

@@ -14,38 +14,49 @@ static double samples_of(const stp_prep_stats *s)
     return (double)(s->points_out + s->lines.samples + 3 * s->triangles.triangles);
 }
 
-static cJSON *lines_json(const stp_line_counts *lines, const stp_edge_counts *edges)
+typedef struct named_count {
+    const char *name;
+    uint64_t value;
+} named_count;
+
+static void add_counts(cJSON *to, const named_count *counts, size_t how_many)
 {
-    cJSON *out = cJSON_CreateObject();
-    cJSON_AddNumberToObject(out, "strips", (double)lines->strips);
-    cJSON_AddNumberToObject(out, "vertices", (double)lines->vertices);
-    cJSON_AddNumberToObject(out, "segments", (double)lines->segments);
-    cJSON_AddNumberToObject(out, "samples", (double)lines->samples);
-    cJSON_AddNumberToObject(out, "vertices_rejected", (double)lines->rejected);
-    cJSON_AddNumberToObject(out, "edges_in", (double)edges->read);
-    cJSON *rejected = cJSON_AddObjectToObject(out, "edges_rejected");
-    cJSON_AddNumberToObject(rejected, "no_vertex", (double)edges->no_vertex);
-    cJSON_AddNumberToObject(rejected, "no_length", (double)edges->no_length);
-    cJSON_AddNumberToObject(rejected, "repeated", (double)edges->repeated);
-    cJSON_AddNumberToObject(rejected, "not_finite", (double)edges->not_finite);
-    cJSON_AddNumberToObject(rejected, "of_faces", (double)edges->of_faces);
-    return out;
+    for (size_t i = 0; i < how_many; i++)
+        cJSON_AddNumberToObject(to, counts[i].name, (double)counts[i].value);
 }
 
-static cJSON *plants_json(const stp_plant_report *plant)
+#define ADD_COUNTS(to, counts) add_counts(to, counts, sizeof(counts) / sizeof *(counts))
+
+static void add_lines(cJSON *to, const stp_line_counts *lines, const stp_edge_counts *edges)
 {
-    cJSON *out = cJSON_CreateObject();
-    cJSON_AddNumberToObject(out, "vertices_before", (double)plant->vertices_before);
-    cJSON_AddNumberToObject(out, "positions_before", (double)plant->positions_before);
-    cJSON_AddNumberToObject(out, "vertices_after", (double)plant->vertices_after);
-    cJSON_AddNumberToObject(out, "triangles_in", (double)plant->triangles);
-    cJSON_AddNumberToObject(out, "ribbon_triangles", (double)plant->ribbon_triangles);
-    cJSON_AddNumberToObject(out, "tube_triangles", (double)plant->tube_triangles);
-    cJSON_AddNumberToObject(out, "kept_triangles", (double)plant->kept_triangles);
-    cJSON_AddNumberToObject(out, "ribbons", (double)plant->ribbons);
-    cJSON_AddNumberToObject(out, "tubes", (double)plant->tubes);
-    cJSON_AddNumberToObject(out, "rings", (double)plant->rings);
-    return out;
+    const named_count stored[] = {{"strips", lines->strips},
+                                  {"vertices", lines->vertices},
+                                  {"segments", lines->segments},
+                                  {"samples", lines->samples},
+                                  {"vertices_rejected", lines->rejected},
+                                  {"edges_in", edges->read}};
+    const named_count rejected[] = {{"no_vertex", edges->no_vertex},
+                                    {"no_length", edges->no_length},
+                                    {"repeated", edges->repeated},
+                                    {"not_finite", edges->not_finite},
+                                    {"of_faces", edges->of_faces}};
+    ADD_COUNTS(to, stored);
+    ADD_COUNTS(cJSON_AddObjectToObject(to, "edges_rejected"), rejected);
+}
+
+static void add_plants(cJSON *to, const stp_plant_report *plant)
+{
+    const named_count counts[] = {{"vertices_before", plant->vertices_before},
+                                  {"positions_before", plant->positions_before},
+                                  {"vertices_after", plant->vertices_after},
+                                  {"triangles_in", plant->triangles},
+                                  {"ribbon_triangles", plant->ribbon_triangles},
+                                  {"tube_triangles", plant->tube_triangles},
+                                  {"kept_triangles", plant->kept_triangles},
+                                  {"ribbons", plant->ribbons},
+                                  {"tubes", plant->tubes},
+                                  {"rings", plant->rings}};
+    ADD_COUNTS(to, counts);
 }
 
 cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
@@ -59,9 +70,9 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
         cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
-    cJSON_AddItemToObject(root, "lines", lines_json(&s->lines, &inputs->edges));
+    add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
     if (inputs->plants)
-        cJSON_AddItemToObject(root, "plants", plants_json(&inputs->plant));
+        add_plants(cJSON_AddObjectToObject(root, "plants"), &inputs->plant);
     cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
     cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);

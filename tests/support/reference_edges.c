@@ -1,6 +1,5 @@
 /* Smooth edges on the CPU ("Smooth edges" in shaders/README.md). */
-#include "formats/chunk/sample.h"
-#include "tests/support/reference.h"
+#include "tests/support/reference_parts.h"
 
 #include <math.h>
 
@@ -43,8 +42,7 @@ static bool lies_behind(const reference_rough *rough, const place *p, int x, int
 static stp_dvec3 on_disc(const stp_view *view, const reference_pixel *disc, stp_dvec3 ray, double u,
                          double v, double cu, double cv)
 {
-    bool tube = ((disc->tag - 1) & 3) == STP_KIND_TUBE;
-    stp_dvec3 n = tube ? stp_dvec3_scale(ray, -1.0) : disc->normal;
+    stp_dvec3 n = reference_is_tube(disc) ? stp_dvec3_scale(ray, -1.0) : disc->normal;
     double radius = fmax(disc->radius / units(view, disc->z_min), RADIUS);
     double k = stp_dvec3_dot(n, ray);
     k = copysign(fmax(fabs(k), COSINE), k > 0.0 ? 1.0 : -1.0);

@@ -26,4 +26,9 @@ static inline bool reference_is_tube(const reference_pixel *p)
     return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_TUBE;
 }
 
+static inline bool reference_is_polygon(const reference_pixel *p)
+{
+    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;
+}
+
 #endif

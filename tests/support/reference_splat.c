@@ -1,8 +1,7 @@
 /* Splatting on the CPU ("Splatting" in shaders/README.md). */
-#include "tests/support/reference.h"
+#include "tests/support/reference_parts.h"
 
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,11 +13,6 @@ typedef struct sums {
     stp_dvec3 normal;
     double rgb[3], depth, total;
 } sums;
-
-static bool is_polygon(const reference_pixel *p)
-{
-    return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;
-}
 
 /* One splat at pixel (i, j): its q and the interval that begins at the depth there. */
 typedef struct covering {
@@ -45,8 +39,8 @@ static void add(sums *pixel, const covering *c, int i, int j)
     (void)j;
     if (c->depth > pixel->end)
         return;
-    if (is_polygon(c->sample)) { /* it is the front, or does not count */
-        pixel->total += is_polygon(&pixel->front) ? 1.0 : 0.0;
+    if (reference_is_polygon(c->sample)) { /* it is the front, or does not count */
+        pixel->total += reference_is_polygon(&pixel->front) ? 1.0 : 0.0;
         return;
     }
     double w = exp(-2.0 * c->q);
@@ -72,7 +66,7 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
     double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
     int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
     int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
-    bool own = !(p.radius > 0.0) || is_polygon(&p); /* its own pixel alone */
+    bool own = !(p.radius > 0.0) || reference_is_polygon(&p); /* its own pixel alone */
     for (int j = y0; j <= y1; j++)
         for (int i = x0; i <= x1; i++) {
             covering c = {.sample = &p, .depth = p.z_min};
@@ -91,7 +85,7 @@ static reference_pixel finish(const sums *s)
     reference_pixel p = s->front;
     if (!(s->total > 0.0))
         return (reference_pixel){0};
-    if (is_polygon(&p))
+    if (reference_is_polygon(&p))
         return p;
     double extent = p.z_max - p.z_min;
     if (stp_dvec3_length(s->normal) > 0.0)
