@@ -3,10 +3,8 @@
 
 // Least semi-axes, pixels: a sample stands for its pixel's neighbourhood at least, and grazing
 // ellipses do not vanish. Where a pixel sees all ellipses around it, it is enough to reach the pixel.
-#if STP_SPLAT
+#if STP_SPLAT || STP_TEMPLATE
 #define STP_ELLIPSE_FLOOR 0.75
-#elif STP_TEMPLATE
-#define STP_ELLIPSE_FLOOR 1.0
 #else
 #define STP_ELLIPSE_FLOOR 1.25
 #endif

@@ -6,8 +6,8 @@
 // Pixels: how far the surface of neighbouring pixels may be off.
 #define STP_EXTENT_FLOOR 1.25
 
-// Radii are so that pull and push leave no holes. Where no sample is lost less is enough.
-#if STP_SPLAT
+// Radii are so that pull and push leave no holes. Where a pixel sees all ellipses around it less is enough.
+#if STP_SPLAT || STP_TEMPLATE
 #define STP_RADIUS_PART 0.85
 #else
 #define STP_RADIUS_PART 1.0
@@ -131,7 +131,7 @@ stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
 // A disc, the sample id.x of a patch, id.y, as seen from a window position.
 stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
 {
-    disc.radius *= STP_RADIUS_PART;
+    disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's is its width
     vec3 w = stp_ray_through(disc.position);
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
     if (tube && (STP_SPLAT != 0 || !disc.has_normal)) { // a disc that faces the eye, and no more

@@ -43,12 +43,13 @@ struct stp_template_hit {
     float q;
 };
 
-// Where no ellipse covers a pixel but some come near on three sides or four, the nearest does up to this q: merging
-// opens gaps that no surface has.
-#define STP_TEMPLATE_GAP 2.0
+// Where no ellipse covers a pixel but some come near on three sides up to the first of these q, or on four up to the
+// second, the nearest does: merging opens gaps that no surface has.
+#define STP_TEMPLATE_GAP_3 3.0
+#define STP_TEMPLATE_GAP_4 6.0
 
 struct stp_template_gap {
-    uint sides;    // bit set of quadrants
+    uint sides;    // bit set of quadrants, those up to STP_TEMPLATE_GAP_3 from bit 4 on too
     float q;       // the least
     ivec3 nearest; // pixel and level
 };
@@ -56,10 +57,11 @@ struct stp_template_gap {
 // Adds what comes near.
 void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 at, int level)
 {
-    if (hit.q > STP_TEMPLATE_GAP || hit.pixel.tag == 0)
+    if (hit.q > STP_TEMPLATE_GAP_4 || hit.pixel.tag == 0)
         return;
     vec2 d = hit.pixel.d;
-    gap.sides |= 1u << (uint(d.x > 0.0) + 2u * uint(d.y > 0.0));
+    uint side = 1u << (uint(d.x > 0.0) + 2u * uint(d.y > 0.0));
+    gap.sides |= hit.q <= STP_TEMPLATE_GAP_3 ? side * 17u : side;
     if (hit.q < gap.q) {
         gap.q = hit.q;
         gap.nearest = ivec3(at, level);
@@ -89,6 +91,11 @@ ivec2 stp_template_at(ivec2 here, int level, int bit)
     return (here >> level) + ivec2(bit % STP_TEMPLATE, bit / STP_TEMPLATE) - STP_TEMPLATE / 2;
 }
 
+bool stp_template_closes(stp_template_gap gap)
+{
+    return bitCount(gap.sides >> 4) >= 3 || bitCount(gap.sides & 15u) == 4;
+}
+
 // What a gap is closed with.
 stp_pixel stp_template_close(stp_template_gap gap, ivec2 here, vec3 ray)
 {
@@ -106,7 +113,7 @@ stp_pixel stp_template(ivec2 here)
     vec3 ray = stp_ray(stp_pixel_centre(here, 0));
     stp_pixel front = stp_pixel_invalid();
     float end = STP_ELLIPSE_OUTSIDE; // of the interval that ends first: those that begin before it all meet
-    stp_template_gap gap = stp_template_gap(0u, STP_TEMPLATE_GAP, ivec3(0));
+    stp_template_gap gap = stp_template_gap(0u, STP_ELLIPSE_OUTSIDE, ivec3(0));
     uint covers[STP_TEMPLATE_LEVELS * STP_TEMPLATE_WORDS];
     for (int level = 0; level <= pyramid_level; level++) {
         ivec2 size = (ivec2(viewport.xy) + (1 << level) - 1) >> level;
@@ -143,7 +150,7 @@ stp_pixel stp_template(ivec2 here)
     stp_pixel p = stp_blend_end(blend, front).sum;
     p.radius = sqrt(p.radius);
     p.tag = stp_tag_from(front.tag, source);
-    if (front.tag == 0 && bitCount(gap.sides) >= 3)
+    if (front.tag == 0 && stp_template_closes(gap))
         return stp_template_close(gap, here, ray);
     if (front.tag == 0)
         p = stp_pixel_invalid();

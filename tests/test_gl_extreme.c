@@ -19,13 +19,13 @@ typedef struct scene {
 
 static const struct {
     const char *name;
-    double floor_px, radius_part; /* shaders/README.md, The ellipse, Splatting */
+    double floor_px, radius_part; /* shaders/README.md, The ellipse, Templates, Splatting */
 } modes[] = {
     [STP_RECONSTRUCT_GAUSS] = {"gauss", 1.25, 1.0},
     [STP_RECONSTRUCT_BOX] = {"box", 1.25, 1.0},
-    [STP_RECONSTRUCT_TEMPLATE3] = {"template3", 1.0, 1.0},
-    [STP_RECONSTRUCT_TEMPLATE5] = {"template5", 1.0, 1.0},
-    [STP_RECONSTRUCT_TEMPLATE7] = {"template7", 1.0, 1.0},
+    [STP_RECONSTRUCT_TEMPLATE3] = {"template3", 0.75, 0.85},
+    [STP_RECONSTRUCT_TEMPLATE5] = {"template5", 0.75, 0.85},
+    [STP_RECONSTRUCT_TEMPLATE7] = {"template7", 0.75, 0.85},
     [STP_RECONSTRUCT_SPLAT] = {"splat", 0.75, 0.85},
     [STP_RECONSTRUCT_POINTS] = {"points", 0.0, 0.0},
 };
@@ -171,8 +171,9 @@ static bool judge_of(const stp_view *view, const fixture_disc *disc, int mode, d
     stp_dvec3 w =
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     bool known = stp_dvec3_length(disc->normal) > 0.0;
-    *out = (disc_judge){view, disc->position, disc->normal, disc->radius * modes[mode].radius_part,
-                        modes[mode].floor_px};
+    double part = disc->kind == STP_KIND_SURFACE ? modes[mode].radius_part : 1.0;
+    *out =
+        (disc_judge){view, disc->position, disc->normal, part * disc->radius, modes[mode].floor_px};
     if (!known)
         out->normal = stp_dvec3_scale(w, -1.0);
     if (disc->kind == STP_KIND_TUBE)

@@ -7,6 +7,7 @@
 #include "tools/bench/median.h"
 #include "tools/cli.h"
 #include "tools/draw_fine.h"
+#include "tools/draw_options.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,6 +45,7 @@ typedef struct options {
     uint64_t views, repeat;
     double threshold_px;
     int aa;
+    int only; /* a reconstruction, or -1 for all */
     const char *shaders;
 } options;
 
@@ -54,9 +56,14 @@ typedef struct state {
     stp_gl_context *context;
     stp_renderer *renderer;
     quality_sums sums[MODE_COUNT];
-    double *ms[MODE_COUNT]; /* by view and round */
-    uint64_t drawn;         /* samples, of all views */
+    double *ms[MODE_COUNT];     /* by view and round */
+    uint64_t drawn[MODE_COUNT]; /* samples, of all views */
 } state;
+
+static bool is_asked(const state *s, int mode)
+{
+    return s->options.only < 0 || s->options.only == mode;
+}
 
 static stp_draw_params params_of(const state *s, int mode)
 {
@@ -92,13 +99,15 @@ static stp_status judge_view(state *s, const stp_view *view, stp_error *err)
     for (int mode = 0; mode < MODE_COUNT; mode++) {
         stp_draw_params params = params_of(s, mode);
         stp_draw_stats stats;
+        if (!is_asked(s, mode))
+            continue;
         params.keep_pixels = true;
         STP_TRY(draw(s, view, &params, rgba, &stats, err));
         if (draw_aa_times(s->options.aa) > 1)
             STP_TRY(stp_renderer_draw(s->renderer, view, &params, &stats, err));
         STP_TRY(stp_renderer_read_normals(s->renderer, normals, err));
         STP_TRY(quality_add(&s->sums[mode], &truth, rgba, normals, err));
-        s->drawn += mode == STP_RECONSTRUCT_POINTS ? stats.points_drawn : 0;
+        s->drawn[mode] += stats.points_drawn;
     }
 done:
     quality_truth_clear(&truth);
@@ -117,6 +126,8 @@ static stp_status time_view(state *s, const stp_view *view, uint64_t number, stp
         for (int mode = 0; mode < MODE_COUNT; mode++) {
             stp_draw_params params = params_of(s, mode);
             stp_draw_stats stats;
+            if (!is_asked(s, mode))
+                continue;
             STP_TRY(draw(s, view, &params, rgba, &stats, err)); /* compiles */
             STP_TRY(draw(s, view, &params, rgba, &stats, err));
             s->ms[mode][number * s->options.repeat + round] = stats.frame_ms;
@@ -128,15 +139,17 @@ done:
 
 static void print_table(const state *s)
 {
-    double samples = (double)s->drawn / (double)s->sums[STP_RECONSTRUCT_POINTS].true_covered;
     printf("%-10s %8s %8s %8s %8s %8s %9s %8s %8s %8s %8s\n", "mode", "samples", "psnr", "ssim",
            "inside", "outline", "coverage", "holes", "spill", "normals", "ms");
     for (int mode = 0; mode < MODE_COUNT; mode++) {
         const quality_sums *q = &s->sums[mode];
         double pixels = (double)q->true_covered;
+        if (!is_asked(s, mode))
+            continue;
         printf("%-10s %8.2f %8.2f %8.4f %8.2f %8.2f %9.4f %8.5f %8.5f %8.2f %8.1f\n",
-               mode_names[mode], samples, quality_psnr_db(q->error, 3 * q->either),
-               q->ssim / (double)q->views, quality_psnr_db(q->inside_error, 3 * q->inside),
+               mode_names[mode], (double)s->drawn[mode] / pixels,
+               quality_psnr_db(q->error, 3 * q->either), q->ssim / (double)q->views,
+               quality_psnr_db(q->inside_error, 3 * q->inside),
                quality_psnr_db(q->smooth_error, 3 * q->silhouette), (double)q->covered / pixels,
                (double)q->holes / pixels, (double)q->spill / pixels, q->angle_deg / (double)q->both,
                bench_median(s->ms[mode], s->options.views * s->options.repeat));
@@ -182,9 +195,11 @@ static int run(int argc, char **argv)
     const char *files[2];
     size_t count = 0;
     stp_error err = {0};
-    state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3}};
+    state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3, .only = -1}};
     const cli_option list[] = {
         {"--aa", 0, CLI_CHOICE, &s.options.aa, DRAW_AA, "how edges are smoothed (off)", NULL},
+        {"--reconstruct", 0, CLI_CHOICE, &s.options.only, DRAW_RECONSTRUCTIONS, "this one only",
+         NULL},
         {"--size", 0, CLI_EXTENT, s.options.size, "WxH", "of the pictures (1024x1024)", NULL},
         {"--views", 0, CLI_UINT, &s.options.views, "N", "1 to 26 (6)", NULL},
         {"--repeat", 0, CLI_UINT, &s.options.repeat, "N", "frames timed of each view (3)", NULL},

@@ -8,13 +8,14 @@
 #include <stdlib.h>
 
 #define EXTENT_FLOOR_PX 1.25
-/* What is drawn of a splat's radius. */
-#define SPLAT_PART 0.85
+/* What is drawn of a disc's radius where a pixel sees all ellipses around it. */
+#define SEEN_PART 0.85
 #define SLOPE_LIMIT 5.0
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
-#define GAP_Q_TEMPLATE 2.0
+#define TEMPLATE_GAP_Q_3 3.0
+#define TEMPLATE_GAP_Q_4 6.0
 /* Ellipses whose centres are no farther apart are one disc's. */
 #define SAME_PX 0.1
 
@@ -108,11 +109,18 @@ static double depth_extent(const stp_view *view, double radius, double cosine, d
     return fmax(radius, EXTENT_FLOOR_PX * slope / pixels_per_unit(view, depth));
 }
 
+/* Splats and templates. */
+static bool sees_all(const reference_pyramid *pyramid)
+{
+    return pyramid->filter == REFERENCE_SPLAT || pyramid->filter >= REFERENCE_TEMPLATE3;
+}
+
 bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
                       reference_pixel *out)
 {
     const stp_view *view = &pyramid->view;
-    double radius = disc->radius * (pyramid->filter == REFERENCE_SPLAT ? SPLAT_PART : 1.0);
+    bool seen = sees_all(pyramid) && disc->kind == STP_KIND_SURFACE;
+    double radius = disc->radius * (seen ? SEEN_PART : 1.0);
     double depth = -disc->position.z;
     if (!(depth > view->near_depth))
         return false;
@@ -175,9 +183,9 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 /* Least semi-axes. */
 static double floor_px(const reference_pyramid *pyramid, const reference_pixel *p)
 {
-    if (pyramid->filter == REFERENCE_SPLAT)
-        return 0.75;
-    return is_line(p) ? 0.5 : pyramid->filter >= REFERENCE_TEMPLATE3 ? 1.0 : 1.25;
+    if (is_line(p) && pyramid->filter != REFERENCE_SPLAT)
+        return 0.5;
+    return sees_all(pyramid) ? 0.75 : 1.25;
 }
 
 double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p)
@@ -440,14 +448,16 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
 
 /* What comes near a place that nothing covers. */
 typedef struct gap {
-    unsigned sides; /* bit set of quadrants */
-    double q;       /* the least */
+    unsigned sides_3, sides_4; /* bit sets of quadrants, up to each q */
+    double q;                  /* the least */
     reference_pixel nearest;
 } gap;
 
 static void miss(const reference_pixel *p, double q, gap *g)
 {
-    g->sides |= 1u << ((p->dx > 0.0 ? 1 : 0) + (p->dy > 0.0 ? 2 : 0));
+    unsigned side = 1u << ((p->dx > 0.0 ? 1 : 0) + (p->dy > 0.0 ? 2 : 0));
+    g->sides_3 |= q <= TEMPLATE_GAP_Q_3 ? side : 0;
+    g->sides_4 |= side;
     if (q < g->q) {
         g->q = q;
         g->nearest = *p;
@@ -481,7 +491,7 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     p.z_max = p.z_min + extent;
     p.dx = cx - u;
     p.dy = cy - v;
-    if (q <= GAP_Q_TEMPLATE)
+    if (q <= TEMPLATE_GAP_Q_4)
         miss(&p, q, g);
     if (!(q <= 1.0))
         return;
@@ -497,12 +507,16 @@ static int least_source(int source, const reference_pixel *p)
     return own < source ? own : source;
 }
 
+static unsigned count_sides(unsigned sides)
+{
+    return (sides & 1) + (sides >> 1 & 1) + (sides >> 2 & 1) + (sides >> 3);
+}
+
 /* The nearest, where some lie on three sides or four. */
 static reference_pixel close_gap(const gap *g)
 {
     reference_pixel p = g->nearest;
-    unsigned sides = (g->sides & 1) + (g->sides >> 1 & 1) + (g->sides >> 2 & 1) + (g->sides >> 3);
-    if (sides < 3)
+    if (count_sides(g->sides_3) < 3 && count_sides(g->sides_4) < 4)
         return (reference_pixel){0};
     p.tag = tag_with_source(p.tag, least_source(REFERENCE_LEVELS_LIMIT, &p));
     return p;
@@ -515,7 +529,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     const reference_pixel *own = &pyramid->levels[0].pulled[j * pyramid->levels[0].width + i];
     double own_z = INFINITY;
     meeting m;
-    gap g = {.q = GAP_Q_TEMPLATE};
+    gap g = {.q = INFINITY};
     m.count = 0;
     for (int l = 0; l <= pyramid->level_count; l++)
         for (int y = -reach; y <= reach; y++)
