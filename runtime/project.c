@@ -26,8 +26,9 @@ static stp_status prepare_shapes(stp_project *p, const stp_variant *variant, con
 {
     stp_status status = STP_OK;
     const char *fragment = variant->splat ? "shape_front.frag" : "shape.frag";
-    if (variant->lines && !variant->splat)
-        STP_TRY(prepare_patches(&p->strip_program, "strip.geom", fragment, folder, defines, err));
+    const char *strip = variant->splat ? "strip_wide.geom" : "strip.geom";
+    if (variant->lines)
+        STP_TRY(prepare_patches(&p->strip_program, strip, fragment, folder, defines, err));
     if (variant->triangles)
         STP_TRY(
             prepare_patches(&p->triangle_program, "triangle.geom", fragment, folder, defines, err));
@@ -59,7 +60,6 @@ stp_status stp_project_prepare(stp_project *p, const stp_variant *variant, stp_l
     stp_status status = STP_OK;
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_variant_defines(variant, defines);
-    p->splats = variant->splat;
     if (p->index_buffer == 0)
         glCreateBuffers(1, &p->index_buffer);
     STP_TRY(prepare_shapes(p, variant, folder, defines, err));
@@ -121,13 +121,6 @@ static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
     return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
 }
 
-/* Whether a patch is drawn as segments or triangles; of splats there are no segments. */
-static bool is_apart(const stp_project *p, const stp_gpu_patch *patch, const stp_levels *levels)
-{
-    unsigned shape = stp_levels_shape(patch, levels);
-    return shape == STP_PATCH_TRIANGLES || (shape == STP_PATCH_STRIP && !p->splats);
-}
-
 /* Chooses the patches of one chunk and lists the samples. */
 static stp_status list_samples(stp_project *p, const stp_project_params *params,
                                const seen_draw *seen, stp_error *err)
@@ -136,7 +129,7 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
         const stp_gpu_patch *patch = seen_patch(seen, i);
         stp_range parts[STP_PATCH_QUARTERS];
         stp_levels levels = stp_levels_choose(params->frame, &seen->chunk, patch);
-        if (is_apart(p, patch, &levels))
+        if (stp_levels_shape(patch, &levels) != 0)
             continue;
         unsigned part_count = stp_levels_select(patch, &levels, parts);
         for (unsigned k = 0; k < part_count; k++) {
@@ -248,7 +241,7 @@ static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *poi
     p->span_count = 0;
     for (size_t i = 0; i < seen->count; i++) {
         const stp_gpu_patch *patch = seen_patch(seen, i);
-        if (is_apart(p, patch, &levels))
+        if (stp_levels_shape(patch, &levels) != 0)
             continue;
         if (patch->first[level] != end) {
             stp_status status = stp_grow(&p->spans, &p->span_capacity, p->span_count + 1,

@@ -14,7 +14,6 @@
 #include <stddef.h>
 
 typedef struct stp_project {
-    bool splats; /* else pixels */
     GLuint patch_program, sample_program, scatter_program, strip_program, triangle_program;
     stp_runs runs;
     stp_splat splat; /* instead of the programs for samples, where splats are drawn */

@@ -54,10 +54,10 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
 }
 
 // What a patch of this level is drawn as: segments, triangles, or, 0, points. All quarters of a strip or of triangles
-// choose the same level. As splats strips are drawn as their samples.
+// choose the same level.
 uint stp_shape_of(stp_patch p, int level)
 {
-#if STP_LINES && !STP_SPLAT
+#if STP_LINES
     if ((p.flags & STP_PATCH_STRIP) != 0u && p.count[max(level, 0)] >= 2u)
         return STP_PATCH_STRIP;
 #endif

@@ -113,6 +113,17 @@ float stp_depth_extent(float radius, float cosine, float ppu)
     return max(radius, STP_EXTENT_FLOOR * slope / ppu);
 }
 
+// A vertex that is drawn without the segments beside it; a splat has no kind.
+stp_disc stp_disc_alone(stp_disc disc)
+{
+#if STP_LINES && STP_SPLAT
+    bool line = disc.kind == uint(STP_KIND_TUBE) || disc.kind == uint(STP_KIND_RIBBON);
+    disc.has_normal = disc.has_normal && disc.kind != uint(STP_KIND_TUBE);
+    disc.kind = line ? 0u : disc.kind;
+#endif
+    return disc;
+}
+
 // What a name in nearest_sample stands for, seen at a window position.
 stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
 {
@@ -125,7 +136,7 @@ stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
     if ((name & STP_NAME_TRIANGLE) != 0u)
         return stp_triangle_disc(index, lattice, window);
 #endif
-    return stp_vertex_fetch(index, lattice);
+    return stp_disc_alone(stp_vertex_fetch(index, lattice));
 }
 
 // A disc, the sample id.x of a patch, id.y, as seen from a window position.
@@ -134,10 +145,8 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
     disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's is its width
     vec3 w = stp_ray_through(disc.position);
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
-    if (tube && (STP_SPLAT != 0 || !disc.has_normal)) { // a disc that faces the eye, and no more
-        disc.has_normal = false;
+    if (tube && !disc.has_normal) // a disc that faces the eye, and no more
         disc.kind = 0u;
-    }
     if (!disc.has_normal)
         disc.normal = -w;
     else if (!disc.oriented && dot(disc.normal, w) > 0.0)

@@ -1,4 +1,4 @@
-// Splatting, visibility pass: names the triangle of a pixel, by where its interval ends.
+// Splatting, visibility pass: names the segment or triangle of a pixel, by where its interval ends.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -13,9 +13,29 @@ flat in uint id;
 
 layout(location = 0) out uint nearest;
 
+// How much farther than its centre a segment's disc is seen here; false where it is not.
+bool stp_segment_seen(stp_disc disc, stp_pixel p, out float farther)
+{
+    vec3 s = stp_ellipse_place(p, stp_ray(gl_FragCoord.xy), -p.d);
+    bool covers = p.radius > 0.0 ? dot(s, s) <= 1.0 : dot(p.d, p.d) <= STP_ELLIPSE_FLOOR_LINE * STP_ELLIPSE_FLOOR_LINE;
+    float ppu = stp_pixels_per_unit(p.z_min);
+    farther = p.radius > 0.0 ? -s.z * max(p.radius, STP_ELLIPSE_FLOOR_LINE / ppu) : 0.0;
+#if STP_CLIP
+    vec3 from_eye = axis_right.xyz * disc.position.x + axis_up.xyz * disc.position.y + axis_back.xyz * disc.position.z;
+    covers = covers && all(greaterThanEqual(from_eye, clip_min.xyz)) && all(lessThanEqual(from_eye, clip_max.xyz));
+#endif
+    return covers && p.z_min + farther > viewport.w;
+}
+
 void main()
 {
-    uvec2 name = uvec2(id, texelFetch(patch_of_sample, int(id & STP_NAME_SAMPLE)).x);
+    uvec2 name = uvec2(id & STP_NAME_SAMPLE, texelFetch(patch_of_sample, int(id & STP_NAME_SAMPLE)).x);
+    vec4 lattice = stp_lattice_fetch(name.y, stp_chunk_fetch(stp_patch_slot(name.y)).offset);
+    stp_disc disc = stp_disc_of(id, lattice, gl_FragCoord.xy);
+    stp_pixel p = stp_disc_pixel(disc, name, gl_FragCoord.xy);
+    float farther = 0.0;
+    if ((id & STP_NAME_SEGMENT) != 0u && !stp_segment_seen(disc, p, farther))
+        discard;
     nearest = id;
-    gl_FragDepth = stp_depth_encode(stp_sample_pixel(name, gl_FragCoord.xy).z_max);
+    gl_FragDepth = stp_depth_encode(p.z_max + farther);
 }

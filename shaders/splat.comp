@@ -84,7 +84,7 @@ void main()
     if (!stp_place(texel, lattice.xyz, lattice.w, pixel, z))
         return;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
-    stp_pixel p = stp_disc_pixel(stp_disc_decode(texel, lattice.xyz, lattice.w), id, vec2(0.0));
+    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, lattice.xyz, lattice.w)), id, vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
     stp_splat s = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
     if (p.radius <= 0.0) // its own pixel

@@ -4,7 +4,7 @@ layout(binding = 8) uniform sampler2D front_end;
 layout(binding = 9) uniform sampler2D normal_sum;
 layout(binding = 10) uniform sampler2D colour_sum;
 
-// The front sample's pixel, with the means of its surface; of a triangle its own.
+// The front sample's pixel, with the means of its surface; of a segment or triangle its own.
 stp_pixel stp_splat_sum(ivec2 here)
 {
     stp_pixel p = stp_pixel_fine(here);
@@ -12,7 +12,7 @@ stp_pixel stp_splat_sum(ivec2 here)
     vec4 colour = texelFetch(colour_sum, here, 0) / max(normal.w, 1e-30);
     float norm = dot(normal.xyz, normal.xyz);
     float extent = p.z_max - p.z_min;
-    if (p.tag == 0 || normal.w <= 0.0 || stp_tag_polygon(p.tag))
+    if (p.tag == 0 || normal.w <= 0.0 || stp_tag_polygon(p.tag) || stp_tag_line(p.tag))
         return p;
     p.normal = norm > 0.0 ? normal.xyz * inversesqrt(norm) : p.normal;
     p.colour = colour.rgb;

@@ -97,13 +97,15 @@ static inline reference_disc gl_fixture_disc(const stp_chunk_entry *entry, const
     };
 }
 
-/* The samples of a level of a patch, drawn as what `shape` says. */
+/* The samples of a level of a patch, drawn as what `shape` says. splat: strips are wide. */
 static inline void gl_fixture_append_samples(const stp_view *view, const reference_disc *samples,
-                                             unsigned count, unsigned shape,
+                                             unsigned count, unsigned shape, bool splat,
                                              reference_disc_list *out)
 {
     for (unsigned i = 0; i < count; i++) {
-        if (shape == STP_PATCH_STRIP && i + 1 < count)
+        if (shape == STP_PATCH_STRIP && i + 1 < count && splat)
+            check_ok(reference_segment_wide(view, &samples[i], &samples[i + 1], out, err));
+        else if (shape == STP_PATCH_STRIP && i + 1 < count)
             check_ok(reference_segment(view, &samples[i], &samples[i + 1], out, err));
         else if (shape == STP_PATCH_TRIANGLES && i % 3 == 0)
             check_ok(reference_triangle(view, &samples[i], out, err));
@@ -112,8 +114,8 @@ static inline void gl_fixture_append_samples(const stp_view *view, const referen
     }
 }
 
-/* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: strips are
- * drawn as samples too. */
+/* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: as of
+ * gl_fixture_append_samples. */
 static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp_view *view,
                                      bool splat, reference_disc_list *discs)
 {
@@ -140,8 +142,7 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
                 drawn[count++] = gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view);
         }
         unsigned shape = stp_levels_shape(patch, &levels);
-        shape = splat && shape == STP_PATCH_STRIP ? 0 : shape;
-        gl_fixture_append_samples(view, drawn, count, shape, discs);
+        gl_fixture_append_samples(view, drawn, count, shape, splat, discs);
     }
     stp_chunk_destroy(&chunk);
 }

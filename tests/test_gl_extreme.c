@@ -171,7 +171,9 @@ static bool judge_of(const stp_view *view, const fixture_disc *disc, int mode, d
     stp_dvec3 w =
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     bool known = stp_dvec3_length(disc->normal) > 0.0;
-    double part = disc->kind == STP_KIND_SURFACE ? modes[mode].radius_part : 1.0;
+    bool line = disc->kind == STP_KIND_RIBBON || disc->kind == STP_KIND_TUBE;
+    bool point = disc->kind == STP_KIND_SURFACE || (line && mode == STP_RECONSTRUCT_SPLAT);
+    double part = point ? modes[mode].radius_part : 1.0;
     *out =
         (disc_judge){view, disc->position, disc->normal, part * disc->radius, modes[mode].floor_px};
     if (!known)

@@ -93,12 +93,6 @@ static int tag_with_source(int tag, int source)
     return 1 + ((tag - 1) & 15) + 16 * source;
 }
 
-static bool is_line(const reference_pixel *p)
-{
-    unsigned kind = (unsigned)(p->tag - 1) & 3;
-    return p->tag != 0 && (kind == STP_KIND_RIBBON || kind == STP_KIND_TUBE);
-}
-
 /* ---- projection ---- */
 
 /* How deep the interval of a pixel is. */
@@ -119,25 +113,28 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
                       reference_pixel *out)
 {
     const stp_view *view = &pyramid->view;
-    bool seen = sees_all(pyramid) && disc->kind == STP_KIND_SURFACE;
-    double radius = disc->radius * (seen ? SEEN_PART : 1.0);
+    unsigned kind = disc->kind;
+    bool tube = kind == STP_KIND_TUBE, faces = !disc->has_normal;
     double depth = -disc->position.z;
+    if (pyramid->filter == REFERENCE_SPLAT && !disc->wide) { /* vertices have no kind there */
+        faces |= tube;
+        kind = kind == STP_KIND_RIBBON || tube ? STP_KIND_SURFACE : kind;
+    }
+    double part = sees_all(pyramid) && kind == STP_KIND_SURFACE ? SEEN_PART : 1.0;
+    double radius = disc->radius * part;
+    tube = kind == STP_KIND_TUBE;
+    if (tube && faces)
+        kind = STP_KIND_SURFACE;
     if (!(depth > view->near_depth))
         return false;
     double scale = pixels_per_unit(view, depth);
     double u = stp_view_axis_x(view) + scale * disc->position.x;
     double v = stp_view_axis_y(view) + scale * disc->position.y;
-    if (!(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
+    if (!disc->wide && !(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
         return false;
     stp_dvec3 w =
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     stp_dvec3 n = disc->normal;
-    unsigned kind = disc->kind;
-    bool tube = kind == STP_KIND_TUBE, faces = !disc->has_normal;
-    if (tube && (faces || pyramid->filter == REFERENCE_SPLAT)) {
-        faces = true;
-        kind = STP_KIND_SURFACE;
-    }
     bool oriented = !faces && disc->oriented;
     if (oriented && stp_dvec3_dot(n, w) >= 0.0)
         return false;
@@ -183,7 +180,7 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 /* Least semi-axes. */
 static double floor_px(const reference_pyramid *pyramid, const reference_pixel *p)
 {
-    if (is_line(p) && pyramid->filter != REFERENCE_SPLAT)
+    if (reference_is_line(p))
         return 0.5;
     return sees_all(pyramid) ? 0.75 : 1.25;
 }
@@ -379,7 +376,8 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
         out.z_max = fmax(out.z_max, p->z_max);
         spread += (p->dx * p->dx + p->dy * p->dy) / m.count;
     }
-    double variance = is_line(&front) ? 0.0 : fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
+    double variance =
+        reference_is_line(&front) ? 0.0 : fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
     double ppu = pixels_per_unit(&pyramid->view, out.z_min);
     out.radius = sqrt(out.radius * out.radius + 2.0 * variance / (ppu * ppu));
     return out;
@@ -406,7 +404,7 @@ static double push_reach(const meeting *m)
         const reference_pixel *p = &m->pixels[k];
         least = fmin(least, m->q[k]);
         apart = fmax(apart, hypot(p->dx - m->pixels[0].dx, p->dy - m->pixels[0].dy));
-        if (is_line(p))
+        if (reference_is_line(p))
             return 1.0;
     }
     if (!(apart > SAME_PX))

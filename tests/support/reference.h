@@ -34,6 +34,8 @@ typedef struct reference_disc {
     unsigned kind;
     bool has_normal, oriented;
     reference_presence presence;
+    bool wide;    /* what one pixel sees of a segment, wherever in the picture its centre is */
+    int pixel[2]; /* that pixel */
 } reference_disc;
 
 /* Zero is empty. */
@@ -96,6 +98,10 @@ void reference_disc_list_clear(reference_disc_list *list);
  * pixel. Errors: OUT_OF_MEMORY. */
 stp_status reference_segment(const stp_view *view, const reference_disc *a, const reference_disc *b,
                              reference_disc_list *out, stp_error *err);
+/* With splats, of a segment as wide as it is: a disc for each pixel that it may cover. */
+stp_status reference_segment_wide(const stp_view *view, const reference_disc *a,
+                                  const reference_disc *b, reference_disc_list *out,
+                                  stp_error *err);
 stp_status reference_triangle(const stp_view *view, const reference_disc corners[3],
                               reference_disc_list *out, stp_error *err);
 

@@ -26,6 +26,13 @@ static inline bool reference_is_tube(const reference_pixel *p)
     return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_TUBE;
 }
 
+/* A ribbon or a tube. */
+static inline bool reference_is_line(const reference_pixel *p)
+{
+    unsigned kind = (unsigned)(p->tag - 1) & 3;
+    return p->tag != 0 && (kind == STP_KIND_RIBBON || kind == STP_KIND_TUBE);
+}
+
 static inline bool reference_is_polygon(const reference_pixel *p)
 {
     return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;

@@ -164,6 +164,48 @@ done:
     return status;
 }
 
+/* How far the image of a ball reaches at most from its centre's, pixels. */
+static double ball_reach(const stp_view *view, stp_dvec3 centre, double radius)
+{
+    double depth = -centre.z;
+    if (view->orthographic)
+        return radius * view->f;
+    return view->f * radius * stp_dvec3_length(centre) /
+           (depth * fmax(depth - radius, view->near_depth));
+}
+
+stp_status reference_segment_wide(const stp_view *view, const reference_disc *a,
+                                  const reference_disc *b, reference_disc_list *out, stp_error *err)
+{
+    image m;
+    stp_status status = STP_OK;
+    if (!look(&m, view, a, b))
+        return STP_OK;
+    double reach = 1.0, size[2] = {view->width, view->height}, low[2], high[2];
+    for (int k = 0; k < 2; k++) {
+        reference_disc disc = mean_disc(a, b, k == 0 ? m.begin : m.end);
+        reach = fmax(reach, 1.0 + ball_reach(view, disc.position, disc.radius));
+    }
+    for (int k = 0; k < 2; k++) {
+        low[k] = fmax(0.0, floor(fmin(m.from[k], m.from[k] + m.way[k]) - reach));
+        high[k] = fmin(size[k], fmax(m.from[k], m.from[k] + m.way[k]) + reach);
+    }
+    for (int y = (int)low[1]; y < high[1]; y++)
+        for (int x = (int)low[0]; x < high[0]; x++) {
+            reference_disc disc = nearest(&m, a, b, x, y);
+            double centre[2];
+            place(view, disc.position, centre);
+            if (hypot(centre[0] - x - 0.5, centre[1] - y - 0.5) > reach)
+                continue;
+            disc.wide = true;
+            disc.pixel[0] = x;
+            disc.pixel[1] = y;
+            STP_TRY(reference_append(out, &disc, err));
+        }
+done:
+    return status;
+}
+
 /* ---- triangles ---- */
 
 /* Where the ray through window coordinates meets a triangle's plane: the parts of the second and

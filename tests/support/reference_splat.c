@@ -20,6 +20,11 @@ typedef struct covering {
     double q, depth, end;
 } covering;
 
+static bool is_shape(const reference_pixel *p)
+{
+    return reference_is_polygon(p) || reference_is_line(p);
+}
+
 typedef void visit(sums *pixel, const covering *c, int i, int j);
 
 static void find_front(sums *pixel, const covering *c, int i, int j)
@@ -39,8 +44,8 @@ static void add(sums *pixel, const covering *c, int i, int j)
     (void)j;
     if (c->depth > pixel->end)
         return;
-    if (reference_is_polygon(c->sample)) { /* it is the front, or does not count */
-        pixel->total += reference_is_polygon(&pixel->front) ? 1.0 : 0.0;
+    if (is_shape(c->sample)) { /* it is the front, or does not count */
+        pixel->total += is_shape(&pixel->front) ? 1.0 : 0.0;
         return;
     }
     double w = exp(-2.0 * c->q);
@@ -67,6 +72,10 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
     int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
     int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
     bool own = !(p.radius > 0.0) || reference_is_polygon(&p); /* its own pixel alone */
+    if (disc->wide) {
+        x0 = x1 = disc->pixel[0];
+        y0 = y1 = disc->pixel[1];
+    }
     for (int j = y0; j <= y1; j++)
         for (int i = x0; i <= x1; i++) {
             covering c = {.sample = &p, .depth = p.z_min};
@@ -85,7 +94,7 @@ static reference_pixel finish(const sums *s)
     reference_pixel p = s->front;
     if (!(s->total > 0.0))
         return (reference_pixel){0};
-    if (reference_is_polygon(&p))
+    if (is_shape(&p))
         return p;
     double extent = p.z_max - p.z_min;
     if (stp_dvec3_length(s->normal) > 0.0)

@@ -1,0 +1,72 @@
+// Segments as wide as they are, for splats. Chooses as strip.geom does, and emits a rectangle of the image around each
+// segment, of which shape_front.frag keeps what its discs cover.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "choose.glsl"
+#include "shape.glsl"
+
+#define STP_WIDE_INVOCATIONS 4
+#define STP_WIDE_SHARE (STP_SHARE * STP_INVOCATIONS / STP_WIDE_INVOCATIONS)
+
+layout(points, invocations = STP_WIDE_INVOCATIONS) in;
+layout(triangle_strip, max_vertices = 4 * STP_WIDE_SHARE) out;
+
+flat in uint patch_index[];
+
+flat out uint id; // of the segment's first vertex, and what begins with it
+
+#if STP_CLIP
+out float gl_ClipDistance[6];
+#endif
+
+// How far the image of a ball reaches at most from that of its centre, pixels, and a pixel more.
+float stp_ball_reach(vec3 position, float radius)
+{
+    if (STP_ORTHOGRAPHIC != 0)
+        return radius * viewport.z + 1.0;
+    float depth = -position.z;
+    return viewport.z * radius * length(position) / (depth * max(depth - radius, viewport.w)) + 1.0;
+}
+
+void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
+{
+    if (max(-a.position.z, -b.position.z) <= viewport.w)
+        return;
+    float begin = stp_near_part(-a.position.z, -b.position.z, 0.0);
+    float end = 1.0 - stp_near_part(-b.position.z, -a.position.z, 0.0);
+    vec3 ends[2] = vec3[2](mix(a.position, b.position, begin), mix(a.position, b.position, end));
+    vec2 way = stp_window_of(ends[1]) - stp_window_of(ends[0]);
+    vec2 along = dot(way, way) > 0.0 ? normalize(way) : vec2(1.0, 0.0);
+    float reach = max(stp_ball_reach(ends[0], mix(a.radius, b.radius, begin)),
+                      stp_ball_reach(ends[1], mix(a.radius, b.radius, end)));
+    for (int k = 0; k < 4; k++) {
+        vec2 aside = vec2(-along.y, along.x) * ((k & 1) == 0 ? -reach : reach);
+        vec2 offset = aside + along * (k < 2 ? -reach : reach);
+        vec4 place = stp_clip_position(ends[k >> 1]);
+        gl_Position = vec4(place.xy + 2.0 * offset / viewport.xy * place.w, 0.5 * place.w, place.w); // between the planes
+#if STP_CLIP
+        for (int plane = 0; plane < 6; plane++)
+            gl_ClipDistance[plane] = 1.0; // what is left is asked for each pixel
+#endif
+        id = name;
+        EmitVertex();
+    }
+    EndPrimitive();
+}
+
+void main()
+{
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
+    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
+    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
+    if (stp_shape_of(p, levels.x) != STP_PATCH_STRIP)
+        return;
+    stp_selection s = stp_select(p, levels);
+    uint first = s.first.x + uint(gl_InvocationID * STP_WIDE_SHARE);
+    uint end = min(s.first.x + s.end.w - 1u, first + uint(STP_WIDE_SHARE));
+    vec4 lattice = vec4(p.origin, p.step);
+    for (uint i = first; i < end; i++)
+        if (!stp_class_hidden(texelFetch(object_texture, int(i)).z >> 24))
+            stp_rectangle_emit(stp_vertex_fetch(i, lattice), stp_vertex_fetch(i + 1u, lattice), i | STP_NAME_SEGMENT);
+}
