@@ -12,9 +12,9 @@ enum { SIZE = 256, PIXELS = SIZE * SIZE };
 #define FOVY_DEG 40.0
 #define EYE_Z 4.0
 
-static const stp_reconstruct modes[] = {STP_RECONSTRUCT_GAUSS, STP_RECONSTRUCT_BOX,
+static const stp_reconstruct modes[] = {STP_RECONSTRUCT_GAUSS,     STP_RECONSTRUCT_BOX,
                                         STP_RECONSTRUCT_TEMPLATE3, STP_RECONSTRUCT_TEMPLATE5,
-                                        STP_RECONSTRUCT_TEMPLATE7};
+                                        STP_RECONSTRUCT_TEMPLATE7, STP_RECONSTRUCT_SPLAT};
 enum { MODE_COUNT = sizeof modes / sizeof *modes };
 
 /* Of the pixels, how many may be holes: windows of three take in little more than pixels. */
@@ -318,12 +318,11 @@ static void tube_passes_the_eye(void **state)
 
 /* ---- cut off, hidden, by every road ---- */
 
-static void clip_cuts(void **state)
+static void judge_clip(stp_reconstruct mode)
 {
-    (void)state;
     scene s = {0};
     open_order(&s);
-    stp_draw_params params = {.reconstruct = STP_RECONSTRUCT_POINTS, .shade = STP_SHADE_LAMBERT};
+    stp_draw_params params = {.reconstruct = mode, .shade = STP_SHADE_LAMBERT};
     draw(&s, &params);
     size_t before = gl_fixture_covered(s.rgba, PIXELS), beyond = 0, missed = 0;
     params.clip = (stp_clip){true, {{-0.31, -2.0, -0.01}, {0.47, 2.0, 0.01}}};
@@ -342,12 +341,18 @@ static void clip_cuts(void **state)
     close_scene(&s);
 }
 
-static void classes_hide(void **state)
+static void clip_cuts(void **state)
 {
     (void)state;
+    judge_clip(STP_RECONSTRUCT_POINTS);
+    judge_clip(STP_RECONSTRUCT_SPLAT);
+}
+
+static void judge_classes(stp_reconstruct mode)
+{
     scene s = {0};
     open_order(&s);
-    stp_draw_params params = {.shade = STP_SHADE_LAMBERT};
+    stp_draw_params params = {.reconstruct = mode, .shade = STP_SHADE_LAMBERT};
     params.hidden_classes[0] = 1u << 9 | 1u << 4; /* the square, the ribbon in the middle */
     size_t green[2] = {0, 0}, blue = 0;
     draw(&s, &params);
@@ -362,8 +367,15 @@ static void classes_hide(void **state)
     close_scene(&s);
 }
 
+static void classes_hide(void **state)
+{
+    (void)state;
+    judge_classes(STP_RECONSTRUCT_GAUSS);
+    judge_classes(STP_RECONSTRUCT_SPLAT);
+}
+
 /* From around, by the other roads; every: sample, by all. */
-static void compare_roads(scene *s, bool every)
+static void compare_roads(scene *s, stp_reconstruct mode, bool every)
 {
     static const stp_lod roads[] = {STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
     uint8_t *wanted = calloc(PIXELS, 4);
@@ -371,7 +383,8 @@ static void compare_roads(scene *s, bool every)
     for (int v = 0; v < 6; v++) {
         s->view = views_get(4 * v, &s->f.model->ball, NULL, 0, SIZE, SIZE);
         for (int k = 0; k < 3; k++) {
-            stp_draw_params params = {.every_sample = every || roads[k] == STP_LOD_FULL,
+            stp_draw_params params = {.reconstruct = mode,
+                                      .every_sample = every || roads[k] == STP_LOD_FULL,
                                       .threshold_px = v % 3};
             draw(s, &params);
             memcpy(wanted, s->rgba, 4 * PIXELS);
@@ -389,7 +402,8 @@ static void roads_agree(void **state)
     (void)state;
     scene s = {0};
     open_order(&s);
-    compare_roads(&s, false);
+    compare_roads(&s, STP_RECONSTRUCT_GAUSS, false);
+    compare_roads(&s, STP_RECONSTRUCT_SPLAT, false);
     close_scene(&s);
 }
 
@@ -410,7 +424,7 @@ static void header_denies_them(void **state)
     scan_fixture_bytes("denied.stipple", bytes, size);
     s = (scene){0};
     open_file(&s, "denied.stipple");
-    compare_roads(&s, true);
+    compare_roads(&s, STP_RECONSTRUCT_GAUSS, true);
     free(bytes);
     close_scene(&s);
 }
