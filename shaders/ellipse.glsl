@@ -35,6 +35,18 @@ vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
     return (STP_ORTHOGRAPHIC != 0 && STP_TEMPLATE == 0) || s.z < eye ? s : vec3(STP_ELLIPSE_FAR, STP_ELLIPSE_FAR, 0.0);
 }
 
+// Projected radius, pixels.
+float stp_ellipse_radius_px(stp_pixel p)
+{
+    return max(p.radius * stp_pixels_per_unit(p.z_min), stp_ellipse_floor(p.tag));
+}
+
+// How much farther than its centre the disc is at a place of stp_ellipse_place.
+float stp_ellipse_farther(stp_pixel p, vec3 place)
+{
+    return p.radius > 0.0 ? -place.z * stp_ellipse_radius_px(p) / stp_pixels_per_unit(p.z_min) : 0.0;
+}
+
 // 1 at the rim.
 float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
 {

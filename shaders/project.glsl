@@ -40,6 +40,16 @@ bool stp_class_hidden(uint class_id)
 #endif
 }
 
+// Whether a place relative to the eye, world axes, is cut off.
+bool stp_clipped(vec3 from_eye)
+{
+#if STP_CLIP
+    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz));
+#else
+    return false;
+#endif
+}
+
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
 // away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
 // of a hidden class, or its known back turned to the eye. Runs for every sample, so it normalises nothing.
@@ -57,11 +67,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     bool away = dot(stp_normal_direction(texel.z), ray) >= 0.0;
     drawn = drawn && !(away && stp_sample_oriented(texel));
 #endif
-#if STP_CLIP
-    drawn = drawn && all(greaterThanEqual(from_eye, clip_min.xyz)) &&
-            all(lessThanEqual(from_eye, clip_max.xyz));
-#endif
-    drawn = drawn && !stp_class_hidden(texel.z >> 24);
+    drawn = drawn && !stp_clipped(from_eye) && !stp_class_hidden(texel.z >> 24);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
     return drawn;

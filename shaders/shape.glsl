@@ -37,17 +37,23 @@ float stp_near_part(float depth, float other, float beyond)
     return depth < viewport.w ? (viewport.w - depth) / max(other - depth, 1e-30) : beyond;
 }
 
+// Of the segment between two vertices what lies before the near plane: where it begins and ends, of 1.
+vec2 stp_segment_part(stp_disc a, stp_disc b)
+{
+    return vec2(stp_near_part(-a.position.z, -b.position.z, 0.0),
+                1.0 - stp_near_part(-b.position.z, -a.position.z, 0.0));
+}
+
 // The segment from a vertex to the next, nearest to a window position.
 stp_disc stp_segment_disc(uint index, vec4 lattice, vec2 window)
 {
     stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
-    float begin = stp_near_part(-a.position.z, -b.position.z, 0.0);
-    float end = 1.0 - stp_near_part(-b.position.z, -a.position.z, 0.0);
-    vec3 p = mix(a.position, b.position, begin), q = mix(a.position, b.position, end);
+    vec2 part = stp_segment_part(a, b);
+    vec3 p = mix(a.position, b.position, part.x), q = mix(a.position, b.position, part.y);
     vec2 from = stp_window_of(p), way = stp_window_of(q) - from;
     float s = clamp(dot(window - from, way) / max(dot(way, way), 1e-30), 0.0, 1.0);
     float t = STP_ORTHOGRAPHIC != 0 ? s : s * p.z / mix(q.z, p.z, s); // along it, not along its image
-    return stp_disc_mix(a, b, mix(begin, end, t));
+    return stp_disc_mix(a, b, mix(part.x, part.y, t));
 }
 
 // Of a triangle's second and third corner, their parts where a ray meets it; the ray may miss it by the rounding of

@@ -18,13 +18,9 @@ bool stp_segment_seen(stp_disc disc, stp_pixel p, out float farther)
 {
     vec3 s = stp_ellipse_place(p, stp_ray(gl_FragCoord.xy), -p.d);
     bool covers = p.radius > 0.0 ? dot(s, s) <= 1.0 : dot(p.d, p.d) <= STP_ELLIPSE_FLOOR_LINE * STP_ELLIPSE_FLOOR_LINE;
-    float ppu = stp_pixels_per_unit(p.z_min);
-    farther = p.radius > 0.0 ? -s.z * max(p.radius, STP_ELLIPSE_FLOOR_LINE / ppu) : 0.0;
-#if STP_CLIP
+    farther = stp_ellipse_farther(p, s);
     vec3 from_eye = axis_right.xyz * disc.position.x + axis_up.xyz * disc.position.y + axis_back.xyz * disc.position.z;
-    covers = covers && all(greaterThanEqual(from_eye, clip_min.xyz)) && all(lessThanEqual(from_eye, clip_max.xyz));
-#endif
-    return covers && p.z_min + farther > viewport.w;
+    return covers && !stp_clipped(from_eye) && p.z_min + farther > viewport.w;
 }
 
 void main()

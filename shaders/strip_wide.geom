@@ -33,13 +33,12 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
 {
     if (max(-a.position.z, -b.position.z) <= viewport.w)
         return;
-    float begin = stp_near_part(-a.position.z, -b.position.z, 0.0);
-    float end = 1.0 - stp_near_part(-b.position.z, -a.position.z, 0.0);
-    vec3 ends[2] = vec3[2](mix(a.position, b.position, begin), mix(a.position, b.position, end));
+    vec2 part = stp_segment_part(a, b);
+    vec3 ends[2] = vec3[2](mix(a.position, b.position, part.x), mix(a.position, b.position, part.y));
     vec2 way = stp_window_of(ends[1]) - stp_window_of(ends[0]);
     vec2 along = dot(way, way) > 0.0 ? normalize(way) : vec2(1.0, 0.0);
-    float reach = max(stp_ball_reach(ends[0], mix(a.radius, b.radius, begin)),
-                      stp_ball_reach(ends[1], mix(a.radius, b.radius, end)));
+    float reach = max(stp_ball_reach(ends[0], mix(a.radius, b.radius, part.x)),
+                      stp_ball_reach(ends[1], mix(a.radius, b.radius, part.y)));
     for (int k = 0; k < 4; k++) {
         vec2 aside = vec2(-along.y, along.x) * ((k & 1) == 0 ? -reach : reach);
         vec2 offset = aside + along * (k < 2 ? -reach : reach);

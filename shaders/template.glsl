@@ -4,16 +4,10 @@
 
 #if STP_TEMPLATE
 
-// Projected radius, pixels.
-float stp_template_radius_px(stp_pixel p)
-{
-    return max(p.radius * stp_pixels_per_unit(p.z_min), stp_ellipse_floor(p.tag));
-}
-
 // Whether a pixel's ellipse is too wide for the windows of this level, so that it goes on to the next.
 bool stp_template_carries(stp_pixel p, int level)
 {
-    return 2.0 * stp_template_radius_px(p) > float((STP_TEMPLATE - 1) << level);
+    return 2.0 * stp_ellipse_radius_px(p) > float((STP_TEMPLATE - 1) << level);
 }
 
 // The pulled pixel `at` of a level.
@@ -49,7 +43,7 @@ struct stp_template_hit {
 #define STP_TEMPLATE_GAP_4 6.0
 
 struct stp_template_gap {
-    uint sides;    // bit set of quadrants, those up to STP_TEMPLATE_GAP_3 from bit 4 on too
+    uvec2 sides;   // bit sets of quadrants, of those up to STP_TEMPLATE_GAP_3, _4
     float q;       // the least
     ivec3 nearest; // pixel and level
 };
@@ -61,7 +55,7 @@ void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 a
         return;
     vec2 d = hit.pixel.d;
     uint side = 1u << (uint(d.x > 0.0) + 2u * uint(d.y > 0.0));
-    gap.sides |= hit.q <= STP_TEMPLATE_GAP_3 ? side * 17u : side;
+    gap.sides |= uvec2(hit.q <= STP_TEMPLATE_GAP_3 ? side : 0u, side);
     if (hit.q < gap.q) {
         gap.q = hit.q;
         gap.nearest = ivec3(at, level);
@@ -77,7 +71,7 @@ stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level,
     float q = c.radius > 0.0 ? dot(s, s) : own ? 0.0 : STP_ELLIPSE_OUTSIDE;
     q = own ? min(q, 1.0) : q;
     float extent = c.z_max - c.z_min;
-    c.z_min -= c.radius > 0.0 ? s.z * stp_template_radius_px(c) / stp_pixels_per_unit(c.z_min) : 0.0;
+    c.z_min += stp_ellipse_farther(c, s);
     c.z_max = c.z_min + extent;
     return stp_template_hit(c, q);
 }
@@ -93,7 +87,7 @@ ivec2 stp_template_at(ivec2 here, int level, int bit)
 
 bool stp_template_closes(stp_template_gap gap)
 {
-    return bitCount(gap.sides >> 4) >= 3 || bitCount(gap.sides & 15u) == 4;
+    return bitCount(gap.sides.x) >= 3 || bitCount(gap.sides.y) == 4;
 }
 
 // What a gap is closed with.
@@ -113,7 +107,7 @@ stp_pixel stp_template(ivec2 here)
     vec3 ray = stp_ray(stp_pixel_centre(here, 0));
     stp_pixel front = stp_pixel_invalid();
     float end = STP_ELLIPSE_OUTSIDE; // of the interval that ends first: those that begin before it all meet
-    stp_template_gap gap = stp_template_gap(0u, STP_ELLIPSE_OUTSIDE, ivec3(0));
+    stp_template_gap gap = stp_template_gap(uvec2(0u), STP_ELLIPSE_OUTSIDE, ivec3(0));
     uint covers[STP_TEMPLATE_LEVELS * STP_TEMPLATE_WORDS];
     for (int level = 0; level <= pyramid_level; level++) {
         ivec2 size = (ivec2(viewport.xy) + (1 << level) - 1) >> level;

@@ -1,9 +1,7 @@
 /* Smooth edges: the pass against the CPU reference; outlines at least 3 dB nearer to a picture of
  * four times as many pixels each way; depths and picks as without; nothing left of the frame
  * before. */
-#include "tests/gl_fixture.h"
-#include "tests/model_fixture.h"
-#include "tests/scan_fixture.h"
+#include "tests/gl_model.h"
 #include "tests/support/triangles.h"
 #include "tests/support/views.h"
 #include "tools/draw_fine.h"
@@ -12,20 +10,7 @@ enum { WIDTH = 301, HEIGHT = 240, PIXELS = WIDTH * HEIGHT };
 
 static int open_model(void **state)
 {
-    static gl_fixture f;
-    if (scan_fixture_enter(state) != 0)
-        return 1;
-    model_fixture_build("edges.stipple",
-                        &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
-    gl_fixture_open(&f, "edges.stipple", NULL);
-    *state = &f;
-    return 0;
-}
-
-static int close_model(void **state)
-{
-    gl_fixture_close(*state);
-    return scan_fixture_leave(state);
+    return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
 }
 
 /* A surface without detail smaller than a pixel. */
@@ -223,7 +208,7 @@ int main(void)
         cmocka_unit_test(finer_pictures),       cmocka_unit_test(picks_stay),
         cmocka_unit_test(nothing_stays),
     };
-    int failed = cmocka_run_group_tests(tests, open_model, close_model);
+    int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);
     return failed;
 }

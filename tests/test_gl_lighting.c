@@ -1,29 +1,14 @@
 /* What is laid over a picture: eye-dome lighting against the formula of shaders/README.md, the
  * colours of confidence against the pixels they speak of, overlays between the two pictures that
  * they mix. */
-#include "tests/gl_fixture.h"
-#include "tests/model_fixture.h"
-#include "tests/scan_fixture.h"
+#include "tests/gl_model.h"
 #include "tests/support/views.h"
 
 enum { WIDTH = 241, HEIGHT = 180, PIXELS = WIDTH * HEIGHT };
 
 static int open_model(void **state)
 {
-    static gl_fixture f;
-    if (scan_fixture_enter(state) != 0)
-        return 1;
-    model_fixture_build("lighting.stipple",
-                        &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
-    gl_fixture_open(&f, "lighting.stipple", NULL);
-    *state = &f;
-    return 0;
-}
-
-static int close_model(void **state)
-{
-    gl_fixture_close(*state);
-    return scan_fixture_leave(state);
+    return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
 }
 
 static stp_view view_of(const gl_fixture *f, bool orthographic)
@@ -142,7 +127,7 @@ int main(void)
         cmocka_unit_test(confidence),
         cmocka_unit_test(overlays),
     };
-    int failed = cmocka_run_group_tests(tests, open_model, close_model);
+    int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);
     return failed;
 }

@@ -60,9 +60,14 @@ typedef struct state {
     uint64_t drawn[MODE_COUNT]; /* samples, of all views */
 } state;
 
-static bool is_asked(const state *s, int mode)
+static int first_mode(const options *o)
 {
-    return s->options.only < 0 || s->options.only == mode;
+    return o->only < 0 ? 0 : o->only;
+}
+
+static int mode_end(const options *o)
+{
+    return o->only < 0 ? MODE_COUNT : o->only + 1;
 }
 
 static stp_draw_params params_of(const state *s, int mode)
@@ -96,11 +101,9 @@ static stp_status judge_view(state *s, const stp_view *view, stp_error *err)
     STP_TRY(stp_alloc(&rgba, count, 4, "a picture", err));
     STP_TRY(stp_alloc(&normals, count, 3 * sizeof *normals, "normals", err));
     STP_TRY(quality_truth_draw(&truth, s->mesh, view, err));
-    for (int mode = 0; mode < MODE_COUNT; mode++) {
+    for (int mode = first_mode(&s->options); mode < mode_end(&s->options); mode++) {
         stp_draw_params params = params_of(s, mode);
         stp_draw_stats stats;
-        if (!is_asked(s, mode))
-            continue;
         params.keep_pixels = true;
         STP_TRY(draw(s, view, &params, rgba, &stats, err));
         if (draw_aa_times(s->options.aa) > 1)
@@ -123,11 +126,9 @@ static stp_status time_view(state *s, const stp_view *view, uint64_t number, stp
     uint8_t *rgba = NULL;
     STP_TRY(stp_alloc(&rgba, (size_t)view->width * (size_t)view->height, 4, "a picture", err));
     for (uint64_t round = 0; round < s->options.repeat; round++)
-        for (int mode = 0; mode < MODE_COUNT; mode++) {
+        for (int mode = first_mode(&s->options); mode < mode_end(&s->options); mode++) {
             stp_draw_params params = params_of(s, mode);
             stp_draw_stats stats;
-            if (!is_asked(s, mode))
-                continue;
             STP_TRY(draw(s, view, &params, rgba, &stats, err)); /* compiles */
             STP_TRY(draw(s, view, &params, rgba, &stats, err));
             s->ms[mode][number * s->options.repeat + round] = stats.frame_ms;
@@ -141,11 +142,9 @@ static void print_table(const state *s)
 {
     printf("%-10s %8s %8s %8s %8s %8s %9s %8s %8s %8s %8s\n", "mode", "samples", "psnr", "ssim",
            "inside", "outline", "coverage", "holes", "spill", "normals", "ms");
-    for (int mode = 0; mode < MODE_COUNT; mode++) {
+    for (int mode = first_mode(&s->options); mode < mode_end(&s->options); mode++) {
         const quality_sums *q = &s->sums[mode];
         double pixels = (double)q->true_covered;
-        if (!is_asked(s, mode))
-            continue;
         printf("%-10s %8.2f %8.2f %8.4f %8.2f %8.2f %9.4f %8.5f %8.5f %8.2f %8.1f\n",
                mode_names[mode], (double)s->drawn[mode] / pixels,
                quality_psnr_db(q->error, 3 * q->either), q->ssim / (double)q->views,

@@ -113,16 +113,12 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
                       reference_pixel *out)
 {
     const stp_view *view = &pyramid->view;
-    unsigned kind = disc->kind;
-    bool tube = kind == STP_KIND_TUBE, faces = !disc->has_normal;
+    bool alone = pyramid->filter == REFERENCE_SPLAT && !disc->wide; /* a vertex: of no kind */
+    bool faces = !disc->has_normal || (alone && disc->kind == STP_KIND_TUBE);
+    unsigned kind = alone && disc->kind != STP_KIND_POLYGON ? STP_KIND_SURFACE : disc->kind;
+    bool tube = kind == STP_KIND_TUBE, point = kind == STP_KIND_SURFACE;
+    double radius = disc->radius * (sees_all(pyramid) && point ? SEEN_PART : 1.0);
     double depth = -disc->position.z;
-    if (pyramid->filter == REFERENCE_SPLAT && !disc->wide) { /* vertices have no kind there */
-        faces |= tube;
-        kind = kind == STP_KIND_RIBBON || tube ? STP_KIND_SURFACE : kind;
-    }
-    double part = sees_all(pyramid) && kind == STP_KIND_SURFACE ? SEEN_PART : 1.0;
-    double radius = disc->radius * part;
-    tube = kind == STP_KIND_TUBE;
     if (tube && faces)
         kind = STP_KIND_SURFACE;
     if (!(depth > view->near_depth))
