@@ -68,6 +68,15 @@ uint stp_shape_of(stp_patch p, int level)
     return 0u;
 }
 
+// A patch and the levels chosen of it; whether it is drawn as this shape then.
+bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
+{
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(index));
+    p = stp_patch_fetch(index, chunk.offset);
+    levels = stp_choose_levels(index, p, chunk);
+    return stp_shape_of(p, levels.x) == shape;
+}
+
 // The samples of a patch at the levels chosen: quarter q has those from first[q] on in the Object
 // Texture, and with the quarters before it end[q] in all.
 struct stp_selection {

@@ -13,10 +13,9 @@ flat out uint id; // of the sample
 
 void main()
 {
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
-    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
-    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
-    if (stp_shape_of(p, levels.x) != 0u) // strip.geom and triangle.geom have it
+    stp_patch p;
+    ivec4 levels;
+    if (!stp_choose_shape(patch_index[0], 0u, p, levels)) // strip.geom and triangle.geom have it
         return;
     stp_selection s = stp_select(p, levels);
     uvec4 first = s.first - uvec4(0u, s.end.xyz);

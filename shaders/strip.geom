@@ -13,10 +13,9 @@ flat in uint patch_index[];
 
 void main()
 {
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
-    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
-    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
-    if (stp_shape_of(p, levels.x) != STP_PATCH_STRIP)
+    stp_patch p;
+    ivec4 levels;
+    if (!stp_choose_shape(patch_index[0], STP_PATCH_STRIP, p, levels))
         return;
     stp_selection s = stp_select(p, levels);
     uint first = s.first.x + uint(gl_InvocationID) * uint(STP_SHARE);

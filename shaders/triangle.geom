@@ -16,10 +16,9 @@ flat in uint patch_index[];
 
 void main()
 {
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index[0]));
-    stp_patch p = stp_patch_fetch(patch_index[0], chunk.offset);
-    ivec4 levels = stp_choose_levels(patch_index[0], p, chunk);
-    if (stp_shape_of(p, levels.x) != STP_PATCH_TRIANGLES)
+    stp_patch p;
+    ivec4 levels;
+    if (!stp_choose_shape(patch_index[0], STP_PATCH_TRIANGLES, p, levels))
         return;
     uint begin = uint(gl_InvocationID * STP_TRIANGLE_SHARE);
     uint end = min(p.count[0] / 3u, begin + uint(STP_TRIANGLE_SHARE));

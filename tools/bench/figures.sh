@@ -1,4 +1,5 @@
-# What benchmarks in bash share; they source it. shellcheck shell=bash
+# shellcheck shell=bash disable=SC2154
+# What benchmarks in bash share: they source it, and have a folder $work.
 
 # A figure of the last drawing's statistics, $work/stats.json: the first of that name, so that `median` is a frame's.
 figure_of() { grep -oE "\"$1\":[^,]*" "$work/stats.json" | grep -oE '[0-9.e+-]+$'; }
