@@ -255,7 +255,6 @@ static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
                         .placement = *at,
                         .patches = load->patches,
                         .briefs = load->briefs};
-    memcpy(r->radius, load->radius, sizeof r->radius);
     c->slot_of[r->chunk] = p->slot;
     load->patches = NULL;
     load->briefs = NULL;

@@ -24,7 +24,6 @@ typedef struct stp_resident {
     stp_placement placement;
     stp_gpu_patch *patches;        /* the GPU's, for choosing on the CPU */
     stp_patch_brief *briefs;       /* the patches': what looking at them reads */
-    float radius[STP_LEVEL_COUNT]; /* greatest of each level */
 } stp_resident;
 
 typedef struct stp_chunk_cache stp_chunk_cache;

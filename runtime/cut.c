@@ -180,7 +180,6 @@ static stp_status visit_chunk(stp_cut *cut, const stp_cut_params *params, stp_cu
     if (!stp_rule_visible(params->frame, &bound, eye))
         return STP_OK;
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    draw.scale = sight.scale;
     draw.finest = finest_needed(params->frame, &sight, e);
     if (!visit.missing && e->parent != STP_CHUNK_NONE) {
         int available = params->source.available(params->source.context, draw.chunk);

@@ -17,7 +17,6 @@
 typedef struct stp_draw {
     uint32_t chunk;
     int finest;               /* no level finer than this is drawn */
-    float scale;              /* pixels per world unit at most, -1: nothing bounds it */
     uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight */
     uint64_t linked_children; /* of these: draws only what patches here leave to it */
     bool has_whole;           /* another of these draws all of what it has in sight */

@@ -100,26 +100,6 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
             (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
 }
 
-double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count)
-{
-    double greatest = 0.0, cap = r->frame.quality[0] > 0.0f ? (double)r->frame.quality[1] : 0.0;
-    for (size_t i = 0; i < count; i++) {
-        const stp_resident *resident =
-            stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draws[i].chunk));
-        if (stp_draw_passes(&draws[i], &r->scene.entries[draws[i].chunk])) {
-            greatest = fmax(greatest, cap); /* what is larger is left to the children */
-            continue;
-        }
-        if (draws[i].scale < 0.0f)
-            return INFINITY;
-        double scale = (double)draws[i].scale;
-        double own = (double)resident->radius[draws[i].finest] * scale;
-        double coarse = (double)resident->radius[STP_LEVEL_COUNT - 1] * scale;
-        greatest = fmax(greatest, fmax(own, fmin(coarse, cap)));
-    }
-    return greatest;
-}
-
 /* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl, for templates. */
 #define ELLIPSE_FLOOR_PX 1.0
 
@@ -332,16 +312,16 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
         }
         if (load.there == 0 && r->cut.draw_count > begin)
             return refuse_chunk(r, r->cut.draws[begin].chunk, err);
-        radius_px = fmax(radius_px, stp_frame_radius_px(r, r->cut.draws + begin, load.there));
         d->part = stp_frame_part(r, fronts_done, begin, load.there);
         STP_TRY(stp_frame_pass(r, d, r->cut.draws + begin, load.there, err));
+        radius_px = fmax(radius_px, (double)r->sight.radius_px);
         begin += load.there;
         if (d->part == STP_SPLAT_FRONTS && begin == r->cut.draw_count) {
             fronts_done = true;
             begin = 0;
         }
     } while (begin < r->cut.draw_count || load.damaged);
-    stp_frame_finish(r, d, radius_px);
+    STP_TRY(stp_frame_finish(r, d, radius_px, err));
 done:
     return status;
 }
@@ -396,7 +376,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     STP_TRY(want_missing(r, d, ahead, err));
     d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
-    stp_frame_finish(r, d, stp_frame_radius_px(r, r->cut.draws, r->cut.draw_count));
+    STP_TRY(stp_frame_finish(r, d, (double)r->sight.radius_px, err));
     if (r->reconstruct.fade != 0)
         STP_TRY(stp_fade_apply(&r->fade, r->reconstruct.fade, &r->pyramid, &r->tiles, &r->frame,
                                r->eye, d->params->fade, !r->still || came, err));
@@ -405,16 +385,26 @@ done:
     return status;
 }
 
-void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
+stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, stp_error *err)
 {
+    stp_status status = STP_OK;
     int levels = levels_for(r, d, radius_px);
+    const stp_blocks *blocks = NULL;
     double begun = stp_clock_seconds();
     stp_tiles_set_levels(&r->tiles, levels);
-    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles);
+    r->pyramid.in_place =
+        d->params->lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(&r->reconstruct, levels);
+    if (r->pyramid.in_place) {
+        STP_TRY(
+            stp_reconstruct_prepare_columns(&r->reconstruct, r->shader_folder, &r->variant, err));
+        STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels, err));
+        blocks = &r->blocks;
+    }
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks);
     if (d->params->timed)
         glFinish();
     double pulled = stp_clock_seconds();
-    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles);
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks);
     bool finishes = stp_reconstruct_finishes(&r->reconstruct, levels);
     if (d->params->keep_pixels && finishes)
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, levels, &r->tiles);
@@ -430,6 +420,8 @@ void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px)
     d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
     d->stats.cut_complete = r->cut.miss_count == 0;
     d->stats.every_sample = d->stats.cut_complete && r->frame.quality[0] <= 0.0f;
+done:
+    return status;
 }
 
 void stp_frame_upload(const stp_renderer *r)

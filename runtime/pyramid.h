@@ -10,6 +10,7 @@
 #include "base/error.h"
 
 #include <epoxy/gl.h>
+#include <stdbool.h>
 
 #define STP_PYRAMID_LEVELS_LIMIT 16
 enum { STP_PICTURE_WITH_DEPTH, STP_PICTURE_WITH_MARK, STP_PICTURE_ALONE, STP_PICTURE_FRAMES };
@@ -37,6 +38,7 @@ typedef struct stp_pyramid {
     GLuint picture, picture_depth, picture_mark;
     GLuint picture_frames[STP_PICTURE_FRAMES];
     GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* where edge.frag reads: edges as they come */
+    bool in_place; /* levels above 0 are finished in what they were pulled to: `finished` is idle */
 } stp_pyramid;
 
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */

@@ -33,8 +33,28 @@ done:
     return status;
 }
 
+stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *p, const char *folder,
+                                           const stp_variant *variant, stp_error *err)
+{
+    static const char *const files[2] = {"push.comp", "finish.comp"};
+    GLuint *const programs[2] = {&p->push_columns, &p->finish_columns};
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_status status = STP_OK;
+    stp_variant_defines(variant, defines);
+    for (int i = 0; i < 2; i++)
+        if (*programs[i] == 0)
+            STP_TRY(stp_program_create(
+                programs[i],
+                &(stp_program_params){.compute = files[i], .defines = defines, .folder = folder},
+                err));
+done:
+    return status;
+}
+
 void stp_reconstruct_destroy(stp_reconstruct_programs *p)
 {
+    glDeleteProgram(p->push_columns);
+    glDeleteProgram(p->finish_columns);
     glDeleteProgram(p->resolve);
     glDeleteProgram(p->pull);
     glDeleteProgram(p->push);
@@ -67,15 +87,25 @@ bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int leve
     return levels > 0 || programs->template_px != 0 || programs->splat;
 }
 
+bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels)
+{
+    return levels > 0 && programs->template_px == 0 && !programs->splat;
+}
+
+/* What level l is once it is finished, levels being the coarsest. */
+static const GLuint *finished(const stp_pyramid *pyramid, int l, int levels)
+{
+    const stp_pyramid_level *level = &pyramid->levels[l];
+    return l == levels || pyramid->in_place ? level->pulled : level->finished;
+}
+
 /* What pushing to level l reads. */
 static void bind_push(const stp_pyramid *pyramid, int l, int levels)
 {
-    const stp_pyramid_level *coarse = &pyramid->levels[l + 1];
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
-    set_read(coarse);
+    set_read(&pyramid->levels[l + 1]);
     glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
-    glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
-                   l + 1 == levels ? coarse->pulled : coarse->finished);
+    glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, l + 1, levels));
 }
 
 /* What finishing level 0 reads. */
@@ -97,8 +127,44 @@ static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyra
     glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, pyramid->pulled_above);
 }
 
+/* Lets what comes see what compute shaders wrote. */
+static void end_columns(void)
+{
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                    GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+}
+
+static void push_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                         int levels, const stp_blocks *blocks)
+{
+    glUseProgram(programs->push_columns);
+    for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
+        const stp_pyramid_level *level = &pyramid->levels[l];
+        bind_push(pyramid, l, levels);
+        for (GLuint i = 0; i < STP_TARGET_COUNT; i++)
+            glBindImageTexture(i, level->pulled[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
+        stp_blocks_run(blocks, level, l);
+        end_columns();
+    }
+}
+
+/* The last push and the shading, by a compute shader. Writes every pixel of the tiles. */
+static void finish_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                           int levels, const stp_blocks *blocks)
+{
+    const GLuint images[3] = {programs->edge != 0 ? pyramid->rough : pyramid->picture,
+                              pyramid->picture_depth, pyramid->picture_mark};
+    static const GLenum formats[3] = {GL_RGBA8, GL_R32F, GL_R8UI};
+    glUseProgram(programs->finish_columns);
+    bind_push(pyramid, 0, levels);
+    for (GLuint i = 0; i < 3; i++)
+        glBindImageTexture(i, images[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, formats[i]);
+    stp_blocks_run(blocks, &pyramid->levels[0], 0);
+    end_columns();
+}
+
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles)
+                               int levels, const stp_tiles *tiles, const stp_blocks *blocks)
 {
     glUseProgram(programs->pull);
     for (int l = 1; l <= levels; l++) {
@@ -110,6 +176,10 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
     }
     if (programs->template_px != 0)
         return;
+    if (blocks != NULL) {
+        push_columns(programs, pyramid, levels, blocks);
+        return;
+    }
     glUseProgram(programs->push);
     for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
@@ -147,20 +217,19 @@ static void smooth_edges(const stp_reconstruct_programs *programs, const stp_pyr
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, pushed);
     if (pushed) {
         set_read(&pyramid->levels[1]);
-        glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT,
-                       levels > 1 ? pyramid->levels[1].finished : pyramid->levels[1].pulled);
+        glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, 1, levels));
     }
     glBindTextures(STP_UNIT_EDGE, 2, pictures);
     stp_tiles_draw(tiles, 0);
 }
 
-void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles)
+/* The picture by rasterised passes: finished and shaded, or shaded as it is. */
+static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                         int levels, const stp_tiles *tiles, const GLuint *frames)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     static const GLuint no_mark[4] = {0, 0, 0, 0};
     bool marks = programs->fade != 0;
-    const GLuint *frames = programs->edge != 0 ? pyramid->rough_frames : pyramid->picture_frames;
     glBindFramebuffer(GL_FRAMEBUFFER,
                       frames[marks ? STP_PICTURE_WITH_MARK : STP_PICTURE_WITH_DEPTH]);
     glScissor(0, 0, pyramid->width, pyramid->height);
@@ -175,6 +244,16 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
     else
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[0].pulled);
     stp_tiles_draw(tiles, 0);
+}
+
+void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                            int levels, const stp_tiles *tiles, const stp_blocks *blocks)
+{
+    const GLuint *frames = programs->edge != 0 ? pyramid->rough_frames : pyramid->picture_frames;
+    if (blocks != NULL)
+        finish_columns(programs, pyramid, levels, blocks);
+    else
+        draw_picture(programs, pyramid, levels, tiles, frames);
     if (programs->edl != 0)
         darken(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
     if (programs->edge != 0)

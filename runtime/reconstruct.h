@@ -3,6 +3,7 @@
 #ifndef STP_RUNTIME_RECONSTRUCT_H
 #define STP_RUNTIME_RECONSTRUCT_H
 
+#include "runtime/blocks.h"
 #include "runtime/pyramid.h"
 #include "runtime/shader.h"
 #include "runtime/tiles.h"
@@ -12,6 +13,7 @@
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
     GLuint edl, fade, edge; /* 0: not asked for; where fade is, pictures are marked for it */
+    GLuint push_columns, finish_columns; /* push and finish by compute shaders, once prepared */
     int template_px; /* of the variant; with it, and with splats, level 0 is always finished */
     bool splat;
 } stp_reconstruct_programs;
@@ -19,6 +21,11 @@ typedef struct stp_reconstruct_programs {
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err);
+/* Compiles the programs that push by compute shaders, where they are not there yet. Errors: GL. */
+stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *programs, const char *folder,
+                                           const stp_variant *variant, stp_error *err);
+/* Whether a variant's pixels are pushed at all, so that compute shaders can do it. */
+bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* Nearest samples to level 0 as pulled. The first pass of a frame empties what it does not cover;
@@ -28,13 +35,14 @@ void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp
 /* Whether level 0 has pixels beside the pulled ones. */
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished; with templates none of these.
- */
+ * blocks: NULL, or those of levels 0..levels - 1 where the pyramid is finished in place: compute
+ * shaders push then. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles);
+                               int levels, const stp_tiles *tiles, const stp_blocks *blocks);
 /* Finishes level 0, where it is to be, shades it, and adds eye-dome lighting where the variant has
  * it: the pyramid's picture. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles);
+                            int levels, const stp_tiles *tiles, const stp_blocks *blocks);
 /* Level 0 as finished, for who wants its pixels: a picture does without. Only where it is finished
  * at all. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,

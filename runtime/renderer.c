@@ -196,6 +196,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     glDeleteProgram(r->composite);
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
+    stp_blocks_destroy(&r->blocks);
     stp_sight_destroy(&r->sight);
     stp_fade_destroy(&r->fade);
     stp_chunk_cache_destroy(&r->cache);

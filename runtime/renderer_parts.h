@@ -2,6 +2,7 @@
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H
 
+#include "runtime/blocks.h"
 #include "runtime/chunk_cache.h"
 #include "runtime/cut.h"
 #include "runtime/fade.h"
@@ -42,6 +43,7 @@ struct stp_renderer {
     stp_reconstruct_programs reconstruct;
     stp_pyramid pyramid;
     stp_tiles tiles;
+    stp_blocks blocks;
     stp_sight sight;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
@@ -102,10 +104,8 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
 stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t begin, size_t count);
 /* What the sight is looked at with. */
 stp_sight_params stp_frame_sight(const stp_renderer *r);
-/* Greatest projected radius of any sample that may be drawn, pixels. */
-double stp_frame_radius_px(const stp_renderer *r, const stp_draw *draws, size_t count);
-/* Pulls, pushes and shades what the passes left: the picture. */
-void stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px);
+/* Pulls, pushes and shades what the passes left: the picture. Errors: OUT_OF_MEMORY. */
+stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, stp_error *err);
 /* The wants of draws, in r->wants. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
                                 stp_error *err);

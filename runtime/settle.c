@@ -78,17 +78,19 @@ static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
                         .waits = d->waits,
                         .counts = d->counts,
                         .part = stp_frame_part(r, s->fronts_done, s->begin, s->load.there)};
-    s->radius_px = fmax(s->radius_px, stp_frame_radius_px(r, draws, s->load.there));
     stp_status status = stp_frame_pass(r, &pass, draws, s->load.there, err);
     if (status != STP_OK)
         return status;
+    s->radius_px = fmax(s->radius_px, (double)r->sight.radius_px);
     s->begin += s->load.there;
     s->loading = false;
     if (s->begin == r->cut.draw_count && pass.part == STP_SPLAT_FRONTS) {
         s->fronts_done = true;
         s->begin = 0;
     } else if (s->begin == r->cut.draw_count) {
-        stp_frame_finish(r, &pass, s->radius_px);
+        status = stp_frame_finish(r, &pass, s->radius_px, err);
+        if (status != STP_OK)
+            return status;
         s->phase = STP_SETTLE_DONE;
         d->stats = pass.stats;
     }

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +12,7 @@ typedef struct look {
     const stp_sight_params *params;
     const stp_draw *draws;
     size_t *found[STP_SIGHT_COUNT]; /* of each draw */
+    float *radius_px;               /* of each draw: the greatest */
 } look;
 
 /* Marks the tiles that a ball in eye space may cover. */
@@ -90,11 +92,19 @@ static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_pa
     return true;
 }
 
-static bool vertex_does(const stp_gpu_frame *frame, const stp_rule_bound *bound,
-                        const stp_patch_brief *brief)
+/* Greatest projected radius of the samples that a patch for which its vertex does not do may be
+ * drawn with: of the finest level, or of a coarser one, which the rule caps. */
+static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                             const stp_gpu_patch *patch, unsigned finest)
 {
-    stp_rule_sight sight = stp_rule_look(frame, bound);
-    return stp_vertex_does(frame, &sight, brief->vertex_error, brief->vertex_radius);
+    float greatest = patch->radius[finest], cap = frame->quality[1] / sight->scale;
+    if (sight->scale < 0.0f)
+        return INFINITY;
+    for (unsigned l = finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
+        float coarser = patch->radius[l] < cap ? patch->radius[l] : cap;
+        greatest = coarser > greatest ? coarser : greatest;
+    }
+    return greatest * sight->scale;
 }
 
 /* Draws of one depth, after their parents. */
@@ -132,6 +142,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
     stp_gpu_chunk chunk =
         stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->briefs[i];
@@ -142,11 +153,19 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             leave_to_child(l, draw, &r->patches[i], brief, &bound))
             continue;
         mark_tiles(params, worker, eye, bound.radius);
-        if (params->vertices && vertex_does(params->frame, &bound, brief))
+        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
+        float radius_px = brief->vertex_radius * sight.scale;
+        if (params->vertices &&
+            stp_vertex_does(params->frame, &sight, brief->vertex_error, brief->vertex_radius)) {
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
-        else
+        } else {
             add_patch(l, index, r, i);
+            radius_px =
+                patch_radius_px(params->frame, &sight, &r->patches[i], (unsigned)draw->finest);
+        }
+        greatest = radius_px > greatest ? radius_px : greatest;
     }
+    l->radius_px[index] = greatest;
     return STP_OK;
 }
 
@@ -223,10 +242,15 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
         l.found[i] = found + (size_t)i * count;
         STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
     }
+    STP_TRY(stp_alloc(&l.radius_px, count + 1, sizeof *l.radius_px, "lists of patches", err));
     STP_TRY(look_at_tiers(&l, count, err));
+    s->radius_px = 0.0f;
+    for (size_t i = 0; i < count; i++)
+        s->radius_px = fmaxf(s->radius_px, l.radius_px[i]);
     for (int i = 0; i < STP_SIGHT_COUNT; i++)
         close_gaps(&s->lists[i], l.found[i], count);
 done:
+    free(l.radius_px);
     free(found);
     return status;
 }

@@ -33,6 +33,8 @@ typedef struct stp_sight {
     stp_sight_list lists[STP_SIGHT_COUNT];
     bool *below; /* by link of the cut: drawn by the child's patch, or one below that */
     size_t below_capacity;
+    float radius_px; /* greatest projected radius of any sample that may be drawn of what was looked
+                        at */
 } stp_sight;
 
 typedef struct stp_sight_params {

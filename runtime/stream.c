@@ -197,11 +197,8 @@ static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, unsigne
     STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
     STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
     stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot, shapes);
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
         load->briefs[p] = stp_patch_brief_of(&load->patches[p], &chunk->patches[p]);
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            load->radius[l] = fmaxf(load->radius[l], load->patches[p].radius[l]);
-    }
 done:
     return status;
 }

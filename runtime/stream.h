@@ -60,7 +60,6 @@ typedef struct stp_load {
     /* When DONE; who takes the load owns these. */
     stp_gpu_patch *patches;
     stp_patch_brief *briefs;
-    float radius[STP_LEVEL_COUNT];
     stp_error error; /* when FAILED */
 } stp_load;
 

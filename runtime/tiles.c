@@ -13,8 +13,7 @@
 /* Rectangles end on multiples of so many pixels of their level: what rasterisers work by. */
 #define CELL_PX 4
 
-/* Pixels of level l along one side. */
-static int level_px(int viewport_px, int l)
+int stp_tiles_level_px(int viewport_px, int l)
 {
     return (viewport_px + (1 << l) - 1) >> l;
 }
@@ -22,7 +21,7 @@ static int level_px(int viewport_px, int l)
 /* And cells. */
 static size_t cells_across(int viewport_px, int l)
 {
-    return (size_t)((level_px(viewport_px, l) + CELL_PX - 1) / CELL_PX);
+    return (size_t)((stp_tiles_level_px(viewport_px, l) + CELL_PX - 1) / CELL_PX);
 }
 
 stp_status stp_tiles_begin(stp_tiles *t, int width, int height, unsigned workers, stp_error *err)
@@ -132,7 +131,7 @@ static bool is_run(const uint8_t *row, size_t columns, size_t c0, size_t c1)
 
 static stp_status add_rect(stp_tiles *t, int l, const stp_tile_rect *cells, stp_error *err)
 {
-    int width = level_px(t->width, l), height = level_px(t->height, l);
+    int width = stp_tiles_level_px(t->width, l), height = stp_tiles_level_px(t->height, l);
     stp_status status =
         stp_grow(&t->rects, &t->rect_capacity, t->rect_count + 1, sizeof *t->rects, "tiles", err);
     if (status != STP_OK)
@@ -207,7 +206,7 @@ void stp_tiles_set_levels(stp_tiles *t, int levels)
  * rasterisers that work by blocks of pixels pay twice for. */
 static void draw_rects(const stp_tiles *t, int l, const stp_tile_rect *rects, size_t count)
 {
-    glViewport(0, 0, level_px(t->width, l), level_px(t->height, l));
+    glViewport(0, 0, stp_tiles_level_px(t->width, l), stp_tiles_level_px(t->height, l));
     glBindVertexArray(t->array);
     for (size_t i = 0; i < count; i++) {
         const stp_tile_rect *a = &rects[i];
@@ -216,12 +215,24 @@ static void draw_rects(const stp_tiles *t, int l, const stp_tile_rect *rects, si
     }
 }
 
+size_t stp_tiles_rects(const stp_tiles *t, int l, stp_tile_rect *whole, const stp_tile_rect **rects)
+{
+    if ((l > 0 && t->whole) || l >= STP_TILE_LEVELS) {
+        *whole = (stp_tile_rect){0, 0, stp_tiles_level_px(t->width, l),
+                                 stp_tiles_level_px(t->height, l)};
+        *rects = whole;
+        return 1;
+    }
+    *rects = t->rects + t->level_begin[l];
+    return t->level_begin[l + 1] - t->level_begin[l];
+}
+
 void stp_tiles_draw(const stp_tiles *t, int l)
 {
-    if ((l > 0 && t->whole) || l >= STP_TILE_LEVELS)
-        stp_tiles_draw_whole(t, l);
-    else
-        draw_rects(t, l, t->rects + t->level_begin[l], t->level_begin[l + 1] - t->level_begin[l]);
+    stp_tile_rect whole;
+    const stp_tile_rect *rects;
+    size_t count = stp_tiles_rects(t, l, &whole, &rects);
+    draw_rects(t, l, rects, count);
 }
 
 void stp_tiles_draw_whole(const stp_tiles *t, int l)

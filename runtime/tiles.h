@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define STP_TILE_PX 16
+#define STP_TILE_PX 8
 /* Levels of the pyramid drawn by tiles; higher ones, which are small, are drawn as a whole. */
 #define STP_TILE_LEVELS 4
 
@@ -54,6 +54,12 @@ stp_status stp_tiles_collect(stp_tiles *tiles, bool first, stp_error *err);
 void stp_tiles_set_levels(stp_tiles *tiles, int levels);
 void stp_tiles_destroy(stp_tiles *tiles);
 
+/* Pixels of level l along a side of so many. */
+int stp_tiles_level_px(int viewport_px, int l);
+/* The rectangles of level l that are drawn: of the tiles, or all of it, for which *whole is room.
+ * Returns how many. */
+size_t stp_tiles_rects(const stp_tiles *tiles, int l, stp_tile_rect *whole,
+                       const stp_tile_rect **rects);
 /* Draws the tiles in level l of the pyramid, or all of it, with the program in use. Each level's
  * hold also what finishing those of the level below reads beside them. */
 void stp_tiles_draw(const stp_tiles *tiles, int l);

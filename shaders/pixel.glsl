@@ -55,6 +55,18 @@ stp_pixel stp_pixel_unpack(uvec4 shape, uvec4 paint)
                      int(paint.w >> 16));
 }
 
+uvec4 stp_pixel_shape(stp_pixel p)
+{
+    return uvec4(stp_direction_pack(p.normal), floatBitsToUint(p.radius), floatBitsToUint(p.z_min),
+                 floatBitsToUint(p.z_max));
+}
+
+uvec4 stp_pixel_paint(stp_pixel p)
+{
+    uint blue = uint(clamp(p.colour.b, 0.0, 1.0) * 65535.0 + 0.5);
+    return uvec4(floatBitsToUint(p.d), packUnorm2x16(p.colour.rg), blue | uint(p.tag) << 16);
+}
+
 stp_pixel stp_pixel_fine(ivec2 p)
 {
     return stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_paint, p, 0));

@@ -17,13 +17,19 @@ vec4 stp_push_kernel(vec4 q)
     return 0.9999789 + q * (-0.4996764 + q * (0.12383386 + q * (-0.01920298 + q * 0.00159756)));
 }
 
-// A coarse pixel as seen from `centre`, and how far from its ellipse's centre that is.
-stp_pixel stp_push_candidate(ivec2 p, vec2 centre, vec3 ray, out float q)
+// A coarse pixel; its d is the place of its ellipse's centre, viewport pixels.
+stp_pixel stp_push_look(ivec2 p)
 {
     stp_pixel c = stp_pixel_coarse(p);
-    vec2 middle = stp_pixel_centre(p, pyramid_level + 1) + c.d;
-    c.d = middle - centre;
+    c.d += stp_pixel_centre(p, pyramid_level + 1);
     c.tag = stp_inside(p) ? c.tag : 0;
+    return c;
+}
+
+// The same as seen from `centre`, and how far from its ellipse's centre that is.
+stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, out float q)
+{
+    c.d -= centre;
     q = c.tag != 0 ? stp_ellipse(c, ray, -c.d) : STP_ELLIPSE_OUTSIDE;
     return c;
 }
@@ -36,18 +42,18 @@ bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
     return max(max(apart.x, apart.y), apart.z) > STP_PUSH_SAME * STP_PUSH_SAME;
 }
 
-// A pixel of the pulled level, fine, finished with the help of level l + 1, coarse.
-stp_pixel stp_push(ivec2 here)
+// A pixel of the pulled level, fine, finished with the help of four of level l + 1: its parent, the ones beside that on
+// the pixel's side, along x and along y, and the one between these. pushed: it is no longer what was pulled.
+stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pixel beside_y, stp_pixel between,
+                        out bool pushed)
 {
-    ivec2 parent = here >> 1;
-    ivec2 side = 2 * (here & 1) - 1;
     vec2 centre = stp_pixel_centre(here, pyramid_level);
     vec3 ray = stp_ray(centre);
     vec4 q;
     stp_pixel c0 = stp_push_candidate(parent, centre, ray, q.x);
-    stp_pixel c1 = stp_push_candidate(parent + ivec2(side.x, 0), centre, ray, q.y);
-    stp_pixel c2 = stp_push_candidate(parent + ivec2(0, side.y), centre, ray, q.z);
-    stp_pixel c3 = stp_push_candidate(parent + side, centre, ray, q.w);
+    stp_pixel c1 = stp_push_candidate(beside_x, centre, ray, q.y);
+    stp_pixel c2 = stp_push_candidate(beside_y, centre, ray, q.z);
+    stp_pixel c3 = stp_push_candidate(between, centre, ray, q.w);
     bool parent_valid = c0.tag != 0;
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
@@ -75,7 +81,17 @@ stp_pixel stp_push(ivec2 here)
     // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.
     stp_pixel own = stp_pixel_fine(here);
     bool occluded = parent_valid && own.z_min > c0.z_max && front.z_max < own.z_min;
-    if (front.tag == 0 || (own.tag != 0 && !occluded))
+    pushed = front.tag != 0 && (own.tag == 0 || occluded);
+    if (!pushed)
         p = own;
     return p;
+}
+
+stp_pixel stp_push(ivec2 here)
+{
+    ivec2 parent = here >> 1;
+    ivec2 side = 2 * (here & 1) - 1;
+    bool pushed;
+    return stp_push_from(here, stp_push_look(parent), stp_push_look(parent + ivec2(side.x, 0)),
+                         stp_push_look(parent + ivec2(0, side.y)), stp_push_look(parent + side), pushed);
 }

@@ -1,0 +1,30 @@
+/* The tiles of the picture as blocks of pixels, for the compute shaders that finish them
+ * (shaders/columns.glsl). What rasterised passes draw of a level is what these write of it: no
+ * pixel more, so that outside a frame's tiles all stays empty. Threads: the render thread. */
+#ifndef STP_RUNTIME_BLOCKS_H
+#define STP_RUNTIME_BLOCKS_H
+
+#include "base/error.h"
+#include "runtime/pyramid.h"
+#include "runtime/tiles.h"
+
+#include <epoxy/gl.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Zero is none. */
+typedef struct stp_blocks {
+    GLuint buffer;
+    uint32_t *items; /* level by level: x | y << 11 | cells << 23 */
+    size_t capacity, begin[STP_PYRAMID_LEVELS_LIMIT + 1];
+    uint8_t *cells; /* of one level, by block */
+    size_t cell_capacity;
+} stp_blocks;
+
+/* Lists the blocks of levels 0..levels - 1 that the tiles are drawn in. Errors: OUT_OF_MEMORY. */
+stp_status stp_blocks_list(stp_blocks *blocks, const stp_tiles *tiles, int levels, stp_error *err);
+/* Runs the program in use, which includes shaders/columns.glsl, on those of a level. */
+void stp_blocks_run(const stp_blocks *blocks, const stp_pyramid_level *level, int l);
+void stp_blocks_destroy(stp_blocks *blocks);
+
+#endif
