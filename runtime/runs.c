@@ -8,7 +8,7 @@
 /* As in shaders/runs.glsl and the shaders' bindings. */
 #define GROUP_PATCHES 64u
 #define GROUP_SAMPLES 64u
-#define RUN_SAMPLES 8
+#define RUN_SAMPLES 4
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
 enum { UNIT_RUNS = 9 };
 

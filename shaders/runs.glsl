@@ -2,8 +2,8 @@
 // the buffers.
 
 #define STP_GROUP_PATCHES 64u
-#define STP_RUN_SAMPLES 8u
-#define STP_GROUP_RUNS 8u
+#define STP_RUN_SAMPLES 4u
+#define STP_GROUP_RUNS 16u
 #define STP_RUN_HEAD 3u // of the size of runs
 
 layout(std430, binding = 2) buffer stp_runs_block {
