@@ -203,13 +203,15 @@ done:
     return status;
 }
 
-static stp_status decode(const stp_stream *s, stp_load *load, stp_error *err)
+static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch *scratch,
+                         stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     const stp_scene_model *m = stp_scene_find(s->scene, load->want.chunk);
     STP_TRY(stp_chunk_file_decode(m->model->file, load->want.chunk - m->first, load->want.finest,
-                                  stp_payload_memory(&s->store, load->payload), &chunk, err));
+                                  stp_payload_memory(&s->store, load->payload), scratch, &chunk,
+                                  err));
     STP_TRY(mirror_patches(load, chunk, stp_scene_shapes(s->scene), err));
     write_piece(load, chunk);
 done:
@@ -227,12 +229,12 @@ static stp_load *first_of(stp_stream *s, stp_load_state state)
     return first;
 }
 
-static void decode_load(stp_stream *s, stp_load *load)
+static void decode_load(stp_stream *s, stp_load *load, stp_chunk_scratch *scratch)
 {
     stp_error error = {0};
     load->state = STP_LOAD_DECODING;
     pthread_mutex_unlock(&s->mutex);
-    stp_status status = decode(s, load, &error);
+    stp_status status = decode(s, load, scratch, &error);
     pthread_mutex_lock(&s->mutex);
     load->error = error;
     load->error.status = status;
@@ -242,6 +244,7 @@ static void decode_load(stp_stream *s, stp_load *load)
 static void *run_decoder(void *context)
 {
     stp_stream *s = context;
+    stp_chunk_scratch scratch = {0};
 #ifdef __linux__
     (void)setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), DECODER_NICE);
 #endif
@@ -249,11 +252,12 @@ static void *run_decoder(void *context)
     while (!s->quit) {
         stp_load *load = first_of(s, STP_LOAD_PLACED);
         if (load != NULL)
-            decode_load(s, load);
+            decode_load(s, load, &scratch);
         else
             pthread_cond_wait(&s->work, &s->mutex);
     }
     pthread_mutex_unlock(&s->mutex);
+    stp_chunk_scratch_free(&scratch);
     return NULL;
 }
 

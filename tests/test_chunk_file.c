@@ -72,7 +72,7 @@ static void test_round_trip(void **state)
         unsigned per_patch;
     } cases[] = {{1, 1}, {1, 2}, {2, 1}, {1, 64}, {5, 5}, {7, 64}, {20, 33}, {3, 17}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        for (int codec = 0; codec < 2; codec++) {
+        for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
             fixture_tree tree;
             fixture_single(&tree, cases[i].patch_count, cases[i].per_patch);
             round_trip(&tree, (stp_codec)codec);
@@ -187,8 +187,10 @@ static void tree_round_trip(stp_codec codec, bool linked)
 static void test_tree(void **state)
 {
     (void)state;
-    for (int i = 0; i < 4; i++)
-        tree_round_trip(i & 1 ? STP_CODEC_DRACO : STP_CODEC_RAW, i & 2);
+    for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
+        tree_round_trip((stp_codec)codec, false);
+        tree_round_trip((stp_codec)codec, true);
+    }
 }
 
 static void test_same_bytes(void **state)

@@ -257,7 +257,7 @@ static void test_wrong_numbers(void **state)
 static void test_empty_payload(void **state)
 {
     (void)state;
-    for (int codec = 0; codec < 2; codec++) {
+    for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
         sample_file f = small_file((stp_codec)codec);
         stp_error err = {0};
         memset(f.bytes + stp_get_u64(f.bytes + 32) + 8, 0, 12);
@@ -293,6 +293,7 @@ static void test_tampered(void **state)
     (void)state;
     tamper(STP_CODEC_RAW);
     tamper(STP_CODEC_DRACO);
+    tamper(STP_CODEC_ZSTD);
 }
 
 /* A damaged chunk costs that chunk only, and only the segment that is damaged. */

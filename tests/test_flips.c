@@ -34,7 +34,7 @@ static void assert_named(const flip_file *f, size_t bit, stp_pool *pool)
 static void test_every_bit(void **state)
 {
     (void)state;
-    for (int codec = 0; codec < 2; codec++) {
+    for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
         fixture_tree tree;
         stp_pool *pool = make_pool(1);
         const char *path = fixture_path("small.stipple");

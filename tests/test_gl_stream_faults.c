@@ -233,9 +233,11 @@ stp_status __real_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32
 stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
                                        uint32_t end, uint8_t *out, stp_error *err);
 stp_status __real_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk **out, stp_error *err);
+                                        const uint8_t *payload, stp_chunk_scratch *scratch,
+                                        stp_chunk **out, stp_error *err);
 stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk **out, stp_error *err);
+                                        const uint8_t *payload, stp_chunk_scratch *scratch,
+                                        stp_chunk **out, stp_error *err);
 
 stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
                                        uint32_t end, uint8_t *out, stp_error *err)
@@ -246,10 +248,11 @@ stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32
 }
 
 stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk **out, stp_error *err)
+                                        const uint8_t *payload, stp_chunk_scratch *scratch,
+                                        stp_chunk **out, stp_error *err)
 {
     if (!atomic_exchange(&next_decode_fails, false))
-        return __real_stp_chunk_file_decode(file, id, finest, payload, out, err);
+        return __real_stp_chunk_file_decode(file, id, finest, payload, scratch, out, err);
     usleep(SLOW_FAILURE_US);
     return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to decode chunk %u", id);
 }

@@ -2,6 +2,7 @@
 #include "tools/commands.h"
 
 #include "base/json.h"
+#include "tools/codec_options.h"
 #include "tools/prep_inputs.h"
 #include "tools/prep_paths.h"
 #include "tools/prep_report.h"
@@ -103,7 +104,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                       .plants = o->lines == 1};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .precision = o->precision,
-                              .codec = o->codec == 0 ? STP_CODEC_DRACO : STP_CODEC_RAW,
+                              .codec = codec_options_codec(o->codec),
                               .outliers = (stp_outlier_mode)o->outliers,
                               .outlier_distance = o->outlier_distance,
                               .force = o->force,
@@ -199,7 +200,9 @@ static int prep_main(int argc, char **argv)
          "how far: in local spacings, 1 or more (3)", NULL},
         {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
          "greatest position error (half the input's own scale)", NULL},
-        {"--codec", 0, CLI_CHOICE, &o.codec, "draco|raw", "of the payloads (draco)", NULL},
+        {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
+         "of the payloads (draco); zstd takes a fifth more and decodes several times as fast",
+         NULL},
         {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
          "most the program holds (half the machine's); what is more lies in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},

@@ -26,8 +26,9 @@
 #define STP_SEGMENT_COUNT 3
 
 typedef enum stp_codec {
-    STP_CODEC_RAW = 0,  /* samples and patches as they are in memory */
-    STP_CODEC_DRACO = 1 /* tables of residuals through Draco's symbol coder */
+    STP_CODEC_RAW = 0,   /* samples and patches as they are in memory */
+    STP_CODEC_DRACO = 1, /* tables of residuals through Draco's symbol coder: smallest */
+    STP_CODEC_ZSTD = 2   /* byte planes of residuals through zstd: some ten times as fast */
 } stp_codec;
 
 /* What an attribute bit says the source had; the sample's bytes exist in any case. */
@@ -155,10 +156,23 @@ uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level)
  * their checksums are asked for once more. Errors: INVALID_ARGUMENT, IO, CORRUPT, CANCELLED. */
 stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
                                 uint8_t *out, stp_error *err);
-/* Checks and decodes a payload's first bytes. Errors: INVALID_ARGUMENT, CORRUPT, UNSUPPORTED
- * (codec), OUT_OF_MEMORY. */
+/* Memory that decoding needs on the way, kept from chunk to chunk by who decodes many: {0} at
+ * first, one for each thread. Decoding a chunk takes at most a few megabytes. */
+typedef struct stp_chunk_scratch {
+    void *memory;
+    size_t bytes;
+    void *context; /* zstd's, in this memory; NULL until it is needed */
+} stp_chunk_scratch;
+
+/* Makes it hold bytes; what it held is lost. Errors: OUT_OF_MEMORY. */
+stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, stp_error *err);
+void stp_chunk_scratch_free(stp_chunk_scratch *scratch);
+
+/* Checks and decodes a payload's first bytes. scratch may be NULL. Errors: INVALID_ARGUMENT,
+ * CORRUPT, UNSUPPORTED (codec), OUT_OF_MEMORY. */
 stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
-                                 const uint8_t *payload, stp_chunk **out, stp_error *err);
+                                 const uint8_t *payload, stp_chunk_scratch *scratch,
+                                 stp_chunk **out, stp_error *err);
 /* Adds the positions of a chunk's level-0 samples, as stored; origin: of its entry. */
 void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box);
 
@@ -189,7 +203,7 @@ stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
  * in *payload (free with free()) and fills entry's segment_end, segment_hash, codec, patch_count,
  * sample_count, flags, box, cone, errors and radius range from the chunk. The caller fills origin,
  * points_under, tree links. Errors: INVALID_ARGUMENT (patches or level_begin are wrong), LIMIT,
- * OUT_OF_MEMORY, INTERNAL (Draco). */
+ * OUT_OF_MEMORY, INTERNAL (Draco, zstd). */
 stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payload,
                             stp_chunk_entry *entry, stp_error *err);
 
@@ -210,9 +224,13 @@ stp_status stp_chunk_writer_finish(stp_chunk_writer **writer, uint32_t root,
 void stp_chunk_writer_destroy(stp_chunk_writer **writer);
 
 /* Allocates a chunk with arrays for the given patch count and level counts (level l's array is
- * present when l >= finest_level); fills nothing but level_begin sizes. Errors: OUT_OF_MEMORY. */
+ * present when l >= finest_level); all zero but level_begin's sizes. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
                             const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
                             stp_error *err);
+/* The same with arrays of any content, for who writes all of them. */
+stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
+                                  const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
+                                  stp_error *err);
 
 #endif

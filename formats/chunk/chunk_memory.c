@@ -3,6 +3,7 @@
 #include "formats/chunk/chunk_file.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Counts are at most 2^16 patches and 2^16 samples a level, so no size overflows. */
 static size_t arrays_bytes(uint32_t patch_count, const uint32_t sample_count[STP_LEVEL_COUNT],
@@ -37,9 +38,9 @@ static void place_arrays(stp_chunk *chunk, const uint32_t sample_count[STP_LEVEL
     }
 }
 
-stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
-                            const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
-                            stp_error *err)
+stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
+                                  const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
+                                  stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
@@ -47,14 +48,32 @@ stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
     chunk->patch_count = patch_count;
     chunk->finest_level = finest_level;
     size_t bytes = arrays_bytes(patch_count, sample_count, finest_level);
-    STP_TRY(stp_alloc(&chunk->memory, bytes, 1, "the samples of a chunk", err));
+    chunk->memory = malloc(bytes);
+    if (!chunk->memory) {
+        status = stp_error_set(err, STP_OUT_OF_MEMORY,
+                               "no memory for the samples of a chunk: %zu bytes", bytes);
+        goto done;
+    }
     chunk->memory_bytes = sizeof *chunk + bytes;
     place_arrays(chunk, sample_count);
+    memset(chunk->patches, 0, patch_count * sizeof *chunk->patches); /* what is between fields */
     *out = chunk;
     chunk = NULL;
 done:
     stp_chunk_destroy(&chunk);
     return status;
+}
+
+stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
+                            const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
+                            stp_error *err)
+{
+    stp_status status = stp_chunk_create_blank(out, patch_count, sample_count, finest_level, err);
+    if (status != STP_OK)
+        return status;
+    memset((*out)->memory, 0, (*out)->memory_bytes - sizeof **out);
+    place_arrays(*out, sample_count);
+    return STP_OK;
 }
 
 void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box)
@@ -73,4 +92,23 @@ void stp_chunk_destroy(stp_chunk **chunk)
     free((*chunk)->memory);
     free(*chunk);
     *chunk = NULL;
+}
+
+stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, stp_error *err)
+{
+    if (bytes <= scratch->bytes)
+        return STP_OK;
+    stp_chunk_scratch_free(scratch);
+    scratch->memory = malloc(bytes); /* not zeroed: it is written before it is read */
+    if (!scratch->memory)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu bytes to decode a chunk",
+                             bytes);
+    scratch->bytes = bytes;
+    return STP_OK;
+}
+
+void stp_chunk_scratch_free(stp_chunk_scratch *scratch)
+{
+    free(scratch->memory);
+    *scratch = (stp_chunk_scratch){0};
 }

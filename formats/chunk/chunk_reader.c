@@ -379,7 +379,8 @@ stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begi
 }
 
 static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_entry *entry,
-                                  const uint8_t *bytes, stp_chunk *chunk, stp_error *err)
+                                  const uint8_t *bytes, stp_chunk *chunk,
+                                  stp_chunk_scratch *scratch, stp_error *err)
 {
     uint32_t begin = 0;
     for (int s = 0; s <= last_segment(chunk->finest_level); s++) {
@@ -393,7 +394,7 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
                                  ") does not match: the file is damaged; copy it again",
                                  file->path, chunk->id, s, size, place);
         stp_status status = stp_segment_decode(bytes + begin, size, s, entry->codec,
-                                               entry->child_count, chunk, &inner);
+                                               entry->child_count, chunk, scratch, &inner);
         if (status != STP_OK)
             return stp_error_set(err, status,
                                  "%s: chunk %" PRIu32 ": segment %d at byte %" PRIu64 ": %s",
@@ -404,22 +405,26 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
 }
 
 stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
-                                 const uint8_t *payload, stp_chunk **out, stp_error *err)
+                                 const uint8_t *payload, stp_chunk_scratch *scratch,
+                                 stp_chunk **out, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_entry entry;
     stp_chunk *chunk = NULL;
+    stp_chunk_scratch own = {0};
     if (finest_level < 0 || finest_level > 2)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "level %d asked for: use 0, 1 or 2",
                              finest_level);
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
-    STP_TRY(stp_chunk_create(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
+    STP_TRY(
+        stp_chunk_create_blank(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
     chunk->id = id;
     chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
-    STP_TRY(decode_segments(file, &entry, payload, chunk, err));
+    STP_TRY(decode_segments(file, &entry, payload, chunk, scratch ? scratch : &own, err));
     *out = chunk;
     chunk = NULL;
 done:
+    stp_chunk_scratch_free(&own);
     stp_chunk_destroy(&chunk);
     return status;
 }
@@ -435,7 +440,7 @@ stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_lev
     /* One more, so that even an empty payload has a place in memory. */
     STP_TRY(stp_alloc(&bytes, (size_t)size + 1, 1, "payload", err));
     STP_TRY(stp_chunk_file_fetch(file, id, 0, size, bytes, err));
-    STP_TRY(stp_chunk_file_decode(file, id, finest_level, bytes, out, err));
+    STP_TRY(stp_chunk_file_decode(file, id, finest_level, bytes, NULL, out, err));
 done:
     free(bytes);
     return status;

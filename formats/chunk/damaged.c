@@ -92,6 +92,7 @@ stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level
     stp_status status = STP_OK;
     const stp_chunk_entry *e = &d->entries[id];
     stp_chunk *chunk = NULL;
+    stp_chunk_scratch scratch = {0};
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
     size_t size = e->segment_end[last_segment(finest_level)];
@@ -103,7 +104,7 @@ stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level
     for (int s = 0; s <= last_segment(finest_level); s++) {
         stp_error inner = {0};
         status = stp_segment_decode(bytes + begin, e->segment_end[s] - begin, s, e->codec,
-                                    e->child_count, chunk, &inner);
+                                    e->child_count, chunk, &scratch, &inner);
         if (status != STP_OK) {
             stp_error_set(err, status, "%s: chunk %" PRIu32 ": segment %d: %s", d->path, id, s,
                           inner.message);
@@ -114,6 +115,7 @@ stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level
     *out = chunk;
     chunk = NULL;
 done:
+    stp_chunk_scratch_free(&scratch);
     stp_chunk_destroy(&chunk);
     free(bytes);
     return status;

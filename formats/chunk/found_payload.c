@@ -1,9 +1,10 @@
-/* A leaf's payload of codec 1 without its directory entry. */
+/* A leaf's payload without its directory entry. */
 #include "formats/chunk/found_payload.h"
 
 #include "base/memory.h"
 #include "formats/chunk/patch.h"
 #include "formats/chunk/segment.h"
+#include "formats/chunk/zstd_segment.h"
 
 #include <stdlib.h>
 
@@ -20,25 +21,53 @@ static size_t block_bytes(const uint8_t *bytes, size_t left)
     return BLOCK_HEAD_BYTES + (size_t)stp_get_u32(bytes);
 }
 
-/* Samples by level, from the table of patches; false if it is none. */
-static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patch_count,
-                                uint32_t counts[STP_LEVEL_COUNT], bool *valid, stp_error *err)
+/* Patches of codec 1, from their table. */
+static stp_status table_patches(const uint8_t *bytes, size_t left, stp_patch *patches,
+                                uint32_t patch_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_patch *patches = NULL;
     size_t used = 0;
     stp_table table = {
         .stride = patch_count, .column_count = STP_PATCH_COLUMN_COUNT, .row_count = patch_count};
     STP_TRY(stp_alloc(&table.values, (size_t)STP_PATCH_COLUMN_COUNT * patch_count,
                       sizeof *table.values, "a payload's table", err));
+    STP_TRY(stp_table_decode(bytes, left, &table, &used, err));
+    stp_patches_decode(patches, &table);
+done:
+    free(table.values);
+    return status;
+}
+
+/* Patches of codec 2. *head becomes the bytes before level 2. */
+static stp_status plane_patches(const uint8_t *bytes, size_t left, stp_patch *patches,
+                                uint32_t patch_count, size_t *head, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_scratch scratch = {0};
+    STP_TRY(
+        stp_chunk_scratch_reserve(&scratch, stp_zstd_head_scratch_bytes(patch_count, false), err));
+    STP_TRY(stp_zstd_patches_decode(bytes, left, patches, patch_count, false, &scratch, head, err));
+done:
+    stp_chunk_scratch_free(&scratch);
+    return status;
+}
+
+/* Samples by level, from the patches; not valid if there are none. */
+static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patch_count,
+                                stp_chunk_entry *entry, size_t *head, bool *valid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_patch *patches = NULL;
+    uint32_t *counts = entry->sample_count;
     STP_TRY(stp_alloc(&patches, patch_count, sizeof *patches, "patches", err));
-    stp_status decoded = stp_table_decode(bytes, left, &table, &used, err);
+    stp_status decoded = entry->codec == STP_CODEC_ZSTD
+                             ? plane_patches(bytes, left, patches, patch_count, head, err)
+                             : table_patches(bytes, left, patches, patch_count, err);
     *valid = decoded == STP_OK;
     if (decoded == STP_OUT_OF_MEMORY)
         status = decoded;
     if (decoded != STP_OK)
         goto done;
-    stp_patches_decode(patches, &table);
     for (uint32_t p = 0; p < patch_count; p++)
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
             counts[l] += patches[p].counts[l];
@@ -46,12 +75,11 @@ static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patc
         *valid &= counts[l] >= patch_count && counts[l] <= STP_CHUNK_SAMPLES_LIMIT;
 done:
     free(patches);
-    free(table.values);
     return status;
 }
 
-/* Where segments end: blocks of patches and level 3, then of each finer level the elder children,
- * if there are any, and the last ones. */
+/* Where segments of codec 1 end: blocks of patches and level 3, then of each finer level the elder
+ * children, if there are any, and the last ones. */
 static bool find_ends(const uint8_t *bytes, size_t size, const uint32_t counts[STP_LEVEL_COUNT],
                       uint32_t ends[STP_SEGMENT_COUNT])
 {
@@ -70,21 +98,39 @@ static bool find_ends(const uint8_t *bytes, size_t size, const uint32_t counts[S
     return true;
 }
 
+/* Where segments of codec 2 end: a level each, the first behind the patches. */
+static bool find_plane_ends(const uint8_t *bytes, size_t size, size_t head,
+                            const uint32_t counts[STP_LEVEL_COUNT],
+                            uint32_t ends[STP_SEGMENT_COUNT])
+{
+    size_t at = head;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        size_t level = stp_zstd_level_bytes(bytes + at, size - at, counts[3 - s]);
+        if (level == 0)
+            return false;
+        at += level;
+        ends[s] = (uint32_t)at;
+    }
+    return true;
+}
+
 static stp_status decode(const uint8_t *bytes, const stp_chunk_entry *e, stp_chunk **out,
                          stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
+    stp_chunk_scratch scratch = {0};
     uint32_t begin = 0;
     STP_TRY(stp_chunk_create(&chunk, e->patch_count, e->sample_count, 0, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         STP_TRY(stp_segment_decode(bytes + begin, e->segment_end[s] - begin, s, e->codec, 0, chunk,
-                                   err));
+                                   &scratch, err));
         begin = e->segment_end[s];
     }
     *out = chunk;
     chunk = NULL;
 done:
+    stp_chunk_scratch_free(&scratch);
     stp_chunk_destroy(&chunk);
     return status == STP_OUT_OF_MEMORY ? status : STP_OK;
 }
@@ -96,14 +142,20 @@ stp_status stp_found_payload(const stp_damaged *d, uint64_t end, uint32_t patch_
     uint8_t *bytes = NULL;
     uint64_t left = end - entry->offset;
     size_t size = (size_t)(left < PAYLOAD_BYTES_LIMIT ? left : PAYLOAD_BYTES_LIMIT);
+    size_t head = 0;
     bool valid = false;
     *out = NULL;
     if (patch_count == 0 || patch_count > STP_CHUNK_PATCHES_LIMIT)
         return STP_OK;
     STP_TRY(stp_alloc(&bytes, size, 1, "payload", err));
     STP_TRY(stp_damaged_read(d, entry->offset, bytes, size, err));
-    STP_TRY(count_samples(bytes, size, patch_count, entry->sample_count, &valid, err));
-    if (!valid || !find_ends(bytes, size, entry->sample_count, entry->segment_end))
+    STP_TRY(count_samples(bytes, size, patch_count, entry, &head, &valid, err));
+    if (!valid)
+        goto done;
+    valid = entry->codec == STP_CODEC_ZSTD
+                ? find_plane_ends(bytes, size, head, entry->sample_count, entry->segment_end)
+                : find_ends(bytes, size, entry->sample_count, entry->segment_end);
+    if (!valid)
         goto done;
     entry->patch_count = patch_count;
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {

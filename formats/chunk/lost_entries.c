@@ -365,7 +365,7 @@ static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap 
     stp_chunk_entry e = {.offset = g->begin,
                          .parent = parent,
                          .first_child = STP_CHUNK_NONE,
-                         .codec = STP_CODEC_DRACO,
+                         .codec = p->codec, /* a file's writer uses one */
                          .depth = (uint8_t)(p->depth + 1u)};
     uint32_t vertices = 0, child = id - p->first_child;
     *found = false;

@@ -2,11 +2,12 @@
 #include "formats/chunk/patch.h"
 
 #include "formats/chunk/layout.h"
+#include "formats/chunk/predict_normal.h"
 
 #include <inttypes.h>
 #include <string.h>
 
-static uint8_t greatest_of(const uint8_t values[STP_PATCH_QUARTERS])
+STP_INLINE uint8_t greatest_of(const uint8_t values[STP_PATCH_QUARTERS])
 {
     uint8_t greatest = 0;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
@@ -140,7 +141,8 @@ void stp_patches_place(stp_chunk *chunk)
     }
 }
 
-/* A cursor over the columns of one row. */
+/* A cursor over the columns of one row. Coding and decoding are the same code; `decode` is a
+ * constant in each caller, and everything is inlined, so that two straight loops come out of it. */
 typedef struct row_coder {
     const stp_table *table;
     uint32_t row;
@@ -148,12 +150,12 @@ typedef struct row_coder {
     bool decode;
 } row_coder;
 
-static int16_t *next_cell(row_coder *c)
+STP_INLINE int16_t *next_cell(row_coder *c)
 {
     return stp_table_column(c->table, c->column++) + c->row;
 }
 
-static uint8_t code_byte(row_coder *c, uint8_t predicted, uint8_t value)
+STP_INLINE uint8_t code_byte(row_coder *c, uint8_t predicted, uint8_t value)
 {
     int16_t *cell = next_cell(c);
     if (c->decode)
@@ -162,7 +164,7 @@ static uint8_t code_byte(row_coder *c, uint8_t predicted, uint8_t value)
     return value;
 }
 
-static uint16_t code_short(row_coder *c, uint16_t predicted, uint16_t value)
+STP_INLINE uint16_t code_short(row_coder *c, uint16_t predicted, uint16_t value)
 {
     int16_t *cell = next_cell(c);
     if (c->decode)
@@ -172,7 +174,7 @@ static uint16_t code_short(row_coder *c, uint16_t predicted, uint16_t value)
 }
 
 /* Two cells: the low half, signed, and what is then left above it. */
-static int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
+STP_INLINE int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
 {
     int16_t *low = next_cell(c);
     int16_t *high = next_cell(c);
@@ -186,7 +188,7 @@ static int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
 }
 
 /* The place of the previous patch's bound on this patch's lattice: where this one may begin. */
-static int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
+STP_INLINE int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
 {
     int64_t origin = previous->origin[axis];
     int shift = previous->exponent - exponent;
@@ -197,7 +199,7 @@ static int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
     return (int32_t)(uint32_t)(uint64_t)origin;
 }
 
-static void code_normal(row_coder *c, const uint8_t previous[3], uint8_t normal[3])
+STP_INLINE void code_normal(row_coder *c, const uint8_t previous[3], uint8_t normal[3])
 {
     uint32_t before = previous[0] | (uint32_t)previous[1] << 8 | (uint32_t)previous[2] << 16;
     uint32_t now = normal[0] | (uint32_t)normal[1] << 8 | (uint32_t)normal[2] << 16;
@@ -210,8 +212,8 @@ static void code_normal(row_coder *c, const uint8_t previous[3], uint8_t normal[
 }
 
 /* Level 3 from the previous patch's, each finer level from the next coarser one. */
-static void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
-                        uint8_t values[STP_LEVEL_COUNT])
+STP_INLINE void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
+                            uint8_t values[STP_LEVEL_COUNT])
 {
     uint8_t predicted = previous[STP_LEVEL_COUNT - 1];
     for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
@@ -222,8 +224,9 @@ static void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
 
 /* Levels 3 and 0 of the patch, levels 2 and 1 by quarter: level 2 from level 3, level 1 from its
  * own level 2. What a level has at most follows from its quarters. */
-static void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
-                        uint8_t values[STP_LEVEL_COUNT], uint8_t quarters[2][STP_PATCH_QUARTERS])
+STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
+                            uint8_t values[STP_LEVEL_COUNT],
+                            uint8_t quarters[2][STP_PATCH_QUARTERS])
 {
     values[3] = code_byte(c, previous, values[3]);
     for (int level = 2; level > 0; level--) {
@@ -237,7 +240,7 @@ static void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
     values[0] = code_byte(c, values[1], values[0]);
 }
 
-static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
+STP_INLINE void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
 {
     p->exponent = (int16_t)code_short(c, (uint16_t)previous->exponent, (uint16_t)p->exponent);
     for (int i = 0; i < 3; i++)
@@ -263,18 +266,19 @@ static void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
     }
 }
 
-static void code_patches(const stp_patch *in, stp_patch *out, const stp_table *table)
+STP_INLINE void code_patches(const stp_patch *in, stp_patch *out, const stp_table *table,
+                             bool decode)
 {
     stp_patch previous;
     memset(&previous, 0, sizeof previous);
     for (uint32_t i = 0; i < table->row_count; i++) {
-        row_coder c = {.table = table, .row = i, .decode = out != NULL};
+        row_coder c = {.table = table, .row = i, .decode = decode};
         stp_patch patch;
         memset(&patch, 0, sizeof patch);
-        if (in)
+        if (!decode)
             patch = in[i];
         code_patch(&c, &previous, &patch);
-        if (out)
+        if (decode)
             out[i] = patch;
         previous = patch;
     }
@@ -282,10 +286,10 @@ static void code_patches(const stp_patch *in, stp_patch *out, const stp_table *t
 
 void stp_patches_encode(const stp_patch *patches, const stp_table *table)
 {
-    code_patches(patches, NULL, table);
+    code_patches(patches, NULL, table, false);
 }
 
 void stp_patches_decode(stp_patch *patches, const stp_table *table)
 {
-    code_patches(NULL, patches, table);
+    code_patches(NULL, patches, table, true);
 }

@@ -5,6 +5,7 @@
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
 #include "formats/chunk/predict.h"
+#include "formats/chunk/zstd_segment.h"
 
 #include <stdlib.h>
 
@@ -236,6 +237,38 @@ done:
     return status;
 }
 
+/* ---- planes ---- */
+
+static stp_status zstd_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (segment == 0)
+        STP_TRY(stp_zstd_head_encode(chunk, out, err));
+    STP_TRY(stp_zstd_level_encode(chunk, finest_level[segment], out, err));
+done:
+    return status;
+}
+
+static stp_status zstd_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
+                              stp_chunk *chunk, stp_chunk_scratch *scratch, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t used = 0;
+    STP_TRY(stp_chunk_scratch_reserve(scratch, stp_zstd_scratch_bytes(chunk, segment), err));
+    if (segment == 0) {
+        STP_TRY(stp_zstd_patches_decode(bytes, size, chunk->patches, chunk->patch_count,
+                                        chunk->linked, scratch, &used, err));
+        STP_TRY(check_and_place(chunk, child_count, err));
+        stp_zstd_vertices_decode(chunk, scratch);
+    }
+    STP_TRY(stp_zstd_level_decode(bytes + used, size - used, finest_level[segment], chunk, scratch,
+                                  err));
+done:
+    return status;
+}
+
+/* ---- all codecs ---- */
+
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err)
 {
@@ -244,18 +277,23 @@ stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec cod
         return raw_encode(chunk, segment, out, err);
     case STP_CODEC_DRACO:
         return draco_encode(chunk, segment, out, err);
+    case STP_CODEC_ZSTD:
+        return zstd_encode(chunk, segment, out, err);
     }
     return stp_error_set(err, STP_INVALID_ARGUMENT, "codec %d does not exist", (int)codec);
 }
 
 stp_status stp_segment_decode(const uint8_t *bytes, size_t size, int segment, int codec,
-                              uint32_t child_count, stp_chunk *chunk, stp_error *err)
+                              uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     if (codec == STP_CODEC_RAW)
         status = raw_decode(bytes, size, segment, child_count, chunk, err);
     else if (codec == STP_CODEC_DRACO)
         status = draco_decode(bytes, size, segment, child_count, chunk, err);
+    else if (codec == STP_CODEC_ZSTD)
+        status = zstd_decode(bytes, size, segment, child_count, chunk, scratch, err);
     else
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "codec %d is not known to this program: use a newer stipple", codec);

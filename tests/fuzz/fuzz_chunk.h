@@ -49,8 +49,10 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
         make_shapes(tree.chunks[0]);
         tree.attributes_more = STP_HAS_LINES | STP_HAS_TRIANGLES;
     }
-    fixture_require(
-        fixture_write(&tree, path, seed & 1024u ? STP_CODEC_RAW : STP_CODEC_DRACO, NULL) == STP_OK);
+    static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_RAW, STP_CODEC_ZSTD,
+                                       STP_CODEC_ZSTD};
+    fixture_require(fixture_write(&tree, path, codecs[seed >> 10 & 1u | (seed >> 12 & 1u) << 1],
+                                  NULL) == STP_OK);
     uint8_t *bytes = fixture_read_file(path, &size);
     fixture_remove_folder(NULL);
     fixture_destroy(&tree);
