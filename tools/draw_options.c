@@ -1,6 +1,7 @@
 /* Options of the drawing commands. */
 #include "tools/draw_options.h"
 
+#include "formats/chunk/convert.h"
 #include "runtime/gpu_layout.h"
 #include "tools/draw_filter.h"
 #include "tools/source_options.h"
@@ -23,7 +24,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
     const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
-         "greatest error on the screen (1); 0: every sample", &o->has_threshold},
+         "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
          "coarser samples are not drawn larger (6)", NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
@@ -156,12 +157,14 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    const double noted_px = stp_chunk_file_threshold(stp_chunk_file_get_info(model->file));
+    const double threshold_px = o->has_threshold || noted_px == 0.0 ? o->threshold_px : noted_px;
     stp_draw_params p = {
         .lod = (stp_lod)o->lod,
         .reconstruct = (stp_reconstruct)o->reconstruct,
         .shade = (stp_shade)o->shade,
-        .threshold_px = o->threshold_px,
-        .every_sample = o->threshold_px <= 0.0,
+        .threshold_px = threshold_px,
+        .every_sample = threshold_px <= 0.0,
         .radius_cap_px = o->radius_cap_px,
         .colour = (stp_colour)o->colour,
         .palette = (stp_palette)o->palette,

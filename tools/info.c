@@ -2,6 +2,7 @@
 #include "tools/cli.h"
 
 #include "base/memory.h"
+#include "formats/chunk/convert.h"
 #include "formats/chunk/repair_note.h"
 
 #include <cjson/cJSON.h>
@@ -171,6 +172,8 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("lambda         %g\n", info->lambda);
     printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
     printf("               %.17g %.17g %.17g\n", info->box.max.x, info->box.max.y, info->box.max.z);
+    if (stp_chunk_file_threshold(info) > 0.0)
+        printf("threshold      %g px by default\n", stp_chunk_file_threshold(info));
     print_depths(depths, info->depth);
     print_metadata(info);
 }
@@ -240,6 +243,8 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     cJSON_AddNumberToObject(out, "lambda", info->lambda);
     cJSON_AddItemToObject(out, "box_min", numbers(low, 3));
     cJSON_AddItemToObject(out, "box_max", numbers(high, 3));
+    if (stp_chunk_file_threshold(info) > 0.0)
+        cJSON_AddNumberToObject(out, "threshold_px", stp_chunk_file_threshold(info));
     cJSON *list = cJSON_AddArrayToObject(out, "depths");
     for (uint32_t d = 0; d < info->depth; d++)
         cJSON_AddItemToArray(list, json_depth(&depths[d]));

@@ -1,0 +1,270 @@
+/* A chunk file as another one: another codec, or another default threshold. */
+#include "formats/chunk/convert.h"
+
+#include "base/memory.h"
+#include "formats/chunk/layout.h"
+#include "formats/chunk/segment.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define THRESHOLD_KEY "threshold_px"
+/* Chunks that are under way at once, for each thread. */
+#define BATCH_PER_THREAD 4u
+
+/* ---- metadata ---- */
+
+double stp_chunk_file_threshold(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *number = cJSON_GetObjectItemCaseSensitive(metadata, THRESHOLD_KEY);
+    double value = cJSON_IsNumber(number) ? number->valuedouble : 0.0;
+    cJSON_Delete(metadata);
+    return isfinite(value) && value > 0.0 ? value : 0.0;
+}
+
+/* The metadata with another threshold; the same bytes where there is none to set. */
+static stp_status make_metadata(const stp_chunk_file_info *info, double threshold_px, char **out,
+                                stp_error *err)
+{
+    if (threshold_px <= 0.0)
+        return stp_text_copy(out, info->metadata_json, "metadata", err);
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    if (!cJSON_IsObject(metadata)) {
+        cJSON_Delete(metadata);
+        return stp_error_set(err, STP_CORRUPT, "the metadata is no JSON object: repair the file");
+    }
+    cJSON_DeleteItemFromObjectCaseSensitive(metadata, THRESHOLD_KEY);
+    cJSON_AddNumberToObject(metadata, THRESHOLD_KEY, threshold_px);
+    *out = cJSON_PrintUnformatted(metadata);
+    cJSON_Delete(metadata);
+    return *out ? STP_OK : stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
+}
+
+/* ---- payloads ---- */
+
+/* A chunk under way. */
+typedef struct piece {
+    stp_chunk_entry entry;
+    uint8_t *payload;
+} piece;
+
+typedef struct conversion {
+    stp_chunk_file *file;
+    const stp_convert_params *params;
+    uint32_t count;
+    uint32_t *order;   /* ids as their payloads lie in the file */
+    uint32_t *handles; /* by id */
+    piece *pieces;     /* of a batch */
+    uint32_t first;    /* of the batch, in the order */
+    stp_chunk_writer *writer;
+} conversion;
+
+static stp_status check_payload(const conversion *c, uint32_t id, const piece *p, stp_error *err)
+{
+    uint32_t begin = 0;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        uint32_t end = p->entry.segment_end[s];
+        if (stp_hash(p->payload + begin, end - begin) != p->entry.segment_hash[s])
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: chunk %" PRIu32 ": the checksum of segment %d does not "
+                                 "match: the file is damaged; copy it again",
+                                 stp_chunk_file_path(c->file), id, s);
+        begin = end;
+    }
+    return STP_OK;
+}
+
+/* What the entry says of the chunk stays; what it says of its bytes does not. */
+static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    stp_bytes bytes = {0};
+    STP_TRY(stp_chunk_file_decode(c->file, id, 0, p->payload, NULL, &chunk, err));
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        size_t begin = bytes.size;
+        STP_TRY(stp_segment_encode(chunk, s, c->params->codec, &bytes, err));
+        p->entry.segment_end[s] = (uint32_t)bytes.size;
+        p->entry.segment_hash[s] = stp_hash(bytes.data + begin, bytes.size - begin);
+    }
+    p->entry.codec = (uint8_t)c->params->codec;
+    free(p->payload);
+    p->payload = bytes.data;
+    bytes.data = NULL;
+done:
+    free(bytes.data);
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+static stp_status convert_piece(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const conversion *c = context;
+    uint32_t id = c->order[c->first + index];
+    piece *p = &c->pieces[index];
+    (void)worker;
+    STP_TRY(stp_chunk_file_entry(c->file, id, &p->entry, err));
+    uint32_t size = p->entry.segment_end[STP_SEGMENT_COUNT - 1];
+    STP_TRY(stp_alloc(&p->payload, (size_t)size + 1, 1, "payload", err));
+    STP_TRY(stp_chunk_file_fetch(c->file, id, 0, size, p->payload, err));
+    if (c->params->keep_codec || p->entry.codec == c->params->codec)
+        STP_TRY(check_payload(c, id, p, err));
+    else
+        STP_TRY(recode(c, id, p, err));
+done:
+    return status;
+}
+
+static stp_status run_batch(conversion *c, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (c->params->pool)
+        STP_TRY(stp_pool_run(c->params->pool, count, convert_piece, c, err));
+    for (uint32_t i = 0; !c->params->pool && i < count; i++)
+        STP_TRY(convert_piece(c, i, 0, err));
+    for (uint32_t i = 0; i < count; i++) {
+        STP_TRY(stp_chunk_writer_append(c->writer, c->pieces[i].payload, &c->pieces[i].entry,
+                                        &c->handles[c->order[c->first + i]], err));
+        free(c->pieces[i].payload);
+        c->pieces[i].payload = NULL;
+    }
+done:
+    return status;
+}
+
+static stp_status convert_payloads(conversion *c, uint32_t batch, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (c->first = 0; c->first < c->count; c->first += batch) {
+        uint32_t left = c->count - c->first;
+        STP_TRY(run_batch(c, left < batch ? left : batch, err));
+        uint32_t done_count = left < batch ? c->count : c->first + batch;
+        STP_TRY(stp_progress_update(c->params->progress, "convert", done_count, c->count, err));
+    }
+done:
+    return status;
+}
+
+/* ---- order and tree ---- */
+
+typedef struct placed {
+    uint64_t offset;
+    uint32_t id;
+} placed;
+
+static int compare_placed(const void *a, const void *b)
+{
+    const placed *x = a, *y = b;
+    if (x->offset != y->offset)
+        return x->offset < y->offset ? -1 : 1;
+    return x->id < y->id ? -1 : x->id > y->id;
+}
+
+static stp_status find_order(conversion *c, stp_error *err)
+{
+    stp_status status = STP_OK;
+    placed *list = NULL;
+    STP_TRY(stp_alloc(&list, c->count, sizeof *list, "chunks", err));
+    for (uint32_t id = 0; id < c->count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(c->file, id, &entry, err));
+        list[id] = (placed){entry.offset, id};
+    }
+    qsort(list, c->count, sizeof *list, compare_placed);
+    for (uint32_t i = 0; i < c->count; i++)
+        c->order[i] = list[i].id;
+done:
+    free(list);
+    return status;
+}
+
+/* The children of a chunk follow each other in ids; their handles, listed likewise, are the tree.
+ */
+static stp_status finish(conversion *c, const char *metadata, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t **children = NULL;
+    uint32_t *counts = NULL;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(c->file);
+    STP_TRY(stp_alloc(&children, c->count, sizeof *children, "chunks", err));
+    STP_TRY(stp_alloc(&counts, c->count, sizeof *counts, "chunks", err));
+    for (uint32_t id = 0; id < c->count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(c->file, id, &entry, err));
+        counts[c->handles[id]] = entry.child_count;
+        children[c->handles[id]] =
+            entry.child_count > 0 ? &c->handles[entry.first_child] : c->handles;
+    }
+    STP_TRY(stp_chunk_writer_finish(&c->writer, c->handles[0], children, counts, &info->box,
+                                    metadata, NULL, err));
+done:
+    free(children);
+    free(counts);
+    return status;
+}
+
+stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
+                                  const stp_convert_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *metadata = NULL;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    uint32_t threads = params->pool ? stp_pool_thread_count(params->pool) : 1;
+    uint32_t batch = BATCH_PER_THREAD * threads;
+    conversion c = {.file = file, .params = params, .count = info->chunk_count};
+    const stp_chunk_writer_params written = {.force = params->force,
+                                             .codec = params->codec,
+                                             .attributes = info->attributes,
+                                             .orientation = info->orientation,
+                                             .lambda = info->lambda};
+    if (info->version_minor > STP_CHUNK_FILE_MINOR)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: version %u.%u is newer than this program, which would lose what "
+                             "it does not know: use a newer stipple",
+                             stp_chunk_file_path(file), info->version_major, info->version_minor);
+    STP_TRY(make_metadata(info, params->threshold_px, &metadata, err));
+    STP_TRY(stp_alloc(&c.order, c.count, sizeof *c.order, "chunks", err));
+    STP_TRY(stp_alloc(&c.handles, c.count, sizeof *c.handles, "chunks", err));
+    STP_TRY(stp_alloc(&c.pieces, batch, sizeof *c.pieces, "chunks", err));
+    STP_TRY(find_order(&c, err));
+    STP_TRY(stp_chunk_writer_create(&c.writer, output, &written, err));
+    STP_TRY(convert_payloads(&c, batch, err));
+    STP_TRY(finish(&c, metadata, err));
+done:
+    for (uint32_t i = 0; c.pieces && i < batch; i++)
+        free(c.pieces[i].payload);
+    stp_chunk_writer_destroy(&c.writer);
+    free(c.pieces);
+    free(c.order);
+    free(c.handles);
+    free(metadata);
+    return status;
+}
+
+stp_status stp_chunk_file_set_threshold(const char *path, double threshold_px, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_file *file = NULL;
+    const stp_convert_params params = {
+        .keep_codec = true, .threshold_px = threshold_px, .force = true};
+    if (!isfinite(threshold_px) || threshold_px <= 0.0)
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "a threshold of %g pixels cannot be a model's default: give one above 0", threshold_px);
+    STP_TRY(stp_chunk_file_open(&file, path, err));
+    if (stp_byte_source_is_remote(stp_chunk_file_source(file))) {
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%s is on a server: its threshold cannot be changed",
+                               stp_chunk_file_path(file));
+        goto done;
+    }
+    STP_TRY(stp_chunk_file_convert(file, path, &params, err));
+done:
+    stp_chunk_file_close(&file);
+    return status;
+}
