@@ -1,13 +1,13 @@
 /* A model's default threshold: stored into a file that stays as it is otherwise, or not at all. */
 #include "formats/chunk/convert.h"
 
+#include "formats/chunk/layout.h"
 #include "tests/chunk_fixture.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cmocka.h>
 

@@ -3,13 +3,16 @@
 #include "base/memory.h"
 #include "runtime/gl_context.h"
 #include "tools/bench/bare_points.h"
+#include "tools/bench/decode_run.h"
 #include "tools/bench/first.h"
 #include "tools/bench/median.h"
 #include "tools/bench/open_run.h"
 #include "tools/bench/pace_run.h"
+#include "tools/bench/stops_run.h"
 #include "tools/cli.h"
 
 #include <epoxy/gl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -68,7 +71,8 @@ typedef struct options {
     int size[2];
     uint64_t repeat, gpu_memory, cpu_memory;
     double fps;
-    bool open, first;
+    bool open, first, stops;
+    const char *decode;
 } options;
 
 typedef struct bench_state {
@@ -206,6 +210,36 @@ static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
     return status;
 }
 
+/* One line: the sum over the stops of what chunks cost, then each stop's two frames. */
+static stp_status bench_stops(const bench_state *s, const options *o, stp_error *err)
+{
+    stops_run_result r;
+    double sum = 0.0;
+    stp_status status = stops_run(s->renderer, s->model, o->size, &r, err);
+    if (status != STP_OK)
+        return status;
+    for (int i = 0; i < STOPS_RUN_COUNT; i++)
+        sum += fmax(0.0, r.cold_ms[i] - r.warm_ms[i]);
+    printf("stops %.1f ms:", sum);
+    for (int i = 0; i < STOPS_RUN_COUNT; i++)
+        printf(" %.1f-%.1f", r.cold_ms[i], r.warm_ms[i]);
+    printf("\n");
+    return STP_OK;
+}
+
+static stp_status bench_decode(const options *o, const char *path, stp_error *err)
+{
+    decode_run_result r;
+    const char *const paths[2] = {path, o->decode};
+    stp_status status = decode_run(paths, (unsigned)o->repeat, &r, err);
+    if (status == STP_OK)
+        printf("size %.3f  million points a second %.2f %.2f  ratio %.2f (%.2f to %.2f), %u "
+               "chunks\n",
+               (double)r.file_bytes[1] / (double)r.file_bytes[0], 1e-6 * r.points_per_s[0],
+               1e-6 * r.points_per_s[1], r.ratio[1], r.ratio[0], r.ratio[2], r.chunks);
+    return status;
+}
+
 static stp_status run_bench(const options *o, const cli_common *common, const char *path,
                             stp_error *err)
 {
@@ -226,6 +260,10 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
                                 err));
     if (o->open) {
         STP_TRY(bench_open(&s, begun, err));
+        goto done;
+    }
+    if (o->stops) {
+        STP_TRY(bench_stops(&s, o, err));
         goto done;
     }
     if (o->fps > 0.0) {
@@ -262,6 +300,9 @@ static int run(int argc, char **argv)
         {"--cpu-memory", 0, CLI_BYTES, &o.cpu_memory, "SIZE", "for chunks (1G)", NULL},
         {"--first", 0, CLI_FLAG, &o.first, NULL, "time this process's first picture instead", NULL},
         {"--open", 0, CLI_FLAG, &o.open, NULL, "how soon it looks like itself, instead", NULL},
+        {"--stops", 0, CLI_FLAG, &o.stops, NULL, "a cold flight with six stops, instead", NULL},
+        {"--decode", 0, CLI_STRING, &o.decode, "N.stipple",
+         "decode it and M in turns, one thread, instead", NULL},
         {"--fps", 0, CLI_NUMBER, &o.fps, "N", "how well N frames a second are held, instead", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
@@ -278,6 +319,8 @@ static int run(int argc, char **argv)
                               .threads = (unsigned)common.threads};
         return first_run(&first, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
     }
+    if (o.decode)
+        return bench_decode(&o, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
     cli_progress(&common); /* Ctrl-C from here on is asked for between rounds */
     return run_bench(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
 }
