@@ -215,7 +215,7 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     STP_TRY(mirror_patches(load, chunk, stp_scene_shapes(s->scene), err));
     write_piece(load, chunk);
 done:
-    stp_chunk_destroy(&chunk);
+    stp_chunk_recycle(&chunk, scratch);
     return status;
 }
 

@@ -35,7 +35,7 @@ static stp_chunk *make_chunk(uint32_t patch_count, unsigned most, uint64_t seed,
         patch->exponent = (int16_t)((int)(r % 401) - 200);
         memcpy(patch->cone_axis, &r, 3);
         for (int i = 0; i < 3; i++)
-            patch->origin[i] = (int32_t)(r >> (8 * i)) * (kind == 0 ? 1 : 7919);
+            patch->origin[i] = (int32_t)((uint32_t)(r >> (8 * i)) * (kind == 0 ? 1u : 7919u));
         patch->counts[0] = sizes[p];
         for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
             patch->counts[l + 1] = (uint8_t)stp_level_count_above(patch->counts[l]);

@@ -102,6 +102,7 @@ typedef struct stp_chunk {
     stp_sample *samples[STP_LEVEL_COUNT];
     void *memory; /* owns all arrays */
     size_t memory_bytes;
+    size_t memory_capacity; /* of the block of arrays: more where it was another chunk's */
 } stp_chunk;
 
 /* File-wide facts. Strings and metadata belong to the stp_chunk_file. */
@@ -162,11 +163,15 @@ typedef struct stp_chunk_scratch {
     void *memory;
     size_t bytes;
     void *context; /* zstd's, in this memory; NULL until it is needed */
+    void *spare;   /* arrays of a chunk that is done with: for the next, without new pages */
+    size_t spare_bytes;
 } stp_chunk_scratch;
 
 /* Makes it hold bytes; what it held is lost. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, stp_error *err);
 void stp_chunk_scratch_free(stp_chunk_scratch *scratch);
+/* Destroys a chunk and keeps its arrays' memory for the next that is decoded with this scratch. */
+void stp_chunk_recycle(stp_chunk **chunk, stp_chunk_scratch *scratch);
 
 /* Checks and decodes a payload's first bytes. scratch may be NULL. Errors: INVALID_ARGUMENT,
  * CORRUPT, UNSUPPORTED (codec), OUT_OF_MEMORY. */
@@ -228,9 +233,10 @@ void stp_chunk_writer_destroy(stp_chunk_writer **writer);
 stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
                             const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
                             stp_error *err);
-/* The same with arrays of any content, for who writes all of them. */
+/* The same with arrays of any content, for who writes all of them; scratch (not NULL) may have
+ * memory to spare. */
 stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
                                   const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
-                                  stp_error *err);
+                                  stp_chunk_scratch *scratch, stp_error *err);
 
 #endif

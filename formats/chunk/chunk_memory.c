@@ -40,7 +40,7 @@ static void place_arrays(stp_chunk *chunk, const uint32_t sample_count[STP_LEVEL
 
 stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
                                   const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
-                                  stp_error *err)
+                                  stp_chunk_scratch *scratch, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
@@ -48,7 +48,15 @@ stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
     chunk->patch_count = patch_count;
     chunk->finest_level = finest_level;
     size_t bytes = arrays_bytes(patch_count, sample_count, finest_level);
-    chunk->memory = malloc(bytes);
+    chunk->memory_capacity = bytes;
+    if (scratch->spare_bytes >= bytes) {
+        chunk->memory = scratch->spare;
+        chunk->memory_capacity = scratch->spare_bytes;
+        scratch->spare = NULL;
+        scratch->spare_bytes = 0;
+    } else {
+        chunk->memory = malloc(bytes);
+    }
     if (!chunk->memory) {
         status = stp_error_set(err, STP_OUT_OF_MEMORY,
                                "no memory for the samples of a chunk: %zu bytes", bytes);
@@ -68,7 +76,9 @@ stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
                             const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
                             stp_error *err)
 {
-    stp_status status = stp_chunk_create_blank(out, patch_count, sample_count, finest_level, err);
+    stp_chunk_scratch none = {0};
+    stp_status status =
+        stp_chunk_create_blank(out, patch_count, sample_count, finest_level, &none, err);
     if (status != STP_OK)
         return status;
     memset((*out)->memory, 0, (*out)->memory_bytes - sizeof **out);
@@ -98,7 +108,9 @@ stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, s
 {
     if (bytes <= scratch->bytes)
         return STP_OK;
-    stp_chunk_scratch_free(scratch);
+    free(scratch->memory);
+    scratch->bytes = 0;
+    scratch->context = NULL;
     scratch->memory = malloc(bytes); /* not zeroed: it is written before it is read */
     if (!scratch->memory)
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu bytes to decode a chunk",
@@ -110,5 +122,17 @@ stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, s
 void stp_chunk_scratch_free(stp_chunk_scratch *scratch)
 {
     free(scratch->memory);
+    free(scratch->spare);
     *scratch = (stp_chunk_scratch){0};
+}
+
+void stp_chunk_recycle(stp_chunk **chunk, stp_chunk_scratch *scratch)
+{
+    if (*chunk && (*chunk)->memory_capacity > scratch->spare_bytes) {
+        free(scratch->spare);
+        scratch->spare = (*chunk)->memory;
+        scratch->spare_bytes = (*chunk)->memory_capacity;
+        (*chunk)->memory = NULL;
+    }
+    stp_chunk_destroy(chunk);
 }

@@ -416,8 +416,8 @@ stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_l
         return stp_error_set(err, STP_INVALID_ARGUMENT, "level %d asked for: use 0, 1 or 2",
                              finest_level);
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
-    STP_TRY(
-        stp_chunk_create_blank(&chunk, entry.patch_count, entry.sample_count, finest_level, err));
+    STP_TRY(stp_chunk_create_blank(&chunk, entry.patch_count, entry.sample_count, finest_level,
+                                   scratch ? scratch : &own, err));
     chunk->id = id;
     chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
     STP_TRY(decode_segments(file, &entry, payload, chunk, scratch ? scratch : &own, err));

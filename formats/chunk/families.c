@@ -111,11 +111,12 @@ INLINE void lanes_to_words(const lane *restrict c, uint32_t count, const int32_t
         int32_t x = choose(axis[i], along_c, along_b, along_a);
         int32_t y = choose(axis[i], along_a, along_c, along_b);
         int32_t z = choose(axis[i], along_b, along_a, along_c);
-        words[4 * i] = (uint32_t)(x | y << 16);
-        words[4 * i + 1] = (uint32_t)(z | c[RADIUS][i] << 16 | c[FLAGS][i] << 24);
-        words[4 * i + 2] = (uint32_t)(c[NU][i] | c[NV][i] << 12 | c[CLASS][i] << 24);
-        words[4 * i + 3] =
-            (uint32_t)(c[RED][i] | c[GREEN][i] << 8 | c[BLUE][i] << 16 | c[INTENSITY][i] << 24);
+        words[4 * i] = (uint32_t)x | (uint32_t)y << 16;
+        words[4 * i + 1] = (uint32_t)z | (uint32_t)c[RADIUS][i] << 16 | (uint32_t)c[FLAGS][i] << 24;
+        words[4 * i + 2] =
+            (uint32_t)c[NU][i] | (uint32_t)c[NV][i] << 12 | (uint32_t)c[CLASS][i] << 24;
+        words[4 * i + 3] = (uint32_t)c[RED][i] | (uint32_t)c[GREEN][i] << 8 |
+                           (uint32_t)c[BLUE][i] << 16 | (uint32_t)c[INTENSITY][i] << 24;
     }
 }
 
