@@ -22,8 +22,8 @@ typedef struct stp_resident {
     int finest;     /* levels >= finest are there */
     uint64_t last_used;
     stp_placement placement;
-    stp_gpu_patch *patches;        /* the GPU's, for choosing on the CPU */
-    stp_patch_brief *briefs;       /* the patches': what looking at them reads */
+    stp_gpu_patch *patches;  /* the GPU's, for choosing on the CPU */
+    stp_patch_brief *briefs; /* the patches': what looking at them reads */
 } stp_resident;
 
 typedef struct stp_chunk_cache stp_chunk_cache;
