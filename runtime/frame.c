@@ -416,6 +416,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
+    d->stats.lod = road_of(&r->variant, d->params->lod);
     d->stats.pyramid_levels = levels;
     d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
     d->stats.cut_complete = r->cut.miss_count == 0;

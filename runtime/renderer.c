@@ -156,6 +156,7 @@ static stp_status create(stp_renderer **out, const stp_renderer_params *params, 
     }
     STP_TRY(stp_pool_create(&r->pool, params->thread_count, err));
     STP_TRY(open_scene(r, &params->model, 1, err));
+    stp_road_begin(&r->road, stp_road_is_software());
     glCreateBuffers(1, &r->frame_buffer);
     glNamedBufferStorage(r->frame_buffer, sizeof(stp_gpu_frame), NULL, GL_DYNAMIC_STORAGE_BIT);
     glCreateQueries(GL_PRIMITIVES_GENERATED, 1, &r->points_query);
@@ -188,6 +189,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     if (r->frame_buffer != 0) {
         glDeleteBuffers(1, &r->frame_buffer);
         glDeleteQueries(1, &r->points_query);
+        stp_road_end(&r->road);
     }
     if (r->reconstruct.resolve != 0) {
         stp_project_destroy(&r->project);
@@ -257,8 +259,8 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
            a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
 }
 
-/* The picture, within stp_gl_state_enter and leave. */
-static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
+/* By the road that the params name. */
+static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_view *view = d->view;
@@ -313,6 +315,22 @@ done:
         if (r->pyramid.width == 0)
             stp_tiles_destroy(&r->tiles); /* they say what of the pyramid is empty */
     }
+    return status;
+}
+
+/* The picture, within stp_gl_state_enter and leave. */
+static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    const stp_draw_params *asked = d->params;
+    stp_draw_params taken = *asked;
+    bool chooses = taken.lod == STP_LOD_AUTO;
+    if (chooses)
+        taken.lod = stp_road_take(&r->road, taken.stream);
+    d->params = &taken;
+    stp_status status = draw_by_road(r, d, err);
+    d->params = asked;
+    if (chooses)
+        stp_road_leave(&r->road, status == STP_OK && d->stats.cut_complete);
     return status;
 }
 

@@ -9,6 +9,7 @@
 #include "runtime/motion.h"
 #include "runtime/project.h"
 #include "runtime/reconstruct.h"
+#include "runtime/road.h"
 #include "runtime/scene.h"
 #include "runtime/shader.h"
 #include "runtime/sight.h"
@@ -50,6 +51,7 @@ struct stp_renderer {
     GLuint composite; /* program, once something was drawn into a host's framebuffer */
     stp_cut cut, ahead_cut;
     stp_motion motion;
+    stp_road road;         /* where none is asked for */
     bool moves;            /* the camera, since the last frame */
     stp_draw_params drawn; /* of the last frame */
     stp_draw_stats last;   /* of the last frame */

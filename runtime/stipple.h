@@ -73,11 +73,14 @@ uint64_t stp_model_gpu_bytes(const stp_model *model);
 
 /* Who chooses the levels. */
 typedef enum stp_lod {
-    STP_LOD_GEOMETRY = 0, /* the geometry shader, of patches for which one sample does not do */
-    STP_LOD_CPU = 1,      /* the same rule on the CPU */
-    STP_LOD_FULL = 2,     /* nobody: every level-0 sample, in passes if the budget asks for it */
-    STP_LOD_COMPUTE = 3   /* a compute shader, of these; nothing is rasterised */
+    STP_LOD_AUTO = 0,     /* GEOMETRY or COMPUTE, whichever is faster on the driver at hand */
+    STP_LOD_GEOMETRY = 1, /* the geometry shader, of patches for which one sample does not do */
+    STP_LOD_COMPUTE = 2,  /* a compute shader, of these; compute shaders also project and push */
+    STP_LOD_CPU = 3,      /* the same rule on the CPU */
+    STP_LOD_FULL = 4      /* nobody: every level-0 sample, in passes if the budget asks for it */
 } stp_lod;
+
+#define STP_LOD_LAST STP_LOD_FULL
 
 typedef enum stp_reconstruct {
     STP_RECONSTRUCT_GAUSS = 0, /* CG08 */
@@ -174,6 +177,7 @@ typedef struct stp_draw_stats {
     uint32_t chunks_drawn, chunks_missing;
     uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */
     uint32_t passes;
+    stp_lod lod; /* the one that was taken: never AUTO */
     int pyramid_levels;
     bool cut_complete;
     bool more;         /* while streaming: the next frame may show more without any chunk coming */

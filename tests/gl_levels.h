@@ -71,7 +71,7 @@ static inline void gl_levels_close(gl_levels *levels)
     gl_fixture_close(&levels->fixture);
 }
 
-/* Draws a view and fills noted. */
+/* Draws a view by the geometry shader and fills noted. */
 static inline void gl_levels_draw(gl_levels *levels, const stp_view *view,
                                   const stp_draw_params *params)
 {
@@ -80,7 +80,9 @@ static inline void gl_levels_draw(gl_levels *levels, const stp_view *view,
     glNamedBufferSubData(levels->buffer, 0, bytes, levels->noted);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, levels->buffer);
     stp_draw_stats stats;
-    check_ok(stp_renderer_draw(levels->fixture.renderer, view, params, &stats, err));
+    stp_draw_params by_shader = *params;
+    by_shader.lod = STP_LOD_GEOMETRY;
+    check_ok(stp_renderer_draw(levels->fixture.renderer, view, &by_shader, &stats, err));
     assert_true(stats.cut_complete);
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glGetNamedBufferSubData(levels->buffer, 0, bytes, levels->noted);

@@ -223,6 +223,8 @@ static size_t project_settled(reference_pyramid *reference, const reference_disc
 
 /* ---- scenes ---- */
 
+static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
+
 /* Draws the model both ways and adds up how they agree. */
 static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct reconstruct,
                             stp_shade shade, double threshold_px)
@@ -238,7 +240,9 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
     };
     stp_draw_stats stats;
     reference_pyramid reference;
-    stp_draw_params params = {.reconstruct = reconstruct,
+    bool large = view->width == sizes[0][0];
+    stp_draw_params params = {.lod = large ? STP_LOD_GEOMETRY : STP_LOD_COMPUTE,
+                              .reconstruct = reconstruct,
                               .shade = shade,
                               .threshold_px = threshold_px,
                               .every_sample = threshold_px == 0.0,
@@ -275,8 +279,6 @@ static const struct {
     {"template3", STP_RECONSTRUCT_TEMPLATE3}, {"template5", STP_RECONSTRUCT_TEMPLATE5},
     {"template7", STP_RECONSTRUCT_TEMPLATE7}, {"splat", STP_RECONSTRUCT_SPLAT},
 };
-
-static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
 
 /* Views of one model: around it, close to it with 100 degrees, and orthographic. ties: so large a
  * share of the pixels may be settled. */

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "runtime/model.h"
+#include "tools/draw_options.h"
 #include "tools/source_options.h"
 
 #include <cjson/cJSON.h>
@@ -47,6 +48,7 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
 {
     static const char *const names[DRAW_TIME_COUNT] = {NULL, "project_ms", "pull_push_ms",
                                                        "shade_ms"};
+    char lod[16];
     cJSON *json = cJSON_CreateObject();
     cJSON *frame = cJSON_AddObjectToObject(json, "frame_ms");
     const double *times = m->times[DRAW_FRAME_MS];
@@ -65,6 +67,8 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
     cJSON_AddNumberToObject(json, "chunks_missing", m->most_missing);
     cJSON_AddBoolToObject(json, "cut_complete", m->most_missing == 0);
     cJSON_AddNumberToObject(json, "max_error_px", m->cut.max_error_px);
+    draw_options_word(DRAW_LODS, (int)m->last.lod, lod);
+    cJSON_AddStringToObject(json, "lod", lod);
     cJSON_AddNumberToObject(json, "passes", m->last.passes);
     cJSON_AddNumberToObject(json, "pyramid_levels", m->last.pyramid_levels);
     cJSON_AddNumberToObject(json, "bytes_read", (double)stp_renderer_bytes_read(renderer));

@@ -28,7 +28,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
          "coarser samples are not drawn larger (6)", NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
-         "who chooses levels: geometry shader (default), CPU, nobody, compute", NULL},
+         "who chooses levels: shaders, the CPU, nobody (auto: the faster shaders)", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
          "how gaps are closed (gauss)", NULL},
         {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,

@@ -24,7 +24,7 @@ typedef struct draw_options {
 #define DRAW_DAMAGE_BYTES 1100
 
 /* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
-#define DRAW_LODS "geometry|cpu|full|compute"
+#define DRAW_LODS "auto|geometry|compute|cpu|full"
 #define DRAW_RECONSTRUCTIONS "gauss|box|template3|template5|template7|splat|points"
 #define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers"
 #define DRAW_PALETTES "auto|grey|viridis|heat"

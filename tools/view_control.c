@@ -193,7 +193,7 @@ static bool handle_drawing_key(view_control *c, uint32_t key, bool back)
         set_threshold(p, 2.0 * p->threshold_px);
         return true;
     case 'l':
-        p->lod = (stp_lod)cycle((int)p->lod, STP_LOD_COMPUTE + 1, back);
+        p->lod = (stp_lod)cycle((int)p->lod, STP_LOD_LAST + 1, back);
         return true;
     case 'r':
         p->reconstruct =

@@ -47,7 +47,7 @@ void view_panel_quality(viewer *v)
     stp_ui_disable_end();
     stp_ui_hint("no sample is drawn further from the surface it stands for");
     changed |= stp_ui_check("every sample", &p->every_sample);
-    if (stp_ui_choice("levels", &lod, "geometry shader|cpu|full|compute shader", ALL)) {
+    if (stp_ui_choice("levels", &lod, "auto|geometry shader|compute shader|cpu|full", ALL)) {
         p->lod = (stp_lod)lod;
         changed = true;
     }
