@@ -221,6 +221,7 @@ stp_status compare_metrics_compute(const stp_image *a, const stp_image *b, compa
                              .ssim = ssim / (double)sums.either,
                              .coverage_a = (double)sums.covered_a / pixels,
                              .coverage_b = (double)sums.covered_b / pixels,
+                             .either = sums.either,
                              .holes = sums.holes,
                              .spill = sums.spill};
 done:

@@ -22,6 +22,7 @@ typedef struct compare_metrics {
      * the mean over pixels covered in either. */
     double ssim;
     double coverage_a, coverage_b; /* fractions of all pixels */
+    uint64_t either;               /* pixels covered in either */
     uint64_t holes; /* pixels covered in B with their whole 3x3 neighbourhood, but not in A */
     uint64_t
         spill; /* pixels covered in A without any covered pixel of B in their 3x3 neighbourhood */
