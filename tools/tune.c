@@ -1,11 +1,12 @@
 /* stipple tune: what a level-of-detail threshold costs and buys, measured; solves for one. */
 #include "base/memory.h"
 #include "base/sort.h"
+#include "formats/chunk/byte_source.h"
+#include "formats/chunk/convert.h"
 #include "runtime/gl_context.h"
 #include "tools/draw_options.h"
 #include "tools/source_options.h"
 #include "tools/tune_report.h"
-#include "tools/tune_save.h"
 
 #include <epoxy/gl.h>
 #include <math.h>
@@ -131,8 +132,9 @@ static stp_status open_all(tuning *t, const char *path, const cli_common *common
 {
     stp_status status = STP_OK;
     const options *o = t->o;
-    if (o->save)
-        STP_TRY(tune_save(path, -1.0, err));
+    if (o->save && stp_is_address(path))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s is on a server: --save cannot change it: leave it out", path);
     STP_TRY(tune_folder_check(o->output, o->force, err));
     STP_TRY(draw_options_open(&o->draw, path, &t->model, err));
     STP_TRY(choose_settings(t, err));
@@ -242,7 +244,7 @@ static stp_status tune(const options *o, const cli_common *common, const char *p
     cli_progress_end();
     STP_TRY(write_report(&t, path, err));
     if (o->save)
-        STP_TRY(tune_save(path, t.answer.found.threshold_px, err));
+        STP_TRY(stp_chunk_file_set_threshold(path, t.answer.found.threshold_px, err));
     source_options_warn(&cli_tune, common, t.model->file);
     draw_options_warn(cli_tune.name, common, t.renderer);
     tune_table_print(&t.sweep, &t.answer, stdout);

@@ -79,6 +79,13 @@ static bool drawn(const axis *a, double value)
     return isfinite(value) && (!a->log || value > 0.0);
 }
 
+/* Whether a point has a place on both axes. */
+static bool shown(const tune_chart *chart, const tune_series *s, size_t i)
+{
+    const axis x = {.log = chart->x_log}, y = {.log = chart->y_log};
+    return drawn(&x, s->x[i]) && drawn(&y, s->y[i]);
+}
+
 static axis axis_of(const tune_chart *chart, bool of_x)
 {
     axis a = {.log = of_x ? chart->x_log : chart->y_log,
@@ -89,7 +96,7 @@ static axis axis_of(const tune_chart *chart, bool of_x)
     for (size_t s = 0; s < chart->count; s++)
         for (size_t i = 0; i < chart->series[s].count; i++) {
             double value = of_x ? chart->series[s].x[i] : chart->series[s].y[i];
-            if (!drawn(&a, value))
+            if (!shown(chart, &chart->series[s], i))
                 continue;
             a.low = fmin(a.low, scaled(&a, value));
             a.high = fmax(a.high, scaled(&a, value));
@@ -113,16 +120,23 @@ static double step_of(double length)
 static void mark(const axis *a, bool of_x, double value, tune_text *out)
 {
     double at = place(a, value);
+    char text[32];
+    if (fabs(value) >= 1e6)
+        snprintf(text, sizeof text, "%g M", value / 1e6);
+    else if (fabs(value) >= 1e4)
+        snprintf(text, sizeof text, "%g k", value / 1e3);
+    else /* no -0 */
+        snprintf(text, sizeof text, "%g", value == 0.0 ? 0.0 : value);
     if (of_x)
         tune_text_add(out,
                       "<path d=\"M%.1f %d V%d\" stroke=\"currentColor\" stroke-opacity=\".15\"/>"
-                      "<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%g</text>\n",
-                      at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 16, value);
+                      "<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%s</text>\n",
+                      at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 16, text);
     else
         tune_text_add(out,
                       "<path d=\"M%d %.1f H%d\" stroke=\"currentColor\" stroke-opacity=\".15\"/>"
-                      "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\">%g</text>\n",
-                      LEFT, at, WIDTH - RIGHT, LEFT - 6, at + 4.0, value);
+                      "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\">%s</text>\n",
+                      LEFT, at, WIDTH - RIGHT, LEFT - 6, at + 4.0, text);
 }
 
 static void mark_axis(const axis *a, bool of_x, tune_text *out)
@@ -150,6 +164,7 @@ static void draw_series(const tune_series *s, const axis *x, const axis *y, cons
                         tune_text *out)
 {
     bool begun = false;
+    double label_x = INFINITY, label_y = INFINITY; /* of the last */
     tune_text_add(out, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"", colour,
                   s->dashed ? " stroke-dasharray=\"5 4\"" : "");
     for (size_t i = 0; i < s->count; i++) {
@@ -166,9 +181,12 @@ static void draw_series(const tune_series *s, const axis *x, const axis *y, cons
         if (!s->dashed)
             tune_text_add(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"%s\"/>", px, py,
                           colour);
-        if (s->labels != NULL)
-            tune_text_add(out, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\">%g px</text>",
-                          px + 5.0, py + 12.0, s->labels[i]);
+        if (s->labels == NULL || (fabs(px - label_x) < 40.0 && fabs(py - label_y) < 12.0))
+            continue; /* it would be written over another */
+        label_x = px;
+        label_y = py;
+        tune_text_add(out, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\">%g px</text>", px + 5.0,
+                      py + 12.0, s->labels[i]);
     }
 }
 
