@@ -41,6 +41,13 @@ typedef struct stp_pyramid {
     bool in_place; /* levels above 0 are finished in what they were pulled to: `finished` is idle */
 } stp_pyramid;
 
+/* What a level of the last frame was finished in, where it was. */
+static inline const GLuint *stp_pyramid_finished(const stp_pyramid *pyramid, int l)
+{
+    const stp_pyramid_level *level = &pyramid->levels[l];
+    return l > 0 && pyramid->in_place ? level->pulled : level->finished;
+}
+
 /* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err);
 /* Makes what level 0 is finished in, where it is not there yet. Errors: GL (no memory). */

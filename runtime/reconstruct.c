@@ -95,8 +95,7 @@ bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels
 /* What level l is once it is finished, levels being the coarsest. */
 static const GLuint *finished(const stp_pyramid *pyramid, int l, int levels)
 {
-    const stp_pyramid_level *level = &pyramid->levels[l];
-    return l == levels || pyramid->in_place ? level->pulled : level->finished;
+    return l == levels ? pyramid->levels[l].pulled : stp_pyramid_finished(pyramid, l);
 }
 
 /* What pushing to level l reads. */

@@ -201,7 +201,7 @@ static inline reference_pixel *gl_fixture_level(const gl_fixture *f, int l, bool
 {
     const stp_pyramid *pyramid = stp_renderer_inspect(f->renderer).pyramid;
     const stp_pyramid_level *level = &pyramid->levels[l];
-    const GLuint *textures = finished ? level->finished : level->pulled;
+    const GLuint *textures = finished ? stp_pyramid_finished(pyramid, l) : level->pulled;
     size_t count = (size_t)level->width * (size_t)level->height;
     uint32_t(*texels[2])[4];
     for (int i = 0; i < 2; i++) {

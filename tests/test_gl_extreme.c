@@ -310,7 +310,7 @@ static void check_buffers(const gl_fixture *f, int mode, int levels)
         const stp_pyramid_level *level = &pyramid->levels[l];
         check_level(level, level->pulled, modes[mode].name);
         if (pushes && l > 0 && l < levels)
-            check_level(level, level->finished, modes[mode].name);
+            check_level(level, stp_pyramid_finished(pyramid, l), modes[mode].name);
     }
     check_floats(pyramid->nearest_depth, GL_DEPTH_COMPONENT, 1, count, "the depth buffer");
     check_floats(pyramid->picture_depth, GL_RED, 1, count, "the picture's depth");
