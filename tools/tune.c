@@ -155,7 +155,7 @@ static stp_status open_all(tuning *t, const char *path, const cli_common *common
                                     .repeat = o->repeat,
                                     .discs = (size_t)o->discs,
                                     .shown = t->shown,
-                                    .progress = cli_progress(common),
+                                    .progress = t->params.progress,
                                     .pool = t->pool};
     choose_shown(t);
 done:
@@ -237,7 +237,7 @@ done:
 static stp_status tune(const options *o, const cli_common *common, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
-    tuning t = {.o = o};
+    tuning t = {.o = o, .params.progress = cli_progress(common)};
     STP_TRY(open_all(&t, path, common, err));
     STP_TRY(tune_sweep_run(&t.sweep, &t.params, err));
     STP_TRY(solve(&t, err));

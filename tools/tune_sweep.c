@@ -235,7 +235,12 @@ static stp_status film_point(tune_sweep *s, size_t d, tune_point *point,
     stp_draw_params params = at_threshold(setting, point->threshold_px);
     for (int i = 0; i < TUNE_DOLLY_FRAMES; i++) {
         stp_image now = image_of(s, s->judged[i % 2]), last = image_of(s, s->judged[1 - i % 2]);
-        STP_TRY(draw(s, &s->params->views->dollies[d][i], &params, true, now.rgba, NULL, err));
+        if (params.every_sample && setting == s->params->settings) { /* what the film is of */
+            STP_TRY(step(s, err));
+            memcpy(now.rgba, s->film[i], 4 * pixels_of(s));
+        } else {
+            STP_TRY(draw(s, &s->params->views->dollies[d][i], &params, true, now.rgba, NULL, err));
+        }
         if (i == 0)
             continue;
         stp_image full_last = image_of(s, s->film[i - 1]), full_now = image_of(s, s->film[i]);
