@@ -8,7 +8,7 @@
 
 #define INLINE STP_INLINE
 /* Families that are computed at once: as many as caches hold, in whole patches. */
-#define LANES 128u
+#define LANES 64u
 #define VECTOR STP_FAMILY_SLACK /* lanes of the widest vectors that are counted on */
 
 /* Components of a sample: those of which a parent is the mean of its children come first. Positions
@@ -202,7 +202,17 @@ INLINE void give_children(stp_chunk *chunk, int level, uint32_t begin, families 
     stp_sample *next = chunk->samples[level] + chunk->level_begin[level][begin];
     for (unsigned k = 0; k < STP_FAMILY_SLOTS; k++)
         lanes_to_words(f->child[k], f->lanes, f->axis, &f->texel[k][0][0]);
-    for (uint32_t i = 0; i < f->count; i++) {
+    const stp_sample *end = chunk->samples[level] + chunk->level_begin[level][chunk->patch_count];
+    uint32_t i = 0;
+    /* Empty slots too where there is room: what follows comes over them. */
+    for (; i < f->count && end - next >= (ptrdiff_t)STP_FAMILY_SLOTS; i++) {
+        memcpy(next, f->texel[0][i], sizeof *next);
+        memcpy(next + 1, f->texel[1][i], sizeof *next);
+        memcpy(next + 2, f->texel[2][i], sizeof *next);
+        next += f->children[i];
+        memcpy(next - 1, f->texel[3][i], sizeof *next);
+    }
+    for (; i < f->count; i++) {
         for (int32_t k = 1; k < f->children[i]; k++)
             memcpy(next++, f->texel[k - 1][i], sizeof *next);
         memcpy(next++, f->texel[3][i], sizeof *next);
@@ -491,11 +501,32 @@ decode_level_wide(stp_chunk *chunk, int level, const uint8_t *const *parts, fami
 {
     decode_level(chunk, level, parts, f);
 }
+
+#define AVX512 "avx512f,avx512bw,avx512dq,avx512vl"
+#ifdef __clang__
+__attribute__((target(AVX512))) static void
+#else
+__attribute__((target(AVX512 ",prefer-vector-width=512"))) static void
+#endif
+decode_level_widest(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
+{
+    decode_level(chunk, level, parts, f);
+}
+
+static bool has_avx512(void)
+{
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
 #endif
 
 void stp_families_decode(stp_chunk *chunk, int level, const uint8_t *const *parts, void *scratch)
 {
 #ifdef __x86_64__
+    if (has_avx512()) {
+        decode_level_widest(chunk, level, parts, scratch);
+        return;
+    }
     if (__builtin_cpu_supports("avx2")) {
         decode_level_wide(chunk, level, parts, scratch);
         return;

@@ -16,7 +16,7 @@
 #define STP_FAMILY_SLOTS 4u
 
 /* Decoding may read so many bytes behind the end of a part, whatever they are. */
-#define STP_FAMILY_SLACK 8u
+#define STP_FAMILY_SLACK 16u
 
 /* Planes of a level, in this order: one byte a slot. */
 enum {

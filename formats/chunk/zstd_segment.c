@@ -13,11 +13,13 @@
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 4u
-/* A block of its own is worth its tables from so many bytes on. */
-#define BLOCK_BYTES_LEAST 4096u
+/* A block of its own is worth its tables, which take as long to read as many bytes, from so many
+ * bytes on. */
+#define BLOCK_BYTES_LEAST 8192u
 #define ENDS_LIMIT 256u
 /* A part that zstd makes no smaller than so many eighths is stored as it is: it costs no time. */
 #define RAW_EIGHTHS 6u
+#define RAW_BYTES_LEAST 512u
 /* Planes come in parts: of the elder slots, all planes, then of the last. */
 #define PARTS (2u * STP_FAMILY_PLANES)
 
@@ -245,7 +247,7 @@ static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_erro
 {
     stp_bytes packed = {0};
     stp_status status = stp_zstd_pack(part, &size, 1, &packed, err);
-    *raw = size >= BLOCK_BYTES_LEAST && 8 * packed.size > RAW_EIGHTHS * size;
+    *raw = size >= RAW_BYTES_LEAST && 8 * packed.size > RAW_EIGHTHS * size;
     free(packed.data);
     return status;
 }
