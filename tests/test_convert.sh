@@ -73,5 +73,22 @@ done
 # A full disk: files may not grow beyond 100 blocks of 1024 bytes.
 (ulimit -f 100; trap '' XFSZ; "$STIPPLE" convert z.stipple -o n.stipple --codec raw --quiet 2>full.txt)
 [ -e n.stipple ] && fail "a full disk left a file"
+# A read-only folder, and a disk that is full, where they can be had.
+mkdir locked && chmod 555 locked
+if ! touch locked/try 2>/dev/null; then
+    run "$STIPPLE" convert z.stipple -o locked/n.stipple
+    expect_code 1
+    expect_text err locked/n.stipple
+fi
+if mkdir small && mount -t tmpfs -o size=64k stipple-test small 2>/dev/null; then
+    for options in '' '--threshold 3' '--codec raw'; do
+        # shellcheck disable=SC2086
+        run "$STIPPLE" convert z.stipple -o small/n.stipple $options
+        expect_code 1
+        expect_text err "the disk is full"
+        [ -z "$(ls -A small)" ] || fail "a full disk: left $(ls -A small)"
+    done
+    umount small
+fi
 ls | grep -q 'n.stipple.' && fail "temporary files are left"
 end_test

@@ -8,6 +8,9 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -64,8 +67,81 @@ static void test_refused(void **state)
     fixture_destroy(&tree);
 }
 
+/* A model in the folder stays as it was where a threshold cannot be written. */
+static void check_unwritten(const char *path, const char *message)
+{
+    stp_error err = {0};
+    size_t size[2] = {0};
+    uint8_t *before = fixture_read_file(path, &size[0]);
+    stp_status status = stp_chunk_file_set_threshold(path, 2.0, &err);
+    uint8_t *after = fixture_read_file(path, &size[1]);
+    bool same = size[0] == size[1] && memcmp(before, after, size[0]) == 0;
+    free(before);
+    free(after);
+    assert_int_equal(status, STP_IO);
+    assert_non_null(strstr(err.message, message));
+    assert_true(same);
+}
+
+static void test_read_only_folder(void **state)
+{
+    (void)state;
+    fixture_tree tree;
+    stp_error err = {0};
+    char folder[256];
+    const char *path = fixture_path("locked/m.stipple");
+    snprintf(folder, sizeof folder, "%s", fixture_path("locked"));
+    fixture_single(&tree, 3, 10);
+    assert_int_equal(mkdir(folder, 0755), 0);
+    assert_int_equal(fixture_write(&tree, path, STP_CODEC_ZSTD, &err), STP_OK);
+    fixture_destroy(&tree);
+    assert_int_equal(chmod(folder, 0555), 0);
+    bool refused = access(folder, W_OK) != 0;
+    if (refused)
+        check_unwritten(path, path);
+    assert_int_equal(chmod(folder, 0755), 0);
+    if (!refused) {
+        print_message("skipped: who may write everywhere cannot be refused\n");
+        skip();
+    }
+}
+
+/* Room for one model and no second; a small tmpfs can only be mounted by root. */
+static void test_disk_full(void **state)
+{
+    (void)state;
+    fixture_tree tree;
+    stp_error err = {0};
+    char folder[256], room[32];
+    size_t size = 0;
+    const char *path = fixture_path("size.stipple");
+    fixture_tree_of_seven(&tree, 40, 60);
+    assert_int_equal(fixture_write(&tree, path, STP_CODEC_ZSTD, &err), STP_OK);
+    free(fixture_read_file(path, &size));
+    snprintf(room, sizeof room, "size=%zu", size + size / 2);
+    snprintf(folder, sizeof folder, "%s", fixture_path("small"));
+    assert_int_equal(mkdir(folder, 0755), 0);
+    if (mount("none", folder, "tmpfs", 0, room) != 0) {
+        fixture_destroy(&tree);
+        print_message("skipped: mounting a small tmpfs needs root\n");
+        skip();
+        return;
+    }
+    path = fixture_path("small/m.stipple");
+    assert_int_equal(fixture_write(&tree, path, STP_CODEC_ZSTD, &err), STP_OK);
+    fixture_destroy(&tree);
+    check_unwritten(path, "disk is full");
+    assert_int_equal(unlink(path), 0);
+    assert_int_equal(umount(folder), 0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_set), cmocka_unit_test(test_refused)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_set),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_read_only_folder),
+        cmocka_unit_test(test_disk_full),
+    };
     return cmocka_run_group_tests(tests, NULL, fixture_remove_folder);
 }

@@ -103,6 +103,14 @@ expect_code 0
 "$STIPPLE" export "$model" -o "$FOLDER/near.ply" --quiet
 cmp -s "$FOLDER/far.ply" "$FOLDER/near.ply" || fail "export of the far model differs"
 
+run "$STIPPLE" convert "$web/a b/é.stipple" -o "$FOLDER/far.stipple" --codec zstd --threshold 2 --quiet
+expect_code 0
+"$STIPPLE" convert "$model" -o "$FOLDER/near.stipple" --codec zstd --threshold 2 --quiet
+cmp -s "$FOLDER/far.stipple" "$FOLDER/near.stipple" || fail "convert of the far model differs"
+run "$STIPPLE" convert "$web/nowhere.stipple" -o "$FOLDER/none.stipple"
+expect_failure "check the address"
+[ ! -e "$FOLDER/none.stipple" ] || fail "convert of a model that is not there left a file"
+
 # ---- what goes wrong, each in one sentence ----
 
 truncate -s 256M "$root/large.stipple"
