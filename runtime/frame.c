@@ -51,15 +51,20 @@ static stp_lod road_of(const stp_variant *variant, stp_lod lod)
     return rasterised && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
 }
 
-stp_status stp_frame_prepare_road(stp_project *project, const char *folder,
-                                  const stp_variant *variant, stp_lod lod, stp_error *err)
+stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs *reconstruct,
+                                  const char *folder, const stp_variant *variant, stp_lod lod,
+                                  stp_error *err)
 {
-    return stp_project_prepare(project, variant, road_of(variant, lod), folder, err);
+    stp_status status = stp_project_prepare(project, variant, road_of(variant, lod), folder, err);
+    if (status == STP_OK && lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(reconstruct, 1))
+        status = stp_reconstruct_prepare_columns(reconstruct, folder, variant, err);
+    return status;
 }
 
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 {
-    return stp_frame_prepare_road(&r->project, r->shader_folder, &r->variant, lod, err);
+    return stp_frame_prepare_road(&r->project, &r->reconstruct, r->shader_folder, &r->variant, lod,
+                                  err);
 }
 
 static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
@@ -395,8 +400,6 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     r->pyramid.in_place =
         d->params->lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(&r->reconstruct, levels);
     if (r->pyramid.in_place) {
-        STP_TRY(
-            stp_reconstruct_prepare_columns(&r->reconstruct, r->shader_folder, &r->variant, err));
         STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels, err));
         blocks = &r->blocks;
     }

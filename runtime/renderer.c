@@ -23,17 +23,19 @@ static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp
 {
     stp_status status = STP_OK;
     stp_project project = {0};
-    stp_reconstruct_programs reconstruct;
-    STP_TRY(stp_frame_prepare_road(&project, r->shader_folder, variant, lod, err));
+    stp_reconstruct_programs reconstruct = {0};
     STP_TRY(stp_reconstruct_create(&reconstruct, r->shader_folder, variant, err));
+    STP_TRY(stp_frame_prepare_road(&project, &reconstruct, r->shader_folder, variant, lod, err));
     stp_project_destroy(&r->project);
     stp_reconstruct_destroy(&r->reconstruct);
     r->project = project;
     r->reconstruct = reconstruct;
     r->variant = *variant;
     project = (stp_project){0};
+    reconstruct = (stp_reconstruct_programs){0};
 done:
     stp_project_destroy(&project);
+    stp_reconstruct_destroy(&reconstruct);
     return status;
 }
 

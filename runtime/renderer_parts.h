@@ -90,9 +90,10 @@ typedef struct stp_drawing {
 
 /* Compiles what a road needs, where a picture takes another than its parameters say. Errors: GL. */
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);
-/* The same for projections that are not the renderer's yet. */
-stp_status stp_frame_prepare_road(stp_project *project, const char *folder,
-                                  const stp_variant *variant, stp_lod lod, stp_error *err);
+/* The same for programs that are not the renderer's yet. */
+stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs *reconstruct,
+                                  const char *folder, const stp_variant *variant, stp_lod lod,
+                                  stp_error *err);
 /* What shaders and the cut read of a picture: of its view, its threshold, its colours and what it
  * leaves out. */
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params);

@@ -12,7 +12,8 @@ open_viewer() { # options
 test_keys() {
     open_viewer || return
     expect_title "model.stipple: " start
-    expect_title "threshold 1 px, geometry, gauss, phong" start
+    expect_title "threshold 1 px, auto (" start
+    expect_title "), gauss, phong" start
     lit=$(lit_pixels 0 0 400 400)
     [ "$lit" -gt 8000 ] || fail "the picture of a sphere has only $lit pixels"
     outside=$(lit_pixels 400 0 640 480)
@@ -22,6 +23,10 @@ test_keys() {
     expect_title "threshold 2 px" minus
     xdotool key plus key plus
     expect_title "threshold 0.5 px" plus
+    xdotool key l
+    expect_title "px, geometry, gauss" l
+    xdotool key l
+    expect_title "px, compute, gauss" l
     xdotool key l
     expect_title "px, cpu" l
     xdotool key l
@@ -120,9 +125,11 @@ test_shaders() {
     open_viewer --shaders "$FOLDER/shaders" || return
     before=$(screen_sum)
     # the passes that write the picture make it green
-    mapfile -t passes < <(grep -lE '^ *picture = ' "$SOURCE"/shaders/*.frag)
+    mapfile -t passes < <(grep -lE '^ *(picture = |imageStore\(picture,)' "$SOURCE"/shaders/*.{frag,comp})
     for name in "${passes[@]}"; do
-        sed -E 's/^( *)picture = .*/\1picture = vec4(0.0, 1.0, 0.0, 1.0);/' "$name" >"$FOLDER/saved"
+        sed -E -e 's/^( *)picture = .*/\1picture = vec4(0.0, 1.0, 0.0, 1.0);/' \
+            -e 's/imageStore\(picture, here, .*\);/imageStore(picture, here, vec4(0.0, 1.0, 0.0, 1.0));/' \
+            "$name" >"$FOLDER/saved"
         mv "$FOLDER/saved" "$FOLDER/shaders/${name##*/}"
     done
     wait_for 30 screen_changed || fail "a saved shader is not shown"

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #define TITLE_BYTES 512
+#define LOD_BYTES 36
 /* A level change has faded to a third after so long. */
 #define FADE_S 0.12
 #define FADE_LEAST 0.05
@@ -38,12 +39,24 @@ static void mode_words(const viewer *v, char out[120])
              v->record.on ? ", recording" : "");
 }
 
+/* Who chooses levels; of auto also which of the roads it took. */
+static void lod_words(const viewer *v, char text[LOD_BYTES])
+{
+    char taken[16], asked[16];
+    draw_options_word(DRAW_LODS, (int)v->control.params.lod, asked);
+    draw_options_word(DRAW_LODS, (int)v->stats.lod, taken);
+    if (v->control.params.lod == STP_LOD_AUTO && v->stats.lod != STP_LOD_AUTO)
+        snprintf(text, LOD_BYTES, "%s (%s)", asked, taken);
+    else
+        snprintf(text, LOD_BYTES, "%s", asked);
+}
+
 static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
-    char title[TITLE_BYTES], lod[16], reconstruct[16], shade[16], threshold[32], colour[40],
+    char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[32], colour[40],
         modes[120], missing[40] = "", more[40] = "";
-    draw_options_word(DRAW_LODS, (int)p->lod, lod);
+    lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
     colour_words(p, colour);
