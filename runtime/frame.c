@@ -30,14 +30,25 @@ static bool was_drawn(const void *context, uint32_t chunk)
     return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
 }
 
+/* Whether the picture has the samples' own colours. */
+static bool shows_colours(const stp_draw_params *params)
+{
+    bool lit = params->shade == STP_SHADE_PHONG || params->shade == STP_SHADE_LAMBERT;
+    return params->colour == STP_COLOUR_RGB && (lit || params->overlay > 0.0);
+}
+
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)
 {
     stp_gpu_frame frame = stp_gpu_frame_from_view(view);
     bool every = params->every_sample || params->lod == STP_LOD_FULL;
     double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
     double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    uint32_t terms = params->terms != 0 ? params->terms : STP_TERMS_DEFAULT;
+    bool colour = (terms & STP_TERM_COLOUR) != 0 && shows_colours(params);
     frame.quality[0] = every ? 0.0f : (float)threshold;
-    frame.quality[1] = (float)cap;
+    frame.quality[1] = terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold)) : INFINITY;
+    frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
+    frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
     frame.modes[1] = params->keep_back_faces;
     stp_colour_range_place(frame.colour_range, params, &view->eye);
     stp_filter_place(&frame, params, &view->eye);

@@ -250,10 +250,11 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
     return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
            a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
-           a->every_sample == b->every_sample && a->keep_back_faces == b->keep_back_faces &&
-           a->colour == b->colour && a->palette == b->palette &&
-           a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
-           a->overlay == b->overlay && a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
+           a->terms == b->terms && a->every_sample == b->every_sample &&
+           a->keep_back_faces == b->keep_back_faces && a->colour == b->colour &&
+           a->palette == b->palette && a->colour_range[0] == b->colour_range[0] &&
+           a->colour_range[1] == b->colour_range[1] && a->overlay == b->overlay &&
+           a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
            clips_equal(&a->clip, &b->clip) &&
            memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
            a->stream == b->stream && a->refine == b->refine &&

@@ -131,6 +131,17 @@ typedef struct stp_clip {
     stp_dbox box;
 } stp_clip;
 
+/* What the error rule sees beside the error of the surface: bits of stp_draw_params.terms. Each
+ * makes levels finer where it counts, so whatever it is, no error is beyond the threshold. */
+typedef enum stp_term {
+    STP_TERM_RADIUS = 1,     /* reconstruction's own limit: the cap on projected radii */
+    STP_TERM_COLOUR = 2,     /* what samples average of colours; only where these are shown */
+    STP_TERM_SILHOUETTE = 4, /* errors count twice where outlines may be */
+    STP_TERM_NONE = 8        /* nothing: the surface's error alone */
+} stp_term;
+/* Silhouettes are not among them: at equal points outlines gain less than surfaces lose. */
+#define STP_TERMS_DEFAULT (STP_TERM_RADIUS | STP_TERM_COLOUR)
+
 /* Zero is the default of each. */
 typedef struct stp_draw_params {
     stp_lod lod;
@@ -140,7 +151,10 @@ typedef struct stp_draw_params {
     stp_palette palette;
     uint32_t hidden_models; /* bit i: model i is not drawn */
     double threshold_px;    /* greatest projected error; 0: 1 pixel */
-    double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
+    /* Coarser levels are not drawn larger than this, times the threshold where that is above a
+     * pixel; 0: STP_RADIUS_CAP_PX. */
+    double radius_cap_px;
+    uint32_t terms; /* bit set of stp_term; 0: STP_TERMS_DEFAULT */
     /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
