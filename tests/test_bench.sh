@@ -28,15 +28,47 @@ expect_text out "5000 points"
 expect_text out "64x48, 2 rounds"
 # Every road drew something in some time; a coarser threshold draws no more.
 awk '
-    /^(points|full|geometry|cpu) / {
+    NF == 0 { exit }
+    /^(points|full|geometry|compute|cpu|splat) / {
         n = NF; rows++
         if ($(n - 2) + 0 <= 0 || $(n - 8) + 0 <= 0) { print "bad row: " $0; bad = 1 }
         if ($1 == before && $(n - 2) + 0 > drawn) { print "more drawn: " $0; bad = 1 }
         before = $1; drawn = $(n - 2) + 0
         if ($1 == "points" ? drawn != 5000 : drawn > 5000) { print "not as many: " $0; bad = 1 }
     }
-    END { exit bad || rows != 8 }' "$FOLDER/out" >"$FOLDER/bad" ||
+    END { exit bad || rows != 18 }' "$FOLDER/out" >"$FOLDER/bad" ||
     fail "the table: $(cat "$FOLDER/bad" "$FOLDER/out")"
+stage_rows=$(sed '1,/^$/d' "$FOLDER/out" | grep -cE '^(points|full|geometry|compute|cpu|splat) ')
+[ "$stage_rows" = 18 ] || fail "the GPU's clock: $stage_rows rows: $(cat "$FOLDER/out")"
+
+# Some roads, as CSV. Each stage is timed where there is one, and all of them take no longer than they
+# are waited for: the GPU's clock is another, hence 2 % and 0.1 ms.
+run "$bench" "$FOLDER/model.stipple" --size 64x48 --repeat 3 --csv --roads compute,full,splat:1
+expect_code 0
+expect_empty err
+awk -F, '
+    NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    { rows++; roads[$at["road"] ":" $at["threshold_px"]]++; all = 0 }
+    NF < 23 || $NF !~ /"$/ { print "fields: " $0; bad = 1 }
+    $at["points"] != 5000 || $at["width"] != 64 || $at["height"] != 48 { print "of what: " $0; bad = 1 }
+    {
+        for (name in at) if (name ~ /^gpu_/ && name != "gpu_all_ms") all += $at[name]
+        waited = $at["project_ms"] + $at["pull_push_ms"] + $at["shade_ms"]
+        if (all < $at["gpu_all_ms"] - 0.01 || all > $at["gpu_all_ms"] + 0.01) { print "sum: " $0; bad = 1 }
+        if (waited < $at["waited_ms"] - 0.01 || waited > $at["waited_ms"] + 0.01) { print "waits: " $0; bad = 1 }
+        if (all > 1.02 * waited + 0.1) { print "GPU longer than waited for: " $0; bad = 1 }
+        if ($at["gpu_project_ms"] <= 0 || $at["gpu_resolve_ms"] <= 0 || $at["gpu_finish_ms"] <= 0) timeless++
+    }
+    $at["road"] == "full" && $at["gpu_choose_ms"] + $at["gpu_blend_ms"] > 0 { print "no such stage: " $0; bad = 1 }
+    $at["road"] == "compute" && $at["gpu_blend_ms"] > 0 { print "no such stage: " $0; bad = 1 }
+    $at["road"] == "splat" && $at["gpu_pull_ms"] + $at["gpu_push_ms"] > 0 { print "no such stage: " $0; bad = 1 }
+    END {
+        if (timeless == rows) { print "nothing timed"; bad = 1 }
+        for (road in roads) if (roads[road] != 3) { print roads[road] " rounds of " road; bad = 1 }
+        exit bad || rows != 18
+    }' "$FOLDER/out" >"$FOLDER/bad" || fail "the CSV: $(cat "$FOLDER/bad" "$FOLDER/out")"
+run "$bench" "$FOLDER/model.stipple" --roads full,compute:3
+expect_usage "--roads"
 
 # The first picture: every stage once, and something is in it.
 run "$bench" "$FOLDER/model.stipple" --first --size 64x48
