@@ -79,4 +79,62 @@ stages=$(awk '{ printf "%s ", $1 } $1 == "covered" && $2 < 1 { print "nothing" }
     fail "the first picture: $stages"
 run "$bench" "$FOLDER/none.stipple" --first
 expect_failure "none.stipple"
+
+# The table of ratios. What is drawn needs stipple-bench alone.
+table() { run bash "$SOURCE/tools/bench/table" --output "$FOLDER/ratios" --size 64x48 --memory 256M "$@"; }
+mkdir "$FOLDER/alone"
+ln -s "$(realpath "$bench")" "$FOLDER/alone/stipple-bench"
+cp "$FOLDER/model.stipple" "$FOLDER/larger.stipple"
+table --build "$FOLDER/alone" --topics levels,roads,splat,stages,size --repeat 2 \
+    --model "$FOLDER/model.stipple" "$FOLDER/larger.stipple"
+expect_code 0
+expect_empty err
+expect_text out "64x48, 2 rounds"
+rows_of() { awk -v topic="$1" '$1 == topic' "$FOLDER/out" | wc -l; }
+for topic in levels:12 roads:26 splat:8 size:4; do
+    [ "$(rows_of "${topic%:*}")" = "${topic#*:}" ] || fail "rows of $topic: $(cat "$FOLDER/out")"
+done
+[ "$(rows_of stages)" -ge 30 ] || fail "rows of stages: $(cat "$FOLDER/out")"
+
+# Its files: as many rows, every one with a ratio between its least and greatest, and so the ratio of
+# the medians; no folder of this machine.
+check_csv() { # topic, rows
+    awk -F'","' -v rows="$2" '
+        NR == 1 { if (split($0, names, ",") != 14) { print "head: " $0; bad = 1 }; next }
+        {
+            text = $0
+            gsub(/"[^"]*"/, "q", text)
+            n = split(text, f, ",")
+            if (n != 14 || f[1] !~ /^[0-9]+-[0-9]+-[0-9]+$/ || f[2] f[3] f[4] f[6] f[7] f[14] != "qqqqqq") {
+                print "fields: " $0; bad = 1
+            }
+            if (f[11] < f[12] - 1e-6 || f[11] > f[13] + 1e-6) { print "median: " $0; bad = 1 }
+            if (f[9] / f[10] < f[12] * 0.998 || f[9] / f[10] > f[13] * 1.002) { print "ratio: " $0; bad = 1 }
+        }
+        END { if (NR - 1 != rows) { print NR - 1 " rows"; bad = 1 }; exit bad }' "$FOLDER/ratios/$1.csv" >"$FOLDER/bad" ||
+        fail "$1.csv: $(cat "$FOLDER/bad" "$FOLDER/ratios/$1.csv")"
+    ! grep -F "$FOLDER" "$FOLDER/ratios/$1.csv" || fail "$1.csv names a folder"
+}
+for topic in levels roads splat stages size; do check_csv $topic "$(rows_of $topic)"; done
+table --build "$FOLDER/alone" --topics splat --repeat 1 "$FOLDER/model.stipple"
+expect_code 0
+check_csv splat 12
+
+# Codecs and prep, by their own scripts.
+table --build "$(dirname "$STIPPLE")" --topics codecs,prep --repeat 1 --sizes 0.005 --shape sphere "$FOLDER/model.stipple"
+expect_code 0
+check_csv codecs 4
+grep -q '"surface / all of prep","sphere",5000,' "$FOLDER/ratios/prep.csv" || fail "prep: $(cat "$FOLDER/out")"
+check_csv prep "$(rows_of prep)"
+for script in codecs prep-rate; do
+    run bash "$SOURCE/tools/bench/$script" --help
+    expect_code 0
+    expect_text out "tools/bench/$script"
+done
+table --topics levels,speed "$FOLDER/model.stipple"
+expect_code 2
+expect_text err "speed"
+table --build "$FOLDER/nowhere" "$FOLDER/model.stipple"
+expect_code 1
+expect_text err "is not there"
 end_test
