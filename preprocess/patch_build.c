@@ -262,8 +262,9 @@ static bool bound(builder *b)
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
     double least_cosine = 1.0; /* of the normals that stand for themselves */
-    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        for (unsigned i = 0; i < patch->counts[level]; i++) {
+    unsigned count = b->count;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++, count = stp_level_count_above(count)) {
+        for (unsigned i = 0; i < count; i++) {
             const stp_disc *d = &b->discs[level][i];
             bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
             double cosine = known ? stp_dvec3_dot(d->normal, axis) : -1.0;

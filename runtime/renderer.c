@@ -162,6 +162,7 @@ static stp_status create(stp_renderer **out, const stp_renderer_params *params, 
     glCreateBuffers(1, &r->frame_buffer);
     glNamedBufferStorage(r->frame_buffer, sizeof(stp_gpu_frame), NULL, GL_DYNAMIC_STORAGE_BIT);
     glCreateQueries(GL_PRIMITIVES_GENERATED, 1, &r->points_query);
+    stp_stage_clock_create(&r->clock, stp_road_is_software());
     STP_TRY(stp_gl_check("making the renderer", err));
     *out = r;
     r = NULL;
@@ -191,6 +192,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     if (r->frame_buffer != 0) {
         glDeleteBuffers(1, &r->frame_buffer);
         glDeleteQueries(1, &r->points_query);
+        stp_stage_clock_destroy(&r->clock);
         stp_road_end(&r->road);
     }
     if (r->reconstruct.resolve != 0) {

@@ -162,17 +162,17 @@ typedef struct stp_draw_params {
      * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
-    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
-     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
-    bool smooth_edges;
     /* While streaming: share of a level change that a frame still shows of the last one, so that it
      * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
     double fade;
     stp_clip clip;
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
-    bool every_sample;          /* threshold zero: all level-0 samples, by whichever road */
-    bool keep_back_faces;       /* cull nothing by orientation */
+    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
+     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
+    bool smooth_edges;
+    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
+    bool keep_back_faces; /* cull nothing by orientation */
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     bool keep_pixels; /* finish level 0 of the pyramid too: for normals */
@@ -181,12 +181,31 @@ typedef struct stp_draw_params {
 
 #define STP_RADIUS_CAP_PX 6.0
 
+/* What a frame is made of, in this order. */
+typedef enum stp_stage {
+    STP_STAGE_CHOOSE = 0,  /* levels, by a compute shader; else the shader that projects chooses */
+    STP_STAGE_PROJECT = 1, /* to the nearest sample of each pixel */
+    STP_STAGE_RESOLVE = 2, /* these samples to pixels */
+    STP_STAGE_BLEND = 3,   /* of splats: their sums */
+    STP_STAGE_PULL = 4,
+    STP_STAGE_PUSH = 5,    /* but to level 0 */
+    STP_STAGE_FINISH = 6,  /* the push to level 0, and shading */
+    STP_STAGE_EFFECTS = 7, /* eye-dome lighting, smooth edges, normals that are kept */
+    STP_STAGE_COUNT
+} stp_stage;
+
+/* One word, in lower case. */
+const char *stp_stage_name(stp_stage stage);
+
 typedef struct stp_draw_stats {
     /* Choosing, drawing, waiting for the GPU (stp_renderer_draw_into does not wait, so it is this
      * thread's time); not loading nor compiling shaders. */
     double frame_ms;
     double load_ms;                            /* waiting for chunks; none while streaming */
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
+    /* Where timed: of each stage from its begin to its end by the GPU's own clock, 0 where there
+     * was none. A software driver's clock is the CPU's, and its stages run on this thread too. */
+    double gpu_ms[STP_STAGE_COUNT];
     uint64_t points_drawn; /* sent to projection; 0 where that is not known without waiting */
     uint32_t chunks_drawn, chunks_missing;
     uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */

@@ -80,10 +80,11 @@ static stp_status find_views(tuning *t, stp_error *err)
     tune_views_params params = {.model = t->model,
                                 .renderer = t->renderer,
                                 .drawn = t->settings[0].params,
-                                .camera = one || t->o->path ? &camera : NULL,
                                 .path = t->o->path,
                                 .count = (size_t)t->o->views};
     STP_TRY(draw_options_camera(&t->o->draw, t->model, &camera, params.size, err));
+    if (one || t->o->path)
+        params.camera = &camera;
     STP_TRY(tune_views_create(&t->views, &params, err));
 done:
     return status;
