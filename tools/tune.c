@@ -368,6 +368,8 @@ static int check(options *o)
                          "--thresholds %s: give up to %d different numbers from 0 to 1000, like "
                          "0,0.5,1,2",
                          o->threshold_list, THRESHOLDS_LIMIT);
+    if (o->terms && (o->compare_list != NULL || o->draw.terms != NULL))
+        return cli_usage(&cli_tune, "--terms compares them all: without --compare, --error-terms");
     if (!parse_compared(o))
         return cli_usage(&cli_tune, "--compare %s: give different words of %s, like gauss,splat",
                          o->compare_list, DRAW_RECONSTRUCTIONS);
