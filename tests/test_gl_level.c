@@ -1,6 +1,6 @@
 /* The geometry shader and the CPU choose the same levels of every patch, by quarter: 26 directions
- * and ten close views, five thresholds, all terms of the rule, a close cap on radii and a far one by
- * turns. Where they differ a threshold, cap or cone 1e-5 off must explain it; such ties are
+ * and ten close views, five thresholds, all terms of the rule, a close cap on radii and a far one
+ * by turns. Where they differ a threshold, cap or cone 1e-5 off must explain it; such ties are
  * counted. */
 #include "tests/gl_levels.h"
 #include "tests/model_fixture.h"

@@ -118,6 +118,11 @@ test_settings() {
     expect_text out "at equal points"
     grep -q '"equal_points"' "$FOLDER/two/tune.json" || fail "no equal points"
     [ "$(wc -l <"$FOLDER/two/tune.csv")" = 5 ] || fail "rows of two settings"
+    tune "$FOLDER/terms" --terms --thresholds 0.5,2 --views 1
+    expect_code 0
+    for name in rule none radius colour silhouette all; do
+        [ "$(grep -c "^$name," "$FOLDER/terms/tune.csv")" = 2 ] || fail "--terms: no rows of $name"
+    done
 }
 
 test_views() {
@@ -159,6 +164,12 @@ test_refusals() {
     expect_usage "--save"
     tune "$FOLDER/x" --compare gauss,blur
     expect_usage "--compare"
+    tune "$FOLDER/x" --terms --compare gauss,splat
+    expect_usage "--terms"
+    tune "$FOLDER/x" --error-terms colour,colour
+    expect_failure "--error-terms colour,colour"
+    tune "$FOLDER/x" --error-terms hue
+    expect_failure "--error-terms hue"
     tune "$FOLDER/x" --views 0
     expect_usage "--views"
     [ ! -e "$FOLDER/x" ] || fail "a refused request wrote"

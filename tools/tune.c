@@ -90,7 +90,7 @@ done:
     return status;
 }
 
-/* What the terms of the error rule buy: those of the command line, none, each alone, all. */
+/* What the terms of the error rule buy: the default, none, each alone, all. */
 static const struct {
     const char *name;
     uint32_t terms;
@@ -103,6 +103,16 @@ static const struct {
     {"all", STP_TERM_RADIUS | STP_TERM_COLOUR | STP_TERM_SILHOUETTE},
 };
 #define TERM_SETTINGS (sizeof term_settings / sizeof *term_settings)
+_Static_assert(TERM_SETTINGS <= SETTINGS_LIMIT, "settings");
+
+static void compare_terms(tuning *t, const stp_draw_params *params)
+{
+    t->params.setting_count = TERM_SETTINGS;
+    for (size_t k = 0; k < TERM_SETTINGS; k++) {
+        t->settings[k] = (tune_setting){term_settings[k].name, *params};
+        t->settings[k].params.terms = term_settings[k].terms;
+    }
+}
 
 static stp_status choose_settings(tuning *t, stp_error *err)
 {
@@ -111,13 +121,12 @@ static stp_status choose_settings(tuning *t, stp_error *err)
     stp_draw_params params;
     STP_TRY(draw_options_params(&o->draw, t->model, &params, err));
     params.every_sample = false;
-    t->params.setting_count = o->terms ? TERM_SETTINGS : o->compared_count;
-    for (size_t k = 0; k < TERM_SETTINGS && o->terms; k++) {
-        t->settings[k] = (tune_setting){term_settings[k].name, params};
-        if (term_settings[k].terms != 0)
-            t->settings[k].params.terms = term_settings[k].terms;
+    if (o->terms) {
+        compare_terms(t, &params);
+        return STP_OK;
     }
-    for (size_t k = 0; k < o->compared_count && !o->terms; k++) {
+    t->params.setting_count = o->compared_count;
+    for (size_t k = 0; k < o->compared_count; k++) {
         draw_options_word(DRAW_RECONSTRUCTIONS, o->compared[k], t->names[k]);
         t->settings[k] = (tune_setting){t->names[k], params};
         t->settings[k].params.reconstruct = (stp_reconstruct)o->compared[k];

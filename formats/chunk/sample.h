@@ -74,7 +74,7 @@ typedef struct stp_patch {
     /* Of levels 1 and 2, index level - 1, by quarter; 0 for quarters that are not there. */
     uint8_t quarter_error[2][STP_PATCH_QUARTERS];
     uint8_t quarter_tangential_error[2][STP_PATCH_QUARTERS];
-    uint8_t colour_error[STP_LEVEL_COUNT]; /* greatest colour difference under a sample, 0..255 */
+    uint8_t colour_error[STP_LEVEL_COUNT]; /* stp_colour_variation, 0..255 */
     uint8_t radius[STP_LEVEL_COUNT];       /* greatest radius code of the level */
     uint16_t bound_centre[3];              /* steps from the origin */
     uint8_t bound_radius; /* radius code: holds the discs of every level and what they stand for */
