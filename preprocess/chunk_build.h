@@ -11,11 +11,10 @@
 /* Items that one child chunk refines (all items of a leaf: one group). */
 typedef struct stp_item_group {
     const stp_item *items;
-    uint32_t count;
     /* Which runs of items become patches, linked to the child's; NULL: that is to be found. Of all
      * groups or of none. */
     const uint32_t *run_ends;
-    uint32_t run_count;
+    uint32_t count, run_count; /* of items, of runs */
 } stp_item_group;
 
 typedef struct stp_built_chunk {

@@ -300,12 +300,9 @@ stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint3
     stp_status status = STP_OK;
     uint32_t *ats = NULL;
     size_t from = 0;
-    search s = {.cloud = locale->cloud,
-                .locale = locale,
-                .k = k,
-                .places = places,
-                .lists = lists,
-                .points = points};
+    search s = {
+        .cloud = locale->cloud, .locale = locale, .k = k, .places = places, .points = points};
+    s.lists = lists;
     STP_TRY(stp_alloc(&ats, count, sizeof *ats, "neighbours", err));
     for (uint32_t i = 0; i < count; i++) {
         bool follows = i > 0 && places[i] == places[i - 1] + 1;

@@ -120,11 +120,11 @@ done:
 
 /* ---- cell by cell ---- */
 
-/* The lower median: by counting, which takes no branches. */
+/* The lower median of at least one: by counting, which takes no branches. */
 static float median(const float *values, unsigned count)
 {
     unsigned middle = (count - 1) / 2;
-    for (unsigned i = 0;; i++) {
+    for (unsigned i = 0; i + 1 < count; i++) {
         unsigned less = 0, equal = 0;
         for (unsigned n = 0; n < count; n++) {
             less += values[n] < values[i];
@@ -133,6 +133,7 @@ static float median(const float *values, unsigned count)
         if (less <= middle && middle < less + equal)
             return values[i];
     }
+    return values[count - 1];
 }
 
 static float local_spacing(const stp_unit *unit, uint32_t self)

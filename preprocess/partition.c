@@ -302,7 +302,9 @@ static void split(sets *s, uint32_t *order, uint32_t count)
 uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t *order, uint64_t *scratch,
                        uint32_t *ends)
 {
-    sets s = {.places = places, .order = order, .ends = ends, .keys = scratch};
+    sets s = {.places = places, .order = order};
+    s.ends = ends;
+    s.keys = scratch;
     for (uint32_t i = 0; i < count; i++)
         order[i] = i;
     if (count > 0)

@@ -239,7 +239,6 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         stp_merge_error e =
             stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
         worst.error = stp_max(worst.error, e.error);
-        worst.colour_error = stp_max(worst.colour_error, e.colour_error);
         b->total = e;
     }
     return worst;
@@ -263,8 +262,9 @@ static bool bound(builder *b)
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
     double least_cosine = 1.0; /* of the normals that stand for themselves */
-    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        for (unsigned i = 0; i < patch->counts[level]; i++) {
+    unsigned count = b->count;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++, count = stp_level_count_above(count)) {
+        for (unsigned i = 0; i < count; i++) {
             const stp_disc *d = &b->discs[level][i];
             bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
             double cosine = known ? stp_dvec3_dot(d->normal, axis) : -1.0;
@@ -349,7 +349,6 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
 static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
 {
     a.error = stp_max(a.error, b.error);
-    a.colour_error = stp_max(a.colour_error, b.colour_error);
     return a;
 }
 
@@ -358,17 +357,26 @@ static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
 static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
 {
     stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
-    for (unsigned i = begin; i < end; i++) {
+    for (unsigned i = begin; i < end; i++)
         worst.error = stp_max(worst.error, b->discs[0][i].error);
-        worst.colour_error = stp_max(worst.colour_error, b->discs[0][i].colour_error);
-    }
     return worst;
 }
 
 static void store_errors(stp_patch *patch, int level, stp_merge_error worst)
 {
     patch->error[level] = stp_error_encode(worst.error, patch->exponent);
-    patch->colour_error[level] = byte(ceil(worst.colour_error));
+}
+
+/* What levels average of colours; none less than a finer one. */
+static void store_variations(const builder *b)
+{
+    double greatest = 0.0;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        double variation =
+            stp_colour_variation(b->discs[level], b->discs[0], b->patch->counts, level);
+        greatest = stp_max(greatest, variation);
+        b->patch->colour_error[level] = byte(ceil(greatest));
+    }
 }
 
 /* Levels 1 and 2, quarter by quarter, then level 3; no error is less than a finer level's. */
@@ -394,6 +402,7 @@ static void merge_levels(builder *b, int vertex_lattice)
     for (int level = 0; level <= 2; level++)
         store_errors(patch, level, worst[level]);
     store_errors(patch, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
+    store_variations(b);
 }
 
 bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,

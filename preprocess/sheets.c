@@ -212,8 +212,9 @@ done:
 
 void stp_sheets_clear(stp_sheets *s)
 {
-    stp_spill *spill = s->cloud ? s->cloud->spill : NULL;
-    for (uint32_t i = 0; s->graphs && i < s->cloud->cell_count; i++)
+    const stp_cloud *cloud = s->cloud; /* NULL: nothing was made */
+    stp_spill *spill = cloud ? cloud->spill : NULL;
+    for (uint32_t i = 0; cloud && s->graphs && i < cloud->cell_count; i++)
         stp_graph_clear(&s->graphs[i], spill);
     free(s->graphs);
     free(s->piece_begin);

@@ -166,8 +166,10 @@ static stp_status build_inner(const tree *t, span children, built *out, stp_erro
     stp_item_group groups[STP_CHUNK_CHILDREN_LIMIT];
     for (uint32_t i = children.begin; i < children.end; i++) {
         const node *child = &t->below[i];
-        groups[i - children.begin] = (stp_item_group){child->vertices, child->vertex_count,
-                                                      child->run_ends, child->run_count};
+        groups[i - children.begin] = (stp_item_group){.items = child->vertices,
+                                                      .count = child->vertex_count,
+                                                      .run_ends = child->run_ends,
+                                                      .run_count = child->run_count};
         out->entry.points_under += t->below[i].points_under;
     }
     return stp_chunk_build(&out->chunk, groups, children.end - children.begin, false, err);

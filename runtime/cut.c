@@ -27,6 +27,16 @@ static float level_error(const stp_rule_sight *sight, const stp_chunk_entry *e, 
                           e->tangential_error[level]);
 }
 
+/* Whether a level does, whichever the patch. */
+static bool level_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                       const stp_chunk_entry *e, int level, float threshold, float cap)
+{
+    return threshold > 0.0f && sight->scale >= 0.0f &&
+           stp_rule_fits(level_error(sight, e, level), sight->scale * e->radius_max,
+                         e->colour_error[level] / 255.0f, sight->error_weight, frame->terms[0],
+                         threshold, cap);
+}
+
 /* A child is wanted where its coarsest level, all that its parent has of it, would show. */
 static bool child_wanted(const stp_cut_params *params, const stp_rule_sight *sight, uint32_t id)
 {
@@ -37,19 +47,15 @@ static bool child_wanted(const stp_cut_params *params, const stp_rule_sight *sig
         threshold *= STP_CUT_HYSTERESIS;
         cap *= STP_CUT_HYSTERESIS;
     }
-    return threshold <= 0.0f || level_error(sight, child, STP_LEVEL_COUNT - 1) > threshold ||
-           child->radius_max * sight->scale > cap;
+    return !level_does(params->frame, sight, child, STP_LEVEL_COUNT - 1, threshold, cap);
 }
 
 /* Finest level that any patch of the chunk can ask for. */
 static int finest_needed(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                          const stp_chunk_entry *e)
 {
-    float threshold = frame->quality[0];
-    if (threshold <= 0.0f || e->radius_max * sight->scale > frame->quality[1])
-        return 0;
     for (int level = STP_LEVEL_COUNT - 2; level > 0; level--)
-        if (level_error(sight, e, level) <= threshold)
+        if (level_does(frame, sight, e, level, frame->quality[0], frame->quality[1]))
             return level;
     return 0;
 }

@@ -30,14 +30,25 @@ static bool was_drawn(const void *context, uint32_t chunk)
     return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
 }
 
+/* Whether the picture has the samples' own colours. */
+static bool shows_colours(const stp_draw_params *params)
+{
+    bool lit = params->shade == STP_SHADE_PHONG || params->shade == STP_SHADE_LAMBERT;
+    return params->colour == STP_COLOUR_RGB && (lit || params->overlay > 0.0);
+}
+
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)
 {
     stp_gpu_frame frame = stp_gpu_frame_from_view(view);
     bool every = params->every_sample || params->lod == STP_LOD_FULL;
     double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
     double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    uint32_t terms = params->terms != 0 ? params->terms : STP_TERMS_DEFAULT;
+    bool colour = (terms & STP_TERM_COLOUR) != 0 && shows_colours(params);
     frame.quality[0] = every ? 0.0f : (float)threshold;
-    frame.quality[1] = (float)cap;
+    frame.quality[1] = terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold)) : INFINITY;
+    frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
+    frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
     frame.modes[1] = params->keep_back_faces;
     stp_colour_range_place(frame.colour_range, params, &view->eye);
     stp_filter_place(&frame, params, &view->eye);
@@ -155,8 +166,15 @@ stp_sight_params stp_frame_sight(const stp_renderer *r)
         .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
 }
 
-static stp_project_params params_of(const stp_renderer *r, const stp_drawing *d,
-                                    const stp_draw *draws, size_t count)
+/* What times the frame's stages, or NULL. */
+static stp_stage_clock *clock_of(stp_renderer *r, stp_drawing *d)
+{
+    r->clock.ms = d->stats.gpu_ms;
+    return d->params->timed ? &r->clock : NULL;
+}
+
+static stp_project_params params_of(stp_renderer *r, stp_drawing *d, const stp_draw *draws,
+                                    size_t count)
 {
     return (stp_project_params){.scene = &r->scene,
                                 .cache = r->cache,
@@ -168,7 +186,8 @@ static stp_project_params params_of(const stp_renderer *r, const stp_drawing *d,
                                 .lod = road_of(&r->variant, d->params->lod),
                                 .pyramid = &r->pyramid,
                                 .first = d->stats.passes == 0,
-                                .waits = d->waits};
+                                .waits = d->waits,
+                                .clock = clock_of(r, d)};
 }
 
 /* Draws samples, or lists splats. */
@@ -184,11 +203,12 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
                               stp_error *err)
 {
     bool first = d->stats.passes == 0;
+    stp_project_params params = params_of(r, d, draws, count);
+    stp_stage_begin(params.clock);
     begin_pass(r, first);
     count_emitted(r, d);
     if (d->counts)
         glBeginQuery(GL_PRIMITIVES_GENERATED, r->points_query);
-    stp_project_params params = params_of(r, d, draws, count);
     stp_status status = draw_samples(r, &params, &d->stats.points_drawn, err);
     if (status == STP_OK && r->variant.splat)
         stp_splat_draw_fronts(&r->project.splat, &r->tiles);
@@ -198,29 +218,35 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
         glEndQuery(GL_PRIMITIVES_GENERATED);
     if (status != STP_OK)
         return status;
+    stp_stage_end(params.clock, STP_STAGE_PROJECT);
     stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
+    stp_stage_end(params.clock, STP_STAGE_RESOLVE);
     d->stats.passes++;
     d->stats.chunks_drawn += (uint32_t)count;
     return STP_OK;
 }
 
 /* Adds splats to those that are there. Where their fronts were drawn just now they are listed. */
-static stp_status draw_blends(stp_renderer *r, const stp_drawing *d, const stp_draw *draws,
-                              size_t count, stp_error *err)
+static stp_status draw_blends(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
+                              stp_error *err)
 {
     uint64_t again = 0; /* the samples of the fronts */
     stp_status status = STP_OK;
     stp_project_params params = params_of(r, d, draws, count);
-    if (d->part == STP_SPLAT_BLENDS)
+    stp_stage_begin(params.clock);
+    if (d->part == STP_SPLAT_BLENDS) {
         status = draw_samples(r, &params, &again, err);
-    if (status != STP_OK)
-        return status;
+        if (status != STP_OK)
+            return status;
+        stp_stage_end(params.clock, STP_STAGE_PROJECT);
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, r->pyramid.sum_frame);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFunc(GL_ONE, GL_ONE);
     stp_splat_draw_blends(&r->project.splat, &r->pyramid, &r->tiles);
     glDisable(GL_BLEND);
+    stp_stage_end(params.clock, STP_STAGE_BLEND);
     return STP_OK;
 }
 
@@ -250,8 +276,6 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
         STP_TRY(draw_fronts(r, d, draws, count, err));
     if (splats && d->part != STP_SPLAT_FRONTS)
         STP_TRY(draw_blends(r, d, draws, count, err));
-    if (d->params->timed)
-        glFinish();
     d->stats.project_ms += 1e3 * (stp_clock_seconds() - begun);
 done:
     return status;
@@ -395,6 +419,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     stp_status status = STP_OK;
     int levels = levels_for(r, d, radius_px);
     const stp_blocks *blocks = NULL;
+    stp_stage_clock *clock = clock_of(r, d);
     double begun = stp_clock_seconds();
     stp_tiles_set_levels(&r->tiles, levels);
     r->pyramid.in_place =
@@ -403,14 +428,15 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
         STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels, err));
         blocks = &r->blocks;
     }
-    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks);
-    if (d->params->timed)
-        glFinish();
+    stp_stage_begin(clock);
+    stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks, clock);
     double pulled = stp_clock_seconds();
-    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks);
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks, clock);
     bool finishes = stp_reconstruct_finishes(&r->reconstruct, levels);
-    if (d->params->keep_pixels && finishes)
+    if (d->params->keep_pixels && finishes) {
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, levels, &r->tiles);
+        stp_stage_end(clock, STP_STAGE_EFFECTS);
+    }
     const stp_pyramid_level *level = &r->pyramid.levels[0];
     const GLuint *pixels = finishes ? level->finished : level->pulled;
     r->kept = d->params->keep_pixels ? pixels : NULL;

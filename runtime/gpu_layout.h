@@ -49,6 +49,7 @@ typedef struct stp_gpu_frame {
     float centre[4];     /* window coordinates of the camera's axis; -, - */
     float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
     float quality[4];    /* threshold, radius cap in pixels; ball near, far */
+    float terms[4];      /* weight of colours, of errors at outlines; -, - */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
     int32_t modes[4];                 /* orthographic, keep back faces, clipped */
@@ -82,7 +83,7 @@ typedef struct stp_gpu_chunk {
     uint32_t unused[2];
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 224, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_frame) == 240, "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 

@@ -120,10 +120,12 @@ bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, f
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     aspect a = aspect_of(frame, bound);
+    float sin_alpha = stp_rule_sin_alpha(a.cos_phi, bound->cone_cos, a.sin_beta);
     return (stp_rule_sight){
         stp_rule_scale(-dot3(frame->axis_back, bound->centre), a.range, bound->radius,
                        frame->viewport[2], frame->viewport[3], frame->modes[0] != 0),
-        stp_rule_sin_alpha(a.cos_phi, bound->cone_cos, a.sin_beta),
+        sin_alpha,
+        stp_rule_is_silhouette(sin_alpha) ? frame->terms[1] : 1.0f,
     };
 }
 
@@ -149,12 +151,19 @@ static stp_rule_bound bound_of(const stp_gpu_patch *patch)
     return bound;
 }
 
+/* What a level's samples average of colours, 0 to 1. */
+static float variation_of(const stp_gpu_patch *patch, int level)
+{
+    return (float)patch->colour_error[level] / 255.0f;
+}
+
 stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored)
 {
     return (stp_patch_brief){
         .bound = bound_of(patch),
         .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
         .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
+        .vertex_variation = variation_of(patch, STP_LEVEL_COUNT - 1),
         .child = stored->child,
         .below_count = stored->counts[0],
         .shape = patch->flags & STP_PATCH_SHAPES,
@@ -191,11 +200,11 @@ static void errors_of(const stp_gpu_patch *patch, int level, int quarter, float 
 }
 
 static bool is_small(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
-                     float radius)
+                     float radius, float variation)
 {
-    return stp_rule_error(sight->scale, sight->sin_alpha, error[0], error[1]) <=
-               frame->quality[0] &&
-           radius * sight->scale <= frame->quality[1];
+    return stp_rule_fits(stp_rule_error(sight->scale, sight->sin_alpha, error[0], error[1]),
+                         sight->scale * radius, variation, sight->error_weight, frame->terms[0],
+                         frame->quality[0], frame->quality[1]);
 }
 
 static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
@@ -203,7 +212,7 @@ static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 {
     float error[2];
     errors_of(patch, level, quarter, error);
-    return is_small(frame, sight, error, patch->radius[level]);
+    return is_small(frame, sight, error, patch->radius[level], variation_of(patch, level));
 }
 
 static bool must_refine(const stp_gpu_frame *frame, const stp_rule_sight *sight)
@@ -211,10 +220,11 @@ static bool must_refine(const stp_gpu_frame *frame, const stp_rule_sight *sight)
     return frame->quality[0] <= 0.0f || sight->scale < 0.0f;
 }
 
-bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
-                     float radius)
+bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                     const stp_patch_brief *brief)
 {
-    return !must_refine(frame, sight) && is_small(frame, sight, error, radius);
+    return !must_refine(frame, sight) && is_small(frame, sight, brief->vertex_error,
+                                                  brief->vertex_radius, brief->vertex_variation);
 }
 
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
@@ -234,7 +244,7 @@ stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *ch
         out.of[q] = STP_LEVEL_SKIP;
     stp_rule_sight sight = look_at_patch(frame, chunk, patch);
     bool refine = must_refine(frame, &sight);
-    if (stp_vertex_does(frame, &sight, patch->vertex_error, patch->radius[STP_LEVEL_COUNT - 1])) {
+    if (!refine && fits(frame, &sight, patch, STP_LEVEL_COUNT - 1, 0)) {
         out.of[0] = 3;
         return out;
     }

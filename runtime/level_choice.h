@@ -40,6 +40,11 @@ unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels);
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                          const stp_gpu_patch *patch, int level, int quarter);
 
+/* Of the error rule's terms (stp_rule_fits). Colours: measured, `stipple tune --terms`; 2 to 4 gain
+ * as much, 10 loses. */
+#define STP_COLOUR_WEIGHT 4.0f
+#define STP_SILHOUETTE_WEIGHT 2.0f
+
 /* A bound as the rule sees it: ball relative to the eye (world axes), cone of normals. */
 typedef struct stp_rule_bound {
     float centre[3], radius;
@@ -48,8 +53,9 @@ typedef struct stp_rule_bound {
 } stp_rule_bound;
 
 typedef struct stp_rule_sight {
-    float scale;     /* pixels per unit at most; -1: must refine */
-    float sin_alpha; /* greatest sine between eye ray and normal */
+    float scale;        /* pixels per unit at most; -1: must refine */
+    float sin_alpha;    /* greatest sine between eye ray and normal */
+    float error_weight; /* more than 1 where outlines may be, if that is a term of the rule */
 } stp_rule_sight;
 
 /* The ball around a chunk's samples, relative to the eye. */
@@ -58,8 +64,8 @@ stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
 /* What is asked of every patch of a cut, apart from the rest of its record: this is read for some
  * hundred thousand patches a frame. */
 typedef struct stp_patch_brief {
-    stp_rule_bound bound;                 /* relative to its chunk's origin */
-    float vertex_error[2], vertex_radius; /* of level 3 */
+    stp_rule_bound bound;                                   /* relative to its chunk's origin */
+    float vertex_error[2], vertex_radius, vertex_variation; /* of level 3 */
     /* Which child of its chunk refines it; in a linked chunk which of the child's patches do. */
     uint8_t child, below_count;
     uint16_t first_below;
@@ -74,8 +80,8 @@ stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_gpu_patch *patch, int finest);
 /* Whether level 3, the patch's vertex, does for all of it. */
-bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const float error[2],
-                     float radius);
+bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                     const stp_patch_brief *brief);
 
 /* Not outside the frustum or the clip box, nor seen from behind all over. eye: then gets the centre
  * in eye space. */

@@ -210,11 +210,13 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
 {
     stored_sample first, corner;
     GLuint index = drawn->name & STP_NAME_SAMPLE;
-    double least = INFINITY, greatest = -INFINITY, depth = -drawn->centre.z;
-    for (unsigned i = 0; i < corners_of(drawn->name); i++) {
-        if (!read_sample(params->texture, index + i, i == 0 ? &first : &corner))
+    if (!read_sample(params->texture, index, &first))
+        return;
+    double depth = -drawn->centre.z, least = depth_of(params->frame, &first), greatest = least;
+    for (unsigned i = 1; i < corners_of(drawn->name); i++) {
+        if (!read_sample(params->texture, index + i, &corner))
             return;
-        double at = depth_of(params->frame, i == 0 ? &first : &corner);
+        double at = depth_of(params->frame, &corner);
         least = fmin(least, at);
         greatest = fmax(greatest, at);
     }

@@ -346,6 +346,7 @@ stp_status stp_project_list(stp_project *p, const stp_project_params *params, ui
     } else {
         STP_TRY(stp_runs_choose(&p->runs, params, vertices->items,
                                 vertices->begin[params->draw_count], true, points, err));
+        stp_stage_end(params->clock, STP_STAGE_CHOOSE);
     }
     STP_TRY(stp_splat_list(&p->splat, &p->runs, params->pyramid, err));
 done:

@@ -9,6 +9,7 @@
 #include "runtime/shader.h"
 #include "runtime/sight.h"
 #include "runtime/splat.h"
+#include "runtime/stage_clock.h"
 #include "runtime/stipple.h"
 
 #include <stddef.h>
@@ -43,6 +44,7 @@ struct stp_project_params {
     const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
     bool first;                 /* pass over the picture */
     bool waits;                 /* for the GPU: the frame does so at its end in any case */
+    stp_stage_clock *clock;     /* of a frame that is timed, or NULL */
 };
 
 /* Draws the samples of resident chunks into the bound framebuffer, in order, by the road prepared:

@@ -147,6 +147,18 @@ static void push_columns(const stp_reconstruct_programs *programs, const stp_pyr
     }
 }
 
+/* The same by rasterised passes. */
+static void push_levels(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                        int levels, const stp_tiles *tiles)
+{
+    glUseProgram(programs->push);
+    for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
+        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
+        bind_push(pyramid, l, levels);
+        stp_tiles_draw(tiles, l);
+    }
+}
+
 /* The last push and the shading, by a compute shader. Writes every pixel of the tiles. */
 static void finish_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                            int levels, const stp_blocks *blocks)
@@ -163,7 +175,8 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
 }
 
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles, const stp_blocks *blocks)
+                               int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                               stp_stage_clock *clock)
 {
     glUseProgram(programs->pull);
     for (int l = 1; l <= levels; l++) {
@@ -173,18 +186,15 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
         glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
         stp_tiles_draw(tiles, l);
     }
-    if (programs->template_px != 0)
+    if (levels > 0)
+        stp_stage_end(clock, STP_STAGE_PULL);
+    if (levels < 2 || programs->template_px != 0)
         return;
-    if (blocks != NULL) {
+    if (blocks != NULL)
         push_columns(programs, pyramid, levels, blocks);
-        return;
-    }
-    glUseProgram(programs->push);
-    for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
-        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
-        bind_push(pyramid, l, levels);
-        stp_tiles_draw(tiles, l);
-    }
+    else
+        push_levels(programs, pyramid, levels, tiles);
+    stp_stage_end(clock, STP_STAGE_PUSH);
 }
 
 /* Multiplies eye-dome lighting into the picture. */
@@ -246,17 +256,21 @@ static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyr
 }
 
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles, const stp_blocks *blocks)
+                            int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                            stp_stage_clock *clock)
 {
     const GLuint *frames = programs->edge != 0 ? pyramid->rough_frames : pyramid->picture_frames;
     if (blocks != NULL)
         finish_columns(programs, pyramid, levels, blocks);
     else
         draw_picture(programs, pyramid, levels, tiles, frames);
+    stp_stage_end(clock, STP_STAGE_FINISH);
     if (programs->edl != 0)
         darken(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
     if (programs->edge != 0)
         smooth_edges(programs, pyramid, levels, tiles);
+    if (programs->edl != 0 || programs->edge != 0)
+        stp_stage_end(clock, STP_STAGE_EFFECTS);
 }
 
 /* Ready to finish level 0 into its own framebuffer. */

@@ -6,6 +6,7 @@
 #include "runtime/blocks.h"
 #include "runtime/pyramid.h"
 #include "runtime/shader.h"
+#include "runtime/stage_clock.h"
 #include "runtime/tiles.h"
 
 #include <stdbool.h>
@@ -35,14 +36,17 @@ void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp
 /* Whether level 0 has pixels beside the pulled ones. */
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished; with templates none of these.
+ * clock: of a frame that is timed, or NULL; its stages have begun.
  * blocks: NULL, or those of levels 0..levels - 1 where the pyramid is finished in place: compute
  * shaders push then. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles, const stp_blocks *blocks);
+                               int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                               stp_stage_clock *clock);
 /* Finishes level 0, where it is to be, shades it, and adds eye-dome lighting where the variant has
- * it: the pyramid's picture. */
+ * it: the pyramid's picture. clock: as there. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles, const stp_blocks *blocks);
+                            int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                            stp_stage_clock *clock);
 /* Level 0 as finished, for who wants its pixels: a picture does without. Only where it is finished
  * at all. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,

@@ -162,6 +162,7 @@ static stp_status create(stp_renderer **out, const stp_renderer_params *params, 
     glCreateBuffers(1, &r->frame_buffer);
     glNamedBufferStorage(r->frame_buffer, sizeof(stp_gpu_frame), NULL, GL_DYNAMIC_STORAGE_BIT);
     glCreateQueries(GL_PRIMITIVES_GENERATED, 1, &r->points_query);
+    stp_stage_clock_create(&r->clock, stp_road_is_software());
     STP_TRY(stp_gl_check("making the renderer", err));
     *out = r;
     r = NULL;
@@ -191,6 +192,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     if (r->frame_buffer != 0) {
         glDeleteBuffers(1, &r->frame_buffer);
         glDeleteQueries(1, &r->points_query);
+        stp_stage_clock_destroy(&r->clock);
         stp_road_end(&r->road);
     }
     if (r->reconstruct.resolve != 0) {
@@ -250,10 +252,11 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
     return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
            a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
-           a->every_sample == b->every_sample && a->keep_back_faces == b->keep_back_faces &&
-           a->colour == b->colour && a->palette == b->palette &&
-           a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
-           a->overlay == b->overlay && a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
+           a->terms == b->terms && a->every_sample == b->every_sample &&
+           a->keep_back_faces == b->keep_back_faces && a->colour == b->colour &&
+           a->palette == b->palette && a->colour_range[0] == b->colour_range[0] &&
+           a->colour_range[1] == b->colour_range[1] && a->overlay == b->overlay &&
+           a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
            clips_equal(&a->clip, &b->clip) &&
            memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
            a->stream == b->stream && a->refine == b->refine &&

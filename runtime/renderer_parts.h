@@ -13,6 +13,7 @@
 #include "runtime/scene.h"
 #include "runtime/shader.h"
 #include "runtime/sight.h"
+#include "runtime/stage_clock.h"
 #include "runtime/stipple.h"
 #include "runtime/tiles.h"
 
@@ -48,7 +49,8 @@ struct stp_renderer {
     stp_sight sight;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
-    GLuint composite; /* program, once something was drawn into a host's framebuffer */
+    stp_stage_clock clock; /* for frames that are timed */
+    GLuint composite;      /* program, once something was drawn into a host's framebuffer */
     stp_cut cut, ahead_cut;
     stp_motion motion;
     stp_road road;         /* where none is asked for */

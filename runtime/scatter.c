@@ -28,6 +28,7 @@ stp_status stp_scatter_draw(GLuint program, stp_runs *runs, const stp_project_pa
                         params->waits, points, err);
     if (status != STP_OK)
         return status;
+    stp_stage_end(params->clock, STP_STAGE_CHOOSE);
     if (params->first)
         glClearTexImage(pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &far_depth);
     glUseProgram(program);

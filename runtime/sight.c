@@ -155,8 +155,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         mark_tiles(params, worker, eye, bound.radius);
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         float radius_px = brief->vertex_radius * sight.scale;
-        if (params->vertices &&
-            stp_vertex_does(params->frame, &sight, brief->vertex_error, brief->vertex_radius)) {
+        if (params->vertices && stp_vertex_does(params->frame, &sight, brief)) {
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
         } else {
             add_patch(l, index, r, i);

@@ -131,6 +131,17 @@ typedef struct stp_clip {
     stp_dbox box;
 } stp_clip;
 
+/* What the error rule sees beside the error of the surface: bits of stp_draw_params.terms. Each
+ * makes levels finer where it counts, so whatever it is, no error is beyond the threshold. */
+typedef enum stp_term {
+    STP_TERM_RADIUS = 1,     /* reconstruction's own limit: the cap on projected radii */
+    STP_TERM_COLOUR = 2,     /* what samples average of colours; only where these are shown */
+    STP_TERM_SILHOUETTE = 4, /* errors count twice where outlines may be */
+    STP_TERM_NONE = 8        /* nothing: the surface's error alone */
+} stp_term;
+/* Silhouettes are not among them: at equal points outlines gain less than surfaces lose. */
+#define STP_TERMS_DEFAULT (STP_TERM_RADIUS | STP_TERM_COLOUR)
+
 /* Zero is the default of each. */
 typedef struct stp_draw_params {
     stp_lod lod;
@@ -140,7 +151,10 @@ typedef struct stp_draw_params {
     stp_palette palette;
     uint32_t hidden_models; /* bit i: model i is not drawn */
     double threshold_px;    /* greatest projected error; 0: 1 pixel */
-    double radius_cap_px; /* coarser levels are not drawn larger than this; 0: STP_RADIUS_CAP_PX */
+    /* Coarser levels are not drawn larger than this, times the threshold where that is above a
+     * pixel; 0: STP_RADIUS_CAP_PX. */
+    double radius_cap_px;
+    uint32_t terms; /* bit set of stp_term; 0: STP_TERMS_DEFAULT */
     /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
      * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
     double colour_range[2];
@@ -148,17 +162,17 @@ typedef struct stp_draw_params {
      * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
-    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
-     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
-    bool smooth_edges;
     /* While streaming: share of a level change that a frame still shows of the last one, so that it
      * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
     double fade;
     stp_clip clip;
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
                                    merged sample has the class of one that it stands for */
-    bool every_sample;          /* threshold zero: all level-0 samples, by whichever road */
-    bool keep_back_faces;       /* cull nothing by orientation */
+    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
+     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
+    bool smooth_edges;
+    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
+    bool keep_back_faces; /* cull nothing by orientation */
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     bool keep_pixels; /* finish level 0 of the pyramid too: for normals */
@@ -167,12 +181,31 @@ typedef struct stp_draw_params {
 
 #define STP_RADIUS_CAP_PX 6.0
 
+/* What a frame is made of, in this order. */
+typedef enum stp_stage {
+    STP_STAGE_CHOOSE = 0,  /* levels, by a compute shader; else the shader that projects chooses */
+    STP_STAGE_PROJECT = 1, /* to the nearest sample of each pixel */
+    STP_STAGE_RESOLVE = 2, /* these samples to pixels */
+    STP_STAGE_BLEND = 3,   /* of splats: their sums */
+    STP_STAGE_PULL = 4,
+    STP_STAGE_PUSH = 5,    /* but to level 0 */
+    STP_STAGE_FINISH = 6,  /* the push to level 0, and shading */
+    STP_STAGE_EFFECTS = 7, /* eye-dome lighting, smooth edges, normals that are kept */
+    STP_STAGE_COUNT
+} stp_stage;
+
+/* One word, in lower case. */
+const char *stp_stage_name(stp_stage stage);
+
 typedef struct stp_draw_stats {
     /* Choosing, drawing, waiting for the GPU (stp_renderer_draw_into does not wait, so it is this
      * thread's time); not loading nor compiling shaders. */
     double frame_ms;
     double load_ms;                            /* waiting for chunks; none while streaming */
     double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
+    /* Where timed: of each stage from its begin to its end by the GPU's own clock, 0 where there
+     * was none. A software driver's clock is the CPU's, and its stages run on this thread too. */
+    double gpu_ms[STP_STAGE_COUNT];
     uint64_t points_drawn; /* sent to projection; 0 where that is not known without waiting */
     uint32_t chunks_drawn, chunks_missing;
     uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */

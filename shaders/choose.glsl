@@ -10,18 +10,23 @@
 
 #define STP_LEVEL_SKIP -1
 
-// Where the error of a level is small enough, the cap on its radius aside.
-bool stp_fits(float scale, float sin_alpha, float error, float tangential_error)
+// How a patch stands to the eye.
+struct stp_sight {
+    float scale, sin_alpha, weight;
+};
+
+bool stp_fits(stp_sight s, float error, float tangential_error, float radius, float variation)
 {
-    return stp_rule_error(scale, sin_alpha, error, tangential_error) <= quality.x;
+    return stp_rule_fits(stp_rule_error(s.scale, s.sin_alpha, error, tangential_error), s.scale * radius, variation,
+                         s.weight, terms.x, quality.x, quality.y);
 }
 
-bvec4 stp_fit(float scale, float sin_alpha, vec4 error, vec4 tangential_error)
+bvec4 stp_fit(stp_sight s, vec4 error, vec4 tangential_error, float radius, float variation)
 {
-    return bvec4(stp_fits(scale, sin_alpha, error.x, tangential_error.x),
-                 stp_fits(scale, sin_alpha, error.y, tangential_error.y),
-                 stp_fits(scale, sin_alpha, error.z, tangential_error.z),
-                 stp_fits(scale, sin_alpha, error.w, tangential_error.w));
+    return bvec4(stp_fits(s, error.x, tangential_error.x, radius, variation),
+                 stp_fits(s, error.y, tangential_error.y, radius, variation),
+                 stp_fits(s, error.z, tangential_error.z, radius, variation),
+                 stp_fits(s, error.w, tangential_error.w, radius, variation));
 }
 
 // The level of each quarter of a patch in sight, not below the finest resident one; STP_LEVEL_SKIP for
@@ -42,14 +47,12 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     if (quality.x <= 0.0 || scale < 0.0)
         return finest;
     float sin_alpha = stp_rule_sin_alpha(cos_phi, p.cone_cos, sin_beta);
-    bvec4 small = lessThanEqual(p.radius * scale, vec4(quality.y));
-    if (small[3] && stp_fits(scale, sin_alpha, p.vertex_error.x, p.vertex_error.y))
+    stp_sight sight = stp_sight(scale, sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
+    if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
         return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
     stp_quarter_errors e = stp_quarter_errors_fetch(index);
-    bvec4 fit_2 = stp_fit(scale, sin_alpha, e.error_2, e.tangential_2);
-    bvec4 fit_1 = stp_fit(scale, sin_alpha, e.error_1, e.tangential_1);
-    ivec4 levels = mix(ivec4(0), ivec4(1), small[1] ? fit_1 : bvec4(false));
-    levels = mix(levels, ivec4(2), small[2] ? fit_2 : bvec4(false));
+    ivec4 levels = mix(ivec4(0), ivec4(1), stp_fit(sight, e.error_1, e.tangential_1, p.radius[1], p.variation[1]));
+    levels = mix(levels, ivec4(2), stp_fit(sight, e.error_2, e.tangential_2, p.radius[2], p.variation[2]));
     return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
 }
 

@@ -10,6 +10,7 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 centre;        // window coordinates of the camera's axis; -, -
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
+    vec4 terms;         // of the error rule: weight of colours, of errors at outlines (1: no more than elsewhere); -, -
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
     ivec4 modes;        // 1 if orthographic, to keep back faces, clipped: for the CPU; shaders have macros
     vec4 clip_min;      // xyz: of the clip box, relative to the eye

@@ -71,3 +71,22 @@ STP_RULE float stp_rule_error(float scale, float sin_alpha, float error, float t
     return scale * STP_MIN(error * sin_alpha + tangential_error,
                            STP_SQRT(error * error + tangential_error * tangential_error));
 }
+
+/* Whether an eye ray through the bound may graze a normal of the cone: the patch may show an outline. */
+STP_RULE bool stp_rule_is_silhouette(float sin_alpha)
+{
+    return sin_alpha >= 1.0f;
+}
+
+/* Whether a level does: its error is within the threshold, its discs are not larger than what
+ * reconstruction is good for, and the colours that they average, smeared over their radius, are no
+ * worse than an error: a difference of the whole range over one pixel counts as colour_weight pixels.
+ * error_px: stp_rule_error; radius_px: the greatest of the level; variation: 0 to 1
+ * (formats/chunk/patch_bounds.h); error_weight: more than 1 where outlines may be. ALGORITHMS
+ * "Choosing the level". */
+STP_RULE bool stp_rule_fits(float error_px, float radius_px, float variation, float error_weight,
+                            float colour_weight, float threshold, float cap)
+{
+    return error_weight * error_px <= threshold && radius_px <= cap &&
+           colour_weight * variation * radius_px <= threshold;
+}

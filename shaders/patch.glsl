@@ -10,6 +10,7 @@ struct stp_patch {
     vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
     vec2 finest_error;    // likewise, of level 0
     vec4 radius;          // greatest of the level
+    vec4 variation;       // of the level: greatest difference of a colour under a sample, 0 to 1, any channel
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint flags;           // STP_PATCH_*
@@ -82,6 +83,7 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.first = texelFetch(patch_texture, base + 5);
     p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
     p.flags = h.z & 255u;
+    p.variation = unpackUnorm4x8(h.w);
     return p;
 }
 

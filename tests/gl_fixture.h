@@ -52,7 +52,7 @@ static inline void gl_fixture_draw(const gl_fixture *f, const stp_view *view,
                                    const stp_draw_params *params, stp_draw_stats *stats,
                                    uint8_t *rgba)
 {
-    stp_draw_stats own;
+    stp_draw_stats own = {0};
     stp_draw_stats *drawn = stats != NULL ? stats : &own;
     check_ok(stp_renderer_draw(f->renderer, view, params, drawn, err));
     assert_true(drawn->cut_complete || params->stream);

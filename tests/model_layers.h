@@ -4,6 +4,7 @@
 #ifndef STP_TESTS_MODEL_LAYERS_H
 #define STP_TESTS_MODEL_LAYERS_H
 
+#include "base/memory.h"
 #include "runtime/level_choice.h"
 #include "runtime/model.h"
 #include "runtime/object_texture.h"
@@ -116,8 +117,8 @@ static inline void layers_join(const stp_model *model, model_layer *layers, uint
 /* By chunk; free with model_layers_free. */
 static inline model_layer *model_layers_load(const stp_model *model)
 {
-    model_layer *layers = calloc(model->info->chunk_count, sizeof *layers);
-    assert_non_null(layers);
+    model_layer *layers = NULL;
+    check_ok(stp_alloc(&layers, model->info->chunk_count, sizeof *layers, "layers", err));
     for (uint32_t id = model->info->chunk_count; id-- > 0;) { /* children have higher numbers */
         stp_chunk *chunk = NULL;
         check_ok(stp_chunk_file_read(model->file, id, 0, &chunk, err));

@@ -44,7 +44,8 @@ static const char decode[] =
     "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(centre); "
     "put4(frustum[0]);\n"
     "    put4(frustum[1]);\n"
-    "    put4(quality); put4(colour_range); put4(vec4(modes)); put4(clip_min); put4(clip_max);\n"
+    "    put4(quality); put4(terms); put4(colour_range); put4(vec4(modes)); put4(clip_min); "
+    "put4(clip_max);\n"
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
     "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
@@ -54,7 +55,8 @@ static const char decode[] =
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
     "put(float(stp_patch_slot(1u)));\n"
-    "    put(float(p.flags)); put(float(STP_PATCH_STRIP)); put(float(STP_PATCH_TRIANGLES));\n"
+    "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
+    "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE));\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
@@ -92,6 +94,7 @@ static stp_gpu_frame make_frame(void)
                            .centre = {31, 32, 33, 34},
                            .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
                            .quality = {12, 13, 14, 15},
+                           .terms = {94, 95, 96, 97},
                            .colour_range = {71, 72, 73, 74},
                            .modes = {16, 17, 18, 19},
                            .clip_min = {75, 76, 77, 78},
@@ -117,7 +120,8 @@ static stp_gpu_patch make_patch(void)
                            .count = {64, 16, 4, 1},
                            .slot = 49,
                            .flags = 30,
-                           .unused = {91, 92, 93}};
+                           .unused = {91, 92, 93},
+                           .colour_error = {98, 99, 100, 255}};
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -150,6 +154,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_floats(&e, frame->frustum[0], 4);
     want_floats(&e, frame->frustum[1], 4);
     want_floats(&e, frame->quality, 4);
+    want_floats(&e, frame->terms, 4);
     want_floats(&e, frame->colour_range, 4);
     for (int i = 0; i < 4; i++)
         want(&e, frame->modes[i]);
@@ -175,6 +180,8 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     for (int i = 0; i < 4; i++)
         want(&e, patch->count[i]);
     want(&e, patch->slot);
+    for (int i = 0; i < 4; i++)
+        want(&e, patch->colour_error[i]);
     want(&e, patch->flags);
     want(&e, STP_PATCH_STRIP);
     want(&e, STP_PATCH_TRIANGLES);

@@ -372,9 +372,10 @@ static void test_leaf_and_parent(void **state)
 static void test_metadata(void **state)
 {
     (void)state;
+    static const uint8_t no_text[] = {0x01, 0xff, '"', '}'};
     bench *b = setup_bench();
     uint8_t *metadata = b->damaged + stp_get_u64(b->bytes + 40);
-    memcpy(metadata + 2, "\x01\xff\"}", 4);
+    memcpy(metadata + 2, no_text, sizeof no_text);
     unlink(output_path());
     repair(b);
     assert_false(b->result.whole);

@@ -48,7 +48,7 @@ static unsigned assert_held(const stp_chunk *parent, const stp_chunk_entry *abov
             for (uint32_t v = 0; v < child->patch_count; v++) {
                 const stp_patch *vertex = &child->patches[v];
                 stp_dvec3 to = place(child, below, v, 3, v);
-                if (memcmp(&at, &to, sizeof at) != 0)
+                if (!stp_dvec3_equal(at, to))
                     continue;
                 compared++;
                 assert_true(stored(patch, patch->error, 0) * 1.000001 >=

@@ -7,19 +7,18 @@
 
 typedef struct real_las {
     const char *name, *format;
-    uint64_t points; /* by another reader, as are the boxes */
-    bool colour;
+    uint64_t points;                      /* by another reader, as are the boxes */
     const char *wkt, *geokeys, *left_out; /* parts of notes, NULL: no such note */
     double min[3], max[3];
     unsigned rgb_8[3]; /* of the first point: all of these have 8 bits, in either writing */
     unsigned intensity, class_id;
+    bool colour;
 } real_las;
 
 static const real_las scans[] = {
     {"autzen/autzen-10.65M-rgb-pf2.las",
      "LAS 1.2 point format 2",
      10653336,
-     true,
      NULL,
      NULL,
      "point source ID",
@@ -27,11 +26,11 @@ static const real_las scans[] = {
      {639003.73, 853537.66, 615.26},
      {133, 137, 97},
      33410,
-     0},
+     0,
+     true},
     {"lidar/autzen_trim_7.las",
      "LAS 1.4 point format 7",
      110000,
-     true,
      "PROJCS[\"NAD_1983_HARN_Lambert_Conformal_Conic\"",
      NULL,
      "scanner channel, scan angle, user data, point source ID, GPS time",
@@ -39,11 +38,11 @@ static const real_las scans[] = {
      {637179.22, 849497.9, 520.51},
      {84, 102, 93},
      1028,
-     1},
+     1,
+     true},
     {"tree/tls-spruce-83k.las",
      "LAS 1.2 point format 0",
      83392,
-     false,
      NULL,
      NULL,
      "point source ID",
@@ -51,11 +50,11 @@ static const real_las scans[] = {
      {1.2457, 1.248, 16.692957},
      {0, 0, 0},
      0,
-     0},
+     0,
+     false},
     {"odd/pdal_1.2-with-color.las",
      "LAS 1.2 point format 3",
      1065,
-     true,
      NULL,
      NULL,
      "GPS time",
@@ -63,11 +62,11 @@ static const real_las scans[] = {
      {638982.55, 853535.43, 586.38},
      {68, 77, 88},
      36751,
-     1},
+     1,
+     true},
     {"odd/pdal_extrabytes.las",
      "LAS 1.4 point format 3",
      1065,
-     true,
      NULL,
      NULL,
      "extra bytes (27 a point: Colors, Reserved, Flags, Intensity, Time)",
@@ -75,11 +74,11 @@ static const real_las scans[] = {
      {638982.55, 853535.43, 586.38},
      {68, 77, 88},
      36751,
-     1},
+     1,
+     true},
     {"odd/pdal_epsg_4326.las",
      "LAS 1.2 point format 0",
      5380,
-     false,
      NULL,
      "GeographicTypeGeoKey=4326\nGeogCitationGeoKey=WGS 84\n",
      "point source ID",
@@ -87,11 +86,11 @@ static const real_las scans[] = {
      {-94.6606311, 31.0473291, 78.1190002},
      {0, 0, 0},
      65535,
-     0},
+     0,
+     false},
     {"odd/pdal_no-points.las",
      "LAS 1.2 point format 3",
      0,
-     false,
      NULL,
      "GeographicTypeGeoKey=4269\n",
      "GPS time",
@@ -99,7 +98,8 @@ static const real_las scans[] = {
      {0.0, 0.0, 0.0},
      {0, 0, 0},
      0,
-     0},
+     0,
+     false},
 };
 
 /* What the file's own header says, read here by the standard's table. */

@@ -52,6 +52,8 @@ static void add_stats(stp_draw_stats *sum, const stp_draw_stats *part)
     sum->project_ms += part->project_ms;
     sum->pull_push_ms += part->pull_push_ms;
     sum->shade_ms += part->shade_ms;
+    for (int i = 0; i < STP_STAGE_COUNT; i++)
+        sum->gpu_ms[i] += part->gpu_ms[i];
     sum->points_drawn += part->points_drawn;
     sum->chunks_drawn += part->chunks_drawn;
     sum->chunks_missing += part->chunks_missing;

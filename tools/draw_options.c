@@ -26,7 +26,11 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
          "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "coarser samples are not drawn larger (6)", NULL},
+         "coarser samples are not drawn larger; times a threshold above 1 (6)", NULL},
+        {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
+         "what makes levels finer beside the surface's error: radius,colour,silhouette or none "
+         "(radius,colour)",
+         NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
          "who chooses levels: shaders, the CPU, nobody (auto: the faster shaders)", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
@@ -153,12 +157,43 @@ static stp_status check_amounts(const draw_options *o, stp_error *err)
     return STP_OK;
 }
 
+/* Words of stp_term, each once; none alone. */
+static bool parse_terms(const char *text, uint32_t *terms)
+{
+    static const char *const words[] = {"radius", "colour", "silhouette"};
+    if (text == NULL)
+        return true;
+    if (strcmp(text, "none") == 0) {
+        *terms = STP_TERM_NONE;
+        return true;
+    }
+    for (;;) {
+        size_t length = strcspn(text, ",");
+        uint32_t found = 0;
+        for (uint32_t i = 0; i < sizeof words / sizeof *words; i++)
+            if (strlen(words[i]) == length && strncmp(words[i], text, length) == 0)
+                found = 1u << i;
+        if (found == 0 || (*terms & found) != 0)
+            return false;
+        *terms |= found;
+        text += length;
+        if (*text == '\0')
+            return true;
+        text++;
+    }
+}
+
 stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     const double noted_px = stp_chunk_file_threshold(stp_chunk_file_get_info(model->file));
     const double threshold_px = o->has_threshold || noted_px == 0.0 ? o->threshold_px : noted_px;
+    uint32_t terms = 0;
+    if (!parse_terms(o->terms, &terms))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--error-terms %s: give words of radius,colour,silhouette, or none",
+                             o->terms);
     stp_draw_params p = {
         .lod = (stp_lod)o->lod,
         .reconstruct = (stp_reconstruct)o->reconstruct,
@@ -166,6 +201,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .threshold_px = threshold_px,
         .every_sample = threshold_px <= 0.0,
         .radius_cap_px = o->radius_cap_px,
+        .terms = terms,
         .colour = (stp_colour)o->colour,
         .palette = (stp_palette)o->palette,
         .overlay = o->overlay,

@@ -13,13 +13,13 @@ typedef struct draw_options {
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, aa, shade, colour, palette;
-    const char *colour_range, *clip, *classes, *hidden_classes;
+    const char *terms, *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, back_faces;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 21)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 22)
 
 #define DRAW_DAMAGE_BYTES 1100
 

@@ -172,6 +172,27 @@ const cli_command cli_prep = {
     .run = prep_main,
 };
 
+/* CLI_CONTINUE where options go together. */
+static int check_options(const prep_options *o)
+{
+    if (!o->output)
+        return cli_usage(&cli_prep, "no output: give -o M.stipple");
+    if (o->neighbours < 3 || o->neighbours > STP_NEIGHBOURS_LIMIT)
+        return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
+    if (o->lines == 1 && (o->hybrid || o->sample > 0))
+        return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
+                                    "one of them");
+    if (o->outlier_distance != 0.0 && o->outliers == STP_OUTLIERS_KEEP)
+        return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
+    if (o->outlier_distance != 0.0 && !(o->outlier_distance >= 1.0))
+        return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
+    if (o->line_radius < 0.0)
+        return cli_usage(&cli_prep, "--line-radius: give a positive length");
+    if (o->precision < 0.0)
+        return cli_usage(&cli_prep, "--precision: give a positive length");
+    return CLI_CONTINUE;
+}
+
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[INPUTS_LIMIT];
@@ -217,21 +238,9 @@ static int prep_main(int argc, char **argv)
                          INPUTS_LIMIT, &count, &o.common);
     if (code != CLI_CONTINUE)
         return code;
-    if (!o.output)
-        return cli_usage(&cli_prep, "no output: give -o M.stipple");
-    if (o.neighbours < 3 || o.neighbours > STP_NEIGHBOURS_LIMIT)
-        return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
-    if (o.lines == 1 && (o.hybrid || o.sample > 0))
-        return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
-                                    "one of them");
-    if (o.outlier_distance != 0.0 && o.outliers == STP_OUTLIERS_KEEP)
-        return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
-    if (o.outlier_distance != 0.0 && !(o.outlier_distance >= 1.0))
-        return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
-    if (o.line_radius < 0.0)
-        return cli_usage(&cli_prep, "--line-radius: give a positive length");
-    if (o.precision < 0.0)
-        return cli_usage(&cli_prep, "--precision: give a positive length");
+    code = check_options(&o);
+    if (code != CLI_CONTINUE)
+        return code;
     stp_error error = {0};
     keep_freed_memory();
     if (run_prep(&o, paths, count, &error) != STP_OK)

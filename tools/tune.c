@@ -49,6 +49,7 @@ typedef struct options {
     size_t threshold_count;
     int compared[SETTINGS_LIMIT]; /* stp_reconstruct */
     size_t compared_count;
+    bool terms;
 } options;
 
 /* Everything between the options and the report. */
@@ -79,14 +80,29 @@ static stp_status find_views(tuning *t, stp_error *err)
     tune_views_params params = {.model = t->model,
                                 .renderer = t->renderer,
                                 .drawn = t->settings[0].params,
-                                .camera = one || t->o->path ? &camera : NULL,
                                 .path = t->o->path,
                                 .count = (size_t)t->o->views};
     STP_TRY(draw_options_camera(&t->o->draw, t->model, &camera, params.size, err));
+    if (one || t->o->path)
+        params.camera = &camera;
     STP_TRY(tune_views_create(&t->views, &params, err));
 done:
     return status;
 }
+
+/* What the terms of the error rule buy: those of the command line, none, each alone, all. */
+static const struct {
+    const char *name;
+    uint32_t terms;
+} term_settings[] = {
+    {"rule", 0},
+    {"none", STP_TERM_NONE},
+    {"radius", STP_TERM_RADIUS},
+    {"colour", STP_TERM_COLOUR},
+    {"silhouette", STP_TERM_SILHOUETTE},
+    {"all", STP_TERM_RADIUS | STP_TERM_COLOUR | STP_TERM_SILHOUETTE},
+};
+#define TERM_SETTINGS (sizeof term_settings / sizeof *term_settings)
 
 static stp_status choose_settings(tuning *t, stp_error *err)
 {
@@ -95,8 +111,13 @@ static stp_status choose_settings(tuning *t, stp_error *err)
     stp_draw_params params;
     STP_TRY(draw_options_params(&o->draw, t->model, &params, err));
     params.every_sample = false;
-    t->params.setting_count = o->compared_count;
-    for (size_t k = 0; k < o->compared_count; k++) {
+    t->params.setting_count = o->terms ? TERM_SETTINGS : o->compared_count;
+    for (size_t k = 0; k < TERM_SETTINGS && o->terms; k++) {
+        t->settings[k] = (tune_setting){term_settings[k].name, params};
+        if (term_settings[k].terms != 0)
+            t->settings[k].params.terms = term_settings[k].terms;
+    }
+    for (size_t k = 0; k < o->compared_count && !o->terms; k++) {
         draw_options_word(DRAW_RECONSTRUCTIONS, o->compared[k], t->names[k]);
         t->settings[k] = (tune_setting){t->names[k], params};
         t->settings[k].params.reconstruct = (stp_reconstruct)o->compared[k];
@@ -149,7 +170,7 @@ static stp_status open_all(tuning *t, const char *path, const cli_common *common
                                     .aa = o->draw.aa,
                                     .times = (int)o->reference,
                                     .settings = t->settings,
-                                    .setting_count = o->compared_count,
+                                    .setting_count = t->params.setting_count,
                                     .thresholds = o->thresholds,
                                     .threshold_count = o->threshold_count,
                                     .repeat = o->repeat,
@@ -372,7 +393,7 @@ static int run(int argc, char **argv)
     const char *path = NULL;
     size_t count = 0;
     stp_error err = {0};
-    cli_option list[DRAW_OPTION_COUNT + 13] = {
+    cli_option list[DRAW_OPTION_COUNT + 14] = {
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "DIR", "the folder to write",
                                NULL},
         {"--thresholds", 0, CLI_STRING, &o.threshold_list, "LIST",
@@ -386,6 +407,8 @@ static int run(int argc, char **argv)
          "drawn discs of each picture whose error is measured (64)", NULL},
         {"--compare", 0, CLI_STRING, &o.compare_list, "LIST",
          "reconstructions to compare at equal points, like gauss,splat", NULL},
+        {"--terms", 0, CLI_FLAG, &o.terms, NULL,
+         "compare what each term of the error rule buys at equal points", NULL},
         {"--fps", 0, CLI_NUMBER, &o.fps, "N", "solve for frames a second", &o.has_fps},
         {"--psnr", 0, CLI_NUMBER, &o.psnr, "DB", "solve for a quality", &o.has_psnr},
         {"--bytes", 0, CLI_BYTES, &o.bytes, "SIZE", "solve for memory of samples on the GPU",

@@ -116,30 +116,29 @@ const char *tune_folder_file(tune_folder *folder, const char *name)
     return folder->file;
 }
 
-stp_status tune_folder_commit(tune_folder **out, stp_error *err)
+stp_status tune_folder_commit(tune_folder **folder, stp_error *err)
 {
     stp_status status = STP_OK;
-    tune_folder *folder = *out;
-    STP_TRY(tune_folder_check(folder->path, folder->force, err));
+    tune_folder *f = *folder;
+    STP_TRY(tune_folder_check(f->path, f->force, err));
     /* A folder that holds nothing gives way by itself, one that does moves aside first. */
-    bool moved = rename(folder->path, folder->old) == 0;
+    bool moved = rename(f->path, f->old) == 0;
     if (!moved && errno != ENOENT) {
-        status =
-            stp_error_set(err, STP_IO, "%s: cannot be replaced: %s", folder->path, strerror(errno));
+        status = stp_error_set(err, STP_IO, "%s: cannot be replaced: %s", f->path, strerror(errno));
         goto done;
     }
-    if (rename(folder->part, folder->path) != 0) {
-        status = stp_error_set(err, STP_IO, "%s: the folder cannot be made: %s", folder->path,
+    if (rename(f->part, f->path) != 0) {
+        status = stp_error_set(err, STP_IO, "%s: the folder cannot be made: %s", f->path,
                                strerror(errno));
         if (moved)
-            (void)rename(folder->old, folder->path);
+            (void)rename(f->old, f->path);
         goto done;
     }
-    folder->part[0] = '\0';
+    f->part[0] = '\0';
     if (moved)
-        remove_folder(folder->old);
+        remove_folder(f->old);
 done:
-    tune_folder_destroy(out);
+    tune_folder_destroy(folder);
     return status;
 }
 

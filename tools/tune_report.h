@@ -16,7 +16,7 @@ typedef struct tune_report {
 enum { TUNE_CHART_QUALITY, TUNE_CHART_TIMES, TUNE_CHART_PROMISE, TUNE_CHART_POPPING, TUNE_CHARTS };
 
 /* One of the charts of the first setting, the quality of all. Errors: OUT_OF_MEMORY. */
-stp_status tune_report_chart(const tune_report *report, int chart, tune_text *out, stp_error *err);
+stp_status tune_report_chart(const tune_report *report, int which, tune_text *out, stp_error *err);
 /* The page. folder: for pictures while they are encoded. Errors: OUT_OF_MEMORY, IO. */
 stp_status tune_report_page(const tune_report *report, tune_folder *folder, tune_text *out,
                             stp_error *err);

@@ -19,6 +19,8 @@ double tune_pooled_psnr(const tune_row *rows, size_t count)
 double tune_median_ms(const tune_row *rows, size_t count)
 {
     double ms[TUNE_VIEWS_LIMIT];
+    if (count == 0)
+        return 0.0;
     for (size_t v = 0; v < count; v++)
         ms[v] = rows[v].ms;
     stp_sort_doubles(ms, count);

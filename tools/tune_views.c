@@ -21,7 +21,8 @@
 static stp_dvec3 direction_of(int i)
 {
     int place = i < DIRECTIONS / 2 ? i : i + 1;
-    return (stp_dvec3){place % 3 - 1.0, place / 3 % 3 - 1.0, place / 9 - 1.0};
+    int x = place % 3, y = place / 3 % 3, z = place / 9;
+    return (stp_dvec3){x - 1, y - 1, z - 1};
 }
 
 /* The covered pixel nearest to the middle; false: none is. */

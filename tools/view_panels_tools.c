@@ -94,12 +94,11 @@ static void clicked_rows(const viewer *v)
 
 void view_panel_measure(viewer *v)
 {
-    static const char *const names[] = {"first", "second"};
     char text[160];
     stp_ui_check("clicks measure", &v->control.measuring);
     for (int i = 0; i < v->measure.count; i++) {
         view_format_position(v, v->measure.points[i], text);
-        stp_ui_row(names[i], text);
+        stp_ui_row(i == 0 ? "first" : "second", text);
     }
     if (v->measure.count == 2)
         distance_rows(v);

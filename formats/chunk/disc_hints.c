@@ -10,15 +10,12 @@
 #define CELL_RADII 1.2
 /* A disc is entered so many cells' widths over and under its centre: two cells, or one. */
 #define THICKNESS 0.5f
-/* A slot is the disc, and above it how near its centre is to the cell's middle: greater is nearer,
- * and a square cell's width so much less. */
-#define DISC_BITS 18u
+/* A slot is the disc in STP_DISC_HINTS_BITS, and above it how near its centre is to the cell's
+ * middle: greater is nearer, and a square cell's width so much less. */
 #define SCORE_MAX 16383.0f
 #define SCORE_UNIT 1024.0f
 /* So many discs a block of 64 cells: about a tenth of the cells is used. */
 #define DISCS_A_BLOCK 16
-
-_Static_assert(STP_DISC_HINTS_LIMIT == 1u << DISC_BITS, "a slot holds a disc's index");
 
 static inline uint32_t slot_of(uint32_t mask, int i, int j, int k)
 {
@@ -36,7 +33,7 @@ static void enter(stp_disc_hints *h, uint32_t disc, float up)
     const float a = (float)i + 0.5f - x, b = (float)j + 0.5f - y, c = (float)k + 0.5f - z;
     float score = SCORE_MAX - (a * a + b * b + c * c) * SCORE_UNIT;
     uint32_t *slot = &h->slots[slot_of(h->mask, i, j, k)];
-    uint32_t key = (uint32_t)(int)(score > 0.0f ? score : 0.0f) << DISC_BITS | disc;
+    uint32_t key = (uint32_t)(int)(score > 0.0f ? score : 0.0f) << STP_DISC_HINTS_BITS | disc;
     *slot = *slot > key ? *slot : key;
 }
 

@@ -9,7 +9,8 @@
 #include "formats/chunk/disc_lanes.h"
 
 /* Discs a hint can name. */
-#define STP_DISC_HINTS_LIMIT (1u << 18)
+#define STP_DISC_HINTS_BITS 18u
+#define STP_DISC_HINTS_LIMIT (1u << STP_DISC_HINTS_BITS)
 
 typedef struct stp_disc_hints {
     const stp_lane_disc *discs; /* borrowed */

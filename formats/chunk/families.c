@@ -232,7 +232,7 @@ INLINE int32_t nearest(float value)
 /* Signed as unsigned of small magnitude: 0 -1 1 -2 2 ... */
 INLINE uint32_t fold(int32_t value)
 {
-    return (uint32_t)value << 1 ^ (uint32_t)(value >> 31);
+    return (uint32_t)value << 1 ^ (value < 0 ? UINT32_MAX : 0u);
 }
 
 INLINE int32_t unfold(uint32_t folded)

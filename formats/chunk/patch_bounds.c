@@ -63,9 +63,6 @@ static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge
         measure_cone(known ? cosine : 1.0, disc->cone, out);
     else
         *least_cosine = stp_min(*least_cosine, known ? cosine : 1.0);
-    for (int i = 0; i < 3; i++)
-        out->colour_error =
-            stp_max(out->colour_error, fabs(disc->rgb[i] - merged->rgb[i]) + disc->colour_error);
     out->error = stp_max(out->error, disc->error);
 }
 
@@ -124,4 +121,19 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
     out.least_error = stp_max(out.error, stp_min(side, out.high - out.low));
     out.error = stp_max(out.error, side);
     return out;
+}
+
+double stp_colour_variation(const stp_disc *merged, const stp_disc *finest,
+                            const uint8_t counts[STP_LEVEL_COUNT], int level)
+{
+    double squares[3] = {0.0, 0.0, 0.0};
+    for (unsigned j = 0; j < counts[level]; j++) {
+        unsigned end = stp_covered_begin(counts, level, j + 1, 0);
+        for (unsigned i = stp_covered_begin(counts, level, j, 0); i < end; i++)
+            for (int c = 0; c < 3; c++) {
+                double apart = finest[i].rgb[c] - merged[j].rgb[c], own = finest[i].colour_error;
+                squares[c] += apart * apart + own * own;
+            }
+    }
+    return sqrt(stp_max(squares[0], stp_max(squares[1], squares[2])) / counts[0]);
 }

@@ -24,7 +24,7 @@ typedef struct stp_disc {
     double cone;             /* greatest angle of an original's normal, radians */
     double error;            /* stored perpendicular error of the sample */
     double tangential_error; /* likewise */
-    double colour_error;
+    double colour_error;     /* what it averages of colours: stp_colour_variation */
 } stp_disc;
 
 /* What a merged disc does to the discs it replaces. */
@@ -32,7 +32,6 @@ typedef struct stp_merge_error {
     double error;
     double least_error; /* what a file must hold: where the discs are all on one side of the merged
                            one's plane, their extent; files of the first writers have no more */
-    double colour_error;
     double low, high, reach, bound, cone;
 } stp_merge_error;
 
@@ -44,9 +43,16 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
  * the nearest disc of the centre or a rim point. Dachsbacher et al. 2003 take the distance of the
  * two planes that hold the discs between them; but the merged disc is drawn in its own plane, and
  * what it stands for lies off that by the greater side alone, as it does off what it stands for.
- * Colour: greatest difference of a channel. The tangential error needs the discs around, too:
- * overhang.h. */
+ * The tangential error needs the discs around, too: overhang.h. */
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
+
+/* What a level of a patch averages of colours, 0 to 255: the root of the mean square, over the
+ * level-0 samples, of how far a channel is from that of the merged sample above it; the greatest
+ * of the three. What a level-0 sample averages itself is in it: variances add. merged: the level's
+ * discs, finest: those of level 0. A mean, not a bound: it weighs how much detail a level hides,
+ * and a bound would be that of the worst sample, which in a scan is noise. */
+double stp_colour_variation(const stp_disc *merged, const stp_disc *finest,
+                            const uint8_t counts[STP_LEVEL_COUNT], int level);
 
 /* A stored bound holds what is greater by rounding. */
 #define STP_STORED_SLACK 1.000001

@@ -83,7 +83,7 @@ static stp_patch shift_patch(const stp_patch *in, int shift)
 static void measure_level(const stp_chunk *chunk, uint32_t p, int level)
 {
     stp_patch *patch = &chunk->patches[p];
-    stp_disc finest[STP_PATCH_SAMPLES];
+    stp_disc finest[STP_PATCH_SAMPLES], merged[STP_PATCH_SAMPLES];
     const uint32_t *begin[2] = {chunk->level_begin[0], chunk->level_begin[level]};
     for (unsigned i = 0; i < patch->counts[0]; i++)
         finest[i] = stp_disc_from_sample(&chunk->samples[0][begin[0][p] + i], patch);
@@ -93,8 +93,10 @@ static void measure_level(const stp_chunk *chunk, uint32_t p, int level)
         stp_disc disc = stp_disc_from_sample(&chunk->samples[level][begin[1][p] + i], patch);
         stp_merge_error e = stp_merge_measure(&disc, &finest[first], last - first);
         raise_code(&patch->error[level], stp_error_encode(e.error, patch->exponent));
-        raise_code(&patch->colour_error[level], (uint8_t)stp_min(255.0, ceil(e.colour_error)));
+        merged[i] = disc;
     }
+    double variation = stp_colour_variation(merged, finest, patch->counts, level);
+    raise_code(&patch->colour_error[level], (uint8_t)stp_min(255.0, ceil(variation)));
 }
 
 static void measure_patch(const stp_chunk *chunk, uint32_t p)

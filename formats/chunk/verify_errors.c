@@ -32,14 +32,15 @@ static const char *check_sample(const levels *l, const stp_patch *patch, int lev
     stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first], last - first);
     if (exceeds(e.least_error, stp_quarter_error(patch, level, q), patch))
         return "the perpendicular error of a merged sample exceeds the stored one";
-    if (e.colour_error > (double)patch->colour_error[level] + 1e-9)
-        return "the colour error of a merged sample exceeds the stored one";
     return NULL;
 }
 
 static const char *check_level(const levels *l, const stp_patch *patch, int level)
 {
     const char *fault = NULL;
+    if (stp_colour_variation(l->discs[level], l->discs[0], patch->counts, level) >
+        (double)patch->colour_error[level] + 1e-9)
+        return "the colour error of a level exceeds the stored one";
     for (unsigned q = 0; !fault && q < patch->counts[2]; q++) {
         unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
         for (unsigned i = stp_quarter_begin(patch->counts, level, q); !fault && i < end; i++)

@@ -28,7 +28,7 @@ static stp_status zstd_failed(size_t code, stp_error *err)
 
 /* Into a buffer with room for whatever comes out. */
 static size_t compress(ZSTD_CCtx *context, int step, const uint8_t *bytes, const size_t *ends,
-                       size_t end_count, uint8_t *out, size_t capacity)
+                       size_t end_count, ZSTD_outBuffer to)
 {
     const struct {
         ZSTD_cParameter name;
@@ -38,7 +38,6 @@ static size_t compress(ZSTD_CCtx *context, int step, const uint8_t *bytes, const
                       {ZSTD_c_minMatch, SHORTEST_MATCH},
                       {ZSTD_c_targetLength, step},
                       {ZSTD_c_literalCompressionMode, ZSTD_ps_enable}};
-    ZSTD_outBuffer to = {out, capacity, 0};
     size_t begin = 0;
     size_t left = ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
     for (size_t i = 0; i < sizeof parameters / sizeof *parameters && !ZSTD_isError(left); i++)
@@ -68,8 +67,8 @@ stp_status stp_zstd_pack(const uint8_t *bytes, const size_t *ends, size_t end_co
         goto done;
     }
     for (size_t i = 0; i < 2; i++) {
-        size_t size =
-            compress(context, search_steps[i], bytes, ends, end_count, buffer[i], capacity);
+        size_t size = compress(context, search_steps[i], bytes, ends, end_count,
+                               (ZSTD_outBuffer){buffer[i], capacity, 0});
         if (ZSTD_isError(size)) {
             status = zstd_failed(size, err);
             goto done;
