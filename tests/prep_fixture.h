@@ -93,6 +93,8 @@ static inline stp_status prep_shapes_run(prep_cloud *points, const stp_line_set 
                               .files = &file,
                               .file_count = 1};
     stp_pool *pool = NULL;
+    if (cloud->count > 0 && cloud->points[0].normal.z != 0.0f) /* of all or of none */
+        source.attributes |= STP_POINT_HAS_NORMAL;
     cloud->given = 0;
     own.force = true;
     assert_int_equal(stp_pool_create(&pool, threads, err), STP_OK);

@@ -202,6 +202,15 @@ test_small() {
     run "$STIPPLE" tune "$FOLDER/line.stipple" -o "$FOLDER/line" --size 64x64 --views 2 \
         --thresholds 0,1 --repeat 1 --quiet
     expect_code 0
+    awk '/^ *[0-9]/ && ($11 != "-" || $12 != "-") { exit 1 }' "$FOLDER/out" ||
+        fail "a line was measured: $(cat "$FOLDER/out")"
+    [ "$(grep -c '"measured_px":[[:space:]]*null' "$FOLDER/line/tune.json")" -gt 0 ] &&
+        ! grep -q '"measured_px":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" ||
+        fail "measured_px is a number"
+    ! grep -q '"median":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" || fail "a ratio of nothing"
+    [ "$(tail -1 "$FOLDER/line/tune.csv" | cut -d, -f27-29)" = "0,," ] ||
+        fail "$(tail -1 "$FOLDER/line/tune.csv")"
+    grep -q '<td>-</td>' "$FOLDER/line/index.html" || fail "the page has a number"
 }
 
 # Ctrl-C leaves nothing.

@@ -185,11 +185,11 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
                       "<tr><td>%g</td><td>%.2f</td><td>%.4f</td><td>%.2f / %.2f</td>"
                       "<td>%.3f / %.2f / %.1f</td><td>%.1f</td><td>%.1f</td><td>%.0f</td>"
                       "<td>%.0f</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td>%.3f</td>"
-                      "<td>%.3f</td><td>%.2f</td><td>%.2f</td></tr>\n",
+                      "<td>%s</td><td>%.2f</td><td>%.2f</td></tr>\n",
                       s.threshold_px, s.psnr_db, s.ssim, s.angle_mean_deg, s.angle_p95_deg,
                       s.shift_mean_px, s.shift_p95_px, s.shift_max_px, s.holes, s.spill, s.points,
                       s.patches, s.file_bytes / 1048576.0, s.gpu_bytes / 1048576.0, s.ms,
-                      s.predicted_px, s.measured_px, s.extra, s.flicker);
+                      s.predicted_px, tune_figure_write(s.measured_px, 3).text, s.extra, s.flicker);
     }
     tune_text_add(out, "</table></div>\n<h3>What stands between predicted and measured</h3>\n"
                        "<div class=\"wide\"><table>\n<tr><th>threshold px</th><th>discs</th>"
@@ -202,13 +202,13 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
         tune_summary s = tune_summarise(r->sweep, setting, t);
         if (s.discs == 0)
             continue;
-        tune_text_add(out,
-                      "<tr><td>%g</td><td>%llu</td><td>%zu</td><td>%.2f</td><td>%.2f</td>"
-                      "<td>%.2f</td><td>%.2f</td>",
-                      s.threshold_px, (unsigned long long)s.discs, s.ratios.broken, s.ratios.p10,
-                      s.ratios.median, s.ratios.p90, s.view_ratio);
+        tune_text_add(out, "<tr><td>%g</td><td>%llu</td><td>%zu</td>", s.threshold_px,
+                      (unsigned long long)s.discs, s.ratios.broken);
+        const double of_ratio[] = {s.ratios.p10, s.ratios.median, s.ratios.p90, s.view_ratio};
+        for (int k = 0; k < 4; k++)
+            tune_text_add(out, "<td>%s</td>", tune_figure_write(of_ratio[k], 2).text);
         for (int k = 0; k < TUNE_FACTOR_COUNT; k++)
-            tune_text_add(out, "<td>%.2f</td>", s.ratios.factor[k]);
+            tune_text_add(out, "<td>%s</td>", tune_figure_write(s.ratios.factor[k], 2).text);
         tune_text_add(out, "</tr>\n");
     }
     tune_text_add(out, "</table></div>\n");
@@ -244,7 +244,8 @@ static const char notes[] =
     "the other picture; uncovered parts of fewer than 16 pixels are holes instead.</li>\n"
     "<li>Predicted is what the level rule says of what it drew. Measured is, of a sample of drawn "
     "discs and of those with the greatest prediction, how far centre and 16 rim points lie on the "
-    "screen from the nearest points of the discs of level 0. Its ratio's factors: nearest depth "
+    "screen from the nearest points of the discs of level 0; lines and triangles are not measured. "
+    "The ratio is of the discs that do not lie on those of level 0; its factors: nearest depth "
     "of a patch's bound (depth), its cone of normals (cone), its perpendicular error (span) and "
     "overhang for this disc's own, and the rest.</li>\n"
     "<li>Popping: root mean square of what changes from frame to frame otherwise than in the same "

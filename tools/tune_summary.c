@@ -97,7 +97,8 @@ tune_summary tune_summarise(const tune_sweep *sweep, size_t setting, size_t thre
             of_views[ratios++] = row->predicted_px / row->measured_px;
     }
     stp_sort_doubles(of_views, ratios);
-    sum.view_ratio = ratios > 0 ? of_views[ratios / 2] : 0.0;
+    sum.view_ratio = ratios > 0 ? of_views[ratios / 2] : NAN;
+    sum.measured_px = sum.discs > 0 ? sum.measured_px : NAN;
     sum.ssim = weights[0] > 0.0 ? sum.ssim / weights[0] : 1.0;
     sum.shift_mean_px = share(sum.shift_mean_px, weights[1]);
     sum.shift_p95_px = share(sum.shift_p95_px, weights[1]);

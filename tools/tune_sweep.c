@@ -269,27 +269,34 @@ static void note_measured(tune_sweep *s, const tune_disc *disc)
 {
     tune_point *point = &s->points[disc->picture];
     tune_row *row = &point->rows[disc->view];
+    if (disc->measured_px < 0.0)
+        return;
     row->discs++;
     row->predicted_px = fmax(row->predicted_px, (double)disc->predicted_px);
     row->measured_px = fmax(row->measured_px, disc->measured_px);
     point->ratios.broken += disc->measured_px > point->threshold_px;
 }
 
-/* Quantiles of one quotient of the random discs of a point. k: a factor, or the whole. */
+/* A disc that is no farther off lies on the surface: what was predicted is no number of times that.
+ */
+#define ON_SURFACE_PX 1e-6
+
+/* Quantiles of one quotient of the random discs of a point, NaN of none. k: a factor, or the whole.
+ */
 static void find_quantiles(tune_sweep *s, size_t number, int k, double *values, double out[3])
 {
     static const double shares[3] = {0.1, 0.5, 0.9};
     size_t count = 0;
     for (size_t i = 0; i < s->discs.count; i++) {
         const tune_disc *disc = &s->discs.list[i];
-        if (disc->picture != number || !disc->random || disc->measured_px < 0.0)
+        if (disc->picture != number || !disc->random || disc->measured_px < ON_SURFACE_PX)
             continue;
-        double whole = (double)disc->predicted_px / fmax(disc->measured_px, 1e-12);
+        double whole = (double)disc->predicted_px / disc->measured_px;
         values[count++] = fmin(k < TUNE_FACTOR_COUNT ? disc->factor[k] : whole, 1e6);
     }
     stp_sort_doubles(values, count);
     for (int i = 0; i < 3; i++)
-        out[i] = count > 0 ? values[(size_t)(shares[i] * (double)(count - 1) + 0.5)] : 0.0;
+        out[i] = count > 0 ? values[(size_t)(shares[i] * (double)(count - 1) + 0.5)] : NAN;
     s->points[number].ratios.discs = count;
 }
 

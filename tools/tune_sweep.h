@@ -35,7 +35,8 @@ typedef struct tune_row {
     uint32_t passes;
 } tune_row;
 
-/* What stands between predicted and measured, of the random discs of all views. */
+/* What stands between predicted and measured, of the random discs of all views that do not lie on
+ * the surface: NaN where there are none. */
 typedef struct tune_ratios {
     size_t discs, broken;    /* broken: measured above the threshold, of all discs measured */
     double median, p10, p90; /* predicted / measured */

@@ -5,7 +5,18 @@
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
+#include <math.h>
 #include <string.h>
+
+tune_figure tune_figure_write(double value, int decimals)
+{
+    tune_figure out;
+    if (isnan(value))
+        snprintf(out.text, sizeof out.text, "-");
+    else
+        snprintf(out.text, sizeof out.text, "%.*f", decimals, value);
+    return out;
+}
 
 /* ---- stdout ---- */
 
@@ -52,11 +63,12 @@ void tune_table_print(const tune_sweep *sweep, const tune_answer *answer, FILE *
         for (size_t t = 0; t < p->threshold_count; t++) {
             tune_summary s = tune_summarise(sweep, k, t);
             fprintf(out,
-                    "%9.4g %6.2f %7.4f %7.3f %7.3f %7.1f %10.0f %8.1f %8.1f %9.3f %8.3f %6.2f "
+                    "%9.4g %6.2f %7.4f %7.3f %7.3f %7.1f %10.0f %8.1f %8.1f %9.3f %8s %6s "
                     "%8.2f\n",
                     s.threshold_px, s.psnr_db, s.ssim, s.angle_mean_deg, s.shift_mean_px, s.holes,
-                    s.points, s.ms, s.gpu_bytes / 1048576.0, s.predicted_px, s.measured_px,
-                    s.ratios.median, s.extra);
+                    s.points, s.ms, s.gpu_bytes / 1048576.0, s.predicted_px,
+                    tune_figure_write(s.measured_px, 3).text,
+                    tune_figure_write(s.ratios.median, 2).text, s.extra);
         }
     }
     print_equal(sweep, out);
@@ -74,20 +86,21 @@ static const char csv_head[] =
 static stp_status write_row(const tune_sweep *s, const tune_setting *setting, double threshold_px,
                             size_t v, const tune_row *r, stp_output *out, stp_error *err)
 {
-    char text[1024];
+    char text[1024], measured[64] = ","; /* predicted and measured: no numbers where none is */
     const compare_metrics *m = &r->compared;
     const tune_cut *c = &r->cut;
-    int length = snprintf(text, sizeof text,
-                          "%s,%.9g,%zu,%s,%.4f,%.4f,%.6f,%.6f,%.6f,%" PRIu64 ",%" PRIu64
-                          ",%.4f,%.4f,%.4f,%.4f,%.4f,"
-                          "%.4f,%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64
-                          ",%" PRIu64 ",%.3f,%" PRIu32 ",%.6f,%" PRIu64 ",%.6f,%.6f\n",
-                          setting->name, threshold_px, v, s->params->views->list[v].name,
-                          m->psnr_db, m->psnr_inside_db, m->ssim, m->coverage_a, m->coverage_b,
-                          m->holes, m->spill, r->shift.mean_px, r->shift.p95_px, r->shift.max_px,
-                          r->angles.mean_deg, r->angles.median_deg, r->angles.p95_deg, c->points,
-                          c->exact, c->patches, c->chunks, c->file_bytes, c->gpu_bytes, r->ms,
-                          r->passes, c->max_error_px, r->discs, r->predicted_px, r->measured_px);
+    if (r->discs > 0)
+        snprintf(measured, sizeof measured, "%.6f,%.6f", r->predicted_px, r->measured_px);
+    int length = snprintf(
+        text, sizeof text,
+        "%s,%.9g,%zu,%s,%.4f,%.4f,%.6f,%.6f,%.6f,%" PRIu64 ",%" PRIu64 ",%.4f,%.4f,%.4f,%.4f,%.4f,"
+        "%.4f,%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%.3f,%" PRIu32
+        ",%.6f,%" PRIu64 ",%s\n",
+        setting->name, threshold_px, v, s->params->views->list[v].name, m->psnr_db,
+        m->psnr_inside_db, m->ssim, m->coverage_a, m->coverage_b, m->holes, m->spill,
+        r->shift.mean_px, r->shift.p95_px, r->shift.max_px, r->angles.mean_deg,
+        r->angles.median_deg, r->angles.p95_deg, c->points, c->exact, c->patches, c->chunks,
+        c->file_bytes, c->gpu_bytes, r->ms, r->passes, c->max_error_px, r->discs, measured);
     return stp_output_write(out, text, (size_t)length, err);
 }
 
@@ -114,10 +127,19 @@ typedef struct named {
     double value;
 } named;
 
+/* NaN as null. */
+static void add_figure(cJSON *json, const char *name, double value)
+{
+    if (isnan(value))
+        cJSON_AddNullToObject(json, name);
+    else
+        stp_json_add_number(json, name, value);
+}
+
 static void add_all(cJSON *json, const named *list, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        stp_json_add_number(json, list[i].name, list[i].value);
+        add_figure(json, list[i].name, list[i].value);
 }
 
 static cJSON *summary_json(const tune_summary *s)
@@ -160,7 +182,7 @@ static cJSON *summary_json(const tune_summary *s)
     add_all(ratio, of_ratio, sizeof of_ratio / sizeof *of_ratio);
     cJSON *because = cJSON_AddObjectToObject(ratio, "factors");
     for (int k = 0; k < TUNE_FACTOR_COUNT; k++)
-        stp_json_add_number(because, factors[k], s->ratios.factor[k]);
+        add_figure(because, factors[k], s->ratios.factor[k]);
     return json;
 }
 

@@ -19,8 +19,9 @@ typedef struct tune_summary {
     double holes, spill, points, patches;                         /* means of the views */
     double file_bytes, gpu_bytes;                                 /* greatest of the views */
     double ms;                                                    /* median of the views */
-    double predicted_px, measured_px;                             /* greatest of the views */
-    double view_ratio; /* median of the views' greatest predicted / greatest measured */
+    double predicted_px;                                          /* greatest of the views */
+    double measured_px; /* likewise; NaN where no disc was measured */
+    double view_ratio;  /* median of the views' greatest predicted / greatest measured, or NaN */
     tune_ratios ratios;
     double change, change_full, extra; /* RGB levels from frame to frame: its own, that of every
                                           sample, and what differs between the two */
@@ -44,6 +45,12 @@ bool tune_at_points(const tune_sweep *sweep, size_t setting, double points, tune
 double tune_pooled_psnr(const tune_row *rows, size_t count);
 double tune_median_ms(const tune_row *rows, size_t count);
 double tune_greatest_bytes(const tune_row *rows, size_t count);
+
+/* A figure as text, "-" for NaN. */
+typedef struct tune_figure {
+    char text[24];
+} tune_figure;
+tune_figure tune_figure_write(double value, int decimals);
 
 void tune_table_print(const tune_sweep *sweep, const tune_answer *answer, FILE *out);
 /* Errors: IO. */

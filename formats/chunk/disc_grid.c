@@ -257,13 +257,14 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
     double overhang = stp_max(0.0, stp_dvec3_length(v) - d.radius);
     double counted = overhang + carry.tangential_error * grid->scale;
     height = fabs(height);
-    if (height + carry.error * grid->scale > merged->error)
-        return counted + height;
-    if (disc - merged->begin < merged->end - merged->begin)
-        return counted;
-    double cosine = stp_dvec3_dot(merged->normal, d.normal);
-    stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
-    return counted + height * stp_dvec3_length(aside);
+    double high = height + carry.error * grid->scale;
+    double open = sqrt(stp_max((high - merged->error) * (high + merged->error), 0.0));
+    if (disc - merged->begin >= merged->end - merged->begin) {
+        double cosine = stp_dvec3_dot(merged->normal, d.normal);
+        stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
+        open += height * stp_dvec3_length(aside);
+    }
+    return counted + stp_min(open, height);
 }
 
 double stp_disc_grid_overhang(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x)
@@ -316,10 +317,10 @@ static bool has_ended(const search *s)
  * as the least so far. */
 static void set_reach(search *s)
 {
-    float height = fmaxf(s->least, s->over.error);
+    float error = s->over.error;
     s->reach = s->least;
     if (s->over.what == STP_OVER_COUNT)
-        s->reach = fminf(s->least * s->least + height * height, s->over.near_squared);
+        s->reach = fminf(s->least * s->least + error * error, s->over.near_squared);
     s->reach *= REACH_SLACK;
 }
 

@@ -89,7 +89,9 @@ static inline float value(const float point[3], const float disc[STP_LANE_NUMBER
     float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
     height = fabsf(height);
     float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
-    float open = height + disc[STP_LANE_CARRIED_ERROR] > over->error ? height : aside;
+    float high = height + disc[STP_LANE_CARRIED_ERROR];
+    float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
+    float open = fminf(aside + beyond, height);
     return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
 }
 

@@ -9,8 +9,6 @@
 
 /* Of a point's coordinates, what it counts as floats tell may be so much wrong: 128 roundings. */
 #define FLOAT_SLACK 0x1p-17
-/* So many times the error, a disc is near. */
-#define NEAR 3.0
 
 /* A point of which a hint does not tell enough. */
 typedef struct suspect {
@@ -33,6 +31,7 @@ typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
     const stp_patch *patch;
+    double sine; /* of the patch's cone: no eye ray is nearer than that to all of its normals */
     bool check;
     stp_merged_disc merged;
     double greatest;
@@ -73,10 +72,17 @@ static void check_point(measure *m, const suspect *s)
     m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
 }
 
-/* How far a disc may be that settles a point, though it may not be the nearest. */
+/* What of any distance the rule forgives for the perpendicular error, from wherever it is seen. */
+static double forgiven(const measure *m, double slack)
+{
+    return stp_max(0.0, m->merged.error - slack) * m->sine;
+}
+
+/* How far a disc may be that settles a point, though it may not be the nearest: what is nearer is
+ * then no farther on the screen than the rule says. */
 static double near_squared(const measure *m, double slack)
 {
-    double near = NEAR * stp_max(0.0, m->greatest - slack);
+    double near = stp_max(0.0, m->greatest - slack) + forgiven(m, slack);
     return m->check ? INFINITY : near * near;
 }
 
@@ -123,28 +129,36 @@ static bool is_settled(const measure *m, const suspect *s)
     return least <= stop;
 }
 
-/* Takes what a point counts over its nearest disc, or over its nearest own if that is less. */
+/* What a point counts going by its nearest own disc, which may not be the nearest: no less than
+ * what of its distance, told to within slack, is not forgiven. */
+static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squared, double slack)
+{
+    return stp_max(stp_disc_grid_overhang(m->grid, own, x),
+                   sqrt(squared) + slack - forgiven(m, slack));
+}
+
+/* Takes what a point counts over its nearest disc, or going by its nearest own if that is less. */
 static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
-    double squared = 0.0, over_all = INFINITY;
-    if (is_settled_about(m, s) || is_settled(m, s))
+    double squared = 0.0;
+    if (is_settled_about(m, s))
         return;
-    const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
-    const double over_own = stp_disc_grid_overhang(m->grid, own, s->x);
-    if (over_own <= m->greatest)
+    uint32_t disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+    double value = over_own(m, disc, s->x, squared, s->slack);
+    if (value <= m->greatest)
         return;
-    uint32_t disc = own;
     merged.what = STP_OVER_SQUARED;
     merged.normal = s->normal;
+    merged.begin = s->first;
+    merged.end = s->last;
     bool found =
         stp_disc_grid_least(m->grid, s->x, &merged, enough(m, s->slack), false, &squared, &disc);
     if (found && squared <= enough(m, s->slack))
         return;
     if (found)
-        over_all = stp_disc_grid_value(m->grid, disc, s->x, &merged);
-    double value = stp_min(over_all, over_own);
-    if (value > m->greatest)
+        value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
+    if (value > m->greatest && !is_settled(m, s))
         raise_to(m, value);
 }
 
@@ -154,9 +168,10 @@ static void measure_far(measure *m, const stp_disc *disc, uint32_t first, uint32
     stp_dvec3 points[STP_DISC_POINTS];
     unsigned count = m->check ? 0 : stp_disc_points(disc, points);
     for (unsigned i = 0; i < count; i++) {
-        double value = INFINITY;
-        for (uint32_t d = first; d < last; d++)
-            value = stp_min(value, stp_disc_grid_overhang(m->grid, d, points[i]));
+        double squared = 0.0;
+        uint32_t own = stp_disc_grid_nearest(m->grid, first, last, points[i], &squared);
+        double value =
+            over_own(m, own, points[i], squared, FLOAT_SLACK * stp_dvec3_length(points[i]));
         if (value > m->greatest)
             raise_to(m, value);
     }
@@ -240,6 +255,12 @@ static bool is_its_own(const stp_sample *sample, const stp_sample *first, unsign
     return count == 1 && memcmp(sample, first, sizeof *sample) == 0;
 }
 
+static void take_patch(measure *m, const stp_patch *patch)
+{
+    m->patch = patch;
+    m->sine = sin(stp_min(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
+}
+
 /* The samples of a quarter at a level. */
 static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigned q)
 {
@@ -280,7 +301,7 @@ static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk,
     double least = patch->counts[0] > 1
                        ? stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS
                        : 0.0;
-    m->patch = patch;
+    take_patch(m, patch);
     *out = (stp_overhang){0};
     for (unsigned q = 0; q < patch->counts[2]; q++) {
         double carried = carried_by(chunk, m->grid->carry, p, q);
@@ -300,7 +321,7 @@ static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk,
 static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
 {
     const stp_patch *patch = &chunk->patches[p];
-    m->patch = patch;
+    take_patch(m, patch);
     for (int level = 1; level < STP_LEVEL_COUNT; level++)
         for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]) && !m->exceeded; q++) {
             m->greatest = stp_error_held(stp_quarter_tangential_error(patch, level, q), patch) *

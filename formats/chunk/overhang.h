@@ -6,14 +6,19 @@
  * with level-0 discs of the chunk and what surrounds it. Over a disc it counts
  *   - how far it lies outside the disc, in the disc's plane,
  *   - what the disc brings from below, and
- *   - of its height over the disc what the perpendicular error of its quarter, at level 3 of the
- *     patch, does not cover: all of a height that, with what the disc brings, exceeds the error;
- *     else nothing over the nearest disc under its own merged disc, and over others what is aside
- *     from the merged disc's normal.
- * A stored error must hold the least over all discs (SPEC.md). Measured is more: what the point
- * counts over its nearest disc or its nearest own, or over one that is near in terms of the error,
- * so that the point is drawn near what is nearest to it, too. Strips and triangles have errors of
- * their own (strip.h, triangles.h): they are measured as stored, and never refuted.
+ *   - of its height over the disc what the perpendicular error e of its quarter, at level 3 of the
+ *     patch, does not cover: of a height h that, with what the disc brings, exceeds the error the
+ *     leg that is missing, sqrt(h^2 - e^2), and over discs that are not under its own merged disc
+ *     what is aside from the merged disc's normal; no more than the height.
+ * So e and what it counts are legs of a right angle that reach from the point to the disc, and seen
+ * at the angle alpha the disc is within e sin(alpha) and that.
+ *
+ * A stored error must hold the least over all discs (SPEC.md). Measured is more, so that the point
+ * is drawn near what is nearest to it in space, too: it is what the point counts over its nearest
+ * disc, or over one no farther than that and the perpendicular error times the sine of the patch's
+ * cone. The rule takes sin(alpha) for no less than that sine, wherever the eye is, so what is
+ * nearer than such a disc is near enough in whatever direction it lies. Strips and triangles have
+ * errors of their own (strip.h, triangles.h): they are measured as stored, and never refuted.
  * Threads: any, one chunk each. */
 #ifndef STP_FORMATS_CHUNK_OVERHANG_H
 #define STP_FORMATS_CHUNK_OVERHANG_H
@@ -22,7 +27,7 @@
 
 /* Errors of merged levels are not told apart below the patch's greatest level-0 radius over this:
  * it spares most of the search. */
-#define STP_OVERHANG_PARTS 12.0
+#define STP_OVERHANG_PARTS 20.0
 
 /* Tangential errors of a patch, world units: by level, and of levels 1 and 2, index level - 1, by
  * quarter. Never less than those of the finer level under it; at level 0 what its samples bring. */
@@ -32,10 +37,10 @@ typedef struct stp_overhang {
 } stp_overhang;
 
 /* Measures all patches, out[patch_count], rounded up to what can be stored; a point whose nearest
- * disc cannot be told in bounded time counts what it does over its nearest own. carry: by level-0
+ * disc cannot be told in bounded time goes by its nearest own. carry: by level-0
  * sample, or NULL for none. around: what reaches in from other chunks, with carries if the chunk
- * has them; NULL for nothing. The chunk has all levels and its patches' perpendicular errors.
- * Errors: OUT_OF_MEMORY. */
+ * has them; NULL for nothing. The chunk has all levels and its patches' cones and perpendicular
+ * errors. Errors: OUT_OF_MEMORY. */
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
                                 const stp_surroundings *around, stp_error *err);
 

@@ -116,8 +116,10 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
     for (unsigned i = 0; i < count; i++)
         measure_disc(merged, &discs[i], &out, &least_cosine);
     measure_cone(least_cosine, 0.0, &out);
-    out.error = stp_max(out.error, out.high - out.low);
     out.error = stp_max(out.error, measure_heights(merged, discs, count));
+    const double side = stp_max(out.high, -out.low);
+    out.least_error = stp_max(out.error, stp_min(side, out.high - out.low));
+    out.error = stp_max(out.error, side);
     return out;
 }
 

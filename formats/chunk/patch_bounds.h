@@ -30,16 +30,20 @@ typedef struct stp_disc {
 /* What a merged disc does to the discs it replaces. */
 typedef struct stp_merge_error {
     double error;
+    double least_error; /* what a file must hold: where the discs are all on one side of the merged
+                           one's plane, their extent; files of the first writers have no more */
     double low, high, reach, bound, cone;
 } stp_merge_error;
 
 /* A decoded sample as a disc that stands for itself alone. */
 stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
 
-/* Errors of `merged` over the count discs under it. Perpendicular: the extent of the discs along
- * the merged normal (Dachsbacher et al. 2003), never less than what any of them has, nor than the
- * height over the nearest disc of the centre or a rim point. The tangential error needs the discs
- * around, too: overhang.h. */
+/* Errors of `merged` over the count discs under it. Perpendicular: how far the discs reach over or
+ * under its plane, along its normal, never less than what any of them has, nor than the height over
+ * the nearest disc of the centre or a rim point. Dachsbacher et al. 2003 take the distance of the
+ * two planes that hold the discs between them; but the merged disc is drawn in its own plane, and
+ * what it stands for lies off that by the greater side alone, as it does off what it stands for.
+ * The tangential error needs the discs around, too: overhang.h. */
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
 
 /* What a level of a patch averages of colours, 0 to 255: the root of the mean square, over the

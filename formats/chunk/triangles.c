@@ -78,7 +78,7 @@ stp_triangles_loss stp_triangles_lost(const stp_disc *disc, const stp_disc *corn
         for (int c = 0; c < 3; c++)
             out.colour_error = stp_max(out.colour_error, fabs(corners[i].rgb[c] - disc->rgb[c]));
     }
-    out.error = flat_disc ? high - low : 2.0 * disc->radius;
+    out.error = flat_disc ? stp_max(high, -low) : 2.0 * disc->radius;
     if (flat_disc)
         out.tangential_error = farthest_point(disc, corners, first, end);
     return out;

@@ -2,8 +2,8 @@
  * (polygons of CG08, section 4; the levels are ours).
  *
  * A disc of a coarser level stands for the triangles of all corners it covers, wholly. Its
- * perpendicular error is their extent along its normal, its own plane included: heights over a
- * triangle change evenly, so that corners suffice. Its tangential error is how far its centre and
+ * perpendicular error is how far they lie over or under its plane: heights over a triangle change
+ * evenly, so that corners suffice. Its tangential error is how far its centre and
  * 16 rim points lie, in its plane, from the nearest of these triangles. A disc without a normal
  * loses its diameter. Lengths: world units; positions relative to anything. Threads: any (pure). */
 #ifndef STP_FORMATS_CHUNK_TRIANGLES_H

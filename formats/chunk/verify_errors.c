@@ -30,7 +30,7 @@ static const char *check_sample(const levels *l, const stp_patch *patch, int lev
     unsigned first = stp_covered_begin(patch->counts, level, i, 0);
     unsigned last = stp_covered_begin(patch->counts, level, i + 1, 0);
     stp_merge_error e = stp_merge_measure(&l->discs[level][i], &l->discs[0][first], last - first);
-    if (exceeds(e.error, stp_quarter_error(patch, level, q), patch))
+    if (exceeds(e.least_error, stp_quarter_error(patch, level, q), patch))
         return "the perpendicular error of a merged sample exceeds the stored one";
     return NULL;
 }
