@@ -30,11 +30,11 @@ static bool was_drawn(const void *context, uint32_t chunk)
     return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
 }
 
-/* Whether the picture has the samples' own colours. */
+/* Whether the picture has the samples' own colours, or shows how one that has them is chosen. */
 static bool shows_colours(const stp_draw_params *params)
 {
-    bool lit = params->shade == STP_SHADE_PHONG || params->shade == STP_SHADE_LAMBERT;
-    return params->colour == STP_COLOUR_RGB && (lit || params->overlay > 0.0);
+    bool plain = params->shade == STP_SHADE_NORMAL || params->shade == STP_SHADE_DEPTH;
+    return params->colour == STP_COLOUR_RGB && !plain;
 }
 
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)

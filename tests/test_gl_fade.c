@@ -9,6 +9,8 @@
 enum { SIZE = 256, PIXELS = SIZE * SIZE, FRAMES = 48, LEVEL_CHANGE = 20, COARSE = 8 };
 
 static const double kept = 0.75;
+/* Of radii: so that levels change at all at such a threshold, by which it is multiplied. */
+static const double cap_px = 6.0 / COARSE;
 
 typedef struct rider {
     gl_fixture fixture;
@@ -63,11 +65,16 @@ static void dolly(void **state)
     static rider levels, riders[3]; /* every sample; threshold; threshold, faded */
     double change[3] = {0.0};
     size_t pixels = 0;
-    open_rider(&levels,
-               (stp_draw_params){.threshold_px = COARSE, .stream = true, .shade = STP_SHADE_LEVEL});
+    open_rider(&levels, (stp_draw_params){.threshold_px = COARSE,
+                                          .radius_cap_px = cap_px,
+                                          .stream = true,
+                                          .shade = STP_SHADE_LEVEL});
     open_rider(&riders[0], (stp_draw_params){.lod = STP_LOD_FULL});
-    open_rider(&riders[1], (stp_draw_params){.threshold_px = COARSE, .stream = true});
-    open_rider(&riders[2], (stp_draw_params){.threshold_px = COARSE, .stream = true, .fade = kept});
+    open_rider(&riders[1],
+               (stp_draw_params){.threshold_px = COARSE, .radius_cap_px = cap_px, .stream = true});
+    open_rider(&riders[2],
+               (stp_draw_params){
+                   .threshold_px = COARSE, .radius_cap_px = cap_px, .stream = true, .fade = kept});
     for (int i = 0; i < FRAMES; i++) {
         stp_view view = view_at(&levels.fixture.model->ball, i);
         draw(&levels, &view);
@@ -98,8 +105,10 @@ static void rest(void **state)
     static rider plain, fades;
     stp_draw_stats stats = {.fading = true};
     int frames = 0;
-    open_rider(&plain, (stp_draw_params){.threshold_px = COARSE});
-    open_rider(&fades, (stp_draw_params){.threshold_px = COARSE, .stream = true, .fade = kept});
+    open_rider(&plain, (stp_draw_params){.threshold_px = COARSE, .radius_cap_px = cap_px});
+    open_rider(&fades,
+               (stp_draw_params){
+                   .threshold_px = COARSE, .radius_cap_px = cap_px, .stream = true, .fade = kept});
     for (int i = 0; i < FRAMES; i += 4) {
         stp_view view = view_at(&plain.fixture.model->ball, i);
         draw(&fades, &view);
