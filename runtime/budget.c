@@ -14,6 +14,8 @@
 /* Of what a whole scene takes, where there is room: for gaps, and for a chunk's finer version
  * beside the one that is drawn. */
 #define SCENE_SHARE 1.25
+/* Slots beside one for each chunk, for the same: where all chunks are there, some coarse. */
+#define SPARE_SLOTS 16
 #define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
 
 /* Sums and maxima over a scene's chunks. */
@@ -93,7 +95,7 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
             return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
         share = fmin(share, holds);
     }
-    b->slot_capacity = scene->chunk_count;
+    b->slot_capacity = scene->chunk_count + SPARE_SLOTS;
     b->sample_capacity = (uint32_t)fmin(share * (double)d->samples, (double)(UINT32_MAX - 1));
     b->patch_capacity = (uint32_t)fmin(share * (double)d->patches, (double)(UINT32_MAX - 1));
     b->gpu_bytes = fixed[0] + texture_bytes(b->sample_capacity, b->patch_capacity);
@@ -114,7 +116,8 @@ stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu
     b.decoder_count = choose_decoders(decoding, given[1], decoders);
     uint64_t decoded = b.decoder_count * decoding + scene->chunk_count * sizeof(stp_chunk_entry);
     uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, d.payloads);
-    const uint64_t fixed[2] = {b.ring_bytes + scene->chunk_count * sizeof(stp_gpu_chunk),
+    const uint64_t fixed[2] = {b.ring_bytes +
+                                   (scene->chunk_count + SPARE_SLOTS) * sizeof(stp_gpu_chunk),
                                decoded + least_payloads};
     stp_status status = plan_texture(&b, scene, &d, given, fixed, err);
     if (status != STP_OK)
