@@ -46,7 +46,8 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     uint32_t terms = params->terms != 0 ? params->terms : STP_TERMS_DEFAULT;
     bool colour = (terms & STP_TERM_COLOUR) != 0 && shows_colours(params);
     frame.quality[0] = every ? 0.0f : (float)threshold;
-    frame.quality[1] = terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold)) : INFINITY;
+    frame.quality[1] =
+        terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold * threshold)) : INFINITY;
     frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
     frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
     frame.modes[1] = params->keep_back_faces;

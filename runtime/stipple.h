@@ -151,8 +151,8 @@ typedef struct stp_draw_params {
     stp_palette palette;
     uint32_t hidden_models; /* bit i: model i is not drawn */
     double threshold_px;    /* greatest projected error; 0: 1 pixel */
-    /* Coarser levels are not drawn larger than this, times the threshold where that is above a
-     * pixel; 0: STP_RADIUS_CAP_PX. */
+    /* Coarser levels are not drawn larger than this, times the threshold's square where that
+     * is above a pixel: then fewer, larger discs are what is asked for; 0: STP_RADIUS_CAP_PX. */
     double radius_cap_px;
     uint32_t terms; /* bit set of stp_term; 0: STP_TERMS_DEFAULT */
     /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd

@@ -9,8 +9,8 @@
 enum { SIZE = 256, PIXELS = SIZE * SIZE, FRAMES = 48, LEVEL_CHANGE = 20, COARSE = 8 };
 
 static const double kept = 0.75;
-/* Of radii: so that levels change at all at such a threshold, by which it is multiplied. */
-static const double cap_px = 6.0 / COARSE;
+/* Of radii: so that levels change at all at such a threshold, by whose square it is multiplied. */
+static const double cap_px = 6.0 / (COARSE * COARSE);
 
 typedef struct rider {
     gl_fixture fixture;

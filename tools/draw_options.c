@@ -26,7 +26,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
          "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "coarser samples are not drawn larger; times a threshold above 1 (6)", NULL},
+         "coarser samples are not drawn larger; times the square of a threshold above 1 (6)", NULL},
         {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
          "what makes levels finer beside the surface's error: radius,colour,silhouette or none "
          "(radius,colour)",
