@@ -34,7 +34,7 @@ static bool was_drawn(const void *context, uint32_t chunk)
 static bool shows_colours(const stp_draw_params *params)
 {
     bool lit = params->shade == STP_SHADE_PHONG || params->shade == STP_SHADE_LAMBERT;
-    return params->colour == STP_COLOUR_RGB && (lit || params->overlay > 0.0);
+    return params->colour == STP_COLOUR_RGB && (lit || stp_filter_has_overlay(params));
 }
 
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)
