@@ -10,7 +10,7 @@ struct stp_patch {
     vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
     vec2 finest_error;    // likewise, of level 0
     vec4 radius;          // greatest of the level
-    vec4 variation;       // of the level: greatest difference of a colour under a sample, 0 to 1, any channel
+    vec4 variation;       // of the level: what its samples average of colours, 0 to 1 (formats/SPEC.md, colour_error)
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint flags;           // STP_PATCH_*

@@ -139,7 +139,7 @@ static void bumpy_with_noise(void **state)
 {
     (void)state;
     judge(&(model_recipe){.shape = GEN_BUMPY, .point_count = 200000, .noise_spacings = 0.2},
-          "bumpy", 1.5);
+          "bumpy", true);
 }
 
 int main(void)

@@ -93,7 +93,7 @@ tune_summary tune_summarise(const tune_sweep *sweep, size_t setting, size_t thre
     for (size_t v = 0; v < views; v++) {
         const tune_row *row = &point->rows[v];
         add_row(&sum, row, weights);
-        if (row->measured_px > 0.0)
+        if (row->measured_px >= TUNE_ON_SURFACE_PX)
             of_views[ratios++] = row->predicted_px / row->measured_px;
     }
     stp_sort_doubles(of_views, ratios);

@@ -277,10 +277,6 @@ static void note_measured(tune_sweep *s, const tune_disc *disc)
     point->ratios.broken += disc->measured_px > point->threshold_px;
 }
 
-/* A disc that is no farther off lies on the surface: what was predicted is no number of times that.
- */
-#define ON_SURFACE_PX 1e-6
-
 /* Quantiles of one quotient of the random discs of a point, NaN of none. k: a factor, or the whole.
  */
 static void find_quantiles(tune_sweep *s, size_t number, int k, double *values, double out[3])
@@ -289,7 +285,7 @@ static void find_quantiles(tune_sweep *s, size_t number, int k, double *values, 
     size_t count = 0;
     for (size_t i = 0; i < s->discs.count; i++) {
         const tune_disc *disc = &s->discs.list[i];
-        if (disc->picture != number || !disc->random || disc->measured_px < ON_SURFACE_PX)
+        if (disc->picture != number || !disc->random || disc->measured_px < TUNE_ON_SURFACE_PX)
             continue;
         double whole = (double)disc->predicted_px / disc->measured_px;
         values[count++] = fmin(k < TUNE_FACTOR_COUNT ? disc->factor[k] : whole, 1e6);

@@ -35,6 +35,10 @@ typedef struct tune_row {
     uint32_t passes;
 } tune_row;
 
+/* A disc that is no farther off lies on the surface: what was predicted is no number of times that.
+ */
+#define TUNE_ON_SURFACE_PX 1e-6
+
 /* What stands between predicted and measured, of the random discs of all views that do not lie on
  * the surface: NaN where there are none. */
 typedef struct tune_ratios {

@@ -99,7 +99,7 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
 {
     return (stp_over){STP_OVER_COUNT,
                       {(float)n.x, (float)n.y, (float)n.z},
-                      (float)(m->merged.error - slack),
+                      (float)stp_max(0.0, m->merged.error - slack),
                       (float)near_squared(m, slack),
                       0,
                       0};
@@ -123,7 +123,7 @@ static bool is_settled(const measure *m, const suspect *s)
     uint32_t disc = s->disc;
     double stop = m->greatest - s->slack, least = INFINITY;
     merged.normal = s->normal;
-    merged.error -= s->slack;
+    merged.error = stp_max(0.0, merged.error - s->slack);
     merged.near_squared = near_squared(m, s->slack);
     stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
     return least <= stop;

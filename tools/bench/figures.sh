@@ -25,7 +25,7 @@ make_model() { # build folder, folder of models, shape, millions; sets $model
 }
 
 # A figure of the last drawing's statistics, $work/stats.json: the first of that name, so that `median` is a frame's.
-figure_of() { grep -oE "\"$1\":[^,]*" "$work/stats.json" | grep -oE '[0-9.e+-]+$'; }
+figure_of() { grep -oE "\"$1\":[^,]*" "$work/stats.json" | grep -oE '[0-9.e+-]+$' | sed -n 1p; }
 
 # For awk: the median of v[1] to v[n], which it sorts; of an even count the mean of the two in the middle.
 median='
