@@ -33,13 +33,8 @@ static bool was_drawn(const void *context, uint32_t chunk)
 /* Whether the picture has the samples' own colours, or shows how one that has them is chosen. */
 static bool shows_colours(const stp_draw_params *params)
 {
-<<<<<<< HEAD
     bool plain = params->shade == STP_SHADE_NORMAL || params->shade == STP_SHADE_DEPTH;
     return params->colour == STP_COLOUR_RGB && !plain;
-=======
-    bool lit = params->shade == STP_SHADE_PHONG || params->shade == STP_SHADE_LAMBERT;
-    return params->colour == STP_COLOUR_RGB && (lit || stp_filter_has_overlay(params));
->>>>>>> review
 }
 
 stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)

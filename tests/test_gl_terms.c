@@ -54,14 +54,15 @@ static void colours_count_where_they_are_shown(void **state)
     const gl_fixture *f = *state;
     const stp_view view = look_at(f, 0.3, 0.2, 1.0);
     const stp_draw_params shown = {.threshold_px = 1.0};
-    const stp_draw_params mixed = {.threshold_px = 1.0, .shade = STP_SHADE_LEVEL, .overlay = 0.5};
+    const stp_draw_params levels = {.threshold_px = 1.0, .shade = STP_SHADE_LEVEL};
     const stp_draw_params hidden[] = {
         {.threshold_px = 1.0, .colour = STP_COLOUR_NONE},
-        {.threshold_px = 1.0, .shade = STP_SHADE_LEVEL},
+        {.threshold_px = 1.0, .shade = STP_SHADE_DEPTH},
         {.threshold_px = 1.0, .shade = STP_SHADE_NORMAL, .overlay = 0.5}}; /* has none */
     uint64_t none = points_of(f, &view, shown, STP_TERM_NONE);
     assert_true(points_of(f, &view, shown, STP_TERM_COLOUR) > none);
-    assert_true(points_of(f, &view, mixed, STP_TERM_COLOUR) > none);
+    assert_int_equal(points_of(f, &view, levels, STP_TERM_COLOUR),
+                     points_of(f, &view, shown, STP_TERM_COLOUR));
     for (size_t i = 0; i < sizeof hidden / sizeof *hidden; i++)
         assert_int_equal(points_of(f, &view, hidden[i], STP_TERM_COLOUR), none);
 }
