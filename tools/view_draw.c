@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TITLE_BYTES 512
+#define TITLE_BYTES 1024
 #define LOD_BYTES 36
 /* A level change has faded to a third after so long. */
 #define FADE_S 0.12
