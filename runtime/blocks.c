@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* As in shaders/columns.glsl. */
+/* As in shaders/blocks.glsl. */
 #define BLOCK_WIDTH_PX 16
 #define BLOCK_HEIGHT_PX 8
 #define BLOCK_CELL_PX 4

@@ -1,5 +1,5 @@
-/* The tiles of the picture as blocks of pixels, for the compute shaders that finish them
- * (shaders/columns.glsl). What rasterised passes draw of a level is what these write of it: no
+/* The tiles of the picture as blocks of pixels, for the compute shaders that pull and finish
+ * them (shaders/blocks.glsl). What rasterised passes draw of a level is what these write of it: no
  * pixel more, so that outside a frame's tiles all stays empty. Threads: the render thread. */
 #ifndef STP_RUNTIME_BLOCKS_H
 #define STP_RUNTIME_BLOCKS_H
@@ -23,7 +23,7 @@ typedef struct stp_blocks {
 
 /* Lists the blocks of levels 0..levels - 1 that the tiles are drawn in. Errors: OUT_OF_MEMORY. */
 stp_status stp_blocks_list(stp_blocks *blocks, const stp_tiles *tiles, int levels, stp_error *err);
-/* Runs the program in use, which includes shaders/columns.glsl, on those of a level. */
+/* Runs the program in use, which includes shaders/blocks.glsl, on those of a level. */
 void stp_blocks_run(const stp_blocks *blocks, const stp_pyramid_level *level, int l);
 void stp_blocks_destroy(stp_blocks *blocks);
 

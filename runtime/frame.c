@@ -426,7 +426,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     r->pyramid.in_place =
         d->params->lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(&r->reconstruct, levels);
     if (r->pyramid.in_place) {
-        STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels, err));
+        STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels + 1, err));
         blocks = &r->blocks;
     }
     stp_stage_begin(clock);

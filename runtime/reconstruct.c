@@ -36,12 +36,12 @@ done:
 stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *p, const char *folder,
                                            const stp_variant *variant, stp_error *err)
 {
-    static const char *const files[2] = {"push.comp", "finish.comp"};
-    GLuint *const programs[2] = {&p->push_columns, &p->finish_columns};
+    static const char *const files[3] = {"pull.comp", "push.comp", "finish.comp"};
+    GLuint *const programs[3] = {&p->pull_pairs, &p->push_columns, &p->finish_columns};
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < 3; i++)
         if (*programs[i] == 0)
             STP_TRY(stp_program_create(
                 programs[i],
@@ -53,6 +53,7 @@ done:
 
 void stp_reconstruct_destroy(stp_reconstruct_programs *p)
 {
+    glDeleteProgram(p->pull_pairs);
     glDeleteProgram(p->push_columns);
     glDeleteProgram(p->finish_columns);
     glDeleteProgram(p->resolve);
@@ -174,18 +175,49 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
     end_columns();
 }
 
+/* What pulling to level l reads. */
+static void bind_pull(const stp_pyramid *pyramid, int l)
+{
+    glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
+    set_read(&pyramid->levels[l - 1]);
+    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
+}
+
+/* Levels first..levels by rasterised passes. */
+static void pull_levels(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                        int first, int levels, const stp_tiles *tiles)
+{
+    glUseProgram(programs->pull);
+    for (int l = first; l <= levels; l++) {
+        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].pulled_frame);
+        bind_pull(pyramid, l);
+        stp_tiles_draw(tiles, l);
+    }
+}
+
+/* Levels from 1 on by a compute shader, two at once. Returns the first that is left. */
+static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                      int levels, const stp_blocks *blocks)
+{
+    int l = 1;
+    glUseProgram(programs->pull_pairs);
+    for (; l + 1 <= levels && l + 1 < STP_PYRAMID_LEVELS_LIMIT; l += 2) {
+        bind_pull(pyramid, l);
+        for (GLuint i = 0; i < 2 * STP_TARGET_COUNT; i++)
+            glBindImageTexture(i, pyramid->levels[l + (int)i / 2].pulled[i % STP_TARGET_COUNT], 0,
+                               GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
+        stp_blocks_run(blocks, &pyramid->levels[l + 1], l + 1);
+        end_columns();
+    }
+    return l;
+}
+
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, const stp_tiles *tiles, const stp_blocks *blocks,
                                stp_stage_clock *clock)
 {
-    glUseProgram(programs->pull);
-    for (int l = 1; l <= levels; l++) {
-        glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].pulled_frame);
-        glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
-        set_read(&pyramid->levels[l - 1]);
-        glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
-        stp_tiles_draw(tiles, l);
-    }
+    int first = blocks != NULL ? pull_pairs(programs, pyramid, levels, blocks) : 1;
+    pull_levels(programs, pyramid, first, levels, tiles);
     if (levels > 0)
         stp_stage_end(clock, STP_STAGE_PULL);
     if (levels < 2 || programs->template_px != 0)

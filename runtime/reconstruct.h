@@ -14,15 +14,17 @@
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
     GLuint edl, fade, edge; /* 0: not asked for; where fade is, pictures are marked for it */
-    GLuint push_columns, finish_columns; /* push and finish by compute shaders, once prepared */
-    int template_px; /* of the variant; with it, and with splats, level 0 is always finished */
+    GLuint pull_pairs, push_columns,
+        finish_columns; /* pull, push, finish by compute shaders, once prepared */
+    int template_px;    /* of the variant; with it, and with splats, level 0 is always finished */
     bool splat;
 } stp_reconstruct_programs;
 
 /* folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err);
-/* Compiles the programs that push by compute shaders, where they are not there yet. Errors: GL. */
+/* Compiles the programs that pull, push and finish by compute shaders, where they are not there
+ * yet. Errors: GL. */
 stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *programs, const char *folder,
                                            const stp_variant *variant, stp_error *err);
 /* Whether a variant's pixels are pushed at all, so that compute shaders can do it. */
@@ -37,8 +39,8 @@ void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished; with templates none of these.
  * clock: of a frame that is timed, or NULL; its stages have begun.
- * blocks: NULL, or those of levels 0..levels - 1 where the pyramid is finished in place: compute
- * shaders push then. */
+ * blocks: NULL, or those of levels 0..levels where the pyramid is finished in place: compute
+ * shaders pull, two levels at once, and push then. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, const stp_tiles *tiles, const stp_blocks *blocks,
                                stp_stage_clock *clock);

@@ -1,24 +1,9 @@
 // Push without the rasteriser: an invocation finishes two columns of a block of pixels, two rows at a time. The four
 // pixels of one parent read the same three by three around it, of which six were there for the two rows above: for a
 // pixel three quarters of a coarse one are fetched instead of four, and what is unpacked serves five. The eight lanes of
-// a software driver are a block's columns. Needs push.glsl; who includes it defines
+// a software driver are a block's columns. Needs push.glsl and blocks.glsl; who includes it defines
 //     void stp_put(ivec2 here, stp_pixel p, stp_pixel right, stp_pixel below, stp_pixel beyond, bvec4 wanted)
 // which gets a parent's four pixels and which of them are to be written.
-
-#define STP_BLOCK_PAIRS 8 // of columns
-#define STP_BLOCK_ROW_PAIRS 4
-#define STP_BLOCKS_A_GROUP 4
-
-layout(local_size_x = STP_BLOCK_PAIRS, local_size_y = STP_BLOCKS_A_GROUP) in;
-
-// runtime/blocks.c makes them: x | y << 11 | cells << 23 of blocks of 16 x 8 pixels; cells: which of its 4 x 2 squares
-// of 4 x 4 pixels are to be finished.
-layout(std430, binding = 1) readonly buffer stp_blocks_block {
-    uint blocks[];
-};
-
-layout(location = 5) uniform uvec2 listed;    // blocks of this level: first, end
-layout(location = 7) uniform ivec2 level_size;
 
 #if STP_COLUMNS_IN_PLACE
 #define STP_WANTED(pushed) pushed
@@ -28,19 +13,15 @@ layout(location = 7) uniform ivec2 level_size;
 
 void main()
 {
-    uint index = listed.x + (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * STP_BLOCKS_A_GROUP +
-                 gl_LocalInvocationID.y;
-    uint block = index < listed.y ? blocks[index] : 0u;
-    uint cells = block >> 23u + (gl_LocalInvocationID.x >> 1);
-    ivec2 parent = ivec2(block & 2047u, block >> 11 & 4095u) * ivec2(STP_BLOCK_PAIRS, STP_BLOCK_ROW_PAIRS) +
-                   ivec2(gl_LocalInvocationID.x, 0);
+    uint block = stp_block();
+    ivec2 parent = (stp_block_place(block) >> 1) + ivec2(gl_LocalInvocationID.x, 0);
     stp_pixel a0 = stp_push_look(parent + ivec2(-1, -1));
     stp_pixel a1 = stp_push_look(parent + ivec2(0, -1));
     stp_pixel a2 = stp_push_look(parent + ivec2(1, -1));
     stp_pixel b0 = stp_push_look(parent + ivec2(-1, 0));
     stp_pixel b1 = stp_push_look(parent);
     stp_pixel b2 = stp_push_look(parent + ivec2(1, 0));
-    for (int row = 0; row < STP_BLOCK_ROW_PAIRS; row++) {
+    for (int row = 0; row < STP_BLOCK_SIZE.y / 2; row++) {
         stp_pixel c0 = stp_push_look(parent + ivec2(-1, 1));
         stp_pixel c1 = stp_push_look(parent + ivec2(0, 1));
         stp_pixel c2 = stp_push_look(parent + ivec2(1, 1));
@@ -50,7 +31,7 @@ void main()
         stp_pixel right = stp_push_from(here + ivec2(1, 0), b1, b2, a1, a2, pushed.y);
         stp_pixel below = stp_push_from(here + ivec2(0, 1), b1, b0, c1, c0, pushed.z);
         stp_pixel beyond = stp_push_from(here + ivec2(1, 1), b1, b2, c1, c2, pushed.w);
-        bool asked = (cells >> uint(4 * (row >> 1)) & 1u) != 0u;
+        bool asked = stp_block_wants(block, 2 * ivec2(gl_LocalInvocationID.x, row));
         bvec2 more = lessThan(here + 1, level_size);
         bvec4 there = bvec4(asked, asked && more.x, asked && more.y, asked && more.x && more.y);
         stp_put(here, p, right, below, beyond, bvec4(uvec4(there) & uvec4(STP_WANTED(pushed))));

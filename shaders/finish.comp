@@ -48,4 +48,5 @@ void stp_put(ivec2 here, stp_pixel p, stp_pixel right, stp_pixel below, stp_pixe
 }
 
 #define STP_COLUMNS_IN_PLACE 0
+#include "blocks.glsl"
 #include "columns.glsl"
