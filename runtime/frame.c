@@ -69,7 +69,7 @@ stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs
 {
     stp_status status = stp_project_prepare(project, variant, road_of(variant, lod), folder, err);
     if (status == STP_OK && lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(reconstruct, 1))
-        status = stp_reconstruct_prepare_columns(reconstruct, folder, variant, err);
+        status = stp_reconstruct_prepare_compute(reconstruct, folder, variant, err);
     return status;
 }
 

@@ -24,9 +24,9 @@ enum {
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_READ_SIZE = 3,
     STP_UNIFORM_VERTICES = 4,
-    STP_UNIFORM_BLOCKS = 5, /* columns.glsl */
+    STP_UNIFORM_BLOCKS = 5, /* blocks.glsl */
     STP_UNIFORM_FIRST_PASS = 6,
-    STP_UNIFORM_LEVEL_SIZE = 7, /* columns.glsl */
+    STP_UNIFORM_LEVEL_SIZE = 7, /* blocks.glsl */
     STP_UNIFORM_FADE_KEPT = 8,  /* fade.frag */
     STP_UNIFORM_FADE_WAY = 9,
     STP_UNIFORM_FADE_AXES = 10,

@@ -33,7 +33,7 @@ done:
     return status;
 }
 
-stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *p, const char *folder,
+stp_status stp_reconstruct_prepare_compute(stp_reconstruct_programs *p, const char *folder,
                                            const stp_variant *variant, stp_error *err)
 {
     static const char *const files[3] = {"pull.comp", "push.comp", "finish.comp"};
@@ -128,7 +128,7 @@ static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyra
 }
 
 /* Lets what comes see what compute shaders wrote. */
-static void end_columns(void)
+static void end_compute(void)
 {
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
@@ -144,7 +144,7 @@ static void push_columns(const stp_reconstruct_programs *programs, const stp_pyr
         for (GLuint i = 0; i < STP_TARGET_COUNT; i++)
             glBindImageTexture(i, level->pulled[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
         stp_blocks_run(blocks, level, l);
-        end_columns();
+        end_compute();
     }
 }
 
@@ -172,7 +172,7 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
     for (GLuint i = 0; i < 3; i++)
         glBindImageTexture(i, images[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, formats[i]);
     stp_blocks_run(blocks, &pyramid->levels[0], 0);
-    end_columns();
+    end_compute();
 }
 
 /* What pulling to level l reads. */
@@ -207,7 +207,7 @@ static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyrami
             glBindImageTexture(i, pyramid->levels[l + (int)i / 2].pulled[i % STP_TARGET_COUNT], 0,
                                GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
         stp_blocks_run(blocks, &pyramid->levels[l + 1], l + 1);
-        end_columns();
+        end_compute();
     }
     return l;
 }

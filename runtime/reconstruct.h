@@ -14,9 +14,9 @@
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
     GLuint edl, fade, edge; /* 0: not asked for; where fade is, pictures are marked for it */
-    GLuint pull_pairs, push_columns,
-        finish_columns; /* pull, push, finish by compute shaders, once prepared */
-    int template_px;    /* of the variant; with it, and with splats, level 0 is always finished */
+    /* By compute shaders, once prepared: */
+    GLuint pull_pairs, push_columns, finish_columns;
+    int template_px; /* of the variant; with it, and with splats, level 0 is always finished */
     bool splat;
 } stp_reconstruct_programs;
 
@@ -25,7 +25,7 @@ stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *fol
                                   const stp_variant *variant, stp_error *err);
 /* Compiles the programs that pull, push and finish by compute shaders, where they are not there
  * yet. Errors: GL. */
-stp_status stp_reconstruct_prepare_columns(stp_reconstruct_programs *programs, const char *folder,
+stp_status stp_reconstruct_prepare_compute(stp_reconstruct_programs *programs, const char *folder,
                                            const stp_variant *variant, stp_error *err);
 /* Whether a variant's pixels are pushed at all, so that compute shaders can do it. */
 bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels);

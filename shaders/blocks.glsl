@@ -1,7 +1,8 @@
-// What compute shaders that pull and finish pixels work on: blocks of a level, a row of invocations each (runtime/blocks.c).
+// What compute shaders that pull and finish pixels work on: blocks of a level, a row of invocations each
+// (runtime/blocks.c).
 
 #define STP_BLOCK_SIZE ivec2(16, 8)
-#define STP_BLOCK_LANES 8 // of a software driver
+#define STP_BLOCK_LANES 8 // beside each other in a block: a software driver computes so many at once
 #define STP_BLOCKS_A_GROUP 4
 
 layout(local_size_x = STP_BLOCK_LANES, local_size_y = STP_BLOCKS_A_GROUP) in;

@@ -1,12 +1,12 @@
-// Two levels pulled at once, as pull.frag pulls them one after the other: an invocation makes the four pixels of level l
-// under each of its pixels of level l + 1, and that one out of them, as they are stored. Reads level l - 1 as fine.
+// Two levels pulled at once, as pull.frag pulls them one after the other, without templates: an invocation makes the four
+// pixels of level l under each of its pixels of level l + 1, and that one out of them, as they are stored. Reads level
+// l - 1 as fine.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 #include "pixel.glsl"
 #include "ellipse.glsl"
 #include "blend.glsl"
-#include "template.glsl"
 #include "pull.glsl"
 #include "blocks.glsl"
 
@@ -29,8 +29,8 @@ void main()
 {
     uint block = stp_block();
     ivec2 size = (read_size + 1) >> 1; // of level l
-    for (int i = 0; i < 16; i++) {
-        ivec2 in_block = ivec2((i & 1) * 8 + int(gl_LocalInvocationID.x), i >> 1);
+    for (int i = 0; i < STP_BLOCK_SIZE.x / STP_BLOCK_LANES * STP_BLOCK_SIZE.y; i++) {
+        ivec2 in_block = ivec2((i & 1) * STP_BLOCK_LANES + int(gl_LocalInvocationID.x), i >> 1);
         ivec2 above = stp_block_place(block) + in_block;
         if (!stp_block_wants(block, in_block) || any(greaterThanEqual(above, level_size)))
             continue;
