@@ -11,31 +11,43 @@
 #define BLOCK_WIDTH_PX 16
 #define BLOCK_HEIGHT_PX 8
 #define BLOCK_CELL_PX 4
-#define BLOCK_COLUMNS 4
+#define BLOCK_CELL_COLUMNS 5
 #define BLOCKS_A_GROUP 4u
 #define BLOCKS_BINDING 1
 
 /* More groups in a row are too many for some. */
 #define ROW_GROUPS 32768u
 
-_Static_assert((1 << (STP_PYRAMID_LEVELS_LIMIT - 1)) / BLOCK_WIDTH_PX <= 2048 &&
-                   (1 << (STP_PYRAMID_LEVELS_LIMIT - 1)) / BLOCK_HEIGHT_PX <= 4096,
-               "places of blocks have bits for the largest picture");
-
-static int blocks_across(int px, int block_px)
+/* The first begins a pixel outside. */
+static int block_of(int px, int block_px)
 {
-    return (px + block_px - 1) / block_px;
+    return (px + 1) / block_px;
 }
 
-/* Marks the cells of a rectangle. */
+/* Which of its block's cells a pixel is in, along one axis. */
+static int cell_of(int px, int block_px)
+{
+    return px / BLOCK_CELL_PX - block_of(px, block_px) * (block_px / BLOCK_CELL_PX) + 1;
+}
+
+static void mark_pixel(stp_blocks *b, int x, int y, int columns)
+{
+    int block = block_of(y, BLOCK_HEIGHT_PX) * columns + block_of(x, BLOCK_WIDTH_PX);
+    int cell = cell_of(y, BLOCK_HEIGHT_PX) * BLOCK_CELL_COLUMNS + cell_of(x, BLOCK_WIDTH_PX);
+    b->cells[block] |= (uint16_t)(1u << cell);
+}
+
+/* Marks the cells of a rectangle, which begins with one, in each block that has part of them. */
 static void mark(stp_blocks *b, const stp_tile_rect *rect, int columns)
 {
     for (int y = rect->y0; y < rect->y1; y += BLOCK_CELL_PX)
         for (int x = rect->x0; x < rect->x1; x += BLOCK_CELL_PX) {
-            int column = x % BLOCK_WIDTH_PX / BLOCK_CELL_PX;
-            int row = y % BLOCK_HEIGHT_PX / BLOCK_CELL_PX;
-            uint8_t *block = &b->cells[y / BLOCK_HEIGHT_PX * columns + x / BLOCK_WIDTH_PX];
-            *block |= (uint8_t)(1u << (row * BLOCK_COLUMNS + column));
+            int last_x = x + BLOCK_CELL_PX < rect->x1 ? x + BLOCK_CELL_PX - 1 : rect->x1 - 1;
+            int last_y = y + BLOCK_CELL_PX < rect->y1 ? y + BLOCK_CELL_PX - 1 : rect->y1 - 1;
+            mark_pixel(b, x, y, columns);
+            mark_pixel(b, last_x, y, columns);
+            mark_pixel(b, x, last_y, columns);
+            mark_pixel(b, last_x, last_y, columns);
         }
 }
 
@@ -45,19 +57,20 @@ static stp_status list_level(stp_blocks *b, const stp_tiles *tiles, int l, stp_e
     stp_tile_rect whole;
     const stp_tile_rect *rects;
     size_t rect_count = stp_tiles_rects(tiles, l, &whole, &rects), count = b->begin[l];
-    int columns = blocks_across(stp_tiles_level_px(tiles->width, l), BLOCK_WIDTH_PX);
-    int rows = blocks_across(stp_tiles_level_px(tiles->height, l), BLOCK_HEIGHT_PX);
+    int columns = block_of(stp_tiles_level_px(tiles->width, l) - 1, BLOCK_WIDTH_PX) + 1;
+    int rows = block_of(stp_tiles_level_px(tiles->height, l) - 1, BLOCK_HEIGHT_PX) + 1;
     size_t most = (size_t)columns * (size_t)rows;
-    STP_TRY(stp_grow(&b->cells, &b->cell_capacity, most, 1, "blocks of pixels", err));
+    STP_TRY(
+        stp_grow(&b->cells, &b->cell_capacity, most, sizeof *b->cells, "blocks of pixels", err));
     STP_TRY(
         stp_grow(&b->items, &b->capacity, count + most, sizeof *b->items, "blocks of pixels", err));
-    memset(b->cells, 0, most);
+    memset(b->cells, 0, most * sizeof *b->cells);
     for (size_t i = 0; i < rect_count; i++)
         mark(b, &rects[i], columns);
     for (int y = 0, i = 0; y < rows; y++)
         for (int x = 0; x < columns; x++, i++)
             if (b->cells[i] != 0)
-                b->items[count++] = (uint32_t)x | (uint32_t)y << 11 | (uint32_t)b->cells[i] << 23;
+                b->items[count++] = (stp_block){(uint32_t)x | (uint32_t)y << 16, b->cells[i]};
     b->begin[l + 1] = count;
 done:
     return status;

@@ -12,12 +12,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* x | y << 16 of a block, in blocks, and which of its cells are wanted. */
+typedef struct stp_block {
+    uint32_t place, cells;
+} stp_block;
+
 /* Zero is none. */
 typedef struct stp_blocks {
     GLuint buffer;
-    uint32_t *items; /* level by level: x | y << 11 | cells << 23 */
+    stp_block *items; /* level by level */
     size_t capacity, begin[STP_PYRAMID_LEVELS_LIMIT + 1];
-    uint8_t *cells; /* of one level, by block */
+    uint16_t *cells; /* of one level, by block */
     size_t cell_capacity;
 } stp_blocks;
 

@@ -48,15 +48,15 @@ static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double de
 /* The pixel at (x, y) of level 0. */
 static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
 {
-    pixel p = {.normal = stp_direction_unpack(t->shape[0]),
-               .radius = float_of(t->shape[1]),
-               .z_min = float_of(t->shape[2]),
+    pixel p = {.normal = stp_direction_unpack(t->paint[0]),
+               .radius = float_of(t->shape[2]),
+               .z_min = float_of(t->paint[1]),
                .z_max = float_of(t->shape[3]),
                .rgb = {(t->paint[2] & 0xffffu) / 65535.0, (t->paint[2] >> 16) / 65535.0,
                        (t->paint[3] & 0xffffu) / 65535.0},
                .tag = (int)(t->paint[3] >> 16 & 511)}; /* without the mark */
     p.centre =
-        place(frame, x + 0.5 + float_of(t->paint[0]), y + 0.5 + float_of(t->paint[1]), p.z_min);
+        place(frame, x + 0.5 + float_of(t->shape[0]), y + 0.5 + float_of(t->shape[1]), p.z_min);
     return p;
 }
 

@@ -49,12 +49,12 @@ stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int
     return stp_dvec3_scale(n, away ? -1.0 : 1.0);
 }
 
-static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
-                       const stp_gpu_frame *frame, int width, int y, float *xyz)
+static void unpack_row(const uint32_t (*paint)[4], const stp_gpu_frame *frame, int width, int y,
+                       float *xyz)
 {
     for (int x = 0; x < width; x++) {
         int tag = (int)(paint[x][3] >> 16);
-        stp_dvec3 n = stp_direction_unpack(shape[x][0]);
+        stp_dvec3 n = stp_direction_unpack(paint[x][0]);
         stp_dvec3 world = {0.0, 0.0, 0.0};
         if (tag != 0)
             world = stp_direction_to_world(frame, stp_pixel_normal(frame, n, tag, x, y));
@@ -64,31 +64,25 @@ static void unpack_row(const uint32_t (*shape)[4], const uint32_t (*paint)[4],
     }
 }
 
-stp_status stp_pixel_read_normals(const GLuint textures[STP_TARGET_COUNT],
-                                  const stp_gpu_frame *frame, float *xyz, stp_error *err)
+stp_status stp_pixel_read_normals(GLuint paint, const stp_gpu_frame *frame, float *xyz,
+                                  stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t(*texels[STP_TARGET_COUNT])[4] = {NULL};
+    uint32_t(*texels)[4] = NULL;
     int width = (int)frame->viewport[0], height = (int)frame->viewport[1];
     int band = width < BAND_PIXELS ? BAND_PIXELS / width : 1;
     size_t count = (size_t)width * (size_t)band;
-    for (int i = 0; i < STP_TARGET_COUNT; i++)
-        STP_TRY(stp_alloc(&texels[i], count, sizeof *texels[i], "pixels to read", err));
+    STP_TRY(stp_alloc(&texels, count, sizeof *texels, "pixels to read", err));
     for (int y = 0; y < height; y += band) {
         int rows = height - y < band ? height - y : band;
-        for (int i = 0; i < STP_TARGET_COUNT; i++)
-            glGetTextureSubImage(textures[i], 0, 0, y, 0, width, rows, 1, GL_RGBA_INTEGER,
-                                 GL_UNSIGNED_INT, (GLsizei)(count * sizeof *texels[i]), texels[i]);
+        glGetTextureSubImage(paint, 0, 0, y, 0, width, rows, 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+                             (GLsizei)(count * sizeof *texels), texels);
         STP_TRY(stp_gl_check("reading normals", err));
-        for (int k = 0; k < rows; k++) {
-            const size_t at = (size_t)k * (size_t)width;
-            unpack_row((const uint32_t(*)[4])texels[STP_TARGET_SHAPE] + at,
-                       (const uint32_t(*)[4])texels[STP_TARGET_PAINT] + at, frame, width, y + k,
-                       xyz + 3 * (size_t)(y + k) * (size_t)width);
-        }
+        for (int k = 0; k < rows; k++)
+            unpack_row((const uint32_t(*)[4])texels + (size_t)k * (size_t)width, frame, width,
+                       y + k, xyz + 3 * (size_t)(y + k) * (size_t)width);
     }
 done:
-    for (int i = 0; i < STP_TARGET_COUNT; i++)
-        free(texels[i]);
+    free(texels);
     return status;
 }

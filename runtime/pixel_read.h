@@ -22,10 +22,10 @@ stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int
 /* A direction of eye space in the world. */
 stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 direction);
 
-/* Normals of a level's textures, shape and paint, of the frame's viewport: xyz in the world's axes,
+/* Normals of a level's paint, of the frame's viewport: xyz in the world's axes,
  * bottom row first, turned to the viewer where two-sided; 0 0 0 where nothing is. Errors:
  * OUT_OF_MEMORY, GL. */
-stp_status stp_pixel_read_normals(const GLuint textures[STP_TARGET_COUNT],
-                                  const stp_gpu_frame *frame, float *xyz, stp_error *err);
+stp_status stp_pixel_read_normals(GLuint paint, const stp_gpu_frame *frame, float *xyz,
+                                  stp_error *err);
 
 #endif

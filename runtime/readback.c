@@ -54,7 +54,7 @@ stp_status stp_renderer_read_normals(stp_renderer *r, float *xyz, stp_error *err
                              "the last picture was not drawn with keep_pixels: its normals are "
                              "gone");
     stp_gl_state_enter(&host);
-    stp_status status = stp_pixel_read_normals(r->kept, &r->frame, xyz, err);
+    stp_status status = stp_pixel_read_normals(r->kept[STP_TARGET_PAINT], &r->frame, xyz, err);
     stp_gl_state_leave(&host);
     return status;
 }

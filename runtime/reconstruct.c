@@ -99,13 +99,16 @@ static const GLuint *finished(const stp_pyramid *pyramid, int l, int levels)
     return l == levels ? pyramid->levels[l].pulled : stp_pyramid_finished(pyramid, l);
 }
 
+/* Where a level's targets are read: by fetches, or by compute shaders as images. */
+typedef void bind_level(GLuint first, GLsizei count, const GLuint *textures);
+
 /* What pushing to level l reads. */
-static void bind_push(const stp_pyramid *pyramid, int l, int levels)
+static void bind_push(const stp_pyramid *pyramid, int l, int levels, bind_level *bind)
 {
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
     set_read(&pyramid->levels[l + 1]);
-    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
-    glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, l + 1, levels));
+    bind(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
+    bind(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, l + 1, levels));
 }
 
 /* What finishing level 0 reads. */
@@ -119,7 +122,7 @@ static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyra
         return;
     }
     if (programs->template_px == 0) {
-        bind_push(pyramid, 0, levels);
+        bind_push(pyramid, 0, levels, glBindTextures);
         return;
     }
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, levels);
@@ -140,7 +143,7 @@ static void push_columns(const stp_reconstruct_programs *programs, const stp_pyr
     glUseProgram(programs->push_columns);
     for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
         const stp_pyramid_level *level = &pyramid->levels[l];
-        bind_push(pyramid, l, levels);
+        bind_push(pyramid, l, levels, glBindImageTextures);
         for (GLuint i = 0; i < STP_TARGET_COUNT; i++)
             glBindImageTexture(i, level->pulled[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
         stp_blocks_run(blocks, level, l);
@@ -155,7 +158,7 @@ static void push_levels(const stp_reconstruct_programs *programs, const stp_pyra
     glUseProgram(programs->push);
     for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].finished_frame);
-        bind_push(pyramid, l, levels);
+        bind_push(pyramid, l, levels, glBindTextures);
         stp_tiles_draw(tiles, l);
     }
 }
@@ -166,9 +169,9 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
 {
     const GLuint images[3] = {programs->edge != 0 ? pyramid->rough : pyramid->picture,
                               pyramid->picture_depth, pyramid->picture_mark};
-    static const GLenum formats[3] = {GL_RGBA8, GL_R32F, GL_R8UI};
+    static const GLenum formats[3] = {GL_R32UI, GL_R32F, GL_R8UI};
     glUseProgram(programs->finish_columns);
-    bind_push(pyramid, 0, levels);
+    bind_push(pyramid, 0, levels, glBindImageTextures);
     for (GLuint i = 0; i < 3; i++)
         glBindImageTexture(i, images[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, formats[i]);
     stp_blocks_run(blocks, &pyramid->levels[0], 0);
@@ -176,11 +179,11 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
 }
 
 /* What pulling to level l reads. */
-static void bind_pull(const stp_pyramid *pyramid, int l)
+static void bind_pull(const stp_pyramid *pyramid, int l, bind_level *bind)
 {
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
     set_read(&pyramid->levels[l - 1]);
-    glBindTextures(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
+    bind(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
 }
 
 /* Levels first..levels by rasterised passes. */
@@ -190,7 +193,7 @@ static void pull_levels(const stp_reconstruct_programs *programs, const stp_pyra
     glUseProgram(programs->pull);
     for (int l = first; l <= levels; l++) {
         glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[l].pulled_frame);
-        bind_pull(pyramid, l);
+        bind_pull(pyramid, l, glBindTextures);
         stp_tiles_draw(tiles, l);
     }
 }
@@ -202,7 +205,7 @@ static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyrami
     int l = 1;
     glUseProgram(programs->pull_pairs);
     for (; l + 1 <= levels && l + 1 < STP_PYRAMID_LEVELS_LIMIT; l += 2) {
-        bind_pull(pyramid, l);
+        bind_pull(pyramid, l, glBindImageTextures);
         for (GLuint i = 0; i < 2 * STP_TARGET_COUNT; i++)
             glBindImageTexture(i, pyramid->levels[l + (int)i / 2].pulled[i % STP_TARGET_COUNT], 0,
                                GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);

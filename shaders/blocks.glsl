@@ -7,30 +7,32 @@
 
 layout(local_size_x = STP_BLOCK_LANES, local_size_y = STP_BLOCKS_A_GROUP) in;
 
-// x | y << 11 | cells << 23; cells: which of its 4 x 2 squares of 4 x 4 pixels are wanted.
+// x | y << 16; which of its cells of 4 x 4 pixels are wanted. Blocks begin a pixel before their first cell but one, so that
+// pixels 2 x - 1 and 2 x, which push takes from the same coarse ones, are in one; thus 5 x 3 cells.
 layout(std430, binding = 1) readonly buffer stp_blocks_block {
-    uint blocks[];
+    uvec2 blocks[];
 };
 
 layout(location = 5) uniform uvec2 listed;    // blocks of this level: first, end
 layout(location = 7) uniform ivec2 level_size;
 
 // This invocation's, one without cells where there are no more.
-uint stp_block()
+uvec2 stp_block()
 {
     uint index = listed.x + (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * STP_BLOCKS_A_GROUP +
                  gl_LocalInvocationID.y;
-    return index < listed.y ? blocks[index] : 0u;
+    return index < listed.y ? blocks[index] : uvec2(0u);
 }
 
 // Its first pixel.
-ivec2 stp_block_place(uint block)
+ivec2 stp_block_place(uvec2 block)
 {
-    return ivec2(block & 2047u, block >> 11 & 4095u) * STP_BLOCK_SIZE;
+    return ivec2(block.x & 65535u, block.x >> 16) * STP_BLOCK_SIZE - 1;
 }
 
-bool stp_block_wants(uint block, ivec2 in_block)
+bool stp_block_wants(uvec2 block, ivec2 in_block)
 {
-    ivec2 cell = in_block >> 2;
-    return (block >> uint(23 + cell.x + 4 * cell.y) & 1u) != 0u;
+    ivec2 cell = in_block + 3 >> 2;
+    bool there = all(lessThan(stp_block_place(block) + in_block, level_size));
+    return there && (block.y >> uint(cell.x + 5 * cell.y) & 1u) != 0u;
 }

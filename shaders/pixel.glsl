@@ -14,13 +14,24 @@ struct stp_pixel {
 #define STP_KIND_TUBE 2
 #define STP_KIND_POLYGON 3
 
-// Two RGBA32UI texels a pixel: fetches are what pull and push pay for.
-//   shape: normal (octahedral, 2 x 16 bits), radius, z_min, z_max (32-bit floats)
-//   paint: d (two 32-bit floats), red | green << 16, blue | tag << 16 (16-bit fractions of 1)
+// Two RGBA32UI texels a pixel: fetches are what pull and push pay for. Paint alone is enough to shade a pixel, and to
+// know whether another is in front of it.
+//   shape: d, radius, z_max (32-bit floats)
+//   paint: normal (octahedral, 2 x 16 bits), z_min (32-bit float), red | green << 16, blue | tag << 16 (16-bit fractions
+//          of 1)
+#ifdef STP_PIXEL_IMAGES // compute shaders: a software driver loads them in line, and fetches by calls
+layout(rgba32ui, binding = 4) readonly uniform uimage2D fine_shape;
+layout(rgba32ui, binding = 5) readonly uniform uimage2D fine_paint;
+layout(rgba32ui, binding = 6) readonly uniform uimage2D coarse_shape;
+layout(rgba32ui, binding = 7) readonly uniform uimage2D coarse_paint;
+#define STP_FETCH(texels, p) imageLoad(texels, p)
+#else
 layout(binding = 4) uniform usampler2D fine_shape;
 layout(binding = 5) uniform usampler2D fine_paint;
 layout(binding = 6) uniform usampler2D coarse_shape;
 layout(binding = 7) uniform usampler2D coarse_paint;
+#define STP_FETCH(texels, p) texelFetch(texels, p, 0)
+#endif
 
 // Of the level read (pull: fine, push: coarse).
 layout(location = 3) uniform ivec2 read_size;
@@ -40,7 +51,7 @@ uint stp_direction_pack(vec3 n)
 vec3 stp_direction_unpack(uint code)
 {
     // unpackSnorm2x16() without its clamp: -32768 is never packed.
-    vec2 e = vec2(ivec2(int(code << 16), int(code)) >> 16) / 32767.0;
+    vec2 e = vec2(ivec2(int(code << 16), int(code)) >> 16) * (1.0 / 32767.0);
     float z = 1.0 - abs(e.x) - abs(e.y);
     float fold = max(-z, 0.0);
     vec3 n = vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
@@ -49,32 +60,32 @@ vec3 stp_direction_unpack(uint code)
 
 stp_pixel stp_pixel_unpack(uvec4 shape, uvec4 paint)
 {
-    return stp_pixel(stp_direction_unpack(shape.x), uintBitsToFloat(shape.y),
-                     uintBitsToFloat(shape.z), uintBitsToFloat(shape.w), uintBitsToFloat(paint.xy),
-                     vec3(unpackUnorm2x16(paint.z), float(paint.w & 65535u) / 65535.0),
+    return stp_pixel(stp_direction_unpack(paint.x), uintBitsToFloat(shape.z), uintBitsToFloat(paint.y),
+                     uintBitsToFloat(shape.w), uintBitsToFloat(shape.xy),
+                     vec3(uvec3(paint.z & 65535u, paint.z >> 16, paint.w & 65535u)) * (1.0 / 65535.0),
                      int(paint.w >> 16));
 }
 
 uvec4 stp_pixel_shape(stp_pixel p)
 {
-    return uvec4(stp_direction_pack(p.normal), floatBitsToUint(p.radius), floatBitsToUint(p.z_min),
-                 floatBitsToUint(p.z_max));
+    return uvec4(floatBitsToUint(p.d), floatBitsToUint(p.radius), floatBitsToUint(p.z_max));
 }
 
 uvec4 stp_pixel_paint(stp_pixel p)
 {
     uint blue = uint(clamp(p.colour.b, 0.0, 1.0) * 65535.0 + 0.5);
-    return uvec4(floatBitsToUint(p.d), packUnorm2x16(p.colour.rg), blue | uint(p.tag) << 16);
+    return uvec4(stp_direction_pack(p.normal), floatBitsToUint(p.z_min), packUnorm2x16(p.colour.rg),
+                 blue | uint(p.tag) << 16);
 }
 
 stp_pixel stp_pixel_fine(ivec2 p)
 {
-    return stp_pixel_unpack(texelFetch(fine_shape, p, 0), texelFetch(fine_paint, p, 0));
+    return stp_pixel_unpack(STP_FETCH(fine_shape, p), STP_FETCH(fine_paint, p));
 }
 
 stp_pixel stp_pixel_coarse(ivec2 p)
 {
-    return stp_pixel_unpack(texelFetch(coarse_shape, p, 0), texelFetch(coarse_paint, p, 0));
+    return stp_pixel_unpack(STP_FETCH(coarse_shape, p), STP_FETCH(coarse_paint, p));
 }
 
 stp_pixel stp_pixel_invalid()

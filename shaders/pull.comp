@@ -4,6 +4,7 @@
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
+#define STP_PIXEL_IMAGES
 #include "pixel.glsl"
 #include "ellipse.glsl"
 #include "blend.glsl"
@@ -27,12 +28,12 @@ stp_texel stp_texel_of(stp_pixel p)
 
 void main()
 {
-    uint block = stp_block();
+    uvec2 block = stp_block();
     ivec2 size = (read_size + 1) >> 1; // of level l
     for (int i = 0; i < STP_BLOCK_SIZE.x / STP_BLOCK_LANES * STP_BLOCK_SIZE.y; i++) {
         ivec2 in_block = ivec2((i & 1) * STP_BLOCK_LANES + int(gl_LocalInvocationID.x), i >> 1);
         ivec2 above = stp_block_place(block) + in_block;
-        if (!stp_block_wants(block, in_block) || any(greaterThanEqual(above, level_size)))
+        if (!stp_block_wants(block, in_block))
             continue;
         ivec2 here = 2 * above;
         stp_texel t0 = stp_texel_of(stp_pull_fine(here, pyramid_level));

@@ -4,9 +4,12 @@
 vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
 {
     vec3 l = normalize(vec3(0.35, 0.45, 1.0));
-    vec3 h = normalize(l + v);
-    return colour * (0.18 + 0.74 * max(0.0, dot(n, l)) + 0.08 * max(0.0, n.z)) +
-           0.16 * pow(max(0.0, dot(n, h)), 40.0);
+    float lit = dot(n, l);
+    // |l + v|^2 = 2 + 2 l v
+    float x = max(0.0, (lit + dot(n, v)) * inversesqrt(max(2.0 + 2.0 * dot(l, v), 1e-12)));
+    float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
+    return colour * (0.18 + 0.74 * max(0.0, lit) + 0.08 * max(0.0, n.z)) +
+           0.16 * x16 * x16 * x8;
 }
 
 // The normal of a tube that is lit most from a direction, or faces it most: that across the tangent.

@@ -178,18 +178,18 @@ static inline reference_pixel gl_fixture_pixel(const uint32_t shape[4], const ui
     reference_pixel p = {.tag = (int)(paint[3] >> 16)};
     if (p.tag == 0)
         return p;
-    double x = gl_fixture_snorm(shape[0]), y = gl_fixture_snorm(shape[0] >> 16);
+    double x = gl_fixture_snorm(paint[0]), y = gl_fixture_snorm(paint[0] >> 16);
     stp_dvec3 n = {x, y, 1.0 - fabs(x) - fabs(y)};
     if (n.z < 0.0) {
         n.x = (1.0 - fabs(y)) * (x >= 0.0 ? 1.0 : -1.0);
         n.y = (1.0 - fabs(x)) * (y >= 0.0 ? 1.0 : -1.0);
     }
     p.normal = stp_dvec3_normalize(n);
-    p.radius = gl_fixture_float(shape[1]);
-    p.z_min = gl_fixture_float(shape[2]);
+    p.radius = gl_fixture_float(shape[2]);
+    p.z_min = gl_fixture_float(paint[1]);
     p.z_max = gl_fixture_float(shape[3]);
-    p.dx = gl_fixture_float(paint[0]);
-    p.dy = gl_fixture_float(paint[1]);
+    p.dx = gl_fixture_float(shape[0]);
+    p.dy = gl_fixture_float(shape[1]);
     p.rgb[0] = (paint[2] & 65535u) / 65535.0;
     p.rgb[1] = (paint[2] >> 16) / 65535.0;
     p.rgb[2] = (paint[3] & 65535u) / 65535.0;

@@ -22,6 +22,7 @@ static const scene scenes[] = {
     {.name = "marked", .width = 300, .height = 200, .params = {.stream = true, .fade = 0.5}},
     {.name = "a pixel", .width = 1, .height = 1},
     {.name = "a row", .width = 200, .height = 1},
+    {.name = "five rows", .width = 333, .height = 5},
 };
 
 static const double away[] = {1.0, 0.3, 4.0};
