@@ -128,7 +128,7 @@ test_shaders() {
     mapfile -t passes < <(grep -lE '^ *(picture = |imageStore\(picture,)' "$SOURCE"/shaders/*.{frag,comp})
     for name in "${passes[@]}"; do
         sed -E -e 's/^( *)picture = .*/\1picture = vec4(0.0, 1.0, 0.0, 1.0);/' \
-            -e 's/imageStore\(picture, here, .*\);/imageStore(picture, here, vec4(0.0, 1.0, 0.0, 1.0));/' \
+            -e 's/imageStore\(picture, here, .*\);/imageStore(picture, here, uvec4(packUnorm4x8(vec4(0.0, 1.0, 0.0, 1.0))));/' \
             "$name" >"$FOLDER/saved"
         mv "$FOLDER/saved" "$FOLDER/shaders/${name##*/}"
     done
