@@ -107,9 +107,8 @@ stp_status roads_choose(const char *words, bench_road roads[ROADS_LIMIT], size_t
 /* What frames are drawn with. */
 typedef struct bench_stage {
     const roads_run_params *params;
-    bare_points points;          /* where they are wanted */
-    stp_stage_clock clock;       /* of bare points */
-    stp_reconstruct reconstruct; /* of the last frame */
+    bare_points points;    /* where they are wanted */
+    stp_stage_clock clock; /* of bare points */
 } bench_stage;
 
 static stp_status draw_bare(bench_stage *s, road_times *out, stp_error *err)
@@ -127,8 +126,8 @@ static stp_status draw_bare(bench_stage *s, road_times *out, stp_error *err)
     return status;
 }
 
-/* A frame at a stretch, and one that waits. Where programs change, one before them is not counted.
- */
+/* A frame at a stretch, and one that waits. The road before had other programs and another cut:
+ * what changing them takes is in a frame that is not counted. */
 static stp_status draw_road(bench_stage *s, const bench_road *r, road_times *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -138,9 +137,7 @@ static stp_status draw_road(bench_stage *s, const bench_road *r, road_times *out
     *out = (road_times){0};
     if (r->bare)
         return draw_bare(s, out, err);
-    if (params.reconstruct != s->reconstruct)
-        STP_TRY(stp_renderer_draw(p->renderer, p->view, &params, NULL, err));
-    s->reconstruct = params.reconstruct;
+    STP_TRY(stp_renderer_draw(p->renderer, p->view, &params, NULL, err));
     STP_TRY(stp_renderer_draw(p->renderer, p->view, &params, &stats, err));
     out->frame_ms = stats.frame_ms;
     out->points_drawn = stats.points_drawn;
