@@ -81,6 +81,7 @@ STP_RULE bool stp_rule_is_silhouette(float sin_alpha)
 /* Whether a level does: its error is within the threshold, its discs are not larger than what
  * reconstruction is good for, and the colours that they average, smeared over their radius, are no
  * worse than an error: a difference of the whole range over one pixel counts as colour_weight pixels.
+ * The first pixel of the radius is free: what discs average there, a pixel averages, too.
  * error_px: stp_rule_error; radius_px: the greatest of the level; variation: 0 to 1
  * (formats/chunk/patch_bounds.h); error_weight: more than 1 where outlines may be. ALGORITHMS
  * "Choosing the level". */
@@ -88,5 +89,5 @@ STP_RULE bool stp_rule_fits(float error_px, float radius_px, float variation, fl
                             float colour_weight, float threshold, float cap)
 {
     return error_weight * error_px <= threshold && radius_px <= cap &&
-           colour_weight * variation * radius_px <= threshold;
+           colour_weight * variation * STP_MAX(0.0f, radius_px - 1.0f) <= threshold;
 }
