@@ -2,6 +2,7 @@
 // (runtime/blocks.c).
 
 #define STP_BLOCK_SIZE ivec2(16, 8)
+#define STP_BLOCK_CELL_COLUMNS 5
 #define STP_BLOCK_LANES 8 // beside each other in a block: a software driver computes so many at once
 #define STP_BLOCKS_A_GROUP 4
 
@@ -34,5 +35,5 @@ bool stp_block_wants(uvec2 block, ivec2 in_block)
 {
     ivec2 cell = in_block + 3 >> 2;
     bool there = all(lessThan(stp_block_place(block) + in_block, level_size));
-    return there && (block.y >> uint(cell.x + 5 * cell.y) & 1u) != 0u;
+    return there && (block.y >> uint(cell.x + STP_BLOCK_CELL_COLUMNS * cell.y) & 1u) != 0u;
 }

@@ -2,8 +2,9 @@
 // columns 2 x - 1 and 2 x and rows 2 y - 1 and 2 y: these four pixels read the same four coarse ones, of which two were
 // there for the rows before, so that for a pixel half a coarse one is fetched instead of four. The eight lanes of a
 // software driver are a block's columns. Needs push.glsl and blocks.glsl; who includes it defines
-//     void stp_put(ivec2 here, stp_pixel p, stp_pixel right, stp_pixel above, stp_pixel beyond, bvec4 wanted)
-// which gets the four pixels, of which here is the first, and which of them are to be written.
+//     struct stp_made, and stp_made stp_make(stp_pixel p, ivec2 here)
+//     void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
+// What is to be stored is made pixel by pixel, as less is kept until then; wanted: which of the four.
 
 #if STP_COLUMNS_IN_PLACE
 #define STP_WANTED(pushed) pushed
