@@ -6,6 +6,7 @@
 #include "formats/chunk/patch.h"
 #include "preprocess/partition.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,29 +22,55 @@ typedef struct assembly {
     stp_carry *carry; /* by level-0 sample; of a leaf none */
     size_t carry_capacity;
     uint32_t *order; /* of the patches: runs of them are what the parent's patches stand for */
+    int vertex_least;
+    const stp_resolution *resolution; /* of points; else NULL */
+    stp_displacement displacement;
     bool leaf, linked;
 } assembly;
 
-/* The origin is a multiple of a power of two no smaller than any item's lattice, so that every
- * lattice of the chunk, its children and its parent meets. */
-static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count)
+stp_chunk_extent stp_chunk_extent_none(int vertex_least)
 {
-    stp_dbox box = stp_dbox_empty();
-    int lattice = -1000;
-    for (uint32_t g = 0; g < group_count; g++) {
+    return (stp_chunk_extent){.box = stp_dbox_empty(), .finest = INT_MAX, .coarsest = vertex_least};
+}
+
+void stp_chunk_extent_add(stp_chunk_extent *e, stp_dvec3 centre, double area, double bound,
+                          int exponent)
+{
+    stp_dbox_add(&e->box, centre);
+    e->area = stp_max(e->area, area);
+    e->bound = stp_max(e->bound, bound);
+    e->finest = exponent < e->finest ? exponent : e->finest;
+    e->coarsest = exponent > e->coarsest ? exponent : e->coarsest;
+}
+
+/* The chunk's origin is a multiple of this power of two, which is no smaller than any lattice of
+ * the items and of the vertices of patches of them: so lattices of the chunk, its children and its
+ * parent meet. */
+static int unit_exponent(const stp_chunk_extent *e)
+{
+    const double side = stp_dbox_side(&e->box), reach = sqrt(3.0) * side + 2.0 * e->bound;
+    const int lattice = stp_vertex_exponent(STP_PATCH_SAMPLES * e->area, reach, e->coarsest);
+    const int exponent = side > 0.0 && isfinite(side) ? (int)ceil(log2(side)) : lattice;
+    return (exponent > lattice ? exponent : lattice) + 1;
+}
+
+bool stp_chunk_extent_fits(const stp_chunk_extent *e)
+{
+    const double far = 0.5 * (ldexp(1.0, unit_exponent(e)) + stp_dbox_side(&e->box));
+    return far <= (STP_ORIGIN_STEPS - STP_POSITION_STEPS) * ldexp(1.0, e->finest);
+}
+
+static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count, int vertex_least)
+{
+    stp_chunk_extent extent = stp_chunk_extent_none(vertex_least);
+    for (uint32_t g = 0; g < group_count; g++)
         for (uint32_t i = 0; i < groups[g].count; i++) {
             const stp_item *item = &groups[g].items[i];
-            stp_dbox_add(&box, item->disc.centre);
-            lattice = item->exponent > lattice ? item->exponent : lattice;
+            stp_chunk_extent_add(&extent, item->disc.centre, item->area, item->disc.bound,
+                                 item->exponent);
         }
-    }
-    stp_dvec3 size = stp_dvec3_sub(box.max, box.min);
-    double side = fmax(size.x, fmax(size.y, size.z));
-    int exponent = side > 0.0 && isfinite(side) ? (int)ceil(log2(side)) : lattice;
-    exponent = exponent > lattice ? exponent : lattice;
-    double unit =
-        ldexp(1.0, exponent + 1); /* a vertex may be coarser than its items by an octave */
-    stp_dvec3 middle = stp_dvec3_scale(stp_dvec3_add(box.min, box.max), 0.5);
+    const double unit = ldexp(1.0, unit_exponent(&extent));
+    const stp_dvec3 middle = stp_dbox_middle(&extent.box);
     return (stp_dvec3){nearbyint(middle.x / unit) * unit, nearbyint(middle.y / unit) * unit,
                        nearbyint(middle.z / unit) * unit};
 }
@@ -84,6 +111,26 @@ static stp_status append_carry(assembly *a, const stp_item *items, const uint32_
     return status;
 }
 
+static stp_status too_far(const stp_item *item, bool leaf, stp_error *err)
+{
+    const stp_dvec3 p = item->disc.centre;
+    return stp_error_set(
+        err, STP_LIMIT,
+        "%s at (%g, %g, %g) is too far from the others to be stored with its precision: drop such "
+        "points (--outliers drop) or give a coarser --precision",
+        leaf ? "a point" : "a patch", p.x, p.y, p.z);
+}
+
+static void measure_displacement(assembly *a, const stp_item *items, const uint32_t *order,
+                                 const stp_patch *patch, const stp_patch_samples *samples)
+{
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        const stp_dvec3 own = stp_sample_position(&samples->level[0][i], patch);
+        stp_displacement_add(&a->displacement, &items[order[i]], stp_dvec3_add(a->origin, own),
+                             a->resolution);
+    }
+}
+
 /* Builds the run as one patch, or halves it until its items fit one lattice. */
 static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
                             uint32_t count, uint8_t child, stp_error *err)
@@ -91,20 +138,18 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_patch patch;
     stp_patch_samples samples;
     stp_item vertex;
-    if (stp_patch_build(items, order, count, a->origin, &patch, &samples, &vertex)) {
+    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least};
+    if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
         patch.child = child;
         patch.first_below = a->linked ? (uint16_t)order[0] : 0;
+        if (a->resolution)
+            measure_displacement(a, items, order, &patch, &samples);
         stp_status appended = append(a, &patch, &samples, &vertex, err);
         return appended == STP_OK && !a->leaf ? append_carry(a, items, order, count, err)
                                               : appended;
     }
     if (count == 1)
-        return stp_error_set(
-            err, STP_LIMIT,
-            "a point at (%g, %g, %g) is too far from the others to be stored with "
-            "its precision: drop such points (--outliers drop) or give a coarser --precision",
-            items[order[0]].disc.centre.x, items[order[0]].disc.centre.y,
-            items[order[0]].disc.centre.z);
+        return too_far(&items[order[0]], a->leaf, err);
     stp_status status = build_run(a, items, order, count / 2, child, err);
     if (status == STP_OK)
         status = build_run(a, items, order + count / 2, count - count / 2, child, err);
@@ -276,7 +321,7 @@ static void clear_assembly(assembly *a)
 static stp_status finish(assembly *a, stp_built_chunk *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_built_chunk built = {.origin = a->origin};
+    stp_built_chunk built = {.origin = a->origin, .displacement = a->displacement};
     STP_TRY(order_patches(a, &built.run_ends, &built.run_count, err));
     STP_TRY(pack(a, &built, err));
     built.vertex_count = a->patch_count;
@@ -287,19 +332,31 @@ done:
     return status;
 }
 
-stp_status stp_chunk_build(stp_built_chunk *out, const stp_item_group *groups, uint32_t group_count,
-                           bool leaf, stp_error *err)
+static stp_status build_groups(stp_built_chunk *out, assembly *a, const stp_item_group *groups,
+                               uint32_t group_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    assembly a = {.origin = choose_origin(groups, group_count),
-                  .leaf = leaf,
-                  .linked = !leaf && groups[0].run_ends != NULL};
+    a->origin = choose_origin(groups, group_count, a->vertex_least);
     for (uint32_t g = 0; g < group_count; g++)
-        STP_TRY(build_group(&a, &groups[g], leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
-    STP_TRY(finish(&a, out, err));
+        STP_TRY(build_group(a, &groups[g], a->leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
+    STP_TRY(finish(a, out, err));
 done:
-    clear_assembly(&a);
+    clear_assembly(a);
     return status;
+}
+
+stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *points,
+                                int vertex_least, const stp_resolution *resolution, stp_error *err)
+{
+    assembly a = {.leaf = true, .vertex_least = vertex_least, .resolution = resolution};
+    return build_groups(out, &a, points, 1, err);
+}
+
+stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,
+                                 uint32_t group_count, stp_error *err)
+{
+    assembly a = {.linked = groups[0].run_ends != NULL, .vertex_least = INT_MIN};
+    return build_groups(out, &a, groups, group_count, err);
 }
 
 stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t patch_count,

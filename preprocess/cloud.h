@@ -40,6 +40,7 @@ typedef struct stp_cell {
 #define STP_MARK_TURNED 1u   /* its normal's sign is the other one */
 #define STP_MARK_ORIENTED 2u /* which side is the outside is known */
 #define STP_MARK_OUTLIER 4u  /* far from everything else */
+#define STP_MARK_CLOSED 8u   /* its back is proven hidden (enclosure.h) */
 
 typedef struct stp_cloud {
     stp_cloud_point *points;

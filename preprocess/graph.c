@@ -41,9 +41,10 @@ static bool in_layer(const connection *c, uint32_t a, uint32_t b)
     const stp_cloud *cloud = &c->unit->cloud;
     vec3s normal = cloud->points[a].normal;
     float height = stp_layer_height(cloud, a, normal, b);
-    if (fabsf(height) <= STP_LAYER_GAP * cloud->points[a].spacing)
+    float gap = STP_LAYER_GAP * cloud->points[a].spacing;
+    if (fabsf(height) <= gap)
         return true;
-    stp_layer layer = stp_layer_find(cloud, a, normal, edges_of(c, a), c->unit->neighbours.k);
+    stp_layer layer = stp_layer_find(cloud, a, normal, edges_of(c, a), c->unit->neighbours.k, gap);
     return stp_layer_holds(layer, height);
 }
 

@@ -3,10 +3,9 @@
 
 /* Goes from the point's own height up and down to the first gap. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
-                         unsigned k)
+                         unsigned k, float gap)
 {
     float heights[STP_NEIGHBOURS_LIMIT];
-    float gap = STP_LAYER_GAP * cloud->points[self].spacing;
     unsigned count = 0;
     for (; count < k && list[count] != STP_NEIGHBOUR_NONE; count++)
         heights[count] = stp_layer_height(cloud, self, normal, list[count]);

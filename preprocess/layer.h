@@ -20,9 +20,10 @@ static inline float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s n
     return glms_vec3_dot(normal, stp_dvec3_to_float(d));
 }
 
-/* list: k neighbours of self, or fewer and STP_NEIGHBOUR_NONE. */
+/* list: k neighbours of self, or fewer and STP_NEIGHBOUR_NONE; gap: STP_LAYER_GAP in world units.
+ */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
-                         unsigned k);
+                         unsigned k, float gap);
 
 static inline bool stp_layer_holds(stp_layer layer, float height)
 {

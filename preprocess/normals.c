@@ -3,84 +3,43 @@
 
 #include "base/memory.h"
 #include "preprocess/layer.h"
+#include "preprocess/moments.h"
 
 #include <stdlib.h>
 
-/* A second eigenvalue below this part of the first means a line: no normal. */
-#define LINE_RATIO 1e-6
 /* Fewer neighbours are no second sheet. */
 #define LAYER_POINTS 4u
+/* Where the noise is less than this part of the spacing, the nearest neighbours do. */
+#define QUIET 0.04f
+/* A plane is widened once where noise is more than that, and once more where it is more than this:
+ * each time to about as many points more. */
+#define NOISY 0.4f
+#define ROUNDS 2u
+/* Planes are joined up to this angle, 1 - cosine, and more by this times the squared noise in
+ * spacings, for noise turns planes; and up to this height, in spacings and in noise. */
+#define LEAST_SLACK 0.1f
+#define SLACK 0.7f
+#define LEAST_REACH 0.5f
+#define REACH 3.0f
+/* A wide plane is taken where the variance of its heights is this many times that of narrow ones,
+ * and not where it is so many times that: there is a crease, or curvature. */
+#define EXCESS 1.4f
+#define MOST_EXCESS 2.1f
+/* The plane near a point. */
+typedef struct plane {
+    stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
+    vec3s normal;
+    float variance; /* of their heights, at first */
+    bool grown;     /* goes beyond the nearest neighbours */
+} plane;
 
 typedef struct estimation {
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
+    double scale; /* of lengths, so that floats hold their squares */
+    plane *planes, *grown;
     vec3s *normals; /* as fitted */
 } estimation;
-
-typedef struct covariance {
-    double xx, xy, xz, yy, yz, zz;
-} covariance;
-
-/* About the mean of the listed points, and of the point itself if with_self. */
-static covariance covariance_of(const stp_cloud *cloud, uint32_t self, const uint32_t *list,
-                                unsigned count, bool with_self)
-{
-    stp_dvec3 p = cloud->points[self].position;
-    stp_dvec3 mean = {0.0, 0.0, 0.0};
-    covariance c = {0};
-    for (unsigned i = 0; i < count; i++) {
-        stp_dvec3 d = stp_dvec3_sub(cloud->points[list[i]].position, p);
-        mean = stp_dvec3_add(mean, d);
-        c.xx += d.x * d.x;
-        c.xy += d.x * d.y;
-        c.xz += d.x * d.z;
-        c.yy += d.y * d.y;
-        c.yz += d.y * d.z;
-        c.zz += d.z * d.z;
-    }
-    double n = (double)count + (with_self ? 1.0 : 0.0); /* the point itself is the origin */
-    c.xx -= mean.x * mean.x / n;
-    c.xy -= mean.x * mean.y / n;
-    c.xz -= mean.x * mean.z / n;
-    c.yy -= mean.y * mean.y / n;
-    c.yz -= mean.y * mean.z / n;
-    c.zz -= mean.z * mean.z / n;
-    return c;
-}
-
-/* Eigenvalues of a symmetric 3x3 matrix, greatest first (Smith 1961). */
-static void eigenvalues(const covariance *c, double out[3])
-{
-    double mean = (c->xx + c->yy + c->zz) / 3.0;
-    double off = c->xy * c->xy + c->xz * c->xz + c->yz * c->yz;
-    double a = c->xx - mean, b = c->yy - mean, d = c->zz - mean;
-    double p = sqrt((a * a + b * b + d * d + 2.0 * off) / 6.0);
-    if (!(p > 0.0)) {
-        out[0] = out[1] = out[2] = mean;
-        return;
-    }
-    double determinant = a * (b * d - c->yz * c->yz) - c->xy * (c->xy * d - c->yz * c->xz) +
-                         c->xz * (c->xy * c->yz - b * c->xz);
-    double r = determinant / (2.0 * p * p * p);
-    double angle = acos(fmax(-1.0, fmin(1.0, r))) / 3.0;
-    out[0] = mean + 2.0 * p * cos(angle);
-    out[2] = mean + 2.0 * p * cos(angle + 2.0 * M_PI / 3.0);
-    out[1] = 3.0 * mean - out[0] - out[2];
-}
-
-/* Unit vector of the kernel of (C - value I): the longest cross product of two of its rows. */
-static stp_dvec3 eigenvector(const covariance *c, double value)
-{
-    stp_dvec3 r0 = {c->xx - value, c->xy, c->xz};
-    stp_dvec3 r1 = {c->xy, c->yy - value, c->yz};
-    stp_dvec3 r2 = {c->xz, c->yz, c->zz - value};
-    stp_dvec3 a = stp_dvec3_cross(r0, r1);
-    stp_dvec3 b = stp_dvec3_cross(r0, r2);
-    stp_dvec3 d = stp_dvec3_cross(r1, r2);
-    double la = stp_dvec3_dot(a, a), lb = stp_dvec3_dot(b, b), ld = stp_dvec3_dot(d, d);
-    stp_dvec3 best = la >= lb && la >= ld ? a : lb >= ld ? b : d;
-    return stp_dvec3_normalize(best);
-}
 
 static unsigned known_count(const uint32_t *list, unsigned k)
 {
@@ -90,55 +49,131 @@ static unsigned known_count(const uint32_t *list, unsigned k)
     return count;
 }
 
-/* Direction of least extent, zero on a line; *thickness: sum of the squares along it. */
-static vec3s normal_of(const covariance *c, double *thickness)
+static stp_float4 place_of(const estimation *e, uint32_t other, uint32_t self)
 {
-    double values[3];
-    eigenvalues(c, values);
-    *thickness = values[2];
-    if (!(values[1] > LINE_RATIO * values[0]))
-        return (vec3s){{0.0f, 0.0f, 0.0f}};
-    return stp_dvec3_to_float(eigenvector(c, values[2]));
+    const stp_cloud_point *points = e->cloud->points;
+    stp_dvec3 d =
+        stp_dvec3_scale(stp_dvec3_sub(points[other].position, points[self].position), e->scale);
+    return stp_moments_place((float)d.x, (float)d.y, (float)d.z);
 }
 
-/* Least sum of squared heights about their mean of `count` points and the point itself, of which
- * enough for a second sheet lie beyond a gap: all of them on one side, few or all but a few. */
-static double two_sheet_thickness(unsigned count, float spacing)
+/* About the point itself, which is one of them if with_self. */
+static stp_moments collect(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
+                           bool with_self)
 {
-    double gap = (double)(STP_LAYER_GAP * spacing);
-    double n = count + 1.0;
-    double beyond = LAYER_POINTS;
-    return 0.999 * gap * gap * beyond * (n - beyond) / n;
+    stp_moments m = {{{0}}};
+    m.row[3][3] = with_self ? 1.0f : 0.0f;
+    for (unsigned i = 0; i < count; i++)
+        stp_moments_add_point(&m, place_of(e, list[i], self));
+    return m;
 }
 
-/* A plane through all neighbours; where they lie on two sheets, one direction for both, each about
- * its own mean, so that their distance does not tilt it. */
-static vec3s fit(const stp_cloud *cloud, const stp_neighbours *neighbours, uint32_t self)
+/* Least variance of heights of `count` points and the point itself, of which enough for a second
+ * sheet lie beyond a gap: all of them on one side, few or all but a few. */
+static float two_sheet_variance(unsigned count, float gap)
 {
-    const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
-    unsigned count = known_count(list, neighbours->k);
-    if (count < 3)
-        return (vec3s){{0.0f, 0.0f, 0.0f}};
-    covariance c = covariance_of(cloud, self, list, count, true);
-    double thickness = 0.0;
-    vec3s normal = normal_of(&c, &thickness);
-    if (thickness < two_sheet_thickness(count, cloud->points[self].spacing))
-        return normal; /* too thin: what follows would find one sheet */
-    stp_layer layer = stp_layer_find(cloud, self, normal, list, count);
+    float n = (float)count + 1.0f, beyond = LAYER_POINTS;
+    return 0.999f * gap * gap * beyond * (n - beyond) / (n * n);
+}
+
+/* Where the neighbours lie on two sheets, one direction for both, each about its own mean, so that
+ * their distance does not tilt it; keeps the own sheet's moments alone. */
+static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint32_t *list,
+                        unsigned count, float gap)
+{
+    stp_layer layer = stp_layer_find(e->cloud, self, f->normal, list, count, gap / (float)e->scale);
     uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
     unsigned same_count = 0, other_count = 0;
     for (unsigned i = 0; i < count; i++) {
-        if (stp_layer_holds(layer, stp_layer_height(cloud, self, normal, list[i])))
+        if (stp_layer_holds(layer, stp_layer_height(e->cloud, self, f->normal, list[i])))
             same[same_count++] = list[i];
         else
             others[other_count++] = list[i];
     }
     if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
-        return normal;
-    covariance a = covariance_of(cloud, self, same, same_count, true);
-    covariance b = covariance_of(cloud, self, others, other_count, false);
-    c = (covariance){a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
-    return normal_of(&c, &thickness);
+        return;
+    float variance = 0.0f;
+    stp_moments own = collect(e, self, same, same_count, true);
+    stp_moments other = collect(e, self, others, other_count, false), both = own;
+    stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
+    stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
+    f->normal = stp_moments_normal(&both, &variance);
+    f->moments = own;
+}
+
+/* A plane through the nearest neighbours. */
+static plane fit(const estimation *e, uint32_t self)
+{
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    unsigned count = known_count(list, e->neighbours->k);
+    plane f = {.grown = false};
+    if (count < 3)
+        return f;
+    f.moments = collect(e, self, list, count, true);
+    f.normal = stp_moments_normal(&f.moments, &f.variance);
+    stp_float4 last = place_of(e, list[count - 1], self);
+    float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
+    float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
+    if (f.variance >= two_sheet_variance(count, gap))
+        part_sheets(&f, e, self, list, count, gap);
+    return f;
+}
+
+/* Variance of the noise around a point: the harmonic mean of what its neighbours' own planes leave,
+ * since that is more, not less, at creases. The farther half of them says it as well as all. */
+static float noise_near(const estimation *e, const uint32_t *list, unsigned count)
+{
+    float inverse = 0.0f;
+    for (unsigned i = count / 2; i < count; i++)
+        inverse += 1.0f / e->planes[list[i]].variance;
+    return (float)(count - count / 2) / inverse;
+}
+
+/* Adds the moments of the farther half of the neighbours, those on the same piece of surface. */
+static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
+                         float noise, float spacing)
+{
+    const vec3s n = e->planes[self].normal;
+    const float slack = LEAST_SLACK + SLACK * noise / (spacing * spacing);
+    const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
+    stp_moments sums = e->planes[self].moments;
+    for (unsigned i = count / 2; i < count; i++) {
+        const plane *other = &e->planes[list[i]];
+        stp_float4 d = place_of(e, list[i], self);
+        float cosine = fabsf(glms_vec3_dot(n, other->normal));
+        float offset = fabsf(n.x * d[0] + n.y * d[1] + n.z * d[2]);
+        float weight = 1.0f - (1.0f - cosine) / slack;
+        if (weight > 0.0f && offset <= reach)
+            stp_moments_add(&sums, &other->moments, d, weight);
+    }
+    return sums;
+}
+
+/* A point's plane, widened by those of its neighbours if there is noise, more than this part of the
+ * spacing, and what all of them lie off the wide plane is no more than that. */
+static plane grow(const estimation *e, uint32_t self, float least_noise)
+{
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    unsigned count = known_count(list, e->neighbours->k);
+    float spacing = (float)e->scale * e->cloud->points[self].spacing;
+    float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
+    plane f = e->planes[self];
+    if (!(f.variance > 0.25f * quiet)) /* spares to ask the neighbours, most often */
+        return f;
+    float noise = noise_near(e, list, count);
+    if (!(noise > quiet))
+        return f;
+    stp_moments sums = widen(e, self, list, count, noise, spacing);
+    vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
+    float share = (MOST_EXCESS - wide / noise) / (MOST_EXCESS - EXCESS);
+    if (!(share > 0.0f))
+        return f;
+    if (share < 1.0f)
+        normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
+    f.normal = normal;
+    f.moments = sums;
+    f.grown = true;
+    return f;
 }
 
 /* Weight of a neighbour's normal: falls with the distance (squared, in spacings), with the offset
@@ -184,21 +219,56 @@ static vec3s smooth(const estimation *e, uint32_t self)
     return glms_vec3_normalize(n);
 }
 
+/* Of lengths, a power of two, so that floats hold the squares of all that the cloud has. */
+static double scale_of(const stp_cloud *whole)
+{
+    double side = stp_dbox_side(&whole->box);
+    return side > 0.0 && isfinite(side) ? ldexp(1.0, -ilogb(side)) : 1.0;
+}
+
+static bool all_given(const stp_unit *unit)
+{
+    uint32_t given = 0;
+    while (given < unit->cloud.count && unit->cloud.points[given].given)
+        given++;
+    return given == unit->cloud.count;
+}
+
 stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
 {
     stp_status status = STP_OK;
-    estimation e = {.cloud = &unit->cloud, .neighbours = &unit->neighbours};
+    estimation e = {
+        .cloud = &unit->cloud, .neighbours = &unit->neighbours, .scale = scale_of(unit->whole)};
     stp_cloud_point *points = unit->cloud.points;
-    uint32_t fitted = stp_unit_inner(unit, 2), smoothed = stp_unit_inner(unit, 3);
-    STP_TRY(stp_alloc(&e.normals, fitted, sizeof *e.normals, "normals", err));
-    for (uint32_t i = 0; i < fitted; i++)
-        e.normals[i] = points[i].given ? points[i].normal : fit(&unit->cloud, &unit->neighbours, i);
-    for (uint32_t i = 0; i < smoothed; i++) {
+    uint32_t count = stp_unit_inner(unit, 1);
+    if (all_given(unit))
+        return STP_OK;
+    STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
+    STP_TRY(stp_alloc(&e.grown, count, sizeof *e.grown, "normals", err));
+    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
+    for (uint32_t i = 0; i < count; i++)
+        e.planes[i] = fit(&e, i);
+    for (unsigned round = 1; round <= ROUNDS; round++) {
+        count = stp_unit_inner(unit, 1 + round);
+        for (uint32_t i = 0; i < count; i++)
+            e.grown[i] = grow(&e, i, round == 1 ? QUIET : NOISY);
+        plane *before = e.planes;
+        e.planes = e.grown;
+        e.grown = before;
+    }
+    for (uint32_t i = 0; i < unit->ring_end[0]; i++)
+        unit->grown_count += e.planes[i].grown && !points[i].given;
+    for (uint32_t i = 0; i < count; i++)
+        e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
+    count = stp_unit_inner(unit, 2 + ROUNDS);
+    for (uint32_t i = 0; i < count; i++) {
         if (points[i].given || glms_vec3_norm2(e.normals[i]) == 0.0f)
             continue;
         points[i].normal = points[i].spacing > 0.0f ? smooth(&e, i) : e.normals[i];
     }
 done:
+    free(e.planes);
+    free(e.grown);
     free(e.normals);
     return status;
 }

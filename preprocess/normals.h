@@ -1,4 +1,5 @@
-/* Normals from neighbourhoods: principal component analysis, then averaging over the neighbours.
+/* Normals from neighbourhoods: principal component analysis, as wide as noise asks for,
+ * then averaging over the neighbours.
  *
  * Sign is arbitrary here; preprocess/orientation.h makes it agree. Threads: a unit each. */
 #ifndef STP_PREPROCESS_NORMALS_H
@@ -6,9 +7,11 @@
 
 #include "preprocess/unit.h"
 
-/* Sets the normals of all points that have three rings around them; given ones stay. Fewer than
- * three distinct neighbours, or all on a line: unknown, normal zero. Source: smallest eigenvector
- * of the covariance of the neighbours and the point itself (Hoppe 1992). Errors: OUT_OF_MEMORY. */
+/* Sets the normals of all points that have four rings around them. The plane through the nearest
+ * (smallest eigenvector of the covariance of the neighbours and the point itself, Hoppe 1992) grows
+ * by those of its neighbours where noise asks for it and no crease forbids it. Given normals
+ * stay. Counts in the unit the own points whose planes grew. Fewer than three distinct neighbours,
+ * or all on a line: unknown, normal zero. Errors: OUT_OF_MEMORY. */
 stp_status stp_normals_estimate(stp_unit *unit, stp_error *err);
 
 #endif

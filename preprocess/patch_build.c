@@ -14,7 +14,8 @@ typedef struct builder {
     const stp_item *items;
     const uint32_t *order;
     unsigned count;
-    stp_dvec3 chunk_origin;
+    const stp_patch_ground *ground;
+    double most_area; /* of all items, however many lie at one place */
     stp_patch *patch;
     stp_patch_samples *samples;
     /* decoded discs and the area of each, per level */
@@ -37,6 +38,16 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
     if (radius > 0.0 && stp_floor_log2(radius) - BOUND_OCTAVES > exponent)
         exponent = stp_floor_log2(radius) - BOUND_OCTAVES;
     return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
+}
+
+int stp_vertex_exponent(double area, double reach, int finest)
+{
+    const double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    if (step > 0.0 && stp_floor_log2(step) > finest)
+        finest = stp_floor_log2(step);
+    if (reach > 0.0 && stp_floor_log2(reach) - BOUND_OCTAVES > finest)
+        finest = stp_floor_log2(reach) - BOUND_OCTAVES;
+    return finest;
 }
 
 /* Multiples of a power of two, and how many of the patch's steps that is. */
@@ -63,7 +74,7 @@ static bool place(builder *b, int vertex_exponent)
     for (unsigned i = 0; i < b->count; i++) {
         const stp_item *item = &b->items[b->order[i]];
         exponent = item->exponent < exponent ? item->exponent : exponent;
-        stp_dbox_add(&box, stp_dvec3_sub(item->disc.centre, b->chunk_origin));
+        stp_dbox_add(&box, stp_dvec3_sub(item->disc.centre, b->ground->origin));
     }
     double step = ldexp(1.0, exponent);
     double margin = ldexp(1.0, vertex_exponent);
@@ -71,9 +82,9 @@ static bool place(builder *b, int vertex_exponent)
     double high[3] = {box.max.x + margin, box.max.y + margin, box.max.z + margin};
     b->patch->exponent = (int16_t)exponent;
     for (int axis = 0; axis < 3; axis++) {
-        if (high[axis] - low[axis] > 65533.0 * step)
+        if (high[axis] - low[axis] > STP_POSITION_STEPS * step)
             return false;
-        if (fabs(low[axis]) > 2e9 * step || fabs(high[axis]) > 2e9 * step)
+        if (fabs(low[axis]) > STP_ORIGIN_STEPS * step || fabs(high[axis]) > STP_ORIGIN_STEPS * step)
             return false;
         b->patch->origin[axis] = lattice_floor(low[axis], step);
     }
@@ -131,7 +142,13 @@ static void store(builder *b, int level, unsigned index, const stp_disc *disc, s
     take_decoded(&b->discs[level][index], &decoded, out);
 }
 
-static void store_items(builder *b)
+static bool is_copied(const stp_disc *disc, const stp_flat_disc *decoded)
+{
+    return stp_dvec3_equal(disc->centre, decoded->centre) && disc->radius == decoded->radius;
+}
+
+/* Level 0. False where an item that is to be copied would read back as another one. */
+static bool store_items(builder *b)
 {
     const spacing on = spacing_of(b, b->patch->exponent);
     stp_sample *samples = b->samples->level[0];
@@ -140,7 +157,7 @@ static void store_items(builder *b)
         const stp_item *item = &b->items[b->order[i]];
         stp_disc *disc = &b->discs[0][i];
         *disc = item->disc;
-        disc->centre = stp_dvec3_sub(disc->centre, b->chunk_origin);
+        disc->centre = stp_dvec3_sub(disc->centre, b->ground->origin);
         samples[i] = (stp_sample){.normal = {item->normal[0], item->normal[1], item->normal[2]},
                                   .flags = item->flags,
                                   .intensity = item->intensity,
@@ -151,14 +168,17 @@ static void store_items(builder *b)
     stp_samples_decode(samples, b->count, b->patch, &lanes);
     for (unsigned i = 0; i < b->count; i++) {
         const stp_flat_disc decoded = stp_flat_disc_from_lanes(&lanes, i);
+        if (b->ground->copied && !is_copied(&b->discs[0][i], &decoded))
+            return false;
         take_decoded(&b->discs[0][i], &decoded, &samples[i]);
     }
     b->patch->counts[0] = (uint8_t)b->count;
+    return true;
 }
 
-/* Area-weighted mean of the finer samples [begin, end); weight r^2, or equal where all are 0. What
- * stands for a line keeps its kind, and a tangent for its normal, while it is alone; merged it is
- * surface. */
+/* Area-weighted mean of the finer samples [begin, end); weight r^2 in steps, or equal where all are
+ * 0. What stands for a line keeps its kind, and a tangent for its normal, while it is alone; merged
+ * it is surface. */
 static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
                       double *area)
 {
@@ -166,11 +186,13 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     const stp_sample *samples = b->samples->level[level - 1];
     stp_disc out = {0};
     double sum = 0.0, intensity = 0.0, largest = -1.0;
+    const double inverse = ldexp(1.0, -b->patch->exponent);
     stp_dvec3 lead = {0.0, 0.0, 0.0};
-    unsigned flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_OUTLIER;
+    unsigned flags =
+        STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
     *area = 0.0;
     for (unsigned i = begin; i < end; i++) {
-        double weight = finer[i].radius > 0.0 ? finer[i].radius * finer[i].radius : 1e-300;
+        double steps = finer[i].radius * inverse, weight = steps > 0.0 ? steps * steps : 1e-30;
         bool against =
             !(samples[i].flags & STP_SAMPLE_ORIENTED) && stp_dvec3_dot(finer[i].normal, lead) < 0.0;
         out.centre = stp_dvec3_add(out.centre, stp_dvec3_scale(finer[i].centre, weight));
@@ -189,6 +211,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
             like->class_id = samples[i].class_id;
         }
     }
+    *area = stp_min(*area, b->most_area);
     out.centre = stp_dvec3_scale(out.centre, 1.0 / sum);
     out.normal = stp_dvec3_normalize(out.normal);
     for (int c = 0; c < 3; c++)
@@ -204,18 +227,17 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     return out;
 }
 
-/* Radius that covers the centres under the disc and its own share of the surface. */
+/* Radius that covers the centres under the disc and its own share of the surface. It is no less
+ * than a step of its lattice, so that it has a code in the chunk above, too. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
-                            unsigned end, double area)
+                            unsigned end, double area, int lattice)
 {
-    double radius = STP_MERGED_LAMBDA * sqrt(area);
-    if (end - begin == 1) /* nothing merged: the sample itself */
-        return b->discs[level - 1][begin].radius;
-    for (unsigned i = begin; i < end; i++) {
-        stp_dvec3 d = stp_dvec3_sub(b->discs[level - 1][i].centre, merged->centre);
-        radius = stp_max(radius, stp_dvec3_length(d));
-    }
-    return radius;
+    const stp_disc *finer = b->discs[level - 1];
+    const bool alone = end - begin == 1; /* nothing merged: the sample itself */
+    double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area);
+    for (unsigned i = begin; i < end && !alone; i++)
+        radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
+    return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 
 /* The samples [from, to) of a level out of the finer one; returns their worst errors. */
@@ -231,7 +253,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         stp_sample like = {0};
         double area = 0.0;
         stp_disc disc = merge(b, level, begin, end, &like, &area);
-        disc.radius = merged_radius(b, &disc, level, begin, end, area);
+        disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
         store(b, level, j, &disc, on, like);
         unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
         unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
@@ -251,13 +273,16 @@ static bool bound(builder *b)
     stp_patch *patch = b->patch;
     stp_dvec3 sum = {0.0, 0.0, 0.0};
     stp_dbox box = stp_dbox_empty();
+    unsigned common = UINT8_MAX; /* flags that all samples have */
     for (unsigned i = 0; i < b->count; i++) {
         sum = stp_dvec3_add(sum, b->discs[0][i].normal);
         stp_dbox_add(&box, b->discs[0][i].centre);
-        if (~(unsigned)b->samples->level[0][i].flags &
-            (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
-            patch->flags |= STP_PATCH_TWO_SIDED;
+        common &= b->samples->level[0][i].flags;
     }
+    if (~common & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
+        patch->flags |= STP_PATCH_TWO_SIDED;
+    if (common & STP_SAMPLE_CLOSED)
+        patch->flags |= STP_PATCH_CLOSED;
     stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
@@ -300,28 +325,27 @@ static bool bound(builder *b)
     return stp_radius_decode(patch->bound_radius, patch->exponent) * (1.0 + 1e-9) >= radius;
 }
 
-/* The lattice of the patch's vertex, a sample of the parent: it follows the vertex's own spacing,
- * and is coarse enough for its bound to have a code there. */
-static int choose_vertex_lattice(const builder *b)
+/* The lattice of the patch's vertex. Sets the greatest area, too: items that pile up in one place
+ * cover no more than their extent. */
+static int choose_vertex_lattice(builder *b)
 {
-    double area = 0.0, wide = 0.0;
+    double area = 0.0, wide = 0.0, greatest = 0.0;
     int lattice = LATTICE_MAX;
     stp_dbox box = stp_dbox_empty();
     /* cppcheck-suppress ctuuninitvar ; what is not set yet is not read here */
     for (unsigned i = 0; i < b->count; i++) {
         const stp_item *item = &b->items[b->order[i]];
         area += item->area;
+        greatest = stp_max(greatest, item->area);
         wide = stp_max(wide, item->disc.bound);
         lattice = item->exponent < lattice ? item->exponent : lattice;
         stp_dbox_add(&box, item->disc.centre);
     }
-    double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
-    double bound = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + 2.0 * wide;
-    if (step > 0.0 && stp_floor_log2(step) > lattice)
-        lattice = stp_floor_log2(step);
-    if (bound > 0.0 && stp_floor_log2(bound) - BOUND_OCTAVES > lattice)
-        lattice = stp_floor_log2(bound) - BOUND_OCTAVES;
-    return lattice;
+    const double diagonal = stp_dvec3_length(stp_dvec3_sub(box.max, box.min));
+    const double side = diagonal + 2.0 * sqrt(greatest);
+    b->most_area = side * side;
+    lattice = stp_vertex_exponent(stp_min(area, b->most_area), diagonal + 2.0 * wide, lattice);
+    return lattice > b->ground->vertex_least ? lattice : b->ground->vertex_least;
 }
 
 static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
@@ -329,7 +353,7 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
     const stp_sample *sample = &b->samples->level[STP_LEVEL_COUNT - 1][0];
     stp_disc disc = b->discs[STP_LEVEL_COUNT - 1][0];
     const stp_patch *patch = b->patch;
-    disc.centre = stp_dvec3_add(disc.centre, b->chunk_origin);
+    disc.centre = stp_dvec3_add(disc.centre, b->ground->origin);
     disc.low = stp_min(0.0, b->total.low); /* the disc itself is drawn, too */
     disc.high = stp_max(0.0, b->total.high);
     disc.reach = stp_max(disc.radius, b->total.reach);
@@ -406,21 +430,20 @@ static void merge_levels(builder *b, int vertex_lattice)
 }
 
 bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
-                     stp_dvec3 chunk_origin, stp_patch *patch, stp_patch_samples *samples,
+                     const stp_patch_ground *ground, stp_patch *patch, stp_patch_samples *samples,
                      stp_item *vertex)
 {
     builder b; /* its discs are as many as are built */
     b.items = items;
     b.order = order;
     b.count = count;
-    b.chunk_origin = chunk_origin;
+    b.ground = ground;
     b.patch = patch;
     b.samples = samples;
     int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
-    if (!place(&b, vertex_lattice))
+    if (!place(&b, vertex_lattice) || !store_items(&b))
         return false;
-    store_items(&b);
     merge_levels(&b, vertex_lattice);
     if (!bound(&b) && count > 1)
         return false;

@@ -24,6 +24,10 @@ static inline double stp_nearest_whole(double x)
 
 /* A merged disc's radius is at least so many of its own spacings. */
 #define STP_MERGED_LAMBDA 1.4
+/* A patch is no more steps wide than 16 bits tell, with room for rounding; its origin is no more
+ * steps from the chunk's than 32 bits tell. */
+#define STP_POSITION_STEPS 65533.0
+#define STP_ORIGIN_STEPS 2e9
 /* A sample's position is kept to the local spacing over this, or better. */
 #define STP_SPACING_PARTS 32.0
 
@@ -36,12 +40,25 @@ typedef struct stp_patch_samples {
  * thousand times finer than the surface is sampled. */
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position);
 
-/* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. chunk_origin
- * is a multiple of every item's lattice. On success *vertex is the patch vertex as an item of the
- * parent chunk. Returns false if the items are too far apart for their lattice: then the caller
- * parts them. A single item always fits. */
+/* Exponent of the lattice of a patch's vertex, which is a sample of the parent, too: by the sum of
+ * the items' areas, but coarse enough for a ball of radius `reach` to have a code there, and no
+ * finer than `finest`. Grows with each of the three. */
+int stp_vertex_exponent(double area, double reach, int finest);
+
+/* What all patches of a chunk are built on. */
+typedef struct stp_patch_ground {
+    stp_dvec3
+        origin;  /* the chunk's: a multiple of every lattice of its items and of its vertices */
+    bool copied; /* the items are vertices of patches below: they are stored as they are */
+    int vertex_least; /* vertices have no finer lattice */
+} stp_patch_ground;
+
+/* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success
+ * *vertex is the patch vertex as an item of the parent chunk. Returns false if the items are too
+ * far apart for their lattice: then the caller parts them. A single item fits where the chunk is
+ * not too wide for it. */
 bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
-                     stp_dvec3 chunk_origin, stp_patch *patch, stp_patch_samples *samples,
+                     const stp_patch_ground *ground, stp_patch *patch, stp_patch_samples *samples,
                      stp_item *vertex);
 
 #endif

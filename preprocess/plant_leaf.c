@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
 /* How far pairs may lie from where the ribbon's edge will be, of the square root of the leaf's
  * area, and by what part the areas may differ: half a right angle's tilt of a square's pair is
  * 0.38. */
@@ -12,8 +11,6 @@ static const double misfit_limit = 0.2;
 /* What a vertex more costs, and what a line e times as long is worth, as a misfit: a leaf twice as
  * long as wide is read along, a square as two vertices and not as three across its corners. */
 static const double vertex_cost = 0.01, length_worth = 0.02;
-/* A cut end goes back by no more than this part of its segment. */
-static const double shortest_left = 0.45;
 /* The cosine within which a normal says how the leaf lies. */
 static const double normal_cosine = 0.5;
 
@@ -183,18 +180,6 @@ static bool is_point(const row *r)
     return r->vertices[0] == r->vertices[1];
 }
 
-/* An end's position and radius; `next` is the row beside it. */
-static void set_end(stp_line_vertex *v, const row *end, const row *next)
-{
-    if (is_point(end)) {
-        v->radius = (float)(STP_PLANT_TIP_SHARE * next->radius);
-        return;
-    }
-    const stp_dvec3 way = stp_dvec3_sub(next->centre, end->centre);
-    const double part = fmin(0.25 * pi * end->radius / stp_dvec3_length(way), shortest_left);
-    v->position = stp_dvec3_add(end->centre, stp_dvec3_scale(way, part));
-}
-
 uint32_t stp_plant_leaf_read(const stp_plant_piece *piece, double size_limit,
                              stp_line_vertex out[STP_PLANT_RIBBON_VERTICES])
 {
@@ -211,9 +196,9 @@ uint32_t stp_plant_leaf_read(const stp_plant_piece *piece, double size_limit,
         out[i] = stp_plant_line_vertex(piece, r.rows[i].vertices, 2);
         out[i].position = r.rows[i].centre;
         out[i].radius = (float)r.rows[i].radius;
+        if (is_point(&r.rows[i]))
+            out[i].radius = (float)(STP_PLANT_TIP_SHARE * r.rows[i > 0 ? i - 1 : 1].radius);
         out[i].direction = row_normal(&l, &r.rows[i]);
     }
-    set_end(&out[0], &r.rows[0], &r.rows[1]);
-    set_end(&out[r.count - 1], &r.rows[r.count - 1], &r.rows[r.count - 2]);
     return r.count;
 }

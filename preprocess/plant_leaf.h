@@ -9,8 +9,7 @@
  *
  * Each pair becomes a vertex: the mean of both, its radius half their distance. A point stays where
  * it is; its radius is near zero. So a leaf of four triangles becomes four vertices, a card of two
- * triangles two. A ribbon is drawn as discs along its line, so that it reaches further than its end
- * by its radius there: a cut end is drawn back by pi / 4 of the radius, which keeps the area.
+ * triangles two. A ribbon ends at its last vertex, cut square (shaders/README.md).
  * Threads: any. */
 #ifndef STP_PREPROCESS_PLANT_LEAF_H
 #define STP_PREPROCESS_PLANT_LEAF_H

@@ -3,25 +3,37 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "preprocess/enclosure.h"
+#include "preprocess/first_view.h"
+#include "preprocess/prep_metadata.h"
 #include "preprocess/surface.h"
 
-#include <cjson/cJSON.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define READ_POINTS 65536u
 #define DEFAULT_LAMBDA 1.7
 /* What a unit takes for each of its points, and which part of the memory all of them take. */
-#define UNIT_POINT_BYTES 256u
+#define UNIT_POINT_BYTES 448u
 #define UNIT_ROOM 8u
 #define UNIT_POINTS_MAX (4u * STP_CELL_POINTS)
+/* Which part of the memory voxels may take: points and their marks are all that is held then. */
+#define CLOSED_ROOM 8u
 /* At least, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
-enum { STAGE_READ, STAGE_SORT, STAGE_OUTLIERS, STAGE_SURFACE, STAGE_ORIENTATION, STAGE_PATCHES };
+enum {
+    STAGE_READ,
+    STAGE_SORT,
+    STAGE_OUTLIERS,
+    STAGE_SURFACE,
+    STAGE_ORIENTATION,
+    STAGE_CLOSED,
+    STAGE_PATCHES
+};
 
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
-    "read", "sort", "outliers", "surface", "orientation", "patches"};
+    "read", "sort", "outliers", "surface", "orientation", "closed", "patches"};
 
 /* What is told of the points that are stored. */
 static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
@@ -73,6 +85,27 @@ static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
         count_stored(&cloud->points[i], stats);
 }
 
+/* Where reading goes back to if a file breaks off. */
+typedef struct read_mark {
+    size_t file;
+    uint32_t count;
+    stp_prep_stats stats;
+} read_mark;
+
+/* Forgets what came of the file that cannot be read on; false where the error stands. */
+static bool leave_out(const stp_prep_source *source, const stp_error *why, const read_mark *mark,
+                      stp_cloud *cloud, stp_prep_stats *stats)
+{
+    size_t file = 0;
+    if (!source->leaves_out || !source->leaves_out(source->context, why, &file))
+        return false;
+    if (mark->file == file) {
+        cloud->count = mark->count;
+        *stats = mark->stats;
+    }
+    return true;
+}
+
 /* one_station: all points are its. */
 static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool one_station,
                            stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats,
@@ -80,13 +113,19 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
 {
     stp_status status = STP_OK;
     stp_point *points = NULL;
+    stp_error own = {0}, *why = err ? err : &own;
+    read_mark mark = {.file = SIZE_MAX};
     STP_TRY(stp_cloud_create(cloud, (uint32_t)source->point_count, spill, err));
     STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
     for (;;) {
         size_t count = 0;
-        STP_TRY(source->read(source->context, points, READ_POINTS, &count, err));
-        if (count == 0)
+        status = source->read(source->context, points, READ_POINTS, &count, why);
+        if (status != STP_OK && leave_out(source, why, &mark, cloud, stats))
+            continue;
+        if (status != STP_OK || count == 0)
             break;
+        if (source->file && *source->file != mark.file)
+            mark = (read_mark){*source->file, cloud->count, *stats};
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
@@ -97,6 +136,8 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         stp_spill_relieve(spill);
         STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
     }
+    if (status != STP_OK)
+        goto done;
     stats->points_out = cloud->count;
     if (cloud->count == 0 && !(source->lines && source->lines->strip_count > 0) &&
         !(source->triangles && source->triangles->triangle_count > 0))
@@ -108,79 +149,12 @@ done:
     return status;
 }
 
-/* Whether the first file says the same in a note. */
-static bool is_repeated(const stp_prep_source *source, const stp_scan_note *note)
-{
-    const stp_prep_file *first = &source->files[0];
-    for (uint32_t i = 0; i < first->note_count; i++)
-        if (strcmp(first->notes[i].name, note->name) == 0)
-            return strcmp(first->notes[i].text, note->text) == 0;
-    return false;
-}
-
-static cJSON *source_json(const stp_prep_source *source, size_t i)
-{
-    const stp_prep_file *file = &source->files[i];
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "name", file->name);
-    cJSON_AddNumberToObject(json, "points", (double)file->point_count);
-    for (uint32_t n = 0; n < file->note_count; n++)
-        if (i == 0 || !is_repeated(source, &file->notes[n]))
-            cJSON_AddStringToObject(json, file->notes[n].name, file->notes[n].text);
-    return json;
-}
-
-/* What the file says of its making; no dates and no folders, so that equal runs give equal bytes.
- */
-static char *metadata(const stp_prep_source *source, const stp_prep_stats *stats,
-                      const stp_dvec3 *stations, unsigned k, double lambda, double precision)
-{
-    cJSON *root = cJSON_CreateObject();
-    cJSON *sources = cJSON_AddArrayToObject(root, "sources");
-    for (size_t i = 0; i < source->file_count; i++)
-        cJSON_AddItemToArray(sources, source_json(source, i));
-    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
-    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
-        if (stats->rejected[r] > 0 || r == STP_REJECT_NOT_FINITE)
-            cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r),
-                                    (double)stats->rejected[r]);
-    if (stats->outliers != STP_OUTLIERS_KEEP) {
-        cJSON *outliers = cJSON_AddObjectToObject(root, "outliers");
-        cJSON_AddNumberToObject(outliers, "distance", stats->outlier_distance);
-        cJSON_AddNumberToObject(outliers,
-                                stats->outliers == STP_OUTLIERS_MARK ? "marked" : "dropped",
-                                (double)stats->outlier_count);
-    }
-    if (stats->lines.strips > 0) {
-        cJSON *lines = cJSON_AddObjectToObject(root, "lines");
-        cJSON_AddNumberToObject(lines, "strips", (double)stats->lines.strips);
-        cJSON_AddNumberToObject(lines, "vertices", (double)stats->lines.vertices);
-        cJSON_AddNumberToObject(lines, "segments", (double)stats->lines.segments);
-        cJSON_AddNumberToObject(lines, "samples", (double)stats->lines.samples);
-    }
-    if (stats->triangles.triangles > 0)
-        cJSON_AddNumberToObject(root, "triangles", (double)stats->triangles.triangles);
-    cJSON_AddNumberToObject(root, "neighbours", k);
-    cJSON_AddNumberToObject(root, "lambda", lambda);
-    cJSON_AddNumberToObject(root, "precision", precision);
-    if (source->attributes & STP_POINT_HAS_INTENSITY)
-        cJSON_AddNumberToObject(root, "intensity_max", stats->intensity_max);
-    cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));
-    cJSON *list = stats->station_count ? cJSON_AddArrayToObject(root, "stations") : NULL;
-    for (uint32_t i = 0; i < stats->station_count; i++) {
-        const double xyz[3] = {stations[i].x, stations[i].y, stations[i].z};
-        cJSON_AddItemToArray(list, cJSON_CreateDoubleArray(xyz, 3));
-    }
-    char *text = cJSON_PrintUnformatted(root);
-    cJSON_Delete(root);
-    return text;
-}
-
 static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stats *stats)
 {
     uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
+    out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
     out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
     out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
     out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
@@ -247,13 +221,15 @@ static void choose_stations(stp_orient_params *orient, const stp_prep_source *so
     } else if (stats->points_unstationed < stats->points_out) {
         orient->stations = source->stations;
         stats->station_count = source->station_count;
+    } else if (stats->stations_off > 0) {
+        stats->points_unstationed = 0; /* no file named a scanner, but for what was guessed */
     }
 }
 
 static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_source *source,
-                             const stp_prep_params *params, const stp_tree_params *tree, unsigned k,
-                             stp_pool *pool, const stp_progress *progress, stp_prep_stats *stats,
-                             stp_error *err)
+                             const stp_prep_params *params, const stp_tree_params *tree,
+                             const stp_outside *outside, unsigned k, stp_pool *pool,
+                             const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
 {
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
@@ -266,13 +242,10 @@ static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_
         return status;
     const stp_dvec3 *stations =
         params->orient == STP_ORIENT_POSITION ? &params->orient_position : source->stations;
-    char *json = metadata(source, stats, stations, k, tree->lambda, tree->precision);
-    if (json)
-        status = stp_tree_write(&writer, cloud, tree, json, pool, progress, &stats->tree, err);
-    else
-        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
+    stp_prep_facts about = {source, stats, stations, outside, k, tree->lambda, params->unlit};
+    status = stp_tree_write(&writer, cloud, tree, stp_prep_metadata, &about, pool, progress,
+                            &stats->tree, err);
     stp_chunk_writer_destroy(&writer);
-    free(json);
     return status;
 }
 
@@ -298,7 +271,7 @@ static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_pa
                                        .pieces = !stp_orient_by_file(orient),
                                        .stations = stp_orient_stations(orient),
                                        .unit_points = points_in_unit};
-    STP_TRY(stp_surface_find(&graphs, cloud, &params, pool, progress, err));
+    STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_grown, pool, progress, err));
     STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
     STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
@@ -309,11 +282,35 @@ done:
     return status;
 }
 
+/* Whose backs nobody sees; signs that were guessed are known of these points alone. */
+static stp_status find_closed(stp_cloud *cloud, const stp_orient_params *orient, double lambda,
+                              const stp_prep_plan *plan, stp_pool *pool,
+                              const stp_progress *progress, stp_prep_stats *stats,
+                              stp_outside *outside, double *since, stp_error *err)
+{
+    bool guessed = stats->orientation == STP_ORIENTATION_PROPAGATED ||
+                   (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(orient));
+    const stp_enclosure_params params = {
+        .lambda = lambda,
+        .memory_bytes = plan->memory_bytes / CLOSED_ROOM,
+        .guessed = guessed,
+    };
+    stp_status status = stp_enclosure_find(outside, cloud, &params, pool, err);
+    if (status != STP_OK)
+        return status;
+    stats->closed_count = outside->point_count;
+    if (guessed)
+        stats->orientation = stats->closed_count == 0             ? STP_ORIENTATION_UNKNOWN
+                             : stats->closed_count < cloud->count ? STP_ORIENTATION_MIXED
+                                                                  : STP_ORIENTATION_PROPAGATED;
+    return end_stage(stats, STAGE_CLOSED, since, progress, err);
+}
+
 /* All that is found of points before they become chunks. */
 static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
-                               stp_orient_params *orient, const stp_prep_plan *plan, stp_pool *pool,
-                               const stp_progress *progress, stp_prep_stats *stats, double *since,
-                               stp_error *err)
+                               stp_orient_params *orient, double lambda, const stp_prep_plan *plan,
+                               stp_pool *pool, const stp_progress *progress, stp_prep_stats *stats,
+                               stp_outside *outside, double *since, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_cloud_sort(cloud, pool, err));
@@ -322,16 +319,26 @@ static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_sour
     choose_stations(orient, source, stats);
     STP_TRY(find_surface(cloud, k, orient, unit_points(plan, cloud, stp_pool_thread_count(pool)),
                          pool, progress, stats, since, err));
+    STP_TRY(find_closed(cloud, orient, lambda, plan, pool, progress, stats, outside, since, err));
+    STP_TRY(stp_first_view_of_points(&stats->first, cloud, source, err));
 done:
     return status;
+}
+
+static stp_resolution resolution_of(const stp_prep_source *source, const stp_prep_params *params)
+{
+    return (stp_resolution){.step = source->coordinate_step,
+                            .precision = params->precision > 0.0 ? params->precision
+                                                                 : 0.5 * source->coordinate_step,
+                            .exact = params->exact,
+                            .floats = source->floats};
 }
 
 static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
                          const stp_prep_source *source, const stp_prep_params *params)
 {
     *tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-                              .precision = params->precision > 0.0 ? params->precision
-                                                                   : 0.5 * source->coordinate_step,
+                              .resolution = resolution_of(source, params),
                               .codec = params->codec};
     *orient = (stp_orient_params){.mode = params->orient,
                                   .position = params->orient_position,
@@ -392,10 +399,11 @@ static stp_status cut_shapes(shapes *out, const stp_cloud *cloud, const stp_prep
                              name, 1e-6 * (double)bytes, 1e-6 * (double)plan->memory_bytes);
     const double side = bytes > 0 ? model_side(cloud, source) : 0.0;
     if (source->lines)
-        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->precision, side, err));
+        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->resolution.precision, side,
+                                       err));
     if (source->triangles)
-        STP_TRY(stp_triangle_leaves_create(&out->triangles, source->triangles, tree->precision,
-                                           side, err));
+        STP_TRY(stp_triangle_leaves_create(&out->triangles, source->triangles,
+                                           tree->resolution.precision, side, err));
     stats->lines = out->lines.counts;
     stats->triangles = out->triangles.counts;
     tree->lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
@@ -436,6 +444,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_tree_params tree;
     stp_orient_params orient;
     shapes others = {0};
+    stp_outside outside = {0};
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     double start = stp_clock_seconds();
     double since = start;
@@ -448,6 +457,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                              "%s: more than %u points: split the input into several models",
                              source->files[0].name, UINT32_MAX - 1);
     set_defaults(&tree, &orient, source, params);
+    stats->resolution = tree.resolution;
     STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params,
                                stp_pool_thread_count(pool), err));
     if (params->planned)
@@ -462,14 +472,18 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(cut_shapes(&others, &cloud, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
-        STP_TRY(
-            treat_points(&cloud, k, source, &orient, &plan, pool, progress, stats, &since, err));
+        STP_TRY(stp_first_view_of_files(&stats->first, &cloud, source, stats, err));
+    if (cloud.count > 0)
+        STP_TRY(treat_points(&cloud, k, source, &orient, tree.lambda, &plan, pool, progress, stats,
+                             &outside, &since, err));
     settle_intensity(&tree, stats);
-    STP_TRY(write_tree(path, &cloud, source, params, &tree, k, pool, progress, stats, err));
+    STP_TRY(
+        write_tree(path, &cloud, source, params, &tree, &outside, k, pool, progress, stats, err));
     STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));
     stats->seconds = since - start;
     stats->temporary_bytes = stp_spill_most_file_bytes(spill);
 done:
+    stp_outside_clear(&outside);
     clear_shapes(&others);
     stp_cloud_clear(&cloud);
     stp_spill_destroy(&spill);

@@ -11,6 +11,7 @@
 #include "formats/scan/line_set.h"
 #include "formats/scan/scan.h"
 #include "formats/scan/triangle_set.h"
+#include "preprocess/first_camera.h"
 #include "preprocess/orientation.h"
 #include "preprocess/outliers.h"
 #include "preprocess/tree.h"
@@ -24,6 +25,10 @@ typedef struct stp_prep_file {
     uint64_t point_count; /* that were read of it, in the end */
     stp_scan_note *notes;
     uint32_t note_count;
+    bool unreadable; /* nothing of it is stored */
+    stp_scan_grid grid;
+    stp_station_word station_word;
+    uint32_t station_begin, station_count; /* of the source's */
 } stp_prep_file;
 
 /* Where the points come from. */
@@ -32,13 +37,21 @@ typedef struct stp_prep_source {
     /* Fills up to capacity points, *count 0 at the end. */
     stp_status (*read)(void *context, stp_point *points, size_t capacity, size_t *count,
                        stp_error *err);
+    /* Asked when read fails: true if the file that is being read, *file, is left out as a whole,
+     * what came of it already included, and the next read goes on behind it. NULL: read's error
+     * ends all.
+     */
+    bool (*leaves_out)(void *context, const stp_error *why, size_t *file);
+    const size_t *file; /* of the points that came last; NULL where leaves_out is */
     /* Hears of each record that is not stored, by its number in all that is read, while it is read
      * and, of outliers, once more from the first on when all are; may be NULL. */
     stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);
-    uint64_t point_count;      /* records, no more will come */
-    uint32_t attributes;       /* STP_POINT_HAS_* */
-    double coordinate_step;    /* scale of integer coordinates, 0 for floats */
-    const stp_dvec3 *stations; /* that the points are from, borrowed */
+    uint64_t point_count;         /* records, no more will come */
+    uint32_t attributes;          /* STP_POINT_HAS_* */
+    double coordinate_step;       /* scale of integer coordinates, 0 for floats */
+    bool floats;                  /* some of the points have no such scale */
+    const stp_dvec3 *stations;    /* that the points are from, borrowed */
+    const stp_dvec3 *station_ups; /* their up axes, likewise; zero where not told, NULL: nowhere */
     uint32_t station_count;
     const stp_line_set *lines;         /* beside the points, borrowed; NULL for none */
     const stp_triangle_set *triangles; /* likewise */
@@ -59,11 +72,13 @@ typedef struct stp_prep_params {
     unsigned neighbour_count; /* 0: STP_PREP_NEIGHBOURS */
     double lambda;            /* 0: 1.7 */
     double precision;         /* 0: half the source's scale, if it has one */
+    bool exact;               /* positions round to the numbers that were read */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec;
     stp_outlier_mode outliers;
     double outlier_distance; /* spacings; 0: STP_OUTLIER_DISTANCE */
+    bool unlit;              /* drawn so unless told otherwise */
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: where the output goes */
@@ -71,7 +86,7 @@ typedef struct stp_prep_params {
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 6
+#define STP_PREP_STAGE_COUNT 7
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
@@ -79,14 +94,20 @@ typedef struct stp_prep_stats {
     stp_line_counts lines;
     stp_triangle_counts triangles;
     stp_tree_stats tree;
+    stp_resolution resolution; /* what tree.displacement is held against */
     stp_orientation orientation;
+    uint64_t closed_count;       /* points whose backs are proven hidden (enclosure.h) */
     stp_outlier_mode outliers;   /* what was done with them, */
     double outlier_distance;     /* and at how many spacings */
     uint64_t outlier_count;      /* marked, or dropped and among the rejected */
     uint16_t intensity_max;      /* of what is stored; 255 in the file stands for it */
     uint32_t station_count;      /* scanner positions that normals were turned to */
+    uint32_t stations_off;       /* that points cannot be seen from: taken off, */
+    uint32_t stations_refused;   /* and those of them that a file claims */
+    stp_first_camera first;      /* what the model is first seen by */
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */
+    uint64_t normals_grown;      /* from more than the nearest neighbours, because of noise */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end; 0: it

@@ -5,6 +5,7 @@
 #include "preprocess/chunk_build.h"
 #include "preprocess/patch_build.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,18 +17,46 @@ static int lowest_bit(double value)
     return exponent - 53 + __builtin_ctzll((uint64_t)mantissa);
 }
 
-/* The vertex's lattice: where its spacing would put it, if it lies there; its patch's is finer. */
-static int lattice_of(const stp_disc *disc, double area, const stp_patch *patch)
+/* Of a point's coordinates; INT_MAX of the origin's. */
+static int lowest_bits(stp_dvec3 p)
 {
-    int exponent = stp_lattice_exponent(sqrt(area), disc->radius, 0.0, disc->centre);
-    const double at[3] = {disc->centre.x, disc->centre.y, disc->centre.z};
+    const double at[3] = {p.x, p.y, p.z};
+    int lowest = INT_MAX;
     for (int i = 0; i < 3; i++)
-        if (at[i] != 0.0 && lowest_bit(at[i]) < exponent)
-            exponent = lowest_bit(at[i]);
-    return exponent > patch->exponent ? exponent : patch->exponent;
+        if (at[i] != 0.0 && lowest_bit(at[i]) < lowest)
+            lowest = lowest_bit(at[i]);
+    return lowest;
 }
 
-static stp_item item_of(const stp_placed_chunk *placed, uint32_t p)
+/* Greatest lattice on which all vertices of the children lie. */
+static int shared_lattice(const stp_placed_chunk *children, uint32_t count)
+{
+    int lowest = INT_MAX;
+    for (uint32_t c = 0; c < count; c++)
+        for (uint32_t p = 0; p < children[c].chunk->patch_count; p++) {
+            const stp_chunk *chunk = children[c].chunk;
+            stp_dvec3 at =
+                stp_sample_position(&chunk->samples[STP_LEVEL_COUNT - 1][p], &chunk->patches[p]);
+            int own = lowest_bits(stp_dvec3_add(children[c].origin, at));
+            lowest = own < lowest ? own : lowest;
+        }
+    return lowest;
+}
+
+/* The vertex's lattice: where its spacing would put it, or the one that all share, if its radius
+ * has a code there; but one that it lies on. */
+static int lattice_of(const stp_disc *disc, double area, const stp_patch *patch, int shared)
+{
+    const int lowest = lowest_bits(disc->centre);
+    int exponent = stp_lattice_exponent(sqrt(area), disc->bound, 0.0, disc->centre);
+    const int widest = disc->radius > 0.0 ? stp_floor_log2(disc->radius) : INT_MIN;
+    shared = shared < widest ? shared : widest;
+    exponent = exponent > patch->exponent ? exponent : patch->exponent;
+    exponent = exponent > shared ? exponent : shared;
+    return exponent < lowest ? exponent : lowest;
+}
+
+static stp_item item_of(const stp_placed_chunk *placed, uint32_t p, int shared)
 {
     const int level = STP_LEVEL_COUNT - 1;
     const stp_patch *patch = &placed->chunk->patches[p];
@@ -51,7 +80,7 @@ static stp_item item_of(const stp_placed_chunk *placed, uint32_t p)
     disc.centre = stp_dvec3_add(placed->origin, disc.centre);
     return (stp_item){.disc = disc,
                       .area = side * side,
-                      .exponent = lattice_of(&disc, side * side, patch),
+                      .exponent = lattice_of(&disc, side * side, patch, shared),
                       .intensity = sample->intensity,
                       .class_id = sample->class_id,
                       .flags = sample->flags,
@@ -71,13 +100,14 @@ stp_status stp_rebuild_parent(const stp_placed_chunk *children, uint32_t count, 
     if (count == 0 || count > STP_CHUNK_CHILDREN_LIMIT || sum > STP_CHUNK_SAMPLES_LIMIT)
         return stp_error_set(err, STP_LIMIT, "%u children of %zu patches make no chunk", count,
                              sum);
+    const int shared = shared_lattice(children, count);
     STP_TRY(stp_alloc(&items, sum, sizeof *items, "samples", err));
     for (uint32_t c = 0; c < count; c++) {
         groups[c] = (stp_item_group){.items = items + at, .count = children[c].chunk->patch_count};
         for (uint32_t p = 0; p < children[c].chunk->patch_count; p++)
-            items[at++] = item_of(&children[c], p);
+            items[at++] = item_of(&children[c], p, shared);
     }
-    STP_TRY(stp_chunk_build(&built, groups, count, false, err));
+    STP_TRY(stp_chunk_build_inner(&built, groups, count, err));
     *out = built.chunk;
     *origin = built.origin;
     *carry = built.carry;

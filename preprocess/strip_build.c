@@ -47,8 +47,11 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
             length += stp_dvec3_length(stp_dvec3_sub(v[i].position, v[i - 1].position));
     }
     const double reach = 0.5 * stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
-    const double spacing = isfinite(thin) ? 0.25 * STP_SPACING_PARTS * thin
-                                          : length / (part->count > 1 ? part->count - 1 : 1);
+    /* a line's places to a quarter of its half-width, a ribbon's, whose edges are seen, to a 32nd
+     */
+    const double parts = part->kind == STP_LINE_RIBBON ? 1.0 : 0.25 * STP_SPACING_PARTS;
+    const double spacing =
+        isfinite(thin) ? parts * thin : length / (part->count > 1 ? part->count - 1 : 1);
     int wanted = stp_lattice_exponent(spacing, 0.0, precision, v->position);
     int exponent = stp_lattice_exponent(spacing, 2.0 * reach, precision, v->position);
     const stp_lattices settled =

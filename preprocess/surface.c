@@ -12,7 +12,7 @@ typedef struct finding {
     stp_cloud *cloud;
     const stp_surface_params *params;
     const stp_progress *progress;
-    atomic_uint_fast64_t done_count;
+    atomic_uint_fast64_t done_count, grown_count;
     uint32_t *unit_ends; /* by unit: the cell after its last */
     uint32_t unit_count;
     stp_graph *graphs; /* by cell */
@@ -59,6 +59,7 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
         STP_TRY(
             stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
     write_back(f->cloud, &unit);
+    atomic_fetch_add(&f->grown_count, unit.grown_count);
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);
 done:
@@ -75,7 +76,8 @@ void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud)
 }
 
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
-                            stp_pool *pool, const stp_progress *progress, stp_error *err)
+                            uint64_t *grown_count, stp_pool *pool, const stp_progress *progress,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
     finding f = {.cloud = cloud, .params = params, .progress = progress};
@@ -83,6 +85,8 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
     STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
+    if (grown_count)
+        *grown_count = atomic_load(&f.grown_count);
     *graphs = f.graphs;
     f.graphs = NULL;
 done:

@@ -17,9 +17,11 @@ typedef struct stp_surface_params {
 
 /* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers
  * of pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs
- * is NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
+ * is NULL. grown_count: points whose normals are from more than their nearest neighbours, because
+ * of noise; may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
-                            stp_pool *pool, const stp_progress *progress, stp_error *err);
+                            uint64_t *grown_count, stp_pool *pool, const stp_progress *progress,
+                            stp_error *err);
 /* Frees graphs that nobody took. */
 void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud);
 

@@ -3,16 +3,21 @@
 #include "preprocess/tree.h"
 
 #include "base/memory.h"
+#include "preprocess/cell_cut.h"
 #include "preprocess/chunk_build.h"
 #include "preprocess/leaf_order.h"
-#include "preprocess/patch_build.h"
+#include "preprocess/world_lattice.h"
 
+#include <limits.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Chunks that are encoded before they are written: bounds the memory of a wave. */
 #define WAVE_CHUNKS 32u
+
+/* A tier of as many chunks as the one below has at most this part of its patches. */
+#define LEAST_MERGE 2u
 
 /* A chunk that is written, as its parent needs it. */
 typedef struct node {
@@ -42,6 +47,7 @@ typedef struct tree {
     stp_chunk_writer *writer;
     stp_cloud *cloud;
     const stp_tree_params *params;
+    stp_point_item_params items;
     stp_pool *pool;
     const stp_progress *progress;
     stp_leaf_place *leaves; /* in order */
@@ -62,81 +68,16 @@ typedef struct tree {
     stp_tree_stats stats;
 } tree;
 
-/* A byte holds what the scan uses of its range: 12 bits of 16 would leave 4. */
-static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
-{
-    return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
-}
-
-static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
-{
-    bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
-    return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
-                     (oriented ? STP_SAMPLE_ORIENTED : 0) |
-                     (cloud->marks[i] & STP_MARK_OUTLIER ? STP_SAMPLE_OUTLIER : 0));
-}
-
-static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_tree_params *params)
-{
-    const stp_cloud_point *point = &cloud->points[i];
-    vec3s normal = stp_cloud_normal(cloud, i);
-    double radius = params->lambda * (double)point->spacing;
-    stp_item item = {.area = (double)point->spacing * (double)point->spacing,
-                     .exponent = stp_lattice_exponent((double)point->spacing, radius,
-                                                      params->precision, point->position),
-                     .sheet = cloud->sheets[i],
-                     .intensity = intensity_of(point, params->intensity_max),
-                     .class_id = point->class_id,
-                     .flags = flags_of(cloud, i)};
-    item.disc = (stp_disc){.centre = point->position,
-                           .normal = stp_dvec3_from_float(normal),
-                           .radius = radius,
-                           .reach = radius,
-                           .bound = radius};
-    stp_normal_encode(normal, item.normal);
-    for (int c = 0; c < 3; c++)
-        item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
-    return item;
-}
-
-/* Points closer to each other than this against their coordinates should be one: rounding holds
- * them apart. */
-#define ROUNDING_OCTAVES 40
-/* So wide may a chunk be, of the steps of its finest lattice. */
-#define CHUNK_OCTAVES 29
-
-/* Such points ask for lattices on which no chunk is wide: they get the finest that takes them all.
- */
-static void lift_rounding(stp_item *items, uint32_t count)
-{
-    stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < count; i++)
-        stp_dbox_add(&box, items[i].disc.centre);
-    double side =
-        stp_max(box.max.x - box.min.x, stp_max(box.max.y - box.min.y, box.max.z - box.min.z));
-    if (!(side > 0.0))
-        return;
-    int finest = stp_floor_log2(side) - CHUNK_OCTAVES;
-    for (uint32_t i = 0; i < count; i++) {
-        stp_dvec3 p = items[i].disc.centre;
-        double size = stp_max(fabs(p.x), stp_max(fabs(p.y), fabs(p.z)));
-        if (items[i].exponent < finest && size > 0.0 &&
-            items[i].exponent < stp_floor_log2(size) - ROUNDING_OCTAVES)
-            items[i].exponent = finest;
-    }
-}
-
 static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_item *items = NULL;
     uint32_t count = cell->end - cell->begin;
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
-    for (uint32_t i = 0; i < count; i++)
-        items[i] = item_of(t->cloud, cell->begin + i, t->params);
-    lift_rounding(items, count);
+    stp_point_items_make(items, t->cloud, cell->begin, count, &t->items);
     stp_item_group group = {.items = items, .count = count};
-    STP_TRY(stp_chunk_build(&out->chunk, &group, 1, true, err));
+    STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, t->items.vertex_least, &t->items.resolution,
+                                 err));
 done:
     free(items);
     return status;
@@ -172,7 +113,7 @@ static stp_status build_inner(const tree *t, span children, built *out, stp_erro
                                                       .run_count = child->run_count};
         out->entry.points_under += t->below[i].points_under;
     }
-    return stp_chunk_build(&out->chunk, groups, children.end - children.begin, false, err);
+    return stp_chunk_build_inner(&out->chunk, groups, children.end - children.begin, err);
 }
 
 static stp_status advance(tree *t, stp_error *err)
@@ -256,8 +197,10 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
     t->child_counts[handle] = 0;
     t->stats.chunk_count = handle + 1;
     t->stats.patch_count += b->entry.patch_count;
-    if (!t->below)
+    if (!t->below) {
         stp_dbox_join(&t->box, &b->box);
+        stp_displacement_join(&t->stats.displacement, &b->chunk.displacement);
+    }
     if (t->below) {
         uint32_t count = children.end - children.begin;
         STP_TRY(stp_alloc(&t->children[handle], count, sizeof(uint32_t), "chunks", err));
@@ -318,12 +261,29 @@ static stp_status group_nodes(tree *t, const node *nodes, uint32_t count, stp_er
         sum += nodes[i].vertex_count;
     }
     t->spans[t->span_count++] = (span){begin, count};
-    if (t->span_count >= count && count > 1)
-        status = stp_error_set(err, STP_LIMIT,
-                               "the model's patches do not group: its points lie too far apart to "
-                               "be merged");
 done:
     return status;
+}
+
+static uint64_t sum_vertices(const node *nodes, uint32_t count)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++)
+        sum += nodes[i].vertex_count;
+    return sum;
+}
+
+/* A tier that has no fewer chunks than the one below has fewer patches at least: then chunks of the
+ * next one have room for several of them. */
+static stp_status check_growth(const tree *t, const node *above, const node *below, uint32_t count,
+                               stp_error *err)
+{
+    if (t->span_count < count ||
+        sum_vertices(above, count) <= sum_vertices(below, count) / LEAST_MERGE)
+        return STP_OK;
+    return stp_error_set(err, STP_LIMIT,
+                         "the model's patches do not group: its points lie too far apart to be "
+                         "merged");
 }
 
 static void free_nodes(const tree *t, node *nodes, uint32_t count)
@@ -349,6 +309,8 @@ static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
         STP_TRY(stp_alloc(&above, t->span_count, sizeof *above, "chunks", err));
         t->below = nodes;
         status = write_tier(t, t->span_count, above, err);
+        if (status == STP_OK)
+            status = check_growth(t, above, nodes, count, err);
         free_nodes(t, nodes, count);
         nodes = above;
         count = t->span_count;
@@ -365,13 +327,32 @@ done:
     return status;
 }
 
+/* The chunks of every tier are at most as wide as the model. */
+static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
+{
+    stp_dbox box = cloud->count > 0 ? cloud->box : stp_dbox_empty();
+    if (params->lines)
+        stp_dbox_join(&box, &params->lines->box);
+    if (params->triangles)
+        stp_dbox_join(&box, &params->triangles->box);
+    const double side = stp_dbox_side(&box);
+    return (stp_point_item_params){.lambda = params->lambda,
+                                   .resolution = params->resolution,
+                                   .intensity_max = params->intensity_max,
+                                   .vertex_least = side > 0.0 && isfinite(side)
+                                                       ? stp_floor_log2(side) - STP_MODEL_OCTAVES
+                                                       : INT_MIN / 2};
+}
+
 stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
-                          const stp_tree_params *params, const char *metadata_json, stp_pool *pool,
-                          const stp_progress *progress, stp_tree_stats *stats, stp_error *err)
+                          const stp_tree_params *params, stp_metadata_maker *metadata,
+                          void *context, stp_pool *pool, const stp_progress *progress,
+                          stp_tree_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t root = 0;
     tree *t = NULL;
+    char *json = NULL;
     STP_TRY(stp_alloc(&t, 1, sizeof *t, "tree", err));
     t->writer = *writer;
     t->cloud = cloud;
@@ -379,15 +360,22 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->pool = pool;
     t->progress = progress;
     t->box = stp_dbox_empty();
+    t->items = item_params(cloud, params);
+    STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
     STP_TRY(
         stp_leaf_order(cloud, params->lines, params->triangles, &t->leaves, &t->leaf_count, err));
     t->progress_total = 2 * (uint64_t)t->leaf_count;
     STP_TRY(build_tiers(t, &root, err));
+    json = metadata(context, &t->stats);
+    if (!json) {
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
+        goto done;
+    }
     STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
-                                    t->child_counts, &t->box, metadata_json, &t->stats.file_bytes,
-                                    err));
+                                    t->child_counts, &t->box, json, &t->stats.file_bytes, err));
     *stats = t->stats;
 done:
+    free(json);
     stp_chunk_writer_destroy(writer);
     for (uint32_t i = 0; t && i < t->stats.chunk_count; i++)
         free(t->children[i]);

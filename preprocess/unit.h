@@ -11,8 +11,9 @@
 
 #include "preprocess/neighbours.h"
 
-/* Spacings need two rings, fitted normals one more, sheets another. */
-#define STP_UNIT_RINGS 4u
+/* Planes need one ring, each of the two times that they grow another, normals averaged over
+ * neighbours one more, sheets another. Spacings need two. */
+#define STP_UNIT_RINGS 5u
 
 typedef struct stp_unit {
     const stp_cloud *whole;    /* borrowed */
@@ -21,6 +22,7 @@ typedef struct stp_unit {
     uint32_t *places;          /* in the whole cloud, by number */
     unsigned ring_count;
     uint32_t ring_end[STP_UNIT_RINGS + 1]; /* own points first, then by ring */
+    uint32_t grown_count;                  /* of own points, as stp_normals_estimate says */
 } stp_unit;
 
 /* Takes cells [first, end) of a sorted cloud and so many rings, with everyone's spacing as

@@ -46,8 +46,8 @@ bool stp_world_place(stp_patch *patch, const stp_dbox *box, int exponent, int co
     patch->exponent = (int16_t)exponent;
     for (int axis = 0; axis < 3; axis++) {
         const double least = from[axis] - margin, most = to[axis] + margin;
-        if (!(most - least <= 65533.0 * step) || fabs(least) > 2e9 * step ||
-            fabs(most) > 2e9 * step)
+        if (!(most - least <= STP_POSITION_STEPS * step) || fabs(least) > STP_ORIGIN_STEPS * step ||
+            fabs(most) > STP_ORIGIN_STEPS * step)
             return false;
         patch->origin[axis] = (int32_t)floor(least / step);
     }

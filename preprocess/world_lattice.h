@@ -10,7 +10,7 @@
 /* World coordinates are no more than so many octaves of steps, to be exact. */
 #define STP_WORLD_OCTAVES 48
 /* The model is no more than so many octaves of the steps of patches' vertices wide, */
-#define STP_MODEL_OCTAVES 29
+#define STP_MODEL_OCTAVES 28
 /* and these no more than so many of the steps of patches. */
 #define STP_VERTEX_OCTAVES 12
 /* The centre of a patch's vertex is kept to so many parts of its radius. */

@@ -97,6 +97,17 @@ stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int wid
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
+stp_camera stp_camera_widened(const stp_camera *camera, double aspect, int width, int height)
+{
+    stp_camera out = *camera;
+    const double narrower = aspect * height / width;
+    if (narrower > 1.0) {
+        out.height *= narrower;
+        out.fovy_deg = 2.0 * atan(tan(0.5 * camera->fovy_deg * DEGREES) * narrower) / DEGREES;
+    }
+    return out;
+}
+
 bool stp_camera_equal(const stp_camera *a, const stp_camera *b)
 {
     return stp_dvec3_equal(a->eye, b->eye) && stp_dvec3_equal(a->look, b->look) &&

@@ -83,6 +83,10 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
  * which way is up. */
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height);
 
+/* The camera, opened so far that what it shows in a picture of the given aspect (width / height)
+ * is wholly in a narrower one. */
+stp_camera stp_camera_widened(const stp_camera *camera, double aspect, int width, int height);
+
 /* Whether both see the same; the pictures' sizes do not matter. */
 bool stp_camera_equal(const stp_camera *a, const stp_camera *b);
 

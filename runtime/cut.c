@@ -15,6 +15,7 @@ static stp_rule_bound entry_bound(const stp_chunk_entry *e, stp_dvec3 eye)
         .cone_axis = {e->cone_axis.x, e->cone_axis.y, e->cone_axis.z},
         .cone_cos = e->cone_angle >= 3.14159f ? -1.0f : cosf(e->cone_angle),
         .two_sided = (e->flags & STP_PATCH_TWO_SIDED) != 0,
+        .closed = (e->flags & STP_CHUNK_CLOSED) != 0,
     };
 }
 

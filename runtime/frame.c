@@ -1,5 +1,6 @@
 /* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
 #include "runtime/colour_range.h"
+#include "runtime/culling.h"
 #include "runtime/filter.h"
 #include "runtime/renderer_parts.h"
 
@@ -37,7 +38,8 @@ static bool shows_colours(const stp_draw_params *params)
     return params->colour == STP_COLOUR_RGB && !plain;
 }
 
-stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params)
+stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params,
+                                 const stp_scene *scene)
 {
     stp_gpu_frame frame = stp_gpu_frame_from_view(view);
     bool every = params->every_sample || params->lod == STP_LOD_FULL;
@@ -50,7 +52,7 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
         terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold * threshold)) : INFINITY;
     frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
     frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
-    frame.modes[1] = params->keep_back_faces;
+    stp_culling_place(&frame, params, view, scene);
     stp_colour_range_place(frame.colour_range, params, &view->eye);
     stp_filter_place(&frame, params, &view->eye);
     return frame;
@@ -381,7 +383,7 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
     STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
-        stp_gpu_frame frame = stp_frame_describe(ahead, d->params);
+        stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
         STP_TRY(select_for(r, d, &r->ahead_cut, &frame, ahead->eye, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

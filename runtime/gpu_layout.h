@@ -3,6 +3,7 @@
 #ifndef STP_RUNTIME_GPU_LAYOUT_H
 #define STP_RUNTIME_GPU_LAYOUT_H
 
+#include "formats/chunk/outside.h"
 #include "formats/chunk/sample.h"
 
 #include <stdint.h>
@@ -37,6 +38,7 @@ enum {
  * the next two. */
 #define STP_NAME_SEGMENT UINT32_C(0x80000000)
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
+#define STP_NAME_RIBBON UINT32_C(0xc0000000)
 #define STP_NAME_SAMPLE UINT32_C(0x3fffffff)
 
 /* Words of a bit set of all classes. */
@@ -52,9 +54,13 @@ typedef struct stp_gpu_frame {
     float terms[4];      /* weight of colours, of errors at outlines; -, - */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
-    int32_t modes[4];                 /* orthographic, keep back faces, clipped */
+    /* Orthographic; flags of the samples that are left out from behind (0: none are); clipped;
+     * number of openings. */
+    int32_t modes[4];
     float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
     uint32_t hidden[STP_CLASS_WORDS]; /* bit set of the classes that are not drawn */
+    /* Balls through which backs are seen all the same: centre relative to the eye, radius. */
+    float openings[STP_OPENINGS_LIMIT][4];
 } stp_gpu_frame;
 
 /* Relative to the chunk's origin. */
@@ -83,7 +89,8 @@ typedef struct stp_gpu_chunk {
     uint32_t unused[2];
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 240, "std140 block of layout.glsl");
+_Static_assert(sizeof(stp_gpu_frame) == 240 + 16 * STP_OPENINGS_LIMIT,
+               "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
 

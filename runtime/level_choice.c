@@ -88,8 +88,48 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
                       ? -dot3(frame->axis_back, bound->cone_axis)
                       : dot3(bound->centre, bound->cone_axis) - bound->radius * bound->cone_cos;
     float cos2 = bound->cone_cos * bound->cone_cos, tangent2 = range2 - r2;
-    return !bound->two_sided && bound->cone_cos > 0.0f && along > 0.0f &&
-           cos2 * tangent2 > (1.0f - cos2) * r2 && along * along > (1.0f - cos2) * tangent2;
+    return bound->cone_cos > 0.0f && along > 0.0f && cos2 * tangent2 > (1.0f - cos2) * r2 &&
+           along * along > (1.0f - cos2) * tangent2;
+}
+
+/* Whether an opening lies between the eye and some place in the bound; shaders/project.glsl is the
+ * same for one place. */
+static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    const float *c = bound->centre, *back = frame->axis_back;
+    for (int i = 0; i < frame->modes[3]; i++) {
+        const float *ball = frame->openings[i];
+        float off[3], reach = ball[3] + bound->radius * 1.00001f, part = 1.0f;
+        if (frame->modes[0] == 0) {
+            part = dot3(ball, c) / fmaxf(dot3(c, c), 1e-30f);
+            part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
+        }
+        for (int k = 0; k < 3; k++)
+            off[k] = ball[k] - part * c[k];
+        float nearer = frame->modes[0] != 0 ? dot3(off, back) : 0.0f;
+        for (int k = 0; k < 3 && frame->modes[0] != 0; k++)
+            off[k] -= nearer * back[k];
+        if (nearer >= -reach && dot3(off, off) <= reach * reach)
+            return true;
+    }
+    return false;
+}
+
+/* As in shaders/project.glsl, and its sine. */
+#define CULL_COSINE 0.1f
+#define CULL_SINE 0.99498744f
+
+/* Whether all samples in the bound are left out because nobody sees their backs: every normal turns
+ * away by more than what may make an outline. */
+static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    bool known = frame->modes[1] & STP_SAMPLE_CLOSED ? bound->closed : !bound->two_sided;
+    if (frame->modes[1] == 0 || !known || !faces_away(frame, bound))
+        return false;
+    stp_rule_bound wide = *bound;
+    float sine = sqrtf(fmaxf(0.0f, 1.0f - bound->cone_cos * bound->cone_cos));
+    wide.cone_cos = bound->cone_cos * CULL_SINE - sine * CULL_COSINE;
+    return faces_away(frame, &wide) && !seen_through(frame, bound);
 }
 
 /* Whether no centre in the bound lies in the clip box. Floats may be off by their last bits: what
@@ -109,7 +149,7 @@ static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound
 
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
 {
-    if (frame->modes[1] == 0 && faces_away(frame, bound)) /* first: half of a closed model is */
+    if (is_culled(frame, bound)) /* first: half of a closed model is */
         return false;
     eye[0] = dot3(frame->axis_right, bound->centre);
     eye[1] = dot3(frame->axis_up, bound->centre);
@@ -143,7 +183,8 @@ static stp_rule_bound bound_of(const stp_gpu_patch *patch)
 {
     stp_rule_bound bound = {.radius = patch->bound_radius,
                             .cone_cos = patch->cone_cos,
-                            .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0};
+                            .two_sided = (patch->flags & STP_PATCH_TWO_SIDED) != 0,
+                            .closed = (patch->flags & STP_PATCH_CLOSED) != 0};
     for (int i = 0; i < 3; i++) {
         bound.centre[i] = patch->bound_centre[i];
         bound.cone_axis[i] = patch->cone_axis[i];

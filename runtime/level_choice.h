@@ -49,7 +49,7 @@ float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
 typedef struct stp_rule_bound {
     float centre[3], radius;
     float cone_axis[3], cone_cos;
-    bool two_sided;
+    bool two_sided, closed;
 } stp_rule_bound;
 
 typedef struct stp_rule_sight {

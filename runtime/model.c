@@ -2,7 +2,9 @@
 #include "runtime/model.h"
 
 #include "base/memory.h"
+#include "formats/chunk/convert.h"
 #include "formats/chunk/verify_tree.h"
+#include "runtime/camera_json.h"
 #include "runtime/object_texture.h"
 
 #include <stdlib.h>
@@ -30,6 +32,31 @@ static stp_ball ball_around(const stp_model *model)
     return ball;
 }
 
+/* The first view that the metadata gives; one that is none is passed over. */
+static void read_first_view(stp_model *model)
+{
+    const stp_chunk_file_info *info = model->info;
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *json = cJSON_GetObjectItemCaseSensitive(metadata, "first_view");
+    stp_camera camera = {0};
+    stp_view view;
+    double aspect = 1.0;
+    model->has_first =
+        cJSON_IsObject(json) && stp_camera_read(&camera, json, "first_view", NULL) == STP_OK &&
+        stp_json_numbers(json, "aspect", &aspect, 1, "first_view", NULL) == STP_OK &&
+        aspect > 0.0 && stp_view_create(&view, &camera, &model->ball, 1, 1, NULL) == STP_OK;
+    model->first = camera;
+    model->first_aspect = aspect;
+    cJSON_Delete(metadata);
+}
+
+stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height)
+{
+    if (home == STP_HOME_WHOLE || !model->has_first)
+        return stp_camera_default(&model->info->box, &model->ball, width, height);
+    return stp_camera_widened(&model->first, model->first_aspect, width, height);
+}
+
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
 {
     return stp_model_open_at(out, path, NULL, err);
@@ -49,6 +76,9 @@ stp_status stp_model_open_at(stp_model **out, const char *path,
         STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
     STP_TRY(stp_verify_tree_entries(model->file, model->entries, err));
     model->ball = ball_around(model);
+    STP_TRY(stp_outside_read(&model->outside, model->info->metadata_json,
+                             model->info->metadata_bytes, err));
+    read_first_view(model);
     *out = model;
     model = NULL;
 done:
@@ -61,6 +91,7 @@ void stp_model_close(stp_model **model)
     if (*model == NULL)
         return;
     stp_chunk_file_close(&(*model)->file);
+    stp_outside_clear(&(*model)->outside);
     free((*model)->entries);
     free(*model);
     *model = NULL;
@@ -90,4 +121,9 @@ uint64_t stp_model_gpu_bytes(const stp_model *model)
             bytes += model->entries[id].sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
     }
     return bytes;
+}
+
+stp_shade stp_model_shade(const stp_model *model)
+{
+    return stp_chunk_file_unlit(model->info) ? STP_SHADE_UNLIT : STP_SHADE_PHONG;
 }

@@ -5,6 +5,7 @@
 #define STP_RUNTIME_MODEL_H
 
 #include "formats/chunk/chunk_file.h"
+#include "formats/chunk/outside.h"
 #include "runtime/stipple.h"
 
 struct stp_model {
@@ -12,6 +13,10 @@ struct stp_model {
     const stp_chunk_file_info *info;
     stp_chunk_entry *entries; /* by chunk id */
     stp_ball ball;
+    stp_outside outside; /* of its closed surfaces */
+    stp_camera first;    /* where has_first */
+    double first_aspect; /* width / height of what it shows */
+    bool has_first;
 };
 
 /* stp_model_open with what stp_chunk_file_open_at takes for addresses. */

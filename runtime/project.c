@@ -26,9 +26,11 @@ static stp_status prepare_shapes(stp_project *p, const stp_variant *variant, con
 {
     stp_status status = STP_OK;
     const char *fragment = variant->splat ? "shape_front.frag" : "shape.frag";
-    const char *strip = variant->splat ? "strip_wide.geom" : "strip.geom";
+    if (variant->lines && !variant->splat)
+        STP_TRY(prepare_patches(&p->strip_program, "strip.geom", fragment, folder, defines, err));
     if (variant->lines)
-        STP_TRY(prepare_patches(&p->strip_program, strip, fragment, folder, defines, err));
+        STP_TRY(
+            prepare_patches(&p->wide_program, "strip_wide.geom", fragment, folder, defines, err));
     if (variant->triangles)
         STP_TRY(
             prepare_patches(&p->triangle_program, "triangle.geom", fragment, folder, defines, err));
@@ -79,6 +81,7 @@ void stp_project_destroy(stp_project *p)
     glDeleteProgram(p->sample_program);
     glDeleteProgram(p->scatter_program);
     glDeleteProgram(p->strip_program);
+    glDeleteProgram(p->wide_program);
     glDeleteProgram(p->triangle_program);
     stp_runs_destroy(&p->runs);
     stp_splat_destroy(&p->splat);
@@ -297,6 +300,8 @@ void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
         glEnable(GL_CLIP_DISTANCE0 + i);
     if (p->strip_program != 0)
         draw_patches(p, params, p->strip_program, STP_SIGHT_STRIPS);
+    if (p->wide_program != 0)
+        draw_patches(p, params, p->wide_program, STP_SIGHT_STRIPS);
     if (p->triangle_program != 0)
         draw_patches(p, params, p->triangle_program, STP_SIGHT_TRIANGLES);
     for (GLenum i = 0; i < planes; i++)

@@ -15,7 +15,8 @@
 #include <stddef.h>
 
 typedef struct stp_project {
-    GLuint patch_program, sample_program, scatter_program, strip_program, triangle_program;
+    GLuint patch_program, sample_program, scatter_program;
+    GLuint strip_program, wide_program, triangle_program;
     stp_runs runs;
     stp_splat splat; /* instead of the programs for samples, where splats are drawn */
     GLuint index_buffer;

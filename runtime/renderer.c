@@ -68,7 +68,6 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .splat = params->reconstruct == STP_RECONSTRUCT_SPLAT,
         .lines = (stp_scene_shapes(&r->scene) & STP_PATCH_STRIP) != 0,
         .triangles = (stp_scene_shapes(&r->scene) & STP_PATCH_TRIANGLES) != 0,
-        .keep_back_faces = params->keep_back_faces,
         .clip = params->clip.enabled,
         .classes = stp_filter_hides_classes(params),
         .overlay = stp_filter_has_overlay(params),
@@ -252,11 +251,10 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
     return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
            a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
-           a->terms == b->terms && a->every_sample == b->every_sample &&
-           a->keep_back_faces == b->keep_back_faces && a->colour == b->colour &&
-           a->palette == b->palette && a->colour_range[0] == b->colour_range[0] &&
-           a->colour_range[1] == b->colour_range[1] && a->overlay == b->overlay &&
-           a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
+           a->terms == b->terms && a->every_sample == b->every_sample && a->cull == b->cull &&
+           a->colour == b->colour && a->palette == b->palette &&
+           a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
+           a->overlay == b->overlay && a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
            clips_equal(&a->clip, &b->clip) &&
            memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
            a->stream == b->stream && a->refine == b->refine &&
@@ -291,7 +289,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
     if (r->variant.splat)
         STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
-    r->frame = stp_frame_describe(view, params);
+    r->frame = stp_frame_describe(view, params, &r->scene);
     r->eye = view->eye;
     stp_renderer_bind_frame(r);
     stp_chunk_cache_look(r->cache, &r->frame, r->eye);

@@ -98,7 +98,8 @@ stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs
                                   stp_error *err);
 /* What shaders and the cut read of a picture: of its view, its threshold, its colours and what it
  * leaves out. */
-stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params);
+stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params,
+                                 const stp_scene *scene);
 /* Chooses the frame's cut, of which nothing is looked at yet; while chunks stream and the camera
  * moves it depends on the last one. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err);

@@ -35,6 +35,7 @@ stp_status stp_scatter_draw(GLuint program, stp_runs *runs, const stp_project_pa
     glBindImageTexture(IMAGE_DEPTH, pyramid->scatter_depth, 0, GL_FALSE, 0, GL_READ_WRITE,
                        GL_R32UI);
     glBindImageTexture(IMAGE_SAMPLE, pyramid->nearest, 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
+    glUniform1i(STP_UNIFORM_FIRST_PASS, params->first);
     for (int naming = 0; naming < 2; naming++) {
         glUniform1i(STP_UNIFORM_SETTING, naming);
         stp_runs_each(runs, -1);

@@ -48,7 +48,7 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     s->params.stream = false;
     if (every)
         s->params.lod = STP_LOD_FULL;
-    r->frame = stp_frame_describe(d->view, &s->params);
+    r->frame = stp_frame_describe(d->view, &s->params, &r->scene);
     if (status == STP_OK)
         status = stp_frame_prepare(r, s->params.lod, err);
     if (status == STP_OK)
@@ -104,7 +104,7 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_status status = STP_OK;
     stp_settling *s = &r->settling;
     bool finished = false;
-    r->frame = stp_frame_describe(d->view, &s->params);
+    r->frame = stp_frame_describe(d->view, &s->params, &r->scene);
     stp_frame_upload(r);
     if (!s->loading)
         STP_TRY(start_load(r, err));

@@ -216,24 +216,23 @@ done:
 void stp_variant_defines(const stp_variant *v, char out[STP_VARIANT_DEFINES_BYTES])
 {
     snprintf(out, STP_VARIANT_DEFINES_BYTES,
-             "#define STP_ORTHOGRAPHIC %d\n#define STP_BOX %d\n#define STP_KEEP_BACK_FACES %d\n"
+             "#define STP_ORTHOGRAPHIC %d\n#define STP_BOX %d\n"
              "#define STP_COLOUR %d\n#define STP_PALETTE %d\n#define STP_SHADE %d\n"
              "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n"
              "#define STP_CLIP %d\n#define STP_HIDE_CLASSES %d\n#define STP_OVERLAY %d\n"
              "#define STP_FADE %d\n#define STP_TEMPLATE %d\n#define STP_SPLAT %d\n"
              "#define STP_LINES %d\n#define STP_TRIANGLES %d\n",
-             v->orthographic, v->box, v->keep_back_faces, v->colour, v->palette, v->shade,
-             v->geometry_invocations, STP_PATCH_SAMPLES / v->geometry_invocations, v->clip,
-             v->classes, v->overlay, v->fade, v->template_px, v->splat, v->lines, v->triangles);
+             v->orthographic, v->box, v->colour, v->palette, v->shade, v->geometry_invocations,
+             STP_PATCH_SAMPLES / v->geometry_invocations, v->clip, v->classes, v->overlay, v->fade,
+             v->template_px, v->splat, v->lines, v->triangles);
 }
 
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
 {
     return a->orthographic == b->orthographic && a->box == b->box &&
            a->template_px == b->template_px && a->splat == b->splat && a->lines == b->lines &&
-           a->triangles == b->triangles && a->keep_back_faces == b->keep_back_faces &&
-           a->clip == b->clip && a->classes == b->classes && a->overlay == b->overlay &&
-           a->edl == b->edl && a->edges == b->edges && a->colour == b->colour &&
-           a->palette == b->palette && a->shade == b->shade &&
+           a->triangles == b->triangles && a->clip == b->clip && a->classes == b->classes &&
+           a->overlay == b->overlay && a->edl == b->edl && a->edges == b->edges &&
+           a->colour == b->colour && a->palette == b->palette && a->shade == b->shade &&
            a->geometry_invocations == b->geometry_invocations && a->fade == b->fade;
 }

@@ -19,7 +19,7 @@ extern const stp_shader_file stp_shader_files[];
 
 /* What a program is compiled for. */
 typedef struct stp_variant {
-    bool orthographic, box, keep_back_faces;
+    bool orthographic, box;
     int template_px;     /* side of the window, where templates reconstruct; else 0 */
     bool splat;          /* samples are drawn as splats */
     bool lines;          /* there are ribbons and tubes */

@@ -65,6 +65,16 @@ stp_ball stp_model_ball(const stp_model *model);
 /* Of the centres of its points. */
 stp_dbox stp_model_box(const stp_model *model);
 uint64_t stp_model_point_count(const stp_model *model);
+
+/* Where a model is seen from before anyone moves. */
+typedef enum stp_home {
+    STP_HOME_FIRST =
+        0,             /* what its file says: from the scanner, or within an interior; else WHOLE */
+    STP_HOME_WHOLE = 1 /* all of it from outside: stp_camera_default */
+} stp_home;
+
+/* The camera for a picture of width x height pixels; a scanner's picture is in it whole. */
+stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height);
 /* Bytes of samples and patches that all chunks need on the GPU: a larger gpu_memory_bytes is of no
  * use. */
 uint64_t stp_model_gpu_bytes(const stp_model *model);
@@ -98,12 +108,13 @@ typedef enum stp_reconstruct {
 typedef enum stp_shade {
     STP_SHADE_PHONG = 0,
     STP_SHADE_LAMBERT = 1,
-    STP_SHADE_NORMAL = 2,
-    STP_SHADE_DEPTH = 3,
-    STP_SHADE_LEVEL = 4,
-    STP_SHADE_CHUNK = 5,
-    STP_SHADE_ERROR = 6,
-    STP_SHADE_CONFIDENCE = 7
+    STP_SHADE_UNLIT = 2, /* colours as they are: for scans that carry their own light */
+    STP_SHADE_NORMAL = 3,
+    STP_SHADE_DEPTH = 4,
+    STP_SHADE_LEVEL = 5,
+    STP_SHADE_CHUNK = 6,
+    STP_SHADE_ERROR = 7,
+    STP_SHADE_CONFIDENCE = 8
 } stp_shade;
 
 /* What colours samples. The numbers are STP_COLOUR_* of shaders/layout.glsl. */
@@ -123,6 +134,15 @@ typedef enum stp_palette {
     STP_PALETTE_VIRIDIS = 2,
     STP_PALETTE_HEAT = 3
 } stp_palette;
+
+/* What is left out because its back is turned to the eye. All that is drawn is lit on the side that
+ * is seen. */
+typedef enum stp_cull {
+    STP_CULL_AUTO =
+        0, /* only what is proven hidden: in closed surfaces, seen from outside, unclipped */
+    STP_CULL_NONE = 1, /* nothing */
+    STP_CULL_BACK = 2  /* every sample whose orientation is known: closed or not */
+} stp_cull;
 
 /* Samples whose centre lies outside are not drawn; the box's faces belong to it. World coordinates;
  * a side may be infinite. */
@@ -171,8 +191,8 @@ typedef struct stp_draw_params {
     /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
      * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
     bool smooth_edges;
-    bool every_sample;    /* threshold zero: all level-0 samples, by whichever road */
-    bool keep_back_faces; /* cull nothing by orientation */
+    stp_cull cull;
+    bool every_sample; /* threshold zero: all level-0 samples, by whichever road */
     bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
     bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
     bool keep_pixels; /* finish level 0 of the pyramid too: for normals */
@@ -233,6 +253,9 @@ typedef struct stp_cut_measure {
  * colour_range may be set to. Errors: those of reading a chunk. */
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err);
+
+/* How the model is meant to be shown: UNLIT if `prep --shade unlit` made it so, else PHONG. */
+stp_shade stp_model_shade(const stp_model *model);
 
 /* ---- renderers ---- */
 

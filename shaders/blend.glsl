@@ -1,11 +1,11 @@
 // What pull, push and templates share: the front-most of some candidates, and the mean of those that belong
-// to its surface. Straight-line code without indexed arrays: software rasterisers run both sides of
-// every branch, and pay for arrays in memory. Needs pixel.glsl.
+// to its surface. box averages radii (PBG07), all others their squares. Straight-line code without indexed arrays:
+// software rasterisers run both sides of every branch, and pay for arrays in memory. Needs pixel.glsl.
 
 struct stp_blend {
     stp_pixel sum;
     float total;    // of the weights
-    float distance; // sum of squared distances of the centres from the pixel's
+    float distance; // sum of squared distances of the centres from the pixel's; not with box
     float farthest; // greatest z_max
 };
 
@@ -34,14 +34,14 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     float side = two_sided && dot(c.normal, front.normal) < 0.0 ? -w : w;
     bool alike = stp_tag_tube(front.tag) == stp_tag_tube(c.tag); // a tangent is no normal
     blend.sum.normal += alike ? side * c.normal : vec3(0.0);
-    blend.sum.radius += w * c.radius * c.radius;
+    blend.sum.radius += w * (STP_BOX != 0 ? c.radius : c.radius * c.radius);
     // Over the front's, so that equal depths stay equal whatever the weights: ties are decided by them.
     blend.sum.z_min += w * (c.z_min - front.z_min);
     blend.sum.z_max += w * (c.z_max - front.z_max);
     blend.sum.d += w * c.d;
     blend.sum.colour += w * c.colour;
     blend.total += w;
-    blend.distance += w * dot(c.d, c.d);
+    blend.distance += STP_BOX != 0 ? 0.0 : w * dot(c.d, c.d);
     blend.farthest = w > 0.0 ? max(blend.farthest, c.z_max) : blend.farthest;
 }
 
@@ -50,7 +50,7 @@ stp_blend stp_blend_begin()
     return stp_blend(stp_pixel_invalid(), 0.0, 0.0, 0.0);
 }
 
-// Sums to means; of radii the mean square.
+// Sums to means.
 stp_blend stp_blend_end(stp_blend blend, stp_pixel front)
 {
     float scale = 1.0 / max(blend.total, 1e-30);

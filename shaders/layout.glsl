@@ -12,24 +12,28 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
     vec4 terms;         // of the error rule: weight of colours, of errors at outlines (1: no more than elsewhere); -, -
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
-    ivec4 modes;        // 1 if orthographic, to keep back faces, clipped: for the CPU; shaders have macros
+    // 1 if orthographic, flags of the samples that are left out from behind (0: none are), 1 if clipped, number of
+    // openings. Of the first and the third shaders have macros.
+    ivec4 modes;
     vec4 clip_min;      // xyz: of the clip box, relative to the eye
     vec4 clip_max;
     uvec4 hidden[2];    // bit set of the classes that are not drawn
+    vec4 openings[128]; // balls through which backs are seen all the same: centre relative to the eye, radius
 };
 
 // A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_KEEP_BACK_FACES, STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES are 0 or 1, STP_SHADE,
-// STP_COLOUR and STP_PALETTE one of these. Software rasterisers run both sides of a branch, so what a picture does not
+// STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE
+// one of these. Software rasterisers run both sides of a branch, so what a picture does not
 // need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
-#define STP_SHADE_NORMAL 2
-#define STP_SHADE_DEPTH 3
-#define STP_SHADE_LEVEL 4
-#define STP_SHADE_CHUNK 5
-#define STP_SHADE_ERROR 6
-#define STP_SHADE_CONFIDENCE 7
+#define STP_SHADE_UNLIT 2
+#define STP_SHADE_NORMAL 3
+#define STP_SHADE_DEPTH 4
+#define STP_SHADE_LEVEL 5
+#define STP_SHADE_CHUNK 6
+#define STP_SHADE_ERROR 7
+#define STP_SHADE_CONFIDENCE 8
 #define STP_COLOUR_RGB 0
 #define STP_COLOUR_NONE 1
 #define STP_COLOUR_INTENSITY 2
@@ -56,10 +60,11 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// What a pixel's nearest sample is, by its number's highest bits: the segment from this vertex to the next, or the
-// triangle of this corner and the next two.
+// What a pixel's nearest sample is, by its number's highest bits: the segment from this vertex to the next, the
+// triangle of this corner and the next two, or, with both bits, the segment as a flat piece of a ribbon.
 #define STP_NAME_SEGMENT 0x80000000u
 #define STP_NAME_TRIANGLE 0x40000000u
+#define STP_NAME_RIBBON 0xc0000000u
 #define STP_NAME_SAMPLE 0x3fffffffu
 
 // Of a patch (formats/chunk/sample.h).

@@ -40,6 +40,7 @@ struct stp_disc {
     uint kind;
     bool has_normal;
     bool oriented;
+    bool culled;          // is left out where it is seen from behind, but at outlines
 };
 
 stp_chunk stp_chunk_fetch(uint slot)
@@ -123,6 +124,13 @@ vec3 stp_sample_position(uvec4 texel, vec3 origin, float step)
                                 float(texel.y & 65535u));
 }
 
+// Whether a sample has the flags of what is culled (layout.glsl, modes.y).
+bool stp_sample_culled(uvec4 texel)
+{
+    uint flags = uint(modes.y);
+    return flags != 0u && (texel.y >> 24 & flags) == flags;
+}
+
 bool stp_sample_oriented(uvec4 texel)
 {
     return (texel.y & 0x03000000u) == 0x03000000u;
@@ -140,6 +148,7 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
     disc.outlier = (texel.y & 0x04000000u) != 0u;
     disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
     disc.oriented = stp_sample_oriented(texel);
+    disc.culled = stp_sample_culled(texel);
     disc.has_normal = (texel.y & 0x02000000u) != 0u;
     disc.radius = radius == 0u ? 0.0 : step * exp2((float(radius) - 1.0) / 16.0);
     disc.kind = texel.y >> 28 & 3u;

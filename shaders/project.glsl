@@ -50,9 +50,46 @@ bool stp_clipped(vec3 from_eye)
 #endif
 }
 
+// Whether the line of sight to a place relative to the eye goes through an opening of a closed surface.
+bool stp_seen_through(vec3 from_eye)
+{
+    for (int i = 0; i < modes.w; i++) {
+        vec4 ball = openings[i];
+#if STP_ORTHOGRAPHIC
+        vec3 off = ball.xyz - from_eye;
+        float nearer = dot(off, axis_back.xyz);
+        off -= nearer * axis_back.xyz;
+        if (nearer >= -ball.w && dot(off, off) <= ball.w * ball.w)
+            return true;
+#else
+        float part = clamp(dot(ball.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
+        vec3 off = ball.xyz - part * from_eye;
+        if (dot(off, off) <= ball.w * ball.w)
+            return true;
+#endif
+    }
+    return false;
+}
+
+// Cosine: samples that are seen from behind more flatly are drawn, for outlines are made of them, too. As in
+// runtime/level_choice.c.
+#define STP_CULL_COSINE 0.1
+
+// Whether a sample is left out because its back is turned to the eye (docs/closed.md).
+bool stp_culled(uvec4 texel, vec3 from_eye)
+{
+    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
+    float away = dot(normal, ray);
+    bool culled = stp_sample_culled(texel) && away >= 0.0 &&
+                  away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
+    if (culled && modes.w > 0)
+        culled = !stp_seen_through(from_eye);
+    return culled;
+}
+
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
 // away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
-// of a hidden class, or its known back turned to the eye. Runs for every sample, so it normalises nothing.
+// of a hidden class, or culled. Runs for every sample, so it normalises nothing.
 bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
@@ -62,12 +99,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     vec2 pixel = floor(window);
     bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
                  all(lessThan(pixel, viewport.xy));
-#if !STP_KEEP_BACK_FACES
-    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye;
-    bool away = dot(stp_normal_direction(texel.z), ray) >= 0.0;
-    drawn = drawn && !(away && stp_sample_oriented(texel));
-#endif
-    drawn = drawn && !stp_clipped(from_eye) && !stp_class_hidden(texel.z >> 24);
+    drawn = drawn && !stp_culled(texel, from_eye) && !stp_clipped(from_eye) && !stp_class_hidden(texel.z >> 24);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
     return drawn;

@@ -31,11 +31,13 @@ stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, vec4(1.0));
 
-    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance. A line grows no wider.
     stp_pixel p = blend.sum;
+#if !STP_BOX
+    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance. A line grows no wider.
     float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);
     float variance = stp_tag_line(front.tag) ? 0.0 : max(0.0, blend.distance - dot(p.d, p.d)) * unit * unit;
     p.radius = sqrt(p.radius + 2.0 * variance);
+#endif
     p.z_min = front.z_min;
     p.z_max = blend.farthest;
     p.tag = stp_tag_from(front.tag, level);

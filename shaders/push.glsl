@@ -75,7 +75,9 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, weights);
     stp_pixel p = blend.sum;
+#if !STP_BOX
     p.radius = sqrt(p.radius);
+#endif
     p.tag = front.tag;
 
     // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.

@@ -124,13 +124,26 @@ stp_disc stp_disc_alone(stp_disc disc)
     return disc;
 }
 
+// The vertices of a sample's level in its patch: the first, and the one after the last.
+uvec2 stp_level_ends(uvec2 id, vec4 lattice)
+{
+    stp_patch p = stp_patch_fetch(id.y, lattice.xyz);
+    int level = min(stp_level_of(id.x, p), STP_LEVELS - 1);
+    return uvec2(p.first[level], p.first[level] + p.count[level]);
+}
+
 // What a name in nearest_sample stands for, seen at a window position.
-stp_disc stp_disc_of(uint name, vec4 lattice, vec2 window)
+stp_disc stp_disc_of(uint name, uint patch_index, vec4 lattice, vec2 window)
 {
     uint index = name & STP_NAME_SAMPLE;
 #if STP_LINES
-    if ((name & STP_NAME_SEGMENT) != 0u)
-        return stp_segment_disc(index, lattice, window);
+    if ((name & STP_NAME_SEGMENT) != 0u) {
+        stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
+        if ((name & STP_NAME_TRIANGLE) == 0u)
+            return stp_segment_disc(a, b, window);
+        uvec2 ends = stp_level_ends(uvec2(index, patch_index), lattice);
+        return stp_ribbon_disc(stp_ribbon_between(a, b, index, ends, lattice), window);
+    }
 #endif
 #if STP_TRIANGLES
     if ((name & STP_NAME_TRIANGLE) != 0u)
@@ -147,10 +160,15 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
     if (tube && !disc.has_normal) // a disc that faces the eye, and no more
         disc.kind = 0u;
-    if (!disc.has_normal)
+    float away = disc.has_normal ? dot(disc.normal, w) : 0.0;
+    if (!disc.has_normal) {
         disc.normal = -w;
-    else if (!disc.oriented && dot(disc.normal, w) > 0.0)
+    } else if (away > 0.0 && away <= STP_CULL_COSINE && disc.culled) { // it leans over an outline: mirrored at it
+        disc.normal -= 2.0 * away * w;
+    } else if (away > 0.0) { // seen from behind: that is the side that is lit
         disc.normal = -disc.normal;
+        disc.oriented = false;
+    }
     float depth = -disc.position.z;
     float ppu = stp_pixels_per_unit(depth);
     int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
@@ -167,6 +185,6 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
 stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
 {
     vec4 lattice = stp_lattice_fetch(id.y, stp_chunk_fetch(stp_patch_slot(id.y)).offset);
-    stp_disc disc = stp_disc_of(id.x, lattice, window);
+    stp_disc disc = stp_disc_of(id.x, id.y, lattice, window);
     return stp_disc_pixel(disc, uvec2(id.x & STP_NAME_SAMPLE, id.y), window);
 }

@@ -50,7 +50,7 @@ vec4 stp_shade(stp_pixel p, vec2 window)
     c = mix(p.colour, c, colour_range.z);
 #endif
 #else
-    vec3 c = p.colour; // of level, chunk or error, written at projection
+    vec3 c = p.colour; // as it is; of level, chunk or error, written at projection
 #endif
 #if STP_OVERLAY
     c = stp_phong(c, n, v);

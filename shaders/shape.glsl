@@ -1,5 +1,5 @@
 // Where a pixel sees a segment or a triangle: a disc there (CG08, section 4). Needs layout.glsl, patch.glsl,
-// project.glsl.
+// project.glsl, pixel.glsl, ellipse.glsl.
 
 stp_disc stp_vertex_fetch(uint index, vec4 lattice)
 {
@@ -20,6 +20,7 @@ stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
         c.outlier = b.outlier;
     }
     c.oriented = false;
+    c.culled = false;
     c.has_normal = a.has_normal && b.has_normal;
     bool turned = dot(a.normal, b.normal) < 0.0;
     c.normal = normalize(mix(a.normal, turned ? -b.normal : b.normal, t));
@@ -45,9 +46,8 @@ vec2 stp_segment_part(stp_disc a, stp_disc b)
 }
 
 // The segment from a vertex to the next, nearest to a window position.
-stp_disc stp_segment_disc(uint index, vec4 lattice, vec2 window)
+stp_disc stp_segment_disc(stp_disc a, stp_disc b, vec2 window)
 {
-    stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
     vec2 part = stp_segment_part(a, b);
     vec3 p = mix(a.position, b.position, part.x), q = mix(a.position, b.position, part.y);
     vec2 from = stp_window_of(p), way = stp_window_of(q) - from;
@@ -56,9 +56,8 @@ stp_disc stp_segment_disc(uint index, vec4 lattice, vec2 window)
     return stp_disc_mix(a, b, mix(part.x, part.y, t));
 }
 
-// Of a triangle's second and third corner, their parts where a ray meets it; the ray may miss it by the rounding of
-// its rasteriser.
-vec2 stp_triangle_parts(vec3 a, vec3 b, vec3 c, vec2 window)
+// Of a triangle's second and third corner, their parts where a ray meets its plane.
+vec2 stp_triangle_meet(vec3 a, vec3 b, vec3 c, vec2 window)
 {
     vec2 aside = (window - centre.xy) / viewport.z;
     vec3 origin = STP_ORTHOGRAPHIC != 0 ? vec3(aside, 0.0) : vec3(0.0);
@@ -66,7 +65,13 @@ vec2 stp_triangle_parts(vec3 a, vec3 b, vec3 c, vec2 window)
     vec3 side = cross(ray, c - a), turned = cross(origin - a, b - a);
     float volume = dot(b - a, side);
     vec2 parts = vec2(dot(origin - a, side), dot(ray, turned)) / volume;
-    parts = volume == 0.0 ? vec2(0.0) : max(parts, 0.0);
+    return volume == 0.0 ? vec2(0.0) : parts;
+}
+
+// The same inside the triangle: the ray may miss it by the rounding of its rasteriser.
+vec2 stp_triangle_hold(vec2 parts)
+{
+    parts = max(parts, 0.0);
     return parts / max(1.0, parts.x + parts.y);
 }
 
@@ -75,7 +80,67 @@ stp_disc stp_triangle_disc(uint index, vec4 lattice, vec2 window)
 {
     stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
     stp_disc c = stp_vertex_fetch(index + 2u, lattice);
-    vec2 parts = stp_triangle_parts(a.position, b.position, c.position, window);
+    vec2 parts = stp_triangle_hold(stp_triangle_meet(a.position, b.position, c.position, window));
     float sum = parts.x + parts.y;
     return stp_disc_mix(a, stp_disc_mix(b, c, parts.y / max(sum, 1e-30)), sum);
+}
+
+// A segment of a ribbon as a flat piece: from its line to its edge at both vertices.
+struct stp_ribbon {
+    stp_disc a, b;
+    vec3 a_half, b_half;
+};
+
+// A ribbon's half-width at a vertex: at right angles to its normal and to the way from the vertex before to the one after.
+vec3 stp_ribbon_half(stp_disc v, vec3 before, vec3 after)
+{
+    vec3 side = cross(v.normal, after - before);
+    float square = dot(side, side);
+    return square > 0.0 ? side * (v.radius * inversesqrt(square)) : vec3(0.0);
+}
+
+vec3 stp_vertex_place(uint index, vec4 lattice)
+{
+    return stp_to_eye(stp_sample_position(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w));
+}
+
+// Of a level's vertices, ends.x to before ends.y, the one at `index` and the next: a and b.
+stp_ribbon stp_ribbon_between(stp_disc a, stp_disc b, uint index, uvec2 ends, vec4 lattice)
+{
+    stp_ribbon r;
+    r.a = a;
+    r.b = b;
+    vec3 before = index > ends.x ? stp_vertex_place(index - 1u, lattice) : r.a.position;
+    vec3 after = index + 2u < ends.y ? stp_vertex_place(index + 2u, lattice) : r.b.position;
+    r.a_half = stp_ribbon_half(r.a, before, r.b.position);
+    r.b_half = stp_ribbon_half(r.b, r.a.position, after);
+    r.b_half = dot(r.a_half, r.b_half) < 0.0 ? -r.b_half : r.b_half;
+    return r;
+}
+
+// Whether a segment is drawn as a flat piece: it is a ribbon's, and wider than a pixel.
+bool stp_ribbon_wide(stp_disc a, stp_disc b)
+{
+    float width = max(a.radius * stp_pixels_per_unit(max(-a.position.z, viewport.w)),
+                      b.radius * stp_pixels_per_unit(max(-b.position.z, viewport.w)));
+    return a.kind == uint(STP_KIND_RIBBON) && a.has_normal && b.has_normal && width > STP_ELLIPSE_FLOOR_LINE;
+}
+
+// The piece at a window position. It is two triangles that share the edge from a + a_half to b - b_half.
+stp_disc stp_ribbon_disc(stp_ribbon r, vec2 window)
+{
+    vec3 near_low = r.a.position - r.a_half, near_high = r.a.position + r.a_half;
+    vec3 far_low = r.b.position - r.b_half, far_high = r.b.position + r.b_half;
+    vec2 parts = stp_triangle_meet(near_low, near_high, far_low, window);
+    bool first = min(parts.x, parts.y) >= 0.0 && parts.x + parts.y <= 1.0;
+    if (!first)
+        parts = stp_triangle_meet(far_high, far_low, near_high, window);
+    parts = stp_triangle_hold(parts);
+    vec3 at = first ? near_low + parts.x * (near_high - near_low) + parts.y * (far_low - near_low)
+                    : far_high + parts.x * (far_low - far_high) + parts.y * (near_high - far_high);
+    stp_disc c = stp_disc_mix(r.a, r.b, first ? parts.y : 1.0 - parts.y);
+    c.position = at;
+    c.elevation = dot(vec3(axis_right.z, axis_up.z, axis_back.z), at);
+    c.radius = 0.0;
+    return c;
 }

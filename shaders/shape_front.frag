@@ -27,10 +27,10 @@ void main()
 {
     uvec2 name = uvec2(id & STP_NAME_SAMPLE, texelFetch(patch_of_sample, int(id & STP_NAME_SAMPLE)).x);
     vec4 lattice = stp_lattice_fetch(name.y, stp_chunk_fetch(stp_patch_slot(name.y)).offset);
-    stp_disc disc = stp_disc_of(id, lattice, gl_FragCoord.xy);
+    stp_disc disc = stp_disc_of(id, name.y, lattice, gl_FragCoord.xy);
     stp_pixel p = stp_disc_pixel(disc, name, gl_FragCoord.xy);
     float farther = 0.0;
-    if ((id & STP_NAME_SEGMENT) != 0u && !stp_segment_seen(disc, p, farther))
+    if ((id & STP_NAME_RIBBON) == STP_NAME_SEGMENT && !stp_segment_seen(disc, p, farther))
         discard;
     nearest = id;
     gl_FragDepth = stp_depth_encode(p.z_max + farther);

@@ -1,10 +1,13 @@
 // Chooses the level of a strip's patch, as patch.geom does, and emits the polyline through the vertices that stay
-// (CG08, section 4.1). Instanced: each invocation emits its share of the segments.
+// (CG08, section 4.1), but where it is a ribbon wider than a pixel: ribbon.geom emits that. Instanced: each invocation emits its share of the segments.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 #include "choose.glsl"
 #include "corner.glsl"
+#include "pixel.glsl"
+#include "ellipse.glsl"
+#include "shape.glsl"
 
 layout(points, invocations = STP_INVOCATIONS) in;
 layout(line_strip, max_vertices = STP_SHARE + 1) out;
@@ -20,11 +23,14 @@ void main()
     stp_selection s = stp_select(p, levels);
     uint first = s.first.x + uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.first.x + s.end.w, first + uint(STP_SHARE) + 1u);
+    vec4 lattice = vec4(p.origin, p.step);
     for (uint i = first; i < end; i++) {
         uvec4 texel = texelFetch(object_texture, int(i));
         // The last vertex of a segment names it, by its first.
         stp_corner_emit(stp_sample_position(texel, p.origin, p.step), i - 1u | STP_NAME_SEGMENT);
-        if (stp_class_hidden(texel.z >> 24)) // the next segment is
+        bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
+                                                    stp_vertex_fetch(i + 1u, lattice));
+        if (stp_class_hidden(texel.z >> 24) || wide) // the next segment
             EndPrimitive();
     }
 }

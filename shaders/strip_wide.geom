@@ -1,9 +1,12 @@
-// Segments as wide as they are, for splats. Chooses as strip.geom does, and emits a rectangle of the image around each
-// segment, of which shape_front.frag keeps what its discs cover.
+// Segments as wide as they are. Chooses as strip.geom does, and emits ribbons wider than a pixel as flat pieces; with
+// splats, of any other segment a rectangle of the image around it, of which shape_front.frag keeps what its discs cover.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 #include "choose.glsl"
+#include "corner.glsl"
+#include "pixel.glsl"
+#include "ellipse.glsl"
 #include "shape.glsl"
 
 #define STP_WIDE_INVOCATIONS 4
@@ -14,12 +17,7 @@ layout(triangle_strip, max_vertices = 4 * STP_WIDE_SHARE) out;
 
 flat in uint patch_index[];
 
-flat out uint id; // of the segment's first vertex, and what begins with it
-
-#if STP_CLIP
-out float gl_ClipDistance[6];
-#endif
-
+#if STP_SPLAT
 // How far the image of a ball reaches at most from that of its centre, pixels, and a pixel more.
 float stp_ball_reach(vec3 position, float radius)
 {
@@ -53,6 +51,22 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
     }
     EndPrimitive();
 }
+#endif
+
+// from_eye: eye space.
+void stp_ribbon_corner(vec3 from_eye, uint name)
+{
+    stp_corner_emit(axis_right.xyz * from_eye.x + axis_up.xyz * from_eye.y + axis_back.xyz * from_eye.z, name);
+}
+
+void stp_ribbon_emit(stp_ribbon r, uint name)
+{
+    stp_ribbon_corner(r.a.position - r.a_half, name);
+    stp_ribbon_corner(r.a.position + r.a_half, name);
+    stp_ribbon_corner(r.b.position - r.b_half, name);
+    stp_ribbon_corner(r.b.position + r.b_half, name);
+    EndPrimitive();
+}
 
 void main()
 {
@@ -61,10 +75,19 @@ void main()
     if (!stp_choose_shape(patch_index[0], STP_PATCH_STRIP, p, levels))
         return;
     stp_selection s = stp_select(p, levels);
-    uint first = s.first.x + uint(gl_InvocationID * STP_WIDE_SHARE);
-    uint end = min(s.first.x + s.end.w - 1u, first + uint(STP_WIDE_SHARE));
+    uvec2 ends = uvec2(s.first.x, s.first.x + s.end.w);
+    uint first = ends.x + uint(gl_InvocationID * STP_WIDE_SHARE);
+    uint end = min(ends.y - 1u, first + uint(STP_WIDE_SHARE));
     vec4 lattice = vec4(p.origin, p.step);
-    for (uint i = first; i < end; i++)
-        if (!stp_class_hidden(texelFetch(object_texture, int(i)).z >> 24))
-            stp_rectangle_emit(stp_vertex_fetch(i, lattice), stp_vertex_fetch(i + 1u, lattice), i | STP_NAME_SEGMENT);
+    for (uint i = first; i < end; i++) {
+        if (stp_class_hidden(texelFetch(object_texture, int(i)).z >> 24))
+            continue;
+        stp_disc a = stp_vertex_fetch(i, lattice), b = stp_vertex_fetch(i + 1u, lattice);
+        if (stp_ribbon_wide(a, b))
+            stp_ribbon_emit(stp_ribbon_between(a, b, i, ends, lattice), i | STP_NAME_RIBBON);
+#if STP_SPLAT
+        else
+            stp_rectangle_emit(a, b, i | STP_NAME_SEGMENT);
+#endif
+    }
 }

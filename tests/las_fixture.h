@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 typedef struct las_file {
-    unsigned char bytes[1 << 16];
+    unsigned char bytes[1 << 17];
     size_t size;
 } las_file;
 

@@ -55,7 +55,8 @@ static inline void layer_add_points(model_layer *out, const stp_chunk *chunk)
                 (stp_rule_bound){.centre = {(float)at.x, (float)at.y, (float)at.z},
                                  .cone_axis = {n.x, n.y, n.z},
                                  .cone_cos = 1.0f,
-                                 .two_sided = (chunk->patches[p].flags & STP_PATCH_TWO_SIDED) != 0};
+                                 .two_sided = (chunk->patches[p].flags & STP_PATCH_TWO_SIDED) != 0,
+                                 .closed = (chunk->patches[p].flags & STP_PATCH_CLOSED) != 0};
         }
 }
 

@@ -1,8 +1,8 @@
 /* What lines look like: they are made triangles again, and their silhouettes are compared with the
  * mesh's that they came from.
  *
- * A ribbon is flat across its normal, with half discs at its ends, as discs along its line cover
- * it. A tube is a prism of twelve sides whose mean width is twice the radius. */
+ * A ribbon is flat across its normal and cut square at its ends. A tube is a prism of twelve sides
+ * whose mean width is twice the radius. */
 #ifndef STP_TESTS_PLANT_SILHOUETTE_H
 #define STP_TESTS_PLANT_SILHOUETTE_H
 
@@ -10,7 +10,7 @@
 #include "tests/support/triangles.h"
 #include "tests/support/views.h"
 
-enum { SILHOUETTE_SIDES = 12, SILHOUETTE_ARC = 24 };
+enum { SILHOUETTE_SIDES = 12 };
 
 /* Pixels, summed over the 26 directions. */
 typedef struct silhouette_sum {
@@ -50,32 +50,12 @@ static inline silhouette_frame silhouette_frame_at(const stp_plant *plant,
     return f;
 }
 
-/* The half disc beyond a ribbon's end. */
-static inline void silhouette_add_end(plant_mesh *out, const silhouette_frame *f, double outwards)
-{
-    const double pi = 3.14159265358979323846;
-    uint32_t last = 0;
-    for (int k = 0; k <= SILHOUETTE_ARC; k++) {
-        const double angle = pi * (double)k / SILHOUETTE_ARC;
-        const stp_dvec3 p = silhouette_mix(f->at, f->side, f->radius * cos(angle), f->along,
-                                           outwards * f->radius * sin(angle));
-        const uint32_t v = plant_mesh_vertex(out, p.x, p.y, p.z);
-        if (k > 1)
-            plant_mesh_triangle(out, v - (uint32_t)k, last, v);
-        last = v;
-    }
-}
-
 static inline void silhouette_add_ribbon(plant_mesh *out, const stp_plant *plant,
                                          const stp_line_strip *strip)
 {
-    for (uint64_t i = 0; i < strip->count; i++) {
+    for (uint64_t i = 0; i + 1 < strip->count; i++) {
         const silhouette_frame f = silhouette_frame_at(plant, strip, i);
         uint32_t last = 0;
-        if (i == 0 || i + 1 == strip->count)
-            silhouette_add_end(out, &f, i == 0 ? -1.0 : 1.0);
-        if (i + 1 == strip->count)
-            return;
         const silhouette_frame g = silhouette_frame_at(plant, strip, i + 1);
         for (int k = 0; k < 4; k++) {
             const silhouette_frame *at = k < 2 ? &f : &g;
@@ -111,7 +91,7 @@ static inline plant_mesh silhouette_triangles(const stp_plant *plant)
 {
     const size_t rest = plant->rest->triangle_count;
     const size_t lines = (size_t)plant->lines.vertex_count;
-    const size_t each = SILHOUETTE_ARC + 8; /* of a line's vertex; two ends make 2 * 25 + 4 */
+    const size_t each = 2 * SILHOUETTE_SIDES; /* of a line's vertex */
     plant_mesh out =
         plant_mesh_create(lines * each + plant->rest->vertex_count, lines * each + rest);
     for (uint64_t i = 0; i < plant->rest->vertex_count; i++) {

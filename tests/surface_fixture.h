@@ -35,7 +35,8 @@ static inline void surface_prepare(surface_cloud *s, unsigned k)
     s->k = k;
     assert_int_equal(stp_pool_create(&s->pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(&s->cloud, s->pool, &err), STP_OK);
-    assert_int_equal(stp_surface_find(&none, &s->cloud, &params, s->pool, NULL, &err), STP_OK);
+    assert_int_equal(stp_surface_find(&none, &s->cloud, &params, NULL, s->pool, NULL, &err),
+                     STP_OK);
 }
 
 /* As scanned from so many stations around; 0: all of it, from none. */
@@ -97,7 +98,8 @@ static inline void surface_orient(surface_cloud *s, stp_orient_params params)
                                         .stations = stp_orient_stations(&params)};
     for (uint32_t i = 0; params.mode == STP_ORIENT_POSITION && i < s->cloud.count; i++)
         s->cloud.points[i].station = 1;
-    assert_int_equal(stp_surface_find(&graphs, &s->cloud, &surface, s->pool, NULL, &err), STP_OK);
+    assert_int_equal(stp_surface_find(&graphs, &s->cloud, &surface, NULL, s->pool, NULL, &err),
+                     STP_OK);
     assert_int_equal(
         stp_orientation_find(&s->cloud, s->k, &graphs, &params, s->pool, &s->orientation, &err),
         STP_OK);

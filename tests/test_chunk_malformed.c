@@ -427,13 +427,24 @@ static void spoil_orientation(fixture_tree *tree)
 
 static void spoil_reserved_flag(fixture_tree *tree)
 {
-    tree->chunks[0]->samples[0][3].flags |= 1u << 3;
+    tree->chunks[0]->samples[0][3].flags |= 1u << 6;
 }
 
 /* All that it covers are outliers. */
 static void spoil_mark(fixture_tree *tree)
 {
     tree->chunks[0]->samples[1][0].flags ^= STP_SAMPLE_OUTLIER;
+}
+
+/* In a file that says it has no closed surface. */
+static void spoil_closed(fixture_tree *tree)
+{
+    tree->chunks[0]->samples[0][3].flags |= STP_SAMPLE_CLOSED;
+}
+
+static void spoil_closed_patch(fixture_tree *tree)
+{
+    tree->chunks[0]->patches[0].flags |= STP_PATCH_CLOSED;
 }
 
 static void spoil_attribute(fixture_tree *tree)
@@ -470,7 +481,9 @@ static void test_verify(void **state)
         {spoil_side, "patch 1: it is not two-sided"},
         {spoil_orientation, "orientation"},
         {spoil_reserved_flag, "a reserved flag"},
-        {spoil_mark, "mark as an outlier"},
+        {spoil_mark, "mark as outlier"},
+        {spoil_closed, "no closed surface"},
+        {spoil_closed_patch, "a sample is not closed in a patch that is"},
         {spoil_attribute, "says it has no marks"},
         {spoil_bound, "radius exceeds"},
     };

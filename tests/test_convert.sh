@@ -26,11 +26,15 @@ cmp zstd.ply draco.ply && cmp raw.ply draco.ply || fail "points changed"
 
 "$STIPPLE" convert z.stipple -o t.stipple --threshold 2.5 --quiet || fail "convert --threshold"
 "$STIPPLE" verify t.stipple --quiet || fail "not sound with a threshold"
-"$STIPPLE" info t.stipple | grep -q '^threshold *2.5 px' || fail "info does not say the threshold"
-"$STIPPLE" info t.stipple --json | grep -q '"threshold_px":[[:space:]]*2.5' || fail "info --json does not"
-"$STIPPLE" info z.stipple | grep -q '^threshold' && fail "info says a threshold where none is"
+"$STIPPLE" info t.stipple >info.txt
+grep -q '^threshold *2.5 px' info.txt || fail "info does not say the threshold"
+"$STIPPLE" info t.stipple --json >info.json
+grep -q '"threshold_px":[[:space:]]*2.5' info.json || fail "info --json does not"
+"$STIPPLE" info z.stipple >info.txt
+grep -q '^threshold' info.txt && fail "info says a threshold where none is"
 "$STIPPLE" convert t.stipple -o t1.stipple --codec draco --quiet
-"$STIPPLE" info t1.stipple | grep -q '^threshold *2.5 px' || fail "convert loses the threshold"
+"$STIPPLE" info t1.stipple >info.txt
+grep -q '^threshold *2.5 px' info.txt || fail "convert loses the threshold"
 if "$STIPPLE" --help | grep -q '^  render'; then
     "$STIPPLE" render t.stipple -o default.png --size 200x200 --quiet || fail "render"
     "$STIPPLE" render z.stipple -o told.png --size 200x200 --threshold 2.5 --quiet

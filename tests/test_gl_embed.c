@@ -288,7 +288,8 @@ static void draw_model(gl_fixture *f, const scene *s)
 {
     stp_view view;
     stp_draw_stats stats = {0};
-    const stp_draw_params params = {0};
+    /* what a near plane opens shows no backs */
+    const stp_draw_params params = {.cull = STP_CULL_BACK};
     stp_ball ball = stp_model_ball(f->model);
     check_ok(stp_view_from_matrices(&view, s->model_view, s->projection, &ball, W, H, err));
     check_ok(stp_renderer_draw_into(f->renderer, &view, &params, NULL, &stats, err));

@@ -85,7 +85,7 @@ static void reads_what_was_drawn(void **state)
              (stp_draw_params){.shade = STP_SHADE_NORMAL,
                                .reconstruct =
                                    variant & 2 ? STP_RECONSTRUCT_POINTS : STP_RECONSTRUCT_GAUSS,
-                               .keep_back_faces = (variant & 4) != 0,
+                               .cull = variant & 4 ? STP_CULL_NONE : STP_CULL_BACK,
                                .keep_pixels = true});
         check_ok(stp_renderer_read_depth(f->renderer, depth, err));
         check_ok(stp_renderer_read_normals(f->renderer, xyz, err));

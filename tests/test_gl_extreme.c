@@ -180,7 +180,7 @@ static bool judge_of(const stp_view *view, const fixture_disc *disc, int mode, d
         out->normal = stp_dvec3_scale(w, -1.0);
     if (disc->kind == STP_KIND_TUBE)
         out->normal = (stp_dvec3){0.0, 0.0, 0.0};
-    return !(known && disc->oriented && stp_dvec3_dot(disc->normal, w) >= 0.0) &&
+    return !(known && disc->oriented && stp_dvec3_dot(disc->normal, w) >= REFERENCE_CULL_COSINE) &&
            -disc->position.z > view->near_depth;
 }
 
@@ -329,6 +329,7 @@ static reference_pixel *draw(gl_fixture *f, const stp_view *view, int mode, stp_
     stp_draw_params params = {.reconstruct = (stp_reconstruct)mode,
                               .lod = lod,
                               .every_sample = lod != STP_LOD_GEOMETRY,
+                              .cull = STP_CULL_BACK,
                               .keep_pixels = true};
     memcpy(params.hidden_classes, hidden, sizeof params.hidden_classes);
     check_ok(stp_renderer_draw(f->renderer, view, &params, &stats, err));

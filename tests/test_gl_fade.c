@@ -93,7 +93,8 @@ static void dolly(void **state)
     printf("%zu level changes: every sample %.2f, threshold %.2f, faded %.2f of 255\n", pixels,
            change[0] / n, change[1] / n, change[2] / n);
     assert_true(pixels > 10000);
-    assert_true(change[2] - change[0] < 0.65 * (change[1] - change[0]));
+    /* Not of what is over the change of every sample: that falls as normals get better. */
+    assert_true(change[2] < 0.8125 * change[1]);
     gl_fixture_close(&levels.fixture);
     for (int k = 0; k < 3; k++)
         gl_fixture_close(&riders[k].fixture);

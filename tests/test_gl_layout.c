@@ -47,6 +47,7 @@ static const char decode[] =
     "    put4(quality); put4(terms); put4(colour_range); put4(vec4(modes)); put4(clip_min); "
     "put4(clip_max);\n"
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
+    "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
     "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
     "    put(float(c.depth));\n"
@@ -57,7 +58,8 @@ static const char decode[] =
     "put(float(stp_patch_slot(1u)));\n"
     "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
     "put(float(STP_PATCH_TRIANGLES));\n"
-    "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE));\n"
+    "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
+    "put(float(STP_NAME_RIBBON));\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -87,19 +89,21 @@ static void want_floats(expectation *e, const float *values, int count)
 
 static stp_gpu_frame make_frame(void)
 {
-    stp_gpu_frame frame = {.axis_right = {1, 0, 0, 101},
-                           .axis_up = {0, 1, 0, 102},
-                           .axis_back = {0, 0, 1, 103},
-                           .viewport = {4, 5, 6, 7},
-                           .centre = {31, 32, 33, 34},
-                           .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
-                           .quality = {12, 13, 14, 15},
-                           .terms = {94, 95, 96, 97},
-                           .colour_range = {71, 72, 73, 74},
-                           .modes = {16, 17, 18, 19},
-                           .clip_min = {75, 76, 77, 78},
-                           .clip_max = {79, 80, 81, 82},
-                           .hidden = {83, 84, 85, 86, 87, 88, 89, 90}};
+    stp_gpu_frame frame = {
+        .axis_right = {1, 0, 0, 101},
+        .axis_up = {0, 1, 0, 102},
+        .axis_back = {0, 0, 1, 103},
+        .viewport = {4, 5, 6, 7},
+        .centre = {31, 32, 33, 34},
+        .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
+        .quality = {12, 13, 14, 15},
+        .terms = {94, 95, 96, 97},
+        .colour_range = {71, 72, 73, 74},
+        .modes = {16, 17, 18, 19},
+        .clip_min = {75, 76, 77, 78},
+        .clip_max = {79, 80, 81, 82},
+        .hidden = {83, 84, 85, 86, 87, 88, 89, 90},
+        .openings = {[0] = {91, 92, 93, 94}, [STP_OPENINGS_LIMIT - 1] = {95, 96, 97, 98}}};
     return frame;
 }
 
@@ -162,6 +166,8 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_floats(&e, frame->clip_max, 4);
     for (int i = 0; i < STP_CLASS_WORDS; i++)
         want(&e, frame->hidden[i]);
+    want_floats(&e, frame->openings[0], 4);
+    want_floats(&e, frame->openings[STP_OPENINGS_LIMIT - 1], 4);
     want_floats(&e, chunk->offset, 3);
     want(&e, chunk->finest);
     want(&e, chunk->id);
@@ -187,6 +193,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, STP_PATCH_TRIANGLES);
     want(&e, STP_NAME_SEGMENT);
     want(&e, STP_NAME_TRIANGLE);
+    want(&e, STP_NAME_RIBBON);
     want_floats(&e, patch->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);

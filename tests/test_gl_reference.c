@@ -27,10 +27,11 @@ typedef struct agreement {
     size_t either, agree, coverage, normal, colour, depth, source;
 } agreement;
 
-/* What a pixel's depth and radius are judged by: the radius, but polygons have next to none. */
+/* What a pixel's depth and radius are judged by: the radius, but polygons have next to none, and
+ * flat pieces of ribbons have none. */
 static double size_of(const reference_pixel *p)
 {
-    return reference_is_polygon(p) ? p->z_max - p->z_min : p->radius;
+    return reference_is_polygon(p) || p->radius == 0.0 ? p->z_max - p->z_min : p->radius;
 }
 
 static void compare_pixel(const reference_pixel *a, const reference_pixel *b, agreement *sum)
@@ -94,7 +95,9 @@ static bool place(const stp_view *view, const reference_disc *disc, double windo
     stp_dvec3 w = view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : disc->position;
     window[0] = 0.5 * view->width + scale * disc->position.x;
     window[1] = 0.5 * view->height + scale * disc->position.y;
-    return depth > view->near_depth && !(disc->oriented && stp_dvec3_dot(disc->normal, w) >= 0.0);
+    return depth > view->near_depth &&
+           !(disc->culled && !disc->seen_through &&
+             stp_dvec3_dot(disc->normal, stp_dvec3_normalize(w)) >= REFERENCE_CULL_COSINE);
 }
 
 /* Index of the pixel at window coordinates, or -1. */

@@ -1,7 +1,8 @@
 /* Every sample drawn by each road, rasterised and by compute shaders, is the same picture byte for
  * byte: who wins a pixel, what is pulled and pushed, shaded, marked and smoothed. Sizes are such
  * that blocks, cells and levels end within pixels of each other; each renderer also draws what the
- * other one began, in textures that it left. */
+ * other one began, in textures that it left. And whatever the memory is, which cuts a picture into
+ * passes and moves chunks in it: also where most pixels have several samples at one depth. */
 #include "tests/gl_model.h"
 
 typedef struct scene {
@@ -64,7 +65,7 @@ static void compare(const scene *s, const uint8_t *a, const uint8_t *b, size_t p
 {
     for (size_t i = 0; i < 4 * pixels; i++)
         if (a[i] != b[i])
-            fail_msg("%s: pixel %zu of %zu, channel %zu: %d, by compute shaders %d", s->name, i / 4,
+            fail_msg("%s: pixel %zu of %zu, channel %zu: %d, the other way %d", s->name, i / 4,
                      pixels, i % 4, a[i], b[i]);
 }
 
@@ -98,6 +99,52 @@ static void same_bytes(void **state)
     gl_fixture_close(&computed);
 }
 
+/* A plane seen head-on, some ten samples a pixel: whoever wins a pixel wins a tie. */
+static void any_memory(void **state)
+{
+    (void)state;
+    static const uint64_t budgets[] = {UINT64_C(6) << 20, UINT64_C(7) << 20, UINT64_C(11) << 20};
+    const scene s = {.name = "passes", .width = 150, .height = 150};
+    const size_t pixels = (size_t)s.width * (size_t)s.height;
+    uint8_t *pictures[2] = {calloc(pixels, 4), calloc(pixels, 4)};
+    gl_fixture roomy;
+    unsigned passes = 0;
+    model_fixture_build("plane.stipple",
+                        &(model_recipe){.shape = GEN_PLANE, .point_count = 300000});
+    gl_fixture_open(&roomy, "plane.stipple", NULL);
+    for (size_t b = 0; b < sizeof budgets / sizeof *budgets; b++) {
+        gl_fixture little = {.model = roomy.model};
+        check_ok(stp_renderer_create(&little.renderer,
+                                     &(stp_renderer_params){.model = roomy.model,
+                                                            .thread_count = 2,
+                                                            .gpu_memory_bytes = budgets[b]},
+                                     err));
+        for (int k = 0; k < 6; k++) { /* the oblique view between two moves chunks */
+            const stp_dvec3 from = {0.0, k % 3 == 1 ? 1.0 : 0.0, 1.0};
+            stp_camera camera = stp_camera_around(
+                &roomy.model->ball, from, (stp_dvec3){1.0, 0.0, 0.0}, 45.0, s.width, s.height);
+            stp_view view;
+            stp_draw_stats stats = {0};
+            stp_draw_params params = {.lod = k < 3 ? STP_LOD_COMPUTE : STP_LOD_GEOMETRY,
+                                      .every_sample = k % 3 != 1,
+                                      .reconstruct =
+                                          b == 0 ? STP_RECONSTRUCT_POINTS : STP_RECONSTRUCT_GAUSS};
+            check_ok(stp_view_create(&view, &camera, &roomy.model->ball, s.width, s.height, err));
+            draw(&roomy, &view, &params, pictures[0]);
+            check_ok(stp_renderer_draw(little.renderer, &view, &params, &stats, err));
+            check_ok(stp_renderer_read(little.renderer, pictures[1], err));
+            passes = stats.passes > passes ? stats.passes : passes;
+            compare(&s, pictures[0], pictures[1], pixels);
+            assert_true(covered(pictures[0], pixels) > pixels / 20);
+        }
+        stp_renderer_destroy(&little.renderer);
+    }
+    assert_true(passes > 2);
+    gl_fixture_close(&roomy);
+    free(pictures[0]);
+    free(pictures[1]);
+}
+
 static int enter(void **state)
 {
     return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
@@ -105,7 +152,7 @@ static int enter(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(same_bytes)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(same_bytes), cmocka_unit_test(any_memory)};
     stp_gl_context *context = gl_fixture_context();
     int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
     stp_gl_context_destroy(&context);

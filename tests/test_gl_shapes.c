@@ -252,6 +252,48 @@ static void triangles_cover(void **state)
     close_scene(&s);
 }
 
+/* A ribbon of two vertices that leans back covers what its card covers: its ends are square,
+ * whatever reconstructs it. The lattice moves an edge by some pixels' tenths. */
+static void ribbon_is_a_card(void **state)
+{
+    (void)state;
+    const double radius = 0.4, slack = 1.5;
+    const stp_dvec3 ends[1][2] = {{{-0.5, -0.4, 0.3}, {0.6, 0.5, -0.5}}};
+    const stp_dvec3 way = stp_dvec3_sub(ends[0][1], ends[0][0]);
+    const stp_dvec3 half = stp_dvec3_scale(
+        stp_dvec3_normalize(stp_dvec3_cross((stp_dvec3){0.2, 0.3, 1.0}, way)), radius);
+    const stp_dvec3 normal = stp_dvec3_normalize(stp_dvec3_cross(way, half));
+    stp_line_set set = lines_make(1, 2, STP_LINE_RIBBON, ends, (float)radius);
+    double corners[4][2];
+    scene s = {0};
+    for (int i = 0; i < 2; i++)
+        set.vertices[i].direction = stp_dvec3_to_float(normal);
+    open_shapes(&s, NULL, &set, NULL);
+    for (int i = 0; i < 4; i++) { /* around the card */
+        bool far = i == 1 || i == 2;
+        stp_dvec3 p = stp_dvec3_add(ends[0][far], stp_dvec3_scale(half, i < 2 ? -1.0 : 1.0));
+        corners[i][0] = 0.5 * SIZE + p.x * s.view.f / (EYE_Z - p.z);
+        corners[i][1] = 0.5 * SIZE + p.y * s.view.f / (EYE_Z - p.z);
+    }
+    for (int m = 0; m < MODE_COUNT; m++) {
+        size_t wrong = 0, held = 0;
+        draw(&s, &(stp_draw_params){.reconstruct = modes[m], .every_sample = true});
+        for (int i = 0; i < PIXELS; i++) {
+            const double p[2] = {i % SIZE + 0.5, i / SIZE + 0.5};
+            double least = INFINITY;
+            for (int k = 0; k < 4; k++)
+                least = fmin(least, left_of(corners[k], corners[(k + 1) % 4], p));
+            held += least > 0.0;
+            wrong += fabs(least) > slack && (least > 0.0) != (s.rgba[4 * i + 3] != 0);
+        }
+        print_message("mode %d: %zu pixels, %zu wrong\n", (int)modes[m], held, wrong);
+        assert_true(held > 5000);
+        assert_int_equal(wrong, 0);
+    }
+    stp_line_set_clear(&set);
+    close_scene(&s);
+}
+
 /* Tangent of the angle by which a ray of depth 1 misses a segment, both from the eye. */
 static double away_from(stp_dvec3 a, stp_dvec3 b, stp_dvec3 ray)
 {
@@ -462,6 +504,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(order),
         cmocka_unit_test(triangles_cover),
+        cmocka_unit_test(ribbon_is_a_card),
         cmocka_unit_test(tube_covers),
         cmocka_unit_test(tube_passes_the_eye),
         cmocka_unit_test(clip_cuts),

@@ -238,7 +238,7 @@ static const stp_draw_params drawn[] = {
     {.lod = STP_LOD_CPU, .reconstruct = STP_RECONSTRUCT_TEMPLATE5, .keep_pixels = true},
     {.lod = STP_LOD_GEOMETRY, .reconstruct = STP_RECONSTRUCT_SPLAT, .edl = 1.0},
     {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_SPLAT},
-    {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_POINTS, .keep_back_faces = true},
+    {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_POINTS, .cull = STP_CULL_NONE},
 };
 #define DRAWN ((int)(sizeof drawn / sizeof *drawn))
 

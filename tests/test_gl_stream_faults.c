@@ -96,7 +96,8 @@ static void damage_is_met_once(void **state)
     stp_view view = look(model, 0.3, 1.0, SIZE, SIZE);
     swap_bytes(&model->entries[leaf], bytes);
     stp_renderer *r = renderer_of(model);
-    params.keep_back_faces = params.every_sample = true;
+    params.cull = STP_CULL_NONE;
+    params.every_sample = true;
     check_rest(r, model, &view, &params, &stats);
     assert_int_equal(stats.chunks_missing, 1);
     assert_false(stats.cut_complete);

@@ -253,6 +253,36 @@ static void projections_keep_sizes(void **state)
     check_near(stp_dvec3_length(stp_dvec3_sub(c.camera.eye, c.ball.centre)), depth, 1e-6);
 }
 
+static double nothing_drawn(void *context, int x, int y)
+{
+    (void)context;
+    (void)x;
+    (void)y;
+    return 0.0;
+}
+
+/* Where nothing was drawn, a drag holds the model's middle from outside and, from within, what the
+ * camera looks at. */
+static void empty_pixels_have_a_depth(void **state)
+{
+    (void)state;
+    view_control c = walker(VIEW_ORBIT);
+    const stp_dvec3 back = {0.0, -1.0, 0.0};
+    c.depth = nothing_drawn;
+    for (int outside = 0; outside < 2; outside++) {
+        stp_error err = {0};
+        double depth = 0.0;
+        c.camera.eye = stp_dvec3_add(c.ball.centre,
+                                     stp_dvec3_scale(back, (outside ? 3.0 : 0.01) * c.ball.radius));
+        c.camera.look = stp_dvec3_add(c.camera.eye, stp_dvec3_scale(back, -0.4 * c.ball.radius));
+        c.camera.up = (stp_dvec3){0.0, 0.0, 1.0};
+        c.camera.fovy_deg = 70.0;
+        assert_int_equal(stp_view_create(&c.view, &c.camera, &c.ball, 640, 480, &err), STP_OK);
+        view_control_point(&c, 320.0, 240.0, &depth);
+        check_near(depth, (outside ? 3.0 : 0.4) * c.ball.radius, 1e-9);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -263,6 +293,7 @@ int main(void)
         cmocka_unit_test(walking_keeps_to_the_ground),
         cmocka_unit_test(flying_goes_where_it_looks),
         cmocka_unit_test(projections_keep_sizes),
+        cmocka_unit_test(empty_pixels_have_a_depth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -112,7 +112,7 @@ static void spoil_continues(raw_file *f)
 
 static void spoil_reserved(raw_file *f)
 {
-    patch_of(f, 3)[46] |= 32;
+    patch_of(f, 3)[46] |= 64;
 }
 
 static void spoil_child(raw_file *f)

@@ -70,7 +70,7 @@ reports=$(grep -c '^{' "$FOLDER/err")
 [ "$reports" -ge 5 ] || fail "$reports reports"
 [ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a report is no object"
 stages=$(sed -n 's/^{"stage": "\([a-z]*\)".*/\1/p' "$FOLDER/err" | uniq | tr '\n' ' ')
-[ "$stages" = "read sort surface orientation patches " ] || fail "stages: $stages"
+[ "$stages" = "read sort surface orientation closed patches " ] || fail "stages: $stages"
 
 refuse() { # text, inputs
     local text=$1
@@ -83,7 +83,8 @@ refuse "has the name of a scan" "$FOLDER/none"
 refuse "no file is named like this" "$scans/*.las"
 refuse "names no file" @/dev/null
 refuse "none.txt" "@$FOLDER/none.txt"
-refuse "gone.ply" "$scans" "$scans/gone.ply"
+refuse "gone.ply" "$scans" "$scans/gone.ply" --strict
+refuse "gone.ply" "$scans/gone.ply"
 refuse "the list of inputs \`$FOLDER/none.txt\` cannot be opened" "@$FOLDER/none.txt"
 ply 0 </dev/null >"$FOLDER/no points.ply"
 refuse "no points.ply has no points: there is nothing to write" "$FOLDER/no points.ply"
@@ -102,15 +103,93 @@ cp "$scans/a.ply" "$FOLDER/odd/a.ply"
 ln -s .. "$FOLDER/odd/loop/up"
 prepared 1000 1000 "$FOLDER/odd"
 ln -s gone.las "$FOLDER/odd/link.las"
-refuse "link.las: cannot be opened: No such file" "$FOLDER/odd"
+refuse "link.las: cannot be opened: No such file" "$FOLDER/odd" --strict
 rm "$FOLDER/odd/link.las"
 mkfifo "$FOLDER/odd/pipe.ply"
-refuse "pipe.ply is not a regular file" "$FOLDER/odd"
+refuse "pipe.ply is not a regular file" "$FOLDER/odd" --strict
 rm "$FOLDER/odd/pipe.ply"
-if [ "$(id -u)" != 0 ]; then # who may read everything cannot be refused
-    chmod 444 "$FOLDER/odd/loop"
-    refuse "cannot be read: Permission denied" "$FOLDER/odd"
-    chmod 755 "$FOLDER/odd/loop"
+
+# One that cannot be read, wherever it stands, costs itself alone: it is named at the end, the exit is 1.
+sick="$FOLDER/sïck ones"
+mkdir -p "$sick/shut" "$FOLDER/open"
+"$STIPPLE" gen sphere -n 70000 -o "$sick/a.ply" --quiet
+cp "$scans/b/c/bed.ply" "$sick/c bed.ply"
+cp "$sick/a.ply" "$sick/d.ply"
+"$STIPPLE" gen torus -n 70000 -o "$FOLDER/whole.las" --quiet
+: >"$sick/é empty.ply"
+printf '\x89PNG\r\n\x1a\n....' >"$sick/foreign.ply"
+ply 150002 < <(yes '1 2 3' | head -n 150000; echo '1 nan 3'; echo '1 2 x') >"$sick/b late.ply"
+ply 5 <<<'1 2 3' >"$sick/e cut.ply"
+head -c 1000000 "$FOLDER/whole.las" >"$sick/f cut.las"
+good=("$sick/a.ply" "$sick/c bed.ply")
+rm "$sick/d.ply"
+# left_out COUNT OF SENTENCE...; the inputs are $inputs
+left_out() {
+    local count=$1 of=$2
+    shift 2
+    run "$STIPPLE" prep "${inputs[@]}" -o "$FOLDER/s.stipple" --force --stats "$FOLDER/stats.json" \
+        --rejects "$FOLDER/rejects.csv"
+    expect_code 1
+    expect_text err "$count of $of inputs could not be read, as said above: $FOLDER/s.stipple was written"
+    [ "$(grep -c '^not read: ' "$FOLDER/err")" = "$count" ] || fail "$count lines for $count inputs"
+    [ "$(grep -c ',,unreadable$' "$FOLDER/rejects.csv")" = "$count" ] || fail "rejects: $count files"
+    [ "$(grep -c '"why":' "$FOLDER/stats.json")" = "$count" ] || fail "stats: $count files"
+    for sentence in "$@"; do
+        grep '^not read: ' "$FOLDER/err" | grep -qF -- "$sentence" || fail "no sentence: $sentence"
+    done
+}
+# Two models of the same points; their metadata name different inputs.
+same_model() {
+    "$STIPPLE" export "$1" -o "$FOLDER/1.ply" --force --quiet
+    "$STIPPLE" export "$2" -o "$FOLDER/2.ply" --force --quiet
+    cmp -s "$FOLDER/1.ply" "$FOLDER/2.ply" || fail "$1 and $2 hold different points"
+}
+"$STIPPLE" prep "${good[@]}" -o "$FOLDER/good.stipple" --quiet
+inputs=("$sick")
+left_out 5 7 "b late.ply: line" "e cut.ply" "f cut.las" "foreign.ply" "é empty.ply"
+expect_text err "70003 points read, 70002 stored, 1 rejected (1 not finite)"
+same_model "$FOLDER/s.stipple" "$FOLDER/good.stipple"
+grep -q 'c bed.ply",0,not_finite$' "$FOLDER/rejects.csv" || fail "a reject behind what is left out"
+"$STIPPLE" verify "$FOLDER/s.stipple" --quiet || fail "verify"
+cp "$FOLDER/s.stipple" "$FOLDER/wide.stipple"
+"$STIPPLE" prep "$sick" -o "$FOLDER/narrow.stipple" --quiet --threads 1 2>/dev/null
+cmp -s "$FOLDER/narrow.stipple" "$FOLDER/wide.stipple" || fail "threads change what is left out"
+# Files, patterns and lists alike.
+inputs=("$sick/a.ply" "$sick/gone.ply")
+left_out 1 2 "gone.ply: cannot be opened: No such file"
+inputs=("$sick/[a-c]*")
+left_out 1 3 "b late.ply: line"
+printf '%s\n' "$sick/a.ply" "$sick/f cut.las" >"$FOLDER/sick.txt"
+inputs=("@$FOLDER/sick.txt")
+left_out 1 2 "f cut.las"
+# Nothing is written where nothing is left, where one file is all there is, and with --strict.
+run "$STIPPLE" prep "$sick/foreign.ply" "$sick/é empty.ply" -o "$FOLDER/new.stipple"
+expect_code 1
+expect_text err "none of the 2 inputs can be read: nothing is written"
+[ ! -e "$FOLDER/new.stipple" ] || fail "a model of nothing"
+expect_text err "not read: $sick/foreign.ply"
+refuse "foreign.ply" "$sick/foreign.ply"
+refuse "b late.ply: line" "$sick/b late.ply"
+refuse "b late.ply: line" "$sick/a.ply" "$sick/b late.ply" --strict
+# Without permission; who may read everything becomes somebody who may not.
+as=()
+if [ "$(id -u)" = 0 ]; then
+    command -v setpriv >/dev/null && as=(setpriv --reuid=65534 --regid=65534 --clear-groups)
+    chmod 755 "$FOLDER"
+fi
+if [ "$(id -u)" != 0 ] || [ ${#as[@]} -gt 0 ] && "${as[@]}" "$STIPPLE" --version >/dev/null 2>&1; then
+    chmod 777 "$FOLDER/open"
+    mkdir "$FOLDER/locked"
+    cp "$sick/a.ply" "$FOLDER/locked"
+    cp "$sick/c bed.ply" "$FOLDER/locked/no.ply"
+    mkdir "$FOLDER/locked/shut"
+    chmod 000 "$FOLDER/locked/no.ply" "$FOLDER/locked/shut"
+    run "${as[@]}" "$STIPPLE" prep "$FOLDER/locked" -o "$FOLDER/open/m.stipple"
+    expect_code 1
+    expect_text err "not read: $FOLDER/locked/no.ply: cannot be opened: Permission denied"
+    expect_text err "not read: $FOLDER/locked/shut: cannot be opened: Permission denied"
+    [ -e "$FOLDER/open/m.stipple" ] || fail "no model of what may be read"
+    chmod 755 "$FOLDER/locked/shut"
 fi
 
 # A LAS 1.2 file of four points whose GeoTIFF key 1024 is $1: 1 projected, 2 degrees.

@@ -33,7 +33,7 @@ static findings find(stp_cloud *cloud, stp_pool *pool, uint32_t unit_points)
     const stp_dvec3 station = {0.0, 0.0, 3.0};
     const stp_surface_params params = {
         .k = NEIGHBOURS, .pieces = true, .stations = &station, .unit_points = unit_points};
-    assert_int_equal(stp_surface_find(&f.graphs, cloud, &params, pool, NULL, &err), STP_OK);
+    assert_int_equal(stp_surface_find(&f.graphs, cloud, &params, NULL, pool, NULL, &err), STP_OK);
     f.points = copy_of(cloud->points, cloud->count * sizeof *f.points);
     f.sheets = copy_of(cloud->sheets, cloud->count * sizeof *f.sheets);
     f.marks = copy_of(cloud->marks, cloud->count * sizeof *f.marks);

@@ -12,7 +12,7 @@ for name in $commands; do
     "$STIPPLE" "$name" --help
 done >"$FOLDER/help"
 "${STIPPLE%/*}/stipple-bench" --help >>"$FOLDER/help" || fail "stipple-bench has no help"
-for script in install-deps demo check fetch-datasets bench/first-light bench/first-picture bench/scale \
+for script in install-deps demo check gallery fetch-datasets bench/first-light bench/first-picture bench/scale \
     bench/table; do
     bash "$SOURCE/tools/$script" --help
 done >>"$FOLDER/help"

@@ -35,7 +35,8 @@ static reference_disc disc_at(double x, double y, double depth, double radius)
                             .radius = radius,
                             .rgb = {1.0, 0.5, 0.25},
                             .has_normal = true,
-                            .oriented = true};
+                            .oriented = true,
+                            .culled = true};
 }
 
 /* One disc facing the eye: box filters cover all pixels inside the circle, none outside, and so
@@ -241,7 +242,7 @@ static void sides(void **state)
     reference_pyramid p = draw(&view, false, &disc, 1, 5.0);
     assert_int_equal(covered(&p), 0);
     reference_destroy(&p);
-    disc.oriented = false;
+    disc.culled = false; /* known, but seen from behind: the side that is seen */
     p = draw(&view, false, &disc, 1, 5.0);
     assert_true(covered(&p) > 20);
     check_near(at(&p, 16, 16)->normal.z, 0.8, 1e-12);
@@ -308,23 +309,34 @@ static void odd_viewports_and_odd_discs(void **state)
 }
 
 /* Four small discs on the corners of a pixel of level 1: the disc that stands for them has their
- * second moment, and their centre. */
-static void pulled_moments(void **state)
+ * second moment, with box (PBG07) the mean of their radii, and their centre. */
+static void pulled_radii(void **state)
 {
     (void)state;
     stp_view view = check_view(8, 8, 1.0, true);
     reference_disc discs[4];
     const double a = 0.25, r = 3.0; /* pixels from the middle along each axis; pixels */
     for (int k = 0; k < 4; k++)
-        discs[k] = disc_at(k & 1 ? 1.0 + a : 1.0 - a, k & 2 ? 1.0 + a : 1.0 - a, 2.0 + 0.1 * k, r);
-    for (int box = 0; box < 2; box++) {
-        reference_pyramid p = draw(&view, box, discs, 4, 1.0);
+        discs[k] =
+            disc_at(k & 1 ? 1.0 + a : 1.0 - a, k & 2 ? 1.0 + a : 1.0 - a, 2.0 + 0.1 * k, r + k);
+    static const reference_filter filters[] = {REFERENCE_GAUSS, REFERENCE_BOX, REFERENCE_TEMPLATE3};
+    const double square =
+        (r * r + (r + 1.0) * (r + 1.0) + (r + 2.0) * (r + 2.0) + (r + 3.0) * (r + 3.0)) / 4.0;
+    for (int i = 0; i < 3; i++) {
+        bool moment = filters[i] != REFERENCE_BOX;
+        double part =
+            filters[i] == REFERENCE_TEMPLATE3 ? 0.85 : 1.0; /* of the radius, "Templates" */
+        reference_pyramid p;
+        check_ok(reference_create(&p, &view, filters[i], 1, err));
+        reference_project(&p, discs, 4);
+        reference_pull(&p);
         const reference_pixel *q = &p.levels[1].pulled[2 * 4 + 2];
-        check_near(q->radius, sqrt(r * r + 2.0 * 2.0 * a * a), 1e-12);
+        check_near(q->radius, moment ? sqrt(part * part * square + 2.0 * 2.0 * a * a) : r + 1.5,
+                   1e-12);
         check_near(q->dx, 0.0, 1e-12);
         check_near(q->dy, 0.0, 1e-12);
         check_near(q->z_min, 2.0, 1e-12);
-        check_near(q->z_max, 2.3 + r, 1e-12);
+        check_near(q->z_max, 2.3 + part * (r + 3.0), 1e-12);
         assert_int_equal(q->tag, 1 + 16);
         reference_destroy(&p);
     }
@@ -398,7 +410,7 @@ int main(void)
         cmocka_unit_test(two_layers_stay_apart),
         cmocka_unit_test(sides),
         cmocka_unit_test(odd_viewports_and_odd_discs),
-        cmocka_unit_test(pulled_moments),
+        cmocka_unit_test(pulled_radii),
         cmocka_unit_test(source_levels),
         cmocka_unit_test(shading),
     };

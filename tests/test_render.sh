@@ -215,9 +215,9 @@ test_filters() {
     render "$model" --size 64x64 --clip -2,-2,-2,2,0,2
     expect_picture 64 64
     expect_coverage $((whole * 2 / 5)) $((whole * 3 / 5))
-    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 # the far half of it shows its back
+    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --cull back # the far half of it shows its back
     expect_coverage 0 $((whole / 2))
-    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --back-faces
+    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0
     expect_coverage $((whole * 8 / 10)) "$whole"
     render "$model" --size 64x64 --clip -0.1,-0.1,-0.1,0.1,0.1,0.1 # inside the hollow sphere
     expect_picture 64 64

@@ -79,7 +79,7 @@ static void fields_in_any_order(void **state)
         scan_fixture_scalars(&p[2], 65535, 255);
         for (int i = 0; i < 3; i++) {
             assert_int_equal(p[i].reject, STP_REJECT_NONE);
-            assert_int_equal(p[i].station, 0);
+            assert_int_equal(p[i].station, 1);
         }
         free(p);
     }
@@ -166,22 +166,50 @@ static void packed_colours(void **state)
         scan_fixture_rgb(&p[2], 0x8181, 0x2323, 0x4545);
         free(p);
     }
-    /* 0x404070 as a number under type F; its bits; a signed one; what no colour is. */
-    stp_point *p = scan_fixture_points("packed.pcd",
-                                       "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\n"
-                                       "WIDTH 4\nDATA ascii\n0 0 0 4.2108e+06\n0 0 0 5.9e-39\n"
-                                       "0 0 0 -1\n0 0 0 nan\n",
+    stp_point *p = scan_fixture_points("signed.pcd",
+                                       "VERSION .7\nFIELDS x y z rgba\nSIZE 4 4 4 4\nTYPE F F F I\n"
+                                       "WIDTH 1\nDATA ascii\n0 0 0 -16777215\n", /* 0xFF000001 */
                                        &info);
-    scan_fixture_rgb(&p[0], 0x4040, 0x4040, 0x7070);
-    scan_fixture_rgb(&p[1], 0x4040, 0x3E3E, 0xCDCD); /* 5.9e-39 is 0x00403ECD */
-    scan_fixture_rgb(&p[2], 0x8080, 0x0000, 0x0000); /* -1 is 0xBF800000 */
+    scan_fixture_rgb(&p[0], 0, 0, 0x0101);
+    free(p);
+}
+
+/* A file whose column rgb of type F is these texts, four of them. */
+static stp_point *read_packed(const char *texts[4])
+{
+    char file[512];
+    stp_scan_info info;
+    snprintf(file, sizeof file,
+             "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 4\nDATA ascii\n"
+             "0 0 0 %s\n0 0 0 %s\n0 0 0 %s\n0 0 0 %s\n",
+             texts[0], texts[1], texts[2], texts[3]);
+    return scan_fixture_points("packed.pcd", file, &info);
+}
+
+/* Type F as text: programs print the float, or the integer. The column says which. */
+static void packed_text(void **state)
+{
+    (void)state;
+    /* the float 4210800 has the bits 0x4A8080E0, 5.9e-39 0x00403ECD, -1 0xBF800000 */
+    const char *floats[] = {"4.2108e+06", "5.9e-39", "-1", "nan"};
+    stp_point *p = read_packed(floats);
+    scan_fixture_rgb(&p[0], 0x8080, 0x8080, 0xE0E0);
+    scan_fixture_rgb(&p[1], 0x4040, 0x3E3E, 0xCDCD);
+    scan_fixture_rgb(&p[2], 0x8080, 0x0000, 0x0000);
     scan_fixture_rgb(&p[3], 0, 0, 0);
     free(p);
-    p = scan_fixture_points("signed.pcd",
-                            "VERSION .7\nFIELDS x y z rgba\nSIZE 4 4 4 4\nTYPE F F F I\n"
-                            "WIDTH 1\nDATA ascii\n0 0 0 -16777215\n", /* 0xFF000001 */
-                            &info);
-    scan_fixture_rgb(&p[0], 0, 0, 0x0101);
+    /* all rounded, or whole beside one that is not */
+    const char *rounded[] = {"4.2108e+06", "4210800", "4.2108e6", "4.2108E+06"};
+    p = read_packed(rounded);
+    for (int i = 0; i < 4; i++)
+        scan_fixture_rgb(&p[i], 0x8080, 0x8080, 0xE0E0);
+    free(p);
+    /* 0x404070 and 0xFF0000, with every digit that an integer has */
+    const char *integers[] = {"4210800", "4.210800e+06", "4.210800000000000000e+06", "16711680.0"};
+    p = read_packed(integers);
+    for (int i = 0; i < 3; i++)
+        scan_fixture_rgb(&p[i], 0x4040, 0x4040, 0x7070);
+    scan_fixture_rgb(&p[3], 65535, 0, 0);
     free(p);
 }
 
@@ -281,14 +309,15 @@ static void viewpoints(void **state)
     static const struct {
         const char *text;
         bool is_station;
+        stp_station_word word;
         stp_dvec3 position;
     } cases[] = {
-        {NULL, false, {0, 0, 0}},
-        {"0 0 0 1 0 0 0", false, {0, 0, 0}},
-        {"0.0 -0 0 1.0 0 0 0", false, {0, 0, 0}},
-        {"0 0 0 0 1 0 0", true, {0, 0, 0}},
-        {"1.5 -2 1e3 1 0 0 0", true, {1.5, -2, 1000}},
-        {"nan 0 0 1 0 0 0", false, {0, 0, 0}},
+        {NULL, true, STP_STATION_DEFAULT, {0, 0, 0}},
+        {"0 0 0 1 0 0 0", true, STP_STATION_DEFAULT, {0, 0, 0}},
+        {"0.0 0 0 1.0 0 0 0", true, STP_STATION_DEFAULT, {0, 0, 0}},
+        {"0 0 0 0 1 0 0", true, STP_STATION_CLAIMED, {0, 0, 0}},
+        {"1.5 -2 1e3 1 0 0 0", true, STP_STATION_CLAIMED, {1.5, -2, 1000}},
+        {"nan 0 0 1 0 0 0", false, STP_STATION_TOLD, {0, 0, 0}},
     };
     const pcd_column columns[] = {COLUMN("x", 'F', 4, xs), COLUMN("y", 'F', 4, ys),
                                   COLUMN("z", 'F', 4, zs)};
@@ -303,7 +332,9 @@ static void viewpoints(void **state)
         assert_int_equal(stp_scan_open(&scan, "view.pcd", NULL, NULL), STP_OK);
         const stp_scan_info *info = stp_scan_get_info(scan);
         assert_int_equal(info->station_count, cases[i].is_station);
-        assert_int_equal(!!(info->attributes & STP_POINT_HAS_STATION), cases[i].is_station);
+        assert_int_equal(!!(info->attributes & STP_POINT_HAS_STATION),
+                         cases[i].word == STP_STATION_CLAIMED);
+        assert_int_equal(info->station_word, cases[i].word);
         if (cases[i].is_station)
             assert_memory_equal(&info->stations[0], &cases[i].position, sizeof *info->stations);
         assert_int_equal(stp_scan_read(scan, p, 4, &count, NULL), STP_OK);
@@ -538,21 +569,14 @@ static void cut_anywhere(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fields_in_any_order),
-        cmocka_unit_test(left_out_is_said),
-        cmocka_unit_test(every_type),
-        cmocka_unit_test(packed_colours),
-        cmocka_unit_test(colours_in_parts),
-        cmocka_unit_test(intensity_ranges),
-        cmocka_unit_test(missing_points),
-        cmocka_unit_test(viewpoints),
-        cmocka_unit_test(headers),
-        cmocka_unit_test(no_points),
-        cmocka_unit_test(large_compressed),
-        cmocka_unit_test(malformed_headers),
-        cmocka_unit_test(malformed_data),
-        cmocka_unit_test(compressed_blocks),
-        cmocka_unit_test(cut_anywhere),
+        cmocka_unit_test(fields_in_any_order), cmocka_unit_test(left_out_is_said),
+        cmocka_unit_test(every_type),          cmocka_unit_test(packed_colours),
+        cmocka_unit_test(packed_text),         cmocka_unit_test(colours_in_parts),
+        cmocka_unit_test(intensity_ranges),    cmocka_unit_test(missing_points),
+        cmocka_unit_test(viewpoints),          cmocka_unit_test(headers),
+        cmocka_unit_test(no_points),           cmocka_unit_test(large_compressed),
+        cmocka_unit_test(malformed_headers),   cmocka_unit_test(malformed_data),
+        cmocka_unit_test(compressed_blocks),   cmocka_unit_test(cut_anywhere),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

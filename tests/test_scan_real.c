@@ -65,7 +65,7 @@ static const real_scan scans[] = {
     {"meshlab-rangemaps/lato315.ply",
      62702,
      120995,
-     STP_POINT_HAS_NORMAL,
+     STP_POINT_HAS_NORMAL | STP_POINT_HAS_STATION,
      true,
      0,
      {-80.3301239, -75.5983734, -854.662109},

@@ -32,7 +32,7 @@ static double step_of(const char *path)
     stp_scan *scan = NULL;
     double step = -1.0;
     if (stp_scan_open(&scan, path, NULL, &err) != STP_OK ||
-        stp_scan_find_step(scan, &step, &err) != STP_OK)
+        stp_scan_find_step(scan, false, &step, &err) != STP_OK)
         fail_msg("%s", err.message);
     stp_scan_close(&scan);
     return step;
@@ -113,7 +113,7 @@ static void other_formats(void **state)
     stp_scan *scan = NULL;
     double step = -1.0;
     assert_int_equal(stp_scan_open(&scan, "bad.ply", NULL, &err), STP_OK);
-    assert_int_equal(stp_scan_find_step(scan, &step, &err), STP_CORRUPT);
+    assert_int_equal(stp_scan_find_step(scan, false, &step, &err), STP_CORRUPT);
     assert_true(step == -1.0);
     stp_scan_close(&scan);
 }

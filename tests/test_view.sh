@@ -40,16 +40,16 @@ test_keys() {
     xdotool key shift+s
     expect_title "confidence" "shift and s"
     xdotool key s key s key s
-    expect_title "normal" s
-    wait_for 30 screen_changed || fail "normals look like phong"
+    expect_title "unlit" s
+    wait_for 30 screen_changed || fail "unlit looks like lambert"
     xdotool key c # the sphere has neither intensities nor classes
-    expect_title "normal, none" c
+    expect_title "unlit, none" c
     xdotool key c
-    expect_title "normal, elevation in auto" "c twice"
+    expect_title "unlit, elevation in auto" "c twice"
     before=$(screen_sum)
     xdotool key shift+s key shift+s key g
     expect_title "phong, elevation in grey" g
-    wait_for 30 screen_changed || fail "elevation looks like normals"
+    wait_for 30 screen_changed || fail "elevation looks like grey"
     xdotool key shift+g key shift+g
     expect_title "elevation in heat" "shift and g"
     xdotool key c

@@ -23,6 +23,10 @@ draw_options draw_options_default(void)
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
     const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
+        {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
+         "without eye, look or camera: as the scanner saw it or from inside, where the model knows "
+         "(first), or all of it",
+         NULL},
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
          "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
@@ -37,7 +41,9 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "how gaps are closed (gauss)", NULL},
         {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
          "smooth edges, by how far discs reach, or as the mean of N x N pixels (off)", NULL},
-        {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES, "what is shown (phong)", NULL},
+        {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
+         "what is shown; unlit: colours as they are (the model's default, else phong)",
+         &o->has_shade},
         {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "of the samples (rgb)", NULL},
         {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
         {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
@@ -50,8 +56,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "eye-dome lighting: edges darkened by depth (1)", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw what lies in this box alone",
          NULL},
-        {"--back-faces", 0, CLI_FLAG, &o->back_faces, NULL,
-         "draw surfaces from behind, too: the inside of what --clip opens", NULL},
+        {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
+         "leave out samples seen from behind: what is proven hidden, nothing, all (auto)", NULL},
         {"--classes", 0, CLI_STRING, &o->classes, "LIST",
          "draw these classes alone: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
@@ -147,7 +153,7 @@ static stp_status check_amounts(const draw_options *o, stp_error *err)
     if (!(o->overlay >= 0.0 && o->overlay <= 1.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT, "--overlay %g: give a number from 0 to 1",
                              o->overlay);
-    if (o->overlay > 0.0 && o->shade < STP_SHADE_LEVEL)
+    if (o->overlay > 0.0 && o->shade < (int)STP_SHADE_LEVEL)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--overlay: nothing to lay over the colours: give --shade level, "
                              "chunk, error or confidence, too");
@@ -197,7 +203,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
     stp_draw_params p = {
         .lod = (stp_lod)o->lod,
         .reconstruct = (stp_reconstruct)o->reconstruct,
-        .shade = (stp_shade)o->shade,
+        .shade = o->has_shade ? (stp_shade)o->shade : stp_model_shade(model),
         .threshold_px = threshold_px,
         .every_sample = threshold_px <= 0.0,
         .radius_cap_px = o->radius_cap_px,
@@ -207,7 +213,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .overlay = o->overlay,
         .edl = o->edl,
         .smooth_edges = o->aa == DRAW_AA_EDGES,
-        .keep_back_faces = o->back_faces,
+        .cull = (stp_cull)o->cull,
     };
     STP_TRY(check_amounts(o, err));
     STP_TRY(choose_filter(o, model, &p, err));
@@ -244,12 +250,18 @@ void draw_options_warn(const char *command, const cli_common *common, const stp_
         fprintf(stderr, "stipple %s: warning: %s\n", command, text);
 }
 
+stp_home draw_options_home(const draw_options *o)
+{
+    const camera_options *c = &o->camera;
+    return c->path || c->has_eye || c->has_look ? STP_HOME_WHOLE : (stp_home)o->home;
+}
+
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
                                int size[2], stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(camera_options_size(&o->camera, size, err));
-    stp_camera c = stp_camera_default(&model->info->box, &model->ball, size[0], size[1]);
+    stp_camera c = stp_model_camera(model, draw_options_home(o), size[0], size[1]);
     STP_TRY(camera_options_apply(&o->camera, &c, err));
     *camera = c;
 done:

@@ -12,23 +12,25 @@ typedef struct draw_options {
     camera_options camera;
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
-    int lod, reconstruct, aa, shade, colour, palette;
+    int lod, reconstruct, aa, shade, cull, colour, palette, home;
     const char *terms, *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
     uint64_t gpu_memory, cpu_memory, cache_bytes;
-    bool has_threshold, back_faces;
+    bool has_threshold, has_shade;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 22)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 23)
 
 #define DRAW_DAMAGE_BYTES 1100
 
-/* The words of stp_lod, stp_reconstruct and stp_shade, in the order of their numbers. */
+/* The words of stp_lod, stp_reconstruct, stp_home and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "auto|geometry|compute|cpu|full"
 #define DRAW_RECONSTRUCTIONS "gauss|box|template3|template5|template7|splat|points"
 #define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers"
 #define DRAW_PALETTES "auto|grey|viridis|heat"
-#define DRAW_SHADES "phong|lambert|normal|depth|level|chunk|error|confidence"
+#define DRAW_CULLS "auto|none|back"
+#define DRAW_HOMES "first|whole"
+#define DRAW_SHADES "phong|lambert|unlit|normal|depth|level|chunk|error|confidence"
 
 /* The defaults, before parsing. */
 draw_options draw_options_default(void);
@@ -52,8 +54,10 @@ stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model
 bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES]);
 /* Warns of it on stderr, unless quiet. command: its name. */
 void draw_options_warn(const char *command, const cli_common *common, const stp_renderer *renderer);
-/* The camera: the default view of the model, then what --camera's file says, then the options; and
- * the picture's size. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
+/* Which view --view asks for: eyes and cameras that are given begin from the whole model's. */
+stp_home draw_options_home(const draw_options *o);
+/* The camera: the model's view that --view asks for, then what --camera's file says, then the
+ * options; and the picture's size. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
                                int size[2], stp_error *err);
 

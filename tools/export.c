@@ -50,6 +50,16 @@ static double noted(const stp_chunk_file_info *info, const char *name, double ot
     return value > 0.0 && isfinite(value) ? value : otherwise;
 }
 
+/* The error that coordinates may have when they are written. Exact: a quarter of half the inputs'
+ * step, for half of the latter is taken by what is stored. */
+static double allowed_error(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const bool exact = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "exact"));
+    cJSON_Delete(metadata);
+    return noted(info, "precision", INFINITY) * (exact ? 0.25 : 1.0);
+}
+
 /* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
  * distance between samples: then below a half of the lattice's step; and below the precision asked
  * for, so that georeferenced points come back as they were. */
@@ -69,7 +79,7 @@ static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
         if (entry.child_count == 0)
             radius = fmin(radius, (double)entry.radius_min);
     }
-    *out = float_step > fmin(radius / info->lambda / 64.0, noted(info, "precision", INFINITY));
+    *out = float_step > fmin(radius / info->lambda / 64.0, allowed_error(info));
     return STP_OK;
 }
 

@@ -16,7 +16,7 @@ static bool is_passed_over(const cli_option *option)
 {
     static const char *const names[] = {"--gpu-memory", "--cpu-memory", "--cache", "--cache-size",
                                         "--size",       "--camera",     "--eye",   "--look",
-                                        "--up",         "--fovy"};
+                                        "--up",         "--fovy",       "--view"};
     bool found = option->help == NULL; /* another spelling */
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         found |= strcmp(option->name, names[i]) == 0;

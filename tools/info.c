@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static int run(int argc, char **argv);
 
@@ -96,6 +97,24 @@ static void print_outliers(const stp_chunk_file_info *info)
     cJSON_Delete(metadata);
 }
 
+/* "0.0004 at most, 0.0002 on average": as prep measured. */
+static void print_displacement(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *d = cJSON_GetObjectItemCaseSensitive(metadata, "displacement");
+    const cJSON *greatest = cJSON_GetObjectItemCaseSensitive(d, "greatest");
+    const cJSON *mean = cJSON_GetObjectItemCaseSensitive(d, "mean");
+    const cJSON *beyond = cJSON_GetObjectItemCaseSensitive(d, "beyond");
+    if (cJSON_IsNumber(greatest) && cJSON_IsNumber(mean))
+        printf("displacement   of stored points: %.3g at most, %.3g on average",
+               greatest->valuedouble, mean->valuedouble);
+    if (cJSON_IsNumber(beyond) && beyond->valuedouble > 0.0)
+        printf("; %.0f are farther off than the input resolves", beyond->valuedouble);
+    if (d)
+        printf("\n");
+    cJSON_Delete(metadata);
+}
+
 static void print_depths(const depth_summary *depths, uint32_t count)
 {
     printf("\n%5s %9s %11s %13s %14s %11s %11s %11s\n", "depth", "chunks", "patches", "samples",
@@ -120,6 +139,26 @@ static void print_metadata(const stp_chunk_file_info *info)
         putchar((c < 32 && c != '\n') || c == 127 ? ' ' : c);
     }
     putchar('\n');
+}
+
+/* Nothing where the whole model is what is first seen. */
+static void print_first_view(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *first = cJSON_GetObjectItemCaseSensitive(metadata, "first_view");
+    const cJSON *why = cJSON_GetObjectItemCaseSensitive(first, "why");
+    const cJSON *eye = cJSON_GetObjectItemCaseSensitive(first, "eye");
+    double at[3];
+    for (int i = 0; i < 3; i++) {
+        const cJSON *number = cJSON_GetArrayItem(eye, i);
+        at[i] = cJSON_IsNumber(number) ? number->valuedouble : NAN;
+    }
+    if (cJSON_IsString(why) && isfinite(at[0] + at[1] + at[2]))
+        printf("first view     from %.6g %.6g %.6g: %s\n", at[0], at[1], at[2],
+               strcmp(why->valuestring, "scanner") == 0    ? "where the scanner was"
+               : strcmp(why->valuestring, "interior") == 0 ? "inside"
+                                                           : "for another reason");
+    cJSON_Delete(metadata);
 }
 
 /* "3 strips, 120 vertices, 117 segments": as prep counted; the points' samples are not theirs. */
@@ -168,6 +207,8 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
            (double)info->file_bytes / (double)info->point_count);
     print_attributes(info->attributes);
     print_outliers(info);
+    print_displacement(info);
+    print_first_view(info);
     printf("orientation    %s\n", stp_orientation_name(info->orientation));
     printf("lambda         %g\n", info->lambda);
     printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
@@ -249,6 +290,9 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     for (uint32_t d = 0; d < info->depth; d++)
         cJSON_AddItemToArray(list, json_depth(&depths[d]));
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *displacement = cJSON_GetObjectItemCaseSensitive(metadata, "displacement");
+    if (displacement)
+        cJSON_AddItemToObject(out, "displacement", cJSON_Duplicate(displacement, true));
     cJSON_AddItemToObject(out, "metadata", metadata ? metadata : cJSON_CreateNull());
     return out;
 }

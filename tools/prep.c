@@ -2,6 +2,7 @@
 #include "tools/commands.h"
 
 #include "base/json.h"
+#include "tools/cli_value.h"
 #include "tools/codec_options.h"
 #include "tools/prep_inputs.h"
 #include "tools/prep_paths.h"
@@ -16,19 +17,19 @@
 #define INPUTS_LIMIT 4096
 
 typedef struct prep_options {
-    const char *output, *orient, *stats, *temp, *rejects, *columns;
+    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision;
     uint64_t neighbours, sample, seed, memory;
-    double precision, outlier_distance, line_radius;
-    bool recompute_normals, hybrid, force;
+    double outlier_distance, line_radius;
+    bool recompute_normals, hybrid, strict, force;
     int lines; /* 1: a plant's mesh becomes lines */
-    int codec, progress, outliers;
+    int codec, progress, outliers, shade;
     cli_common common;
 } prep_options;
 
 /* What part of the time stages take, for the time left: 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0},     {"sort", 3.0},        {"outliers", 0.0},
-    {"surface", 30.0}, {"orientation", 4.0}, {"patches", 60.0}};
+    {"read", 3.0},        {"sort", 3.0},   {"outliers", 0.0}, {"surface", 30.0},
+    {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
 /* Neighbours are searched for once more. */
 #define OUTLIERS_WEIGHT 20.0
 
@@ -52,6 +53,19 @@ static stp_status parse_orient(const char *text, stp_prep_params *params, stp_er
     }
     return stp_error_set(err, STP_INVALID_ARGUMENT,
                          "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
+}
+
+/* A length, or as exactly as the input. */
+static stp_status parse_precision(const char *text, stp_prep_params *params, stp_error *err)
+{
+    const cli_option number = {.kind = CLI_NUMBER, .target = &params->precision};
+    if (!text)
+        return STP_OK;
+    params->exact = strcmp(text, "exact") == 0;
+    if (params->exact || (cli_value_store(&number, text) && params->precision > 0.0))
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--precision %s: give a positive length, or exact", text);
 }
 
 /* Runs the stages; the files of rejects and figures appear after the model. */
@@ -103,9 +117,9 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .recompute_normals = o->recompute_normals},
                       .plants = o->lines == 1};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
-                              .precision = o->precision,
                               .codec = codec_options_codec(o->codec),
                               .outliers = (stp_outlier_mode)o->outliers,
+                              .unlit = o->shade == 1,
                               .outlier_distance = o->outlier_distance,
                               .force = o->force,
                               .memory_bytes = o->memory,
@@ -122,6 +136,9 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     }
     cli_progress_expect(&plan);
     STP_TRY(parse_orient(o->orient, &params, err));
+    STP_TRY(parse_precision(o->precision, &params, err));
+    in.exact = params.exact;
+    in.strict = o->strict;
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&paths, arguments[i], err));
     in.paths = paths.list;
@@ -130,7 +147,14 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
         prep_report_sweep(o->output);
     STP_TRY(
         cli_check_outputs(outputs, (const char *const *)paths.list, paths.count, o->force, err));
-    STP_TRY(run_stages(o, &in, &params, progress, err));
+    status = run_stages(o, &in, &params, progress, err);
+    const size_t unreadable = prep_inputs_unreadable(&in);
+    prep_report_unreadable(&in);
+    if (status == STP_OK && unreadable > 0)
+        status = stp_error_set(err, STP_IO,
+                               "%zu of %zu inputs could not be read, as said above: %s was written "
+                               "of the others (--strict: nothing then)",
+                               unreadable, in.count, o->output);
 done:
     cli_progress_end();
     prep_inputs_clear(&in);
@@ -148,7 +172,9 @@ const cli_command cli_prep = {
         "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX; several inputs "
         "become\n"
         "one model. An input may be a file, a folder (all scans in it and below), a pattern in\n"
-        "quotes, or @list.txt with an input a line.\n"
+        "quotes, or @list.txt with an input a line. If one of several cannot be read, or breaks "
+        "off,\n"
+        "it is left out as a whole and named at the end, and the exit code is 1.\n"
         "Normals point as the input's do, else to the scanner that saw them, where it is said "
         "(see\n"
         "the README), else as they are propagated from one to the next (--orient auto).\n"
@@ -188,8 +214,6 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
-    if (o->precision < 0.0)
-        return cli_usage(&cli_prep, "--precision: give a positive length");
     return CLI_CONTINUE;
 }
 
@@ -219,8 +243,10 @@ static int prep_main(int argc, char **argv)
          "points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
          "how far: in local spacings, 1 or more (3)", NULL},
-        {"--precision", 0, CLI_NUMBER, &o.precision, "LENGTH",
-         "greatest position error (half the input's own scale)", NULL},
+        {"--precision", 0, CLI_STRING, &o.precision, "LENGTH|exact",
+         "greatest position error (half the input's scale); exact: its very numbers", NULL},
+        {"--shade", 0, CLI_CHOICE, &o.shade, "phong|unlit",
+         "how it is drawn by default; unlit: scans that carry their own light (phong)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
          "of the payloads (draco); zstd decodes faster, takes 1.2 times the room", NULL},
         {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
@@ -229,6 +255,8 @@ static int prep_main(int argc, char **argv)
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
         {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv",
          "write which records were not stored, and why", NULL},
+        {"--strict", 0, CLI_FLAG, &o.strict, NULL,
+         "write nothing if one of several inputs cannot be read", NULL},
         {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "of messages on stderr (text)",
          NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},

@@ -36,6 +36,39 @@ static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
                          in->paths[in->current]);
 }
 
+static void clear_notes(stp_prep_file *file)
+{
+    for (uint32_t n = 0; n < file->note_count; n++) {
+        free((void *)file->notes[n].name);
+        free((void *)file->notes[n].text);
+    }
+    free(file->notes);
+    file->notes = NULL;
+    file->note_count = 0;
+}
+
+/* Whether the fault is this file's alone, and others are left. */
+static bool may_leave_out(const prep_inputs *in, stp_status status)
+{
+    const bool own = status == STP_NOT_FOUND || status == STP_IO || status == STP_FORMAT ||
+                     status == STP_CORRUPT || status == STP_VERSION || status == STP_UNSUPPORTED ||
+                     status == STP_EMPTY;
+    return own && in->count > 1 && !in->strict;
+}
+
+/* Of what is left out nothing is stored, not even what could be read: half a scan looks like a
+ * whole one. */
+static bool leave_out(prep_inputs *in, size_t i, const stp_error *why)
+{
+    if (!may_leave_out(in, why->status) ||
+        stp_text_copy(&in->facts[i].why, why->message, "a message", NULL) != STP_OK)
+        return false;
+    in->files[i].point_count = 0;
+    in->files[i].unreadable = true;
+    clear_notes(&in->files[i]);
+    return true;
+}
+
 static stp_status end_scan(prep_inputs *in, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -54,6 +87,10 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
     stp_status status = STP_OK;
     *count = 0;
     while (*count == 0 && in->current < in->count) {
+        if (in->facts[in->current].why) {
+            in->current++;
+            continue;
+        }
         if (in->facts[in->current].plant) {
             STP_TRY(check_unchanged(in, err));
             in->current++;
@@ -71,6 +108,21 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
     }
 done:
     return status;
+}
+
+/* The file that was being read, behind which reading goes on. */
+static bool leave_out_current(void *context, const stp_error *why, size_t *file)
+{
+    prep_inputs *in = context;
+    *file = in->current;
+    if (in->current >= in->count || in->facts[in->current].plant ||
+        !leave_out(in, in->current, why))
+        return false;
+    if (in->scan)
+        in->stations_before += stp_scan_get_info(in->scan)->station_count;
+    stp_scan_close(&in->scan);
+    in->current++;
+    return true;
 }
 
 /* A field of CSV: in quotes, quotes doubled. */
@@ -107,8 +159,8 @@ done:
     return status;
 }
 
-static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, const char *path,
-                               stp_error *err)
+static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, stp_prep_file *file,
+                               const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t count = in->station_count + info->station_count;
@@ -119,9 +171,16 @@ static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, const
                              path, STP_STATION_LIMIT);
     STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
                      err));
-    if (info->station_count > 0)
-        memcpy(in->stations + in->station_count, info->stations,
-               info->station_count * sizeof *in->stations);
+    STP_TRY(stp_grow(&in->station_ups, &in->up_capacity, count, sizeof *in->station_ups, "stations",
+                     err));
+    for (uint32_t i = 0; i < info->station_count; i++) {
+        in->stations[in->station_count + i] = info->stations[i];
+        in->station_ups[in->station_count + i] =
+            info->station_ups ? info->station_ups[i] : (stp_dvec3){0.0, 0.0, 0.0};
+    }
+    file->station_word = info->station_word;
+    file->station_begin = (uint32_t)in->station_count;
+    file->station_count = info->station_count;
     in->station_count = count;
 done:
     return status;
@@ -206,6 +265,20 @@ done:
     return status;
 }
 
+/* Likewise. */
+static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_grid_cell *cells = NULL;
+    STP_TRY(stp_alloc(&cells, grid->cell_count, sizeof *cells, "a grid", err));
+    if (cells)
+        memcpy(cells, grid->cells, grid->cell_count * sizeof *cells);
+    file->grid = *grid;
+    file->grid.cells = cells;
+done:
+    return status;
+}
+
 static const char *note_of(const stp_scan_info *info, const char *name)
 {
     for (uint32_t i = 0; i < info->note_count; i++)
@@ -231,6 +304,51 @@ static stp_status check_lengths(const stp_scan_info *info, const char *path, stp
         path);
 }
 
+/* What an input adds to, before it does. */
+typedef struct survey_mark {
+    size_t station_count;
+    uint64_t line_vertices, strips, corners, triangles, points;
+    stp_edge_counts edges;
+    stp_plant_report plant;
+    uint32_t all, any;
+    double step;
+    bool floats;
+} survey_mark;
+
+static survey_mark mark_of(const prep_inputs *in, const stp_prep_source *source, uint32_t all,
+                           uint32_t any)
+{
+    return (survey_mark){in->station_count,
+                         in->lines.vertex_count,
+                         in->lines.strip_count,
+                         in->triangles.vertex_count,
+                         in->triangles.triangle_count,
+                         source->point_count,
+                         in->edges,
+                         in->plant,
+                         all,
+                         any,
+                         source->coordinate_step,
+                         source->floats};
+}
+
+static void go_back(prep_inputs *in, stp_prep_source *source, uint32_t *all, uint32_t *any,
+                    const survey_mark *m)
+{
+    in->station_count = m->station_count;
+    in->lines.vertex_count = m->line_vertices;
+    in->lines.strip_count = m->strips;
+    in->triangles.vertex_count = m->corners;
+    in->triangles.triangle_count = m->triangles;
+    in->edges = m->edges;
+    in->plant = m->plant;
+    source->point_count = m->points;
+    source->coordinate_step = m->step;
+    source->floats = m->floats;
+    *all = m->all;
+    *any = m->any;
+}
+
 static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
                              uint32_t *any, stp_error *err)
 {
@@ -246,7 +364,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     const stp_scan_info *info = stp_scan_get_info(scan);
     if (info->point_count > 0)
         STP_TRY(check_lengths(info, in->paths[i], err));
-    STP_TRY(add_stations(in, info, in->paths[i], err));
+    STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
+    STP_TRY(copy_grid(&in->files[i], &info->grid, err));
     STP_TRY(copy_notes(&in->files[i], info, err));
     add_edges(in, &info->edges);
     stp_scan_take_lines(scan, &lines);
@@ -263,7 +382,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     *all &= info->attributes;
     *any |= info->attributes;
     if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
-        STP_TRY(stp_scan_find_step(scan, &step, err));
+        STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
+    source->floats = source->floats || (step == 0.0 && info->point_count > 0);
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;
 done:
@@ -311,15 +431,33 @@ done:
     return status;
 }
 
+size_t prep_inputs_unreadable(const prep_inputs *in)
+{
+    size_t count = 0;
+    for (size_t i = 0; in->facts && i < in->count; i++)
+        count += in->facts[i].why != NULL;
+    return count;
+}
+
 stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t all = UINT32_MAX, any = 0;
     STP_TRY(stp_alloc(&in->facts, in->count, sizeof *in->facts, "inputs", err));
     STP_TRY(stp_alloc(&in->files, in->count, sizeof *in->files, "inputs", err));
-    for (size_t i = 0; i < in->count; i++)
-        STP_TRY(survey_one(in, i, source, &all, &any, err));
+    for (size_t i = 0; i < in->count; i++) {
+        const survey_mark mark = mark_of(in, source, all, any);
+        stp_error why = {0};
+        status = survey_one(in, i, source, &all, &any, &why);
+        if (status != STP_OK && !leave_out(in, i, &why))
+            return stp_error_set(err, status, "%s", why.message);
+        if (status != STP_OK)
+            go_back(in, source, &all, &any, &mark);
+    }
     STP_TRY(check_twice(in, err));
+    if (prep_inputs_unreadable(in) == in->count)
+        return stp_error_set(err, STP_FORMAT,
+                             "none of the %zu inputs can be read: nothing is written", in->count);
     if (in->plants && in->plant.triangles == 0)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s has no faces%s: --lines auto makes lines of a plant's mesh; edges "
@@ -330,12 +468,15 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     source->context = in;
     source->read = read_inputs;
+    source->leaves_out = leave_out_current;
+    source->file = &in->current;
     source->rejected = note_reject;
     source->files = in->files;
     source->file_count = in->count;
     source->lines = &in->lines;
     source->triangles = &in->triangles;
     source->stations = in->stations;
+    source->station_ups = in->station_ups;
     source->station_count = (uint32_t)in->station_count;
     /* Normals orient the model only if every scan has them. */
     source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
@@ -352,7 +493,17 @@ stp_status prep_inputs_begin_rejects(prep_inputs *in, const char *path, bool for
 
 stp_status prep_inputs_end_rejects(prep_inputs *in, stp_error *err)
 {
+    stp_status status = STP_OK;
+    static const char reason[] = ",,unreadable\n";
+    for (size_t i = 0; in->rejects && i < in->count; i++) {
+        if (!in->facts[i].why)
+            continue;
+        STP_TRY(write_quoted(in->rejects, in->paths[i], err));
+        STP_TRY(stp_output_write(in->rejects, reason, sizeof reason - 1, err));
+    }
     return in->rejects ? stp_output_commit(&in->rejects, err) : STP_OK;
+done:
+    return status;
 }
 
 void prep_inputs_clear(prep_inputs *in)
@@ -360,15 +511,15 @@ void prep_inputs_clear(prep_inputs *in)
     stp_scan_close(&in->scan);
     stp_output_destroy(&in->rejects);
     for (size_t i = 0; in->files && i < in->count; i++) {
-        for (uint32_t n = 0; n < in->files[i].note_count; n++) {
-            free((void *)in->files[i].notes[n].name);
-            free((void *)in->files[i].notes[n].text);
-        }
-        free(in->files[i].notes);
+        clear_notes(&in->files[i]);
+        free((void *)in->files[i].grid.cells);
     }
+    for (size_t i = 0; in->facts && i < in->count; i++)
+        free(in->facts[i].why);
     free(in->files);
     free(in->facts);
     free(in->stations);
+    free(in->station_ups);
     stp_line_set_clear(&in->lines);
     stp_triangle_set_clear(&in->triangles);
     *in = (prep_inputs){0};

@@ -58,8 +58,9 @@ static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *
     case FTS_DEFAULT:
         return !hidden && is_scan_name(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
     case FTS_DNR:
-    case FTS_ERR:
     case FTS_NS:
+        return add(paths, e->fts_path, err); /* told when it is opened */
+    case FTS_ERR:
         return stp_error_set(err, STP_IO,
                              "%s cannot be read: %s: allow it, or name the files to be read",
                              e->fts_path, strerror(e->fts_errno));

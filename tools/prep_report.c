@@ -59,6 +59,14 @@ static void add_plants(cJSON *to, const stp_plant_report *plant)
     ADD_COUNTS(to, counts);
 }
 
+static void add_displacement(cJSON *to, const stp_displacement *d)
+{
+    cJSON_AddNumberToObject(to, "greatest", d->greatest);
+    cJSON_AddNumberToObject(to, "mean", stp_displacement_mean(d));
+    cJSON_AddNumberToObject(to, "beyond", (double)d->beyond);
+    cJSON_AddNumberToObject(to, "changed", (double)d->changed);
+}
+
 cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     double points = (double)s->points_out;
@@ -68,13 +76,24 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
         cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
+    cJSON *unreadable = cJSON_AddArrayToObject(root, "unreadable");
+    for (size_t i = 0; i < inputs->count; i++) {
+        if (!inputs->facts[i].why)
+            continue;
+        cJSON *input = cJSON_CreateObject();
+        cJSON_AddStringToObject(input, "file", inputs->paths[i]);
+        cJSON_AddStringToObject(input, "why", inputs->facts[i].why);
+        cJSON_AddItemToArray(unreadable, input);
+    }
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
+    cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_grown);
     add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
     if (inputs->plants)
         add_plants(cJSON_AddObjectToObject(root, "plants"), &inputs->plant);
     cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
     cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
+    add_displacement(cJSON_AddObjectToObject(root, "displacement"), &s->tree.displacement);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -83,6 +102,7 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
     cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
     cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / samples_of(s));
+    cJSON_AddNumberToObject(root, "points_closed", (double)s->closed_count);
     cJSON *stages = cJSON_AddObjectToObject(root, "stages");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
         if (s->stage_peak_bytes[i] > 0)
@@ -97,16 +117,27 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
 static void print_orientation(const stp_prep_stats *s)
 {
     static const char *const words[] = {"unknown: drawn two-sided", "from the file",
-                                        "from the scanner's position", "propagated",
+                                        "from the scanner's position", "propagated and proven",
                                         "known in part"};
     if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
         fprintf(stderr, "orientation from %u scanner positions", s->station_count);
     else
         fprintf(stderr, "orientation %s", words[s->orientation]);
+    if (s->closed_count > 0)
+        fprintf(stderr, "; the backs of %.1f %% of the points are hidden: they are left out",
+                100.0 * (double)s->closed_count / (double)s->points_out);
     if (s->points_unstationed > 0)
         fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
                 s->points_unstationed);
     fprintf(stderr, "\n");
+    if (s->stations_refused > 0)
+        fprintf(stderr,
+                "scanner positions of %" PRIu32 " file%s are not used: the points cannot have "
+                "been seen from there\n",
+                s->stations_refused, s->stations_refused > 1 ? "s" : "");
+    if (s->first.why != STP_FIRST_WHOLE)
+        fprintf(stderr, "first view %s\n",
+                s->first.why == STP_FIRST_SCANNER ? "from where the scanner was" : "from inside");
 }
 
 /* " (3 not finite, 10 without return)". */
@@ -140,6 +171,40 @@ static void print_outliers(const stp_prep_stats *s)
             "alone or in small groups\n",
             s->outlier_count, marked ? "marked" : "dropped",
             100.0 * (double)s->outlier_count / points, s->outlier_distance);
+}
+
+/* What is stored of the positions, and what to do where that is less than was read. */
+static void print_displacement(const stp_prep_stats *s)
+{
+    const stp_displacement *d = &s->tree.displacement;
+    const stp_resolution *r = &s->resolution;
+    if (d->points == 0)
+        return;
+    fprintf(stderr, "stored positions are off by at most %.3g, by %.3g on average\n", d->greatest,
+            stp_displacement_mean(d));
+    if (r->exact && d->changed == 0)
+        fprintf(stderr, "every stored position rounds to the very number that was read\n");
+    else if (r->exact)
+        fprintf(stderr,
+                "%" PRIu64
+                " stored positions do not round to the very numbers that were read: these "
+                "have digits far below the distance to the next point, for which a patch has no "
+                "bits\n",
+                d->changed);
+    else if (d->beyond > 0 && r->precision > 0.0)
+        fprintf(
+            stderr,
+            "%" PRIu64 " of them are off by more than %.3g, %s: their neighbours are too far for "
+            "a disc's size and finer steps; give --precision exact, which makes such discs "
+            "smaller, or --outliers drop\n",
+            d->beyond, r->precision,
+            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given");
+    else if (d->beyond > 0)
+        fprintf(stderr,
+                "%" PRIu64
+                " of them are off by more than 1/32 of the distance to their neighbours: "
+                "the model is too wide for finer steps; split it, or give --outliers drop\n",
+                d->beyond);
 }
 
 /* "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
@@ -221,6 +286,7 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
     print_rejects(s);
     print_shapes(s, inputs);
     print_outliers(s);
+    print_displacement(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / samples_of(s));
@@ -233,6 +299,13 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
     print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
     if (s->temporary_bytes > 0)
         fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
+}
+
+void prep_report_unreadable(const prep_inputs *inputs)
+{
+    for (size_t i = 0; inputs->facts && i < inputs->count; i++)
+        if (inputs->facts[i].why)
+            fprintf(stderr, "not read: %s\n", inputs->facts[i].why);
 }
 
 void prep_report_sweep(const char *output)

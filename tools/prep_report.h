@@ -14,6 +14,8 @@ void prep_report_plan(const stp_prep_plan *plan);
  * and plants.
  */
 void prep_report_print(const stp_prep_stats *stats, const prep_inputs *inputs);
+/* A line for each input that is left out, and why, on stderr. */
+void prep_report_unreadable(const prep_inputs *inputs);
 /* The same with stable keys; to be freed. NULL: memory is exhausted. */
 struct cJSON *prep_report_json(const stp_prep_stats *stats, const prep_inputs *inputs);
 

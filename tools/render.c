@@ -15,9 +15,10 @@ const cli_command cli_render = {
     .summary = "one picture of a model, without a display",
     .usage = "stipple render M.stipple -o I.png [options]",
     .details =
-        "Without a camera the whole model is seen, filling the smaller side. The picture's alpha\n"
-        "says where it is covered. --repeat N draws N times more and --stats says how long each\n"
-        "took.",
+        "Without a camera the model is seen as its scanner saw it or, if it is an interior, from\n"
+        "inside; else, and with --view whole, all of it is seen, filling the smaller side. The\n"
+        "picture's alpha says where it is covered. --repeat N draws N times more and --stats says\n"
+        "how long each took.",
     .run = run,
 };
 

@@ -44,7 +44,7 @@ typedef struct options {
     uint64_t views, reference, repeat, discs;
     double fps, psnr;
     uint64_t bytes;
-    bool has_fps, has_psnr, has_bytes, save, force;
+    bool has_fps, has_psnr, has_bytes, has_home, save, force;
     double thresholds[THRESHOLDS_LIMIT];
     size_t threshold_count;
     int compared[SETTINGS_LIMIT]; /* stp_reconstruct */
@@ -75,7 +75,7 @@ static stp_status find_views(tuning *t, stp_error *err)
 {
     stp_status status = STP_OK;
     const camera_options *c = &t->o->draw.camera;
-    bool one = c->path || c->has_eye || c->has_look || c->has_up || c->has_fovy;
+    bool one = c->path || c->has_eye || c->has_look || c->has_up || c->has_fovy || t->o->has_home;
     stp_camera camera;
     tune_views_params params = {.model = t->model,
                                 .renderer = t->renderer,
@@ -429,11 +429,16 @@ static int run(int argc, char **argv)
     };
     draw_options_fill(&o.draw, list);
     o.draw.camera.size[0] = o.draw.camera.size[1] = 512;
+    o.draw.home = STP_HOME_WHOLE;
     for (size_t i = 0; i < DRAW_OPTION_COUNT; i++) {
         if (strcmp(list[i].name, "--size") == 0)
             list[i].help = "of the pictures in pixels (512x512)";
         if (strcmp(list[i].name, "--threshold") == 0)
             list[i].help = NULL; /* understood, to be refused with a sentence */
+        if (strcmp(list[i].name, "--view") == 0) {
+            list[i].help = "one view, the model's first, or all of it (26 views of all of it)";
+            list[i].given = &o.has_home;
+        }
     }
     int code = cli_parse(&cli_tune, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1,
                          &count, &common);

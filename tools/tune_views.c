@@ -171,7 +171,7 @@ stp_status tune_views_create(tune_views *out, const tune_views_params *p, stp_er
         STP_TRY(add_dolly(out, p, &out->list[i].camera, err));
     if (out->count == 0)
         status = stp_error_set(err, STP_EMPTY,
-                               "%s: nothing of the model is seen from any side: try --back-faces, "
+                               "%s: nothing of the model is seen from any side: try --cull none, "
                                "or a view of yours with --eye and --look",
                                stp_chunk_file_path(p->model->file));
 done:

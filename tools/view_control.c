@@ -13,13 +13,13 @@
 #define CLICK_PX 4.0
 #define DOUBLE_CLICK_S 0.4
 
-/* Depth to assume where nothing was drawn: the model's centre, or what the camera looks at. */
+/* Depth to assume where nothing was drawn: the model's centre from outside, what the camera looks
+ * at from within. */
 static double empty_depth(const view_control *c)
 {
     double centre = stp_dvec3_dot(stp_dvec3_sub(c->view.eye, c->ball.centre), c->view.back);
-    return centre > c->view.near_depth
-               ? centre
-               : stp_dvec3_length(stp_dvec3_sub(c->camera.eye, c->camera.look));
+    return centre > c->ball.radius ? centre
+                                   : stp_dvec3_length(stp_dvec3_sub(c->camera.eye, c->camera.look));
 }
 
 stp_dvec3 view_control_point(const view_control *c, double x, double y, double *depth)
@@ -201,6 +201,9 @@ static bool handle_drawing_key(view_control *c, uint32_t key, bool back)
         return true;
     case 's':
         p->shade = (stp_shade)cycle((int)p->shade, STP_SHADE_CONFIDENCE + 1, back);
+        return true;
+    case 'u':
+        p->shade = p->shade == STP_SHADE_UNLIT ? STP_SHADE_PHONG : STP_SHADE_UNLIT;
         return true;
     case 'c':
         cycle_colour(c, back);

@@ -15,7 +15,8 @@
     X("+ -          ", "finer, coarser: halve, double the threshold")                              \
     X("L            ", "who chooses levels: geometry shader, cpu, full (all samples), compute")    \
     X("R            ", "how gaps are closed: gauss, box, templates, splat, points (not at all)")   \
-    X("S            ", "what is shown: phong, lambert, normal, depth, level, chunk, error, ...")   \
+    X("S            ", "what is shown: phong, lambert, unlit, normal, depth, level, chunk, ...")   \
+    X("U            ", "unlit, colours as they are, and back to lit")                              \
     X("C            ", "what colours samples: rgb, none, intensity, class, elevation, outliers")   \
     X("G            ", "palette of intensity and elevation: auto, grey, viridis, heat")            \
     X("K            ", "eye-dome lighting on, off")                                                \

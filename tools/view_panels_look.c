@@ -181,7 +181,12 @@ void view_panel_surface(viewer *v)
     }
     if (lit)
         changed |= stp_ui_slider("strength", &p->edl, 0.1, 5.0, "%.2f", true);
-    changed |= stp_ui_check("back faces, too", &p->keep_back_faces);
-    stp_ui_hint("samples seen from behind are left out else");
+    int cull = (int)p->cull;
+    if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
+        p->cull = (stp_cull)cull;
+        changed = true;
+    }
+    stp_ui_hint(
+        "auto leaves out what is proven hidden, none nothing, back all that is known to face away");
     v->control.changed |= changed;
 }

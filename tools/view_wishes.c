@@ -45,8 +45,11 @@ stp_status view_go_home(viewer *v, stp_error *err)
     o.camera.size[0] = v->layout.picture_width;
     o.camera.size[1] = v->layout.picture_height;
     o.camera.has_size = true;
+    const int *size = o.camera.size;
+    const bool alone = v->scene.count == 1;
     stp_camera camera =
-        stp_camera_default(&v->scene.box, &v->scene.ball, o.camera.size[0], o.camera.size[1]);
+        alone ? stp_model_camera(v->scene.models[0].model, draw_options_home(&o), size[0], size[1])
+              : stp_camera_default(&v->scene.box, &v->scene.ball, size[0], size[1]);
     STP_TRY(camera_options_apply(&o.camera, &camera, err));
     v->control.camera = camera;
     v->control.changed = true;

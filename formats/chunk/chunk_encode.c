@@ -135,6 +135,7 @@ static void find_cone(stp_chunk_entry *entry, const stp_chunk *chunk)
 static void describe(stp_chunk_entry *entry, const stp_chunk *chunk)
 {
     entry->patch_count = chunk->patch_count;
+    unsigned closed = STP_PATCH_CLOSED;
     entry->flags = chunk->linked ? STP_CHUNK_LINKED : 0;
     entry->box_min = (vec3s){{INFINITY, INFINITY, INFINITY}};
     entry->box_max = (vec3s){{-INFINITY, -INFINITY, -INFINITY}};
@@ -146,7 +147,9 @@ static void describe(stp_chunk_entry *entry, const stp_chunk *chunk)
         widen_box(entry, &chunk->patches[i]);
         widen_errors(entry, &chunk->patches[i]);
         entry->flags |= chunk->patches[i].flags & STP_PATCH_TWO_SIDED;
+        closed &= chunk->patches[i].flags;
     }
+    entry->flags |= closed ? STP_CHUNK_CLOSED : 0;
     find_radii(entry, chunk);
     find_cone(entry, chunk);
 }

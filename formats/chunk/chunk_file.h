@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 #define STP_CHUNK_FILE_MAJOR 1
-#define STP_CHUNK_FILE_MINOR 1
+#define STP_CHUNK_FILE_MINOR 2
 /* Limits of version 1. */
 #define STP_CHUNK_CHILDREN_LIMIT 64u
 #define STP_CHUNK_SAMPLES_LIMIT 65536u /* of one level */
@@ -39,18 +39,23 @@ enum {
     STP_HAS_OUTLIERS = 1u << 3,  /* were looked for, and are marked */
     STP_HAS_LINES = 1u << 4,     /* some patches are strips */
     STP_HAS_TRIANGLES = 1u << 5, /* some are triangles */
-    STP_HAS_ALL = (1u << 6) - 1
+    STP_HAS_CLOSED = 1u << 6,    /* some samples are closed */
+    STP_HAS_ALL = (1u << 7) - 1
 };
 
 /* The least minor version that a file with these attributes needs: what has neither lines nor
  * triangles is readable for every reader of version 1. */
 static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
 {
-    return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? STP_CHUNK_FILE_MINOR : 0;
+    if (attributes & STP_HAS_CLOSED)
+        return 2;
+    return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? 1 : 0;
 }
 
 /* Of an entry: the chunk is linked, its patches say which patches of the children refine them. */
 #define STP_CHUNK_LINKED 2u
+/* All of its patches are closed. */
+#define STP_CHUNK_CLOSED 4u
 
 typedef enum stp_orientation {
     STP_ORIENTATION_UNKNOWN = 0,
@@ -77,7 +82,7 @@ typedef struct stp_chunk_entry {
     uint32_t sample_count[STP_LEVEL_COUNT];
     uint8_t codec;
     uint8_t depth;          /* root 0 */
-    uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is; STP_CHUNK_LINKED */
+    uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is; STP_CHUNK_LINKED, _CLOSED */
     uint64_t points_under;  /* level-0 samples of all leaves under it */
     stp_dvec3 origin;       /* world */
     vec3s box_min, box_max; /* hold the bounds of all patches */

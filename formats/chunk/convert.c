@@ -26,6 +26,15 @@ double stp_chunk_file_threshold(const stp_chunk_file_info *info)
     return isfinite(value) && value > 0.0 ? value : 0.0;
 }
 
+bool stp_chunk_file_unlit(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const char *shade = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(metadata, "shade"));
+    bool unlit = shade && strcmp(shade, "unlit") == 0;
+    cJSON_Delete(metadata);
+    return unlit;
+}
+
 /* The metadata with another threshold; the same bytes where there is none to set. */
 static stp_status make_metadata(const stp_chunk_file_info *info, double threshold_px, char **out,
                                 stp_error *err)

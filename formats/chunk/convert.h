@@ -27,6 +27,9 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
 /* The threshold in pixels that the file's metadata names as its default; 0 if it names none. */
 double stp_chunk_file_threshold(const stp_chunk_file_info *info);
 
+/* Whether the file's metadata asks to be shown unlit. */
+bool stp_chunk_file_unlit(const stp_chunk_file_info *info);
+
 /* Makes threshold_px the default of the file at `path`. The file is written anew beside itself and
  * takes its own place when it is whole and on the disk: a crash or a full disk leaves the old one.
  * It is not changed where it is, for that would not be safe: metadata and directory end where the

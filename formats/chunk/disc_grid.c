@@ -267,15 +267,6 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
     return counted + stp_min(open, height);
 }
 
-double stp_disc_grid_overhang(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x)
-{
-    stp_flat_disc d = disc_of(grid, disc);
-    stp_dvec3 v = stp_dvec3_sub(x, d.centre);
-    v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, stp_dvec3_dot(v, d.normal)));
-    return stp_max(0.0, stp_dvec3_length(v) - d.radius) +
-           carry_of(grid, disc).tangential_error * grid->scale;
-}
-
 static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
 {
     float height, overhang = stp_lane_overhang(p, g->numbers[disc].numbers, &height);

@@ -54,9 +54,6 @@ void stp_disc_grid_clear(stp_disc_grid *grid);
 uint32_t stp_disc_grid_nearest(const stp_disc_grid *grid, uint32_t first, uint32_t last,
                                stp_dvec3 x, double *squared);
 
-/* How far a point lies outside a disc in its plane, with what the disc brings, units. */
-double stp_disc_grid_overhang(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x);
-
 /* What a point of the merged disc counts over a disc, units. */
 double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x,
                            const stp_merged_disc *merged);

@@ -130,10 +130,14 @@ static bool is_settled(const measure *m, const suspect *s)
 }
 
 /* What a point counts going by its nearest own disc, which may not be the nearest: no less than
- * what of its distance, told to within slack, is not forgiven. */
+ * what of its distance, told to within slack, is not forgiven. Of discs that are as near the
+ * perpendicular error may hold the height over another one. */
 static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squared, double slack)
 {
-    return stp_max(stp_disc_grid_overhang(m->grid, own, x),
+    stp_merged_disc merged = m->merged;
+    merged.begin = own;
+    merged.end = own + 1;
+    return stp_max(stp_disc_grid_value(m->grid, own, x, &merged),
                    sqrt(squared) + slack - forgiven(m, slack));
 }
 

@@ -76,7 +76,8 @@ static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
         return "its step's exponent is out of range";
     if (patch->child != STP_PATCH_NO_CHILD && patch->child >= child_count)
         return "the child it names does not exist";
-    if (patch->flags & ~(unsigned)(STP_PATCH_TWO_SIDED | STP_PATCH_SHAPES | STP_PATCH_JOINTS))
+    if (patch->flags &
+        ~(unsigned)(STP_PATCH_TWO_SIDED | STP_PATCH_SHAPES | STP_PATCH_JOINTS | STP_PATCH_CLOSED))
         return "a reserved flag is set";
     const char *fault = quarter_fault(patch);
     return fault ? fault : shape_fault(patch);

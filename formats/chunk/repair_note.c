@@ -187,6 +187,7 @@ char *stp_repair_note_write(const stp_repair_plan *plan, const stp_repair_result
         repairs = cJSON_AddArrayToObject(json, "repaired");
     }
     renumber(json, plan);
+    cJSON_DeleteItemFromObjectCaseSensitive(json, "closed"); /* what is lost may have closed it */
     cJSON_AddNumberToObject(repair, "points_lost", (double)result->points_lost);
     cJSON_AddNumberToObject(repair, "stand_ins", (double)result->stand_ins);
     if (d->header_told)

@@ -31,12 +31,14 @@
 #define STP_ERROR_CODES_PER_OCTAVE 8
 #define STP_ERROR_CODE_BIAS_OCTAVES 8
 
-/* flags of a sample: bit 0 orientation known, bit 1 normal known, bit 2 far from everything else (a
- * merged sample: all it stands for are), bits 4-5 kind */
+/* flags of a sample: bit 0 orientation known, bit 1 normal known, bit 2 far from everything else,
+ * bit 3 its back is hidden from outside (of a merged sample 2 and 3: of all it stands for), bits
+ * 4-5 kind */
 enum {
     STP_SAMPLE_ORIENTED = 1u << 0,
     STP_SAMPLE_HAS_NORMAL = 1u << 1,
     STP_SAMPLE_OUTLIER = 1u << 2,
+    STP_SAMPLE_CLOSED = 1u << 3, /* docs/closed.md; orientation and normal are known, too */
     STP_SAMPLE_KIND_SHIFT = 4,
     STP_SAMPLE_KIND_MASK = 3u << 4
 };
@@ -95,6 +97,7 @@ enum {
     STP_PATCH_TRIANGLES = 1u << 2, /* level 0 is corners, three a triangle; other levels discs */
     STP_PATCH_CONTINUES = 1u << 3, /* a strip whose first vertex is another's last */
     STP_PATCH_CONTINUED = 1u << 4, /* and one whose last vertex is another's first */
+    STP_PATCH_CLOSED = 1u << 5,    /* all samples are closed */
     STP_PATCH_SHAPES = STP_PATCH_STRIP | STP_PATCH_TRIANGLES,
     STP_PATCH_JOINTS = STP_PATCH_CONTINUES | STP_PATCH_CONTINUED
 };

@@ -38,11 +38,16 @@ bool stp_patch_raise(stp_patch *patch, uint8_t error, uint8_t tangential_error)
     return raised;
 }
 
-static void mark_two_sided(stp_patch *patch, const stp_sample *samples)
+/* Whether a patch is two-sided or closed. */
+static void mark_sides(stp_patch *patch, const stp_sample *samples)
 {
+    unsigned common = UINT8_MAX;
     for (unsigned i = 0; i < patch->counts[0]; i++)
-        if (~(unsigned)samples[i].flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
-            patch->flags |= STP_PATCH_TWO_SIDED;
+        common &= samples[i].flags;
+    if (~common & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
+        patch->flags |= STP_PATCH_TWO_SIDED;
+    if (common & STP_SAMPLE_CLOSED)
+        patch->flags |= STP_PATCH_CLOSED;
 }
 
 /* A patch of one quarter has its levels' errors. */
@@ -130,7 +135,7 @@ stp_status stp_stand_in_coarse(const stp_chunk *in, stp_chunk **out, stp_error *
                counts[l] * sizeof(stp_sample));
     for (uint32_t p = 0; p < in->patch_count; p++) {
         measure_patch(chunk, p);
-        mark_two_sided(&chunk->patches[p], &chunk->samples[0][chunk->level_begin[0][p]]);
+        mark_sides(&chunk->patches[p], &chunk->samples[0][chunk->level_begin[0][p]]);
     }
     *out = chunk;
 done:
@@ -156,7 +161,7 @@ static stp_patch patch_of_sample(const stp_patch *from, int level, const stp_sam
     memcpy(out.bound_centre, sample->position, sizeof out.bound_centre);
     memcpy(out.cone_axis, sample->normal, sizeof out.cone_axis);
     fill_quarter(&out);
-    mark_two_sided(&out, sample);
+    mark_sides(&out, sample);
     return out;
 }
 

@@ -2,6 +2,7 @@
 #include "formats/chunk/verify.h"
 
 #include "base/memory.h"
+#include "formats/chunk/outside.h"
 #include "formats/chunk/overhang.h"
 #include "formats/chunk/repair_note.h"
 #include "formats/chunk/shelf.h"
@@ -114,8 +115,10 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
     double radius = stp_sample_radius(sample, patch);
     if (sample->flags & ~(unsigned)(STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL |
-                                    STP_SAMPLE_OUTLIER | STP_SAMPLE_KIND_MASK))
+                                    STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED | STP_SAMPLE_KIND_MASK))
         return "a sample has a reserved flag set";
+    if (sample->flags & STP_SAMPLE_CLOSED && !(at->v->info->attributes & STP_HAS_CLOSED))
+        return "a sample is closed in a file that says it has no closed surface";
     if (sample->flags & STP_SAMPLE_OUTLIER && !(at->v->info->attributes & STP_HAS_OUTLIERS))
         return "a sample is marked as an outlier in a file that says it has no marks";
     if (!in_box(p, &box))
@@ -130,10 +133,12 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     if (level == 0 && !(patch->flags & STP_PATCH_TWO_SIDED) &&
         (~(unsigned)sample->flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL)))
         return "a sample's orientation is unknown in a patch that is not two-sided";
+    if (level == 0 && patch->flags & STP_PATCH_CLOSED && !(sample->flags & STP_SAMPLE_CLOSED))
+        return "a sample is not closed in a patch that is";
     return NULL;
 }
 
-/* A merged sample is marked as an outlier where all it covers are. */
+/* A merged sample is marked as an outlier, and as closed, where all it covers are. */
 static bool marks_agree(const stp_chunk *chunk, uint32_t index)
 {
     const uint8_t *counts = chunk->patches[index].counts;
@@ -141,10 +146,10 @@ static bool marks_agree(const stp_chunk *chunk, uint32_t index)
         const stp_sample *coarse = chunk->samples[l] + chunk->level_begin[l][index];
         const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][index];
         for (unsigned j = 0, i = 0; j < counts[l]; j++) {
-            unsigned mark = STP_SAMPLE_OUTLIER;
+            unsigned mark = STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
             for (; i < stp_level_children_begin(j + 1, counts[l], counts[l - 1]); i++)
                 mark &= finer[i].flags;
-            if ((coarse[j].flags & STP_SAMPLE_OUTLIER) != mark)
+            if ((coarse[j].flags & (STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED)) != mark)
                 return false;
         }
     }
@@ -154,7 +159,7 @@ static bool marks_agree(const stp_chunk *chunk, uint32_t index)
 static const char *check_samples(const place *at, uint32_t index)
 {
     if (!marks_agree(at->chunk, index))
-        return "a merged sample's mark as an outlier is not that of all it covers";
+        return "a merged sample's mark as outlier or closed is not that of all it covers";
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         const uint32_t *begin = at->chunk->level_begin[l];
         for (uint32_t k = begin[index]; k < begin[index + 1]; k++) {
@@ -178,6 +183,8 @@ static const char *check_header(const place *at, const stp_patch *patch)
         return "it names a child in a leaf, or none in a chunk with children";
     if ((patch->flags & STP_PATCH_TWO_SIDED) && !(e->flags & STP_PATCH_TWO_SIDED))
         return "it is two-sided and its chunk is not";
+    if (e->flags & STP_CHUNK_CLOSED && !(patch->flags & STP_PATCH_CLOSED))
+        return "its chunk is closed and it is not";
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         if (stp_error_decode(patch->error[l], patch->exponent) > (double)e->error[l] ||
             stp_error_decode(patch->tangential_error[l], patch->exponent) >
@@ -289,7 +296,10 @@ static stp_status check_metadata(const stp_chunk_file *file, stp_error *err)
         return stp_error_set(err, STP_CORRUPT,
                              "%s: the metadata at byte %" PRIu64 " is not a JSON object",
                              stp_chunk_file_path(file), info->payloads_end);
-    return STP_OK;
+    stp_outside outside = {0};
+    stp_status status = stp_outside_read(&outside, info->metadata_json, info->metadata_bytes, err);
+    stp_outside_clear(&outside);
+    return status;
 }
 
 /* In a repaired file the strip that one continues may be lost. */

@@ -101,15 +101,18 @@ static stp_status find_wrong_link(const joint *above, const joint *below, uint32
     return status;
 }
 
-/* The first patch above that is not two-sided though one that it is linked to is. */
+/* The first patch above that is not two-sided though one that it is linked to is, or is closed
+ * though one is not. */
 static uint32_t find_wrong_side(const stp_chunk *parent, uint32_t child_index,
                                 const stp_chunk *child)
 {
     for (uint32_t p = 0; p < parent->patch_count; p++) {
         const stp_patch *patch = &parent->patches[p];
-        for (unsigned i = 0; patch->child == child_index && i < patch->counts[0]; i++)
-            if (child->patches[patch->first_below + i].flags & ~patch->flags & STP_PATCH_TWO_SIDED)
+        for (unsigned i = 0; patch->child == child_index && i < patch->counts[0]; i++) {
+            unsigned below = child->patches[patch->first_below + i].flags, above = patch->flags;
+            if ((below & ~above & STP_PATCH_TWO_SIDED) || (above & ~below & STP_PATCH_CLOSED))
                 return p;
+        }
     }
     return STP_CHUNK_NONE;
 }
@@ -153,7 +156,9 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     if (!*fault && parent->linked) {
         *patch = find_wrong_side(parent, child_index, child);
         if (*patch != STP_CHUNK_NONE)
-            *fault = "it is not two-sided, and a patch of the child that it stands for is";
+            *fault =
+                "it is not two-sided though a patch of the child that it stands for is, or closed "
+                "though one is not";
     }
 done:
     free(above);

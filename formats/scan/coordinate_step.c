@@ -13,10 +13,12 @@
 /* A double that was computed, as scale times integer is, lies so near to its decimals. */
 #define COMPUTED 0x1p-50
 
-static const double steps[] = {1.0, 0.1, 0.01, 0.001};
-static const double parts[] = {1.0, 10.0, 100.0, 1000.0};
+static const double steps[] = {1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
+static const double parts[] = {1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 
 #define STEP_COUNT (sizeof steps / sizeof *steps)
+/* Of surveys: finer ones are looked for where they are asked for. */
+#define SURVEY_STEPS 4u
 
 /* Whether the value is what became of a multiple of steps[i]. */
 static bool is_multiple(double value, size_t i)
@@ -30,7 +32,9 @@ static bool is_multiple(double value, size_t i)
 
 /* What the points so far have in common. */
 typedef struct common {
-    size_t step; /* the first that fits; STEP_COUNT: none */
+    size_t step; /* the first that fits; count: none */
+    size_t count;
+    bool doubles; /* some are no floats: fine steps are no floats' rounding */
     stp_dbox box;
 } common;
 
@@ -41,31 +45,34 @@ static void look_at(common *all, const stp_point *point)
         return;
     stp_dbox_add(&all->box, point->position);
     for (int axis = 0; axis < 3; axis++)
-        while (all->step < STEP_COUNT && !is_multiple(at[axis], all->step))
+        while (all->step < all->count && !is_multiple(at[axis], all->step))
             all->step++;
+    for (int axis = 0; axis < 3; axis++)
+        all->doubles = all->doubles || (double)(float)at[axis] != at[axis];
 }
 
 /* 0: none. */
 static double settle(const common *all)
 {
     const double reach = stp_dvec3_length(stp_dvec3_sub(all->box.max, all->box.min));
-    if (all->step == STEP_COUNT || !(reach <= REACH_STEPS * steps[all->step]))
+    if (all->step == all->count || (all->step >= SURVEY_STEPS && !all->doubles) ||
+        !(reach <= REACH_STEPS * steps[all->step]))
         return 0.0;
     return steps[all->step];
 }
 
-stp_status stp_scan_find_step(stp_scan *scan, double *step, stp_error *err)
+stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_point *points = NULL;
-    common all = {0, stp_dbox_empty()};
+    common all = {.count = fine ? STEP_COUNT : SURVEY_STEPS, .box = stp_dbox_empty()};
     size_t count = 1;
     if (stp_scan_get_info(scan)->coordinate_step > 0.0) {
         *step = stp_scan_get_info(scan)->coordinate_step;
         return STP_OK;
     }
     STP_TRY(stp_alloc(&points, BATCH_POINTS, sizeof *points, "points", err));
-    for (size_t seen = 0; seen < LOOK_POINTS && all.step < STEP_COUNT && count > 0; seen += count) {
+    for (size_t seen = 0; seen < LOOK_POINTS && all.step < all.count && count > 0; seen += count) {
         STP_TRY(stp_scan_read(scan, points, BATCH_POINTS, &count, err));
         for (size_t i = 0; i < count; i++)
             look_at(&all, &points[i]);

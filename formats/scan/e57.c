@@ -23,7 +23,7 @@ typedef struct reader {
     stp_e57_pose pose;
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
-    stp_dvec3 *stations; /* each scan's that has one, in their order */
+    stp_dvec3 *stations, *ups; /* each scan's that has one, in their order, and its z axis */
     uint16_t station_count, stations_begun;
     stp_scan_note notes[2];
 } reader;
@@ -122,12 +122,15 @@ static stp_status settle_scans(reader *r, stp_error *err)
     stp_e57_pose pose;
     uint64_t bits = 0;
     STP_TRY(stp_alloc(&r->stations, r->document.scan_count, sizeof *r->stations, "stations", err));
+    STP_TRY(stp_alloc(&r->ups, r->document.scan_count, sizeof *r->ups, "stations", err));
     for (size_t i = 0; i < r->document.scan_count; i++) {
         stp_e57_scan *scan = &r->document.scans[i];
         STP_TRY(settle_scan(r, scan, err));
         STP_TRY(stp_e57_pose_of(&pose, scan, r->pages.path, err));
-        if (has_station(scan, &pose))
+        if (has_station(scan, &pose)) {
+            r->ups[r->station_count] = stp_e57_rotate(&pose, (stp_dvec3){0.0, 0.0, 1.0});
             r->stations[r->station_count++] = pose.translation;
+        }
         STP_TRY(check_section(r, scan, &bits, err));
     }
     if (r->station_count > 0)
@@ -160,6 +163,7 @@ static void fill_info(reader *r, stp_scan_info *info)
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(&r->document);
     info->stations = r->stations;
+    info->station_ups = r->ups;
     info->station_count = r->station_count;
     info->notes = r->notes;
     info->note_count = 0;
@@ -316,6 +320,7 @@ static void close_reader(void *state)
     stp_e57_pages_close(&r->pages);
     stp_e57_document_free(&r->document);
     free(r->stations);
+    free(r->ups);
 }
 
 static stp_status open_reader(void *state, stp_scan_info *info, const char *path,

@@ -30,7 +30,7 @@ static void find_attributes(reader *r)
         r->attributes |= STP_POINT_HAS_INTENSITY;
     if (stp_pcd_header_find(h, STP_PCD_CLASS))
         r->attributes |= STP_POINT_HAS_CLASS;
-    if (h->has_station)
+    if (h->has_viewpoint && stp_dvec3_finite(h->viewpoint))
         r->attributes |= STP_POINT_HAS_STATION;
 }
 
@@ -79,8 +79,14 @@ static void fill_info(const reader *r, stp_scan_info *info)
     info->point_count = h->points;
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(h);
-    info->stations = h->has_station ? &h->station : NULL;
-    info->station_count = h->has_station ? 1 : 0;
+    if (stp_dvec3_finite(h->viewpoint)) {
+        info->stations = &h->viewpoint;
+        info->station_count = 1;
+        info->station_word = h->has_viewpoint ? STP_STATION_CLAIMED : STP_STATION_DEFAULT;
+    }
+    if (h->height > 1 && h->height <= UINT32_MAX && h->points / h->height <= UINT32_MAX)
+        info->grid = (stp_scan_grid){.columns = (uint32_t)(h->points / h->height),
+                                     .rows = (uint32_t)h->height};
     info->notes = &r->note;
     info->note_count = r->left_out.text[0] ? 1 : 0;
 }
@@ -116,7 +122,7 @@ static void columns_to_points(const reader *r, stp_point *points, size_t count)
     const stp_pcd_header *h = &r->values.header;
     for (size_t i = 0; i < count; i++)
         points[i] = (stp_point){.position = {c[STP_PCD_X][i], c[STP_PCD_Y][i], c[STP_PCD_Z][i]},
-                                .station = h->has_station ? 1 : 0};
+                                .station = stp_dvec3_finite(h->viewpoint)};
     if (h->height > 1)
         for (size_t i = 0; i < count; i++)
             if (!stp_dvec3_finite(points[i].position))
@@ -166,6 +172,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     r->values.source.descriptor = -1;
     STP_TRY(stp_pcd_values_open(&r->values, path, err));
     find_attributes(r);
+    STP_TRY(stp_pcd_values_find_packing(&r->values, err));
     STP_TRY(find_scale(r, STP_PCD_RED, STP_PCD_BLUE, &r->colour_scale, err));
     STP_TRY(find_scale(r, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &r->intensity_scale, err));
     list_left_out(r);

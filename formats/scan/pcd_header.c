@@ -216,8 +216,8 @@ static stp_status parse_viewpoint(parser *p, stp_error *err)
                          i + 1);
         is_default &= v[i] == none[i];
     }
-    p->header->station = (stp_dvec3){v[0], v[1], v[2]};
-    p->header->has_station = !is_default && stp_dvec3_finite(p->header->station);
+    p->header->viewpoint = (stp_dvec3){v[0], v[1], v[2]};
+    p->header->has_viewpoint = !is_default;
     return STP_OK;
 }
 

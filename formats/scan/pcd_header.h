@@ -56,8 +56,8 @@ typedef struct stp_pcd_header {
     size_t stride;           /* bytes of a binary record, at most STP_PCD_STRIDE_MAX */
     uint64_t values;         /* of a record */
     uint64_t height, points; /* height > 1: organised, the rows of an image */
-    bool has_station;        /* VIEWPOINT is there and is not its default */
-    stp_dvec3 station;       /* finite */
+    bool has_viewpoint;      /* VIEWPOINT is there and is not its default */
+    stp_dvec3 viewpoint;     /* its position, else the origin; may be not finite */
     uint64_t data_offset, lines;
 } stp_pcd_header;
 

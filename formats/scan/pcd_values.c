@@ -85,13 +85,31 @@ static stp_status cut(const stp_pcd_values *v, stp_error *err)
         (unsigned long long)v->header.points);
 }
 
+/* Whether the text can only be a float as a program prints it: a fraction, or rounded above the
+ * ones, as 4.2108e+06 is. An integer of three bytes would lose its blue there. */
+static bool is_float_text(const char *token, const char *end, double value)
+{
+    const char *point = memchr(token, '.', (size_t)(end - token));
+    const char *mark = token;
+    double exponent = 0.0;
+    if (!isfinite(value) || value != floor(value))
+        return isfinite(value);
+    while (mark < end && *mark != 'e' && *mark != 'E')
+        mark++;
+    const char *digits = mark + 1 < end && mark[1] == '+' ? mark + 2 : mark + 1;
+    if (mark == end || !stp_number_parse(digits, end, &exponent))
+        return false;
+    return exponent > (point ? (double)(mark - point - 1) : 0.0);
+}
+
 /* Packed colours as text: the bits of the float that the number is. But whole numbers from 1 on are
- * the integers themselves: as floats they would have bits that no colour has above its red. */
-static uint32_t packed_of_text(const stp_pcd_field *field, double value)
+ * the integers themselves, unless the column is known to be floats: as floats they would have bits
+ * that no colour has above its red. */
+static uint32_t packed_of_text(const stp_pcd_values *v, const stp_pcd_field *field, double value)
 {
     const bool whole = value >= 1.0 && value <= 4294967295.0 && value == floor(value);
     uint32_t bits = 0;
-    if (whole)
+    if (whole && !v->packed_floats)
         return (uint32_t)value;
     if (field->type == 'F' && fabs(value) <= 3.4e38) {
         const float f = (float)value;
@@ -124,10 +142,12 @@ static stp_status read_token(stp_pcd_values *v, const stp_pcd_field *field, cons
                              v->source.path, (unsigned long long)v->source.line,
                              (int)(*at - token < 40 ? *at - token : 40), token,
                              (unsigned long long)v->index, (unsigned long long)v->header.points);
-    if (field->target == STP_PCD_PACKED)
-        v->packed[row] = packed_of_text(field, value);
-    else
+    if (field->target == STP_PCD_PACKED) {
+        v->float_seen = v->float_seen || (field->type == 'F' && is_float_text(token, *at, value));
+        v->packed[row] = packed_of_text(v, field, value);
+    } else {
         v->columns[field->target][row] = value;
+    }
     return STP_OK;
 }
 
@@ -366,6 +386,21 @@ static stp_status sample_prefix(stp_pcd_values *v, stp_pcd_target first, stp_pcd
         *maximum = column_maximum(v, first, last, count, *maximum);
         left -= count;
     }
+done:
+    return status;
+}
+
+stp_status stp_pcd_values_find_packing(stp_pcd_values *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pcd_field *field = stp_pcd_header_find(&v->header, STP_PCD_PACKED);
+    double unused = 0.0;
+    if (v->header.encoding != STP_PCD_ASCII || !field || field->type != 'F')
+        return STP_OK;
+    STP_TRY(sample_prefix(v, STP_PCD_X, STP_PCD_X, &unused, err));
+    v->packed_floats = v->float_seen;
+    stp_source_seek(&v->source, v->header.data_offset, v->header.lines);
+    v->index = 0;
 done:
     return status;
 }

@@ -27,6 +27,8 @@ typedef struct stp_pcd_values {
     uint64_t index;      /* of the next record */
     size_t block_points; /* most records at once */
     stp_lzf *decoders;   /* compressed: by target, else NULL */
+    bool float_seen;     /* a packed colour so far was written as only a float is */
+    bool packed_floats;  /* and so all of them are the bits of floats */
     double columns[STP_PCD_PACKED][STP_PCD_BLOCK_POINTS];
     uint32_t packed[STP_PCD_BLOCK_POINTS];
 } stp_pcd_values;
@@ -38,6 +40,11 @@ void stp_pcd_values_close(stp_pcd_values *values);
 /* The next count <= block_points records, which exist, into columns and packed. Errors: IO,
  * CORRUPT, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_pcd_values_read(stp_pcd_values *values, size_t count, stp_error *err);
+/* Tells, from the first 65,536 records of an ascii file, whether packed colours of TYPE F are
+ * floats whose bits are the colour (one of them has a fraction, or is rounded above the ones:
+ * 4.2108e+06) or whole numbers, 0xRRGGBB in decimal. Goes back to the first record. Errors: as
+ * read. */
+stp_status stp_pcd_values_find_packing(stp_pcd_values *values, stp_error *err);
 /* Greatest value of the targets from first to last in a sample: 64 blocks spread over a binary
  * file, the first 65,536 records of another. Goes back to where it was, the first record. Errors:
  * as read. */

@@ -2,9 +2,11 @@
 #include "formats/scan/ply.h"
 
 #include "base/memory.h"
+#include "formats/scan/ply_grid.h"
 #include "formats/scan/value_range.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
 {
@@ -48,10 +50,17 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
         ply->attributes |= STP_POINT_HAS_INTENSITY;
     if (has_targets(ply, STP_PLY_CLASS, 1))
         ply->attributes |= STP_POINT_HAS_CLASS;
-    ply->lone_station = !has_targets(ply, STP_PLY_STATION, 1) && ply->header.stations.count == 1;
-    if (has_targets(ply, STP_PLY_STATION, 1) || ply->lone_station)
-        ply->attributes |= STP_POINT_HAS_STATION;
     return STP_OK;
+}
+
+/* What comments say goes before a camera. */
+static void find_stations(stp_ply *ply)
+{
+    const bool named = has_targets(ply, STP_PLY_STATION, 1);
+    ply->has_camera = ply->has_camera && !named && ply->header.stations.count == 0;
+    ply->lone_station = ply->has_camera || (!named && ply->header.stations.count == 1);
+    if (named || ply->lone_station)
+        ply->attributes |= STP_POINT_HAS_STATION;
 }
 
 static void find_face_element(stp_ply *ply)
@@ -103,13 +112,17 @@ static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
     find_edge_element(ply);
     ply->cursor = (stp_ply_cursor){.source = &ply->source, .encoding = ply->header.encoding};
     for (const stp_ply_element *e = ply->header.elements; e != ply->vertex; e++)
-        STP_TRY(stp_ply_skip_element(&ply->cursor, &ply->header, e, err));
+        STP_TRY(e->count == 1 && strcmp(e->name, "camera") == 0
+                    ? stp_ply_camera_read(ply, e, err)
+                    : stp_ply_skip_element(&ply->cursor, &ply->header, e, err));
+    find_stations(ply);
     STP_TRY(check_vertex_count(ply, err));
     ply->vertex_offset = ply->source.offset;
     ply->vertex_line = ply->source.line;
     ply->cursor.element = ply->vertex;
     ply->cursor.index = 0;
     STP_TRY(stp_ply_find_depths(ply, err));
+    STP_TRY(stp_ply_grid_read(ply, err));
 done:
     return status;
 }
@@ -134,6 +147,7 @@ void stp_ply_close(stp_ply **ply)
         return;
     stp_source_close(&(*ply)->source);
     stp_ply_header_free(&(*ply)->header);
+    free((*ply)->cells);
     free(*ply);
     *ply = NULL;
 }

@@ -12,6 +12,7 @@
 #include "formats/scan/ply_header.h"
 #include "formats/scan/ply_values.h"
 #include "formats/scan/point_mesh.h"
+#include "formats/scan/scan.h"
 #include "formats/scan/source.h"
 
 #include <stdbool.h>
@@ -25,11 +26,15 @@ typedef struct stp_ply {
     stp_ply_header header;
     stp_ply_cursor cursor;
     const stp_ply_element *vertex;
-    const stp_ply_element *faces;         /* NULL: none that can be read */
-    const stp_ply_element *edges;         /* likewise */
-    uint64_t vertex_offset, vertex_line;  /* where the vertices start */
-    uint32_t attributes;                  /* STP_POINT_HAS_* */
-    bool lone_station;                    /* one position, which saw all points */
+    const stp_ply_element *faces;        /* NULL: none that can be read */
+    const stp_ply_element *edges;        /* likewise */
+    uint64_t vertex_offset, vertex_line; /* where the vertices start */
+    uint32_t attributes;                 /* STP_POINT_HAS_* */
+    bool lone_station;                   /* one position, which saw all points */
+    bool has_camera;                     /* which is that of an element camera */
+    stp_dvec3 camera, camera_up;
+    stp_scan_grid grid;
+    stp_grid_cell *cells;                 /* the grid's */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];
 } stp_ply;

@@ -1,6 +1,8 @@
 /* The header of a PLY file. */
 #include "formats/scan/ply_header.h"
 
+#include "formats/scan/ply_grid.h"
+
 #include "base/memory.h"
 #include "formats/scan/number.h"
 
@@ -211,6 +213,8 @@ static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *er
         return parse_property(p, err);
     if (strcmp(k, "comment") == 0)
         return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
+    if (strcmp(k, "obj_info") == 0)
+        stp_ply_grid_line(p->header->grid_size, p->at, p->end);
     *done_reading = strcmp(k, "end_header") == 0;
     if (*done_reading || k[0] == '\0' || strcmp(k, "obj_info") == 0)
         return STP_OK;

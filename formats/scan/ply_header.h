@@ -76,6 +76,7 @@ typedef struct stp_ply_header {
     stp_ply_property *properties;
     size_t property_count, property_capacity;
     stp_ply_stations stations; /* settled */
+    uint64_t grid_size[2];     /* columns and rows of a range image; 0: not told */
     uint64_t data_offset;      /* first byte after the header */
     uint64_t header_lines;
 } stp_ply_header;

@@ -27,8 +27,8 @@ typedef struct ptx {
     stp_text text;
     ptx_scan *scans;
     size_t scan_count, scan_capacity;
-    stp_dvec3 *stations;
-    size_t station_capacity;
+    stp_dvec3 *stations, *ups; /* by scan: where its scanner stood, and its z axis */
+    size_t station_capacity, up_capacity;
     uint64_t start;  /* byte of the first scan */
     size_t current;  /* scan that is being read, counted from 1; 0 before the first */
     uint64_t left;   /* its points that are still to come */
@@ -186,7 +186,9 @@ static stp_status add_scan(ptx *p, const ptx_scan *scan, stp_dvec3 station, stp_
         stp_grow(&p->scans, &p->scan_capacity, p->scan_count + 1, sizeof *p->scans, "scans", err));
     STP_TRY(stp_grow(&p->stations, &p->station_capacity, p->scan_count + 1, sizeof *p->stations,
                      "stations", err));
+    STP_TRY(stp_grow(&p->ups, &p->up_capacity, p->scan_count + 1, sizeof *p->ups, "stations", err));
     p->scans[p->scan_count] = *scan;
+    p->ups[p->scan_count] = (stp_dvec3){scan->pose[0][2], scan->pose[1][2], scan->pose[2][2]};
     p->stations[p->scan_count++] = station;
 done:
     return status;
@@ -270,6 +272,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_text_fill_info(text, NULL, info);
     info->format = "PTX";
     info->stations = p->stations;
+    info->station_ups = p->ups;
     info->station_count = (uint32_t)p->scan_count;
     stp_source_seek(&text->source, p->start, 0);
 done:
@@ -348,6 +351,7 @@ static void close_reader(void *state)
     stp_text_close(&p->text);
     free(p->scans);
     free(p->stations);
+    free(p->ups);
 }
 
 const stp_scan_reader stp_ptx_reader = {sizeof(ptx), open_reader, read_points, close_reader};

@@ -35,7 +35,7 @@ struct stp_scan {
                        there are none */
     bool sampling;
     stp_mesh_sampler sampler;
-    stp_dvec3 *stations;
+    stp_dvec3 *stations, station_up;
 };
 
 const char *stp_reject_name(stp_reject reject)
@@ -81,14 +81,21 @@ static const char *mesh_name(stp_scan_format format)
     return names[format];
 }
 
-static stp_status copy_stations(stp_scan *scan, const stp_ply_stations *stations, stp_error *err)
+static stp_status copy_stations(stp_scan *scan, const stp_ply *ply, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&scan->stations, stations->count, sizeof *scan->stations, "stations", err));
-    for (size_t i = 0; i < stations->count; i++)
-        scan->stations[i] = stations->list[i].position;
+    const stp_ply_stations *stations = &ply->header.stations;
+    const size_t count = ply->has_camera ? 1 : stations->count;
+    STP_TRY(stp_alloc(&scan->stations, count, sizeof *scan->stations, "stations", err));
+    for (size_t i = 0; i < count; i++)
+        scan->stations[i] = ply->has_camera ? ply->camera : stations->list[i].position;
     scan->info.stations = scan->stations;
-    scan->info.station_count = (uint32_t)stations->count;
+    scan->info.station_count = (uint32_t)count;
+    if (ply->has_camera) {
+        scan->station_up = ply->camera_up;
+        scan->info.station_ups = &scan->station_up;
+        scan->info.station_word = STP_STATION_CLAIMED;
+    }
 done:
     return status;
 }
@@ -104,13 +111,15 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     scan->info.point_count = ply->vertex->count;
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
-    STP_TRY(copy_stations(scan, &ply->header.stations, err));
+    STP_TRY(copy_stations(scan, ply, err));
+    scan->info.grid = ply->grid;
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
     const bool wants_faces = wants_normals || scan->params.sample_count > 0 || scan->params.hybrid;
     if (ply->edges || (ply->faces && wants_faces)) {
         STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
         scan->info.face_count = scan->mesh.face_count;
+        scan->info.grid = (stp_scan_grid){0};
         stp_ply_close(&scan->ply);
     }
 done:

@@ -52,7 +52,8 @@ enum {
     STP_POINT_HAS_COLOUR = 1u << 1,
     STP_POINT_HAS_INTENSITY = 1u << 2,
     STP_POINT_HAS_CLASS = 1u << 3,
-    STP_POINT_HAS_STATION = 1u << 4, /* points name stations, of which positions may be missing */
+    STP_POINT_HAS_STATION = 1u << 4, /* points name stations, of which positions may be missing;
+                                        not where these are a default */
     STP_POINT_HAS_OUTLIER = 1u << 5  /* of a writer alone */
 };
 
@@ -83,6 +84,27 @@ typedef struct stp_edge_counts {
     uint64_t read, no_vertex, no_length, repeated, not_finite, of_faces;
 } stp_edge_counts;
 
+/* How far a file's word of where its points were seen from may be trusted. */
+typedef enum stp_station_word {
+    STP_STATION_TOLD,    /* the format has a place for it that scanners' programs fill */
+    STP_STATION_CLAIMED, /* it may mean something else: believed where the points allow it */
+    STP_STATION_DEFAULT  /* nobody wrote it: believed where the points speak for it */
+} stp_station_word;
+
+/* Where a point of a scan lies in the image that the scanner took. */
+typedef struct stp_grid_cell {
+    uint64_t place; /* of the point in the file */
+    uint32_t column, row;
+} stp_grid_cell;
+
+/* The image whose pixels are the points; columns 0: there is none. Without cells the place of a
+ * point is its pixel, row by row; else some of the points are named. */
+typedef struct stp_scan_grid {
+    uint32_t columns, rows;
+    const stp_grid_cell *cells; /* the scan's own, like stations */
+    uint32_t cell_count;
+} stp_scan_grid;
+
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* what will be read */
@@ -93,6 +115,9 @@ typedef struct stp_scan_info {
     bool normals_from_faces;
     const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
     uint32_t station_count;
+    const stp_dvec3 *station_ups; /* the scanners' up axes, of any length; NULL: not told */
+    stp_station_word station_word;
+    stp_scan_grid grid;
     const stp_scan_note *notes; /* the scan's own, like stations */
     uint32_t note_count;
 } stp_scan_info;

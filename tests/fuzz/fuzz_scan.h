@@ -95,7 +95,7 @@ static inline void fuzz_find_step(const char *path)
     double step = -1.0;
     if (stp_scan_open(&scan, path, NULL, &err) != STP_OK)
         return;
-    const stp_status status = stp_scan_find_step(scan, &step, &err);
+    const stp_status status = stp_scan_find_step(scan, false, &step, &err);
     fuzz_require((status == STP_OK) == (step >= 0.0), "a step exactly where finding it succeeds");
     stp_scan_close(&scan);
 }

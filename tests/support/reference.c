@@ -132,12 +132,17 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
         view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
     stp_dvec3 n = disc->normal;
     bool oriented = !faces && disc->oriented;
-    if (oriented && stp_dvec3_dot(n, w) >= 0.0)
+    double away = faces ? 0.0 : stp_dvec3_dot(n, w);
+    if (disc->culled && !disc->seen_through && away >= REFERENCE_CULL_COSINE)
         return false;
-    if (faces)
+    if (faces) {
         n = stp_dvec3_scale(w, -1.0);
-    else if (!oriented && stp_dvec3_dot(n, w) > 0.0)
+    } else if (disc->culled && away > 0.0 && away <= REFERENCE_CULL_COSINE) {
+        n = stp_dvec3_sub(n, stp_dvec3_scale(w, 2.0 * away));
+    } else if (away > 0.0) {
         n = stp_dvec3_scale(n, -1.0);
+        oriented = false;
+    }
     *out = (reference_pixel){
         .normal = n,
         .radius = radius,
@@ -311,7 +316,7 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
                       stp_dvec3_dot(p->normal, front->normal) < 0.0;
         if (reference_is_tube(p) == reference_is_tube(front))
             sum.normal = stp_dvec3_add(sum.normal, stp_dvec3_scale(p->normal, turned ? -w : w));
-        sum.radius += w * p->radius * p->radius;
+        sum.radius += w * p->radius;
         sum.z_min += w * (p->z_min - front->z_min);
         sum.z_max += w * (p->z_max - front->z_max);
         sum.dx += w * p->dx;
@@ -322,7 +327,7 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
     }
     sum.normal =
         stp_dvec3_length(sum.normal) > 0.0 ? stp_dvec3_normalize(sum.normal) : front->normal;
-    sum.radius = sqrt(sum.radius / total);
+    sum.radius /= total;
     sum.z_min = front->z_min + sum.z_min / total;
     sum.z_max = front->z_max + sum.z_max / total;
     sum.dx /= total;
@@ -330,6 +335,17 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
     for (int k = 0; k < 3; k++)
         sum.rgb[k] /= total;
     return sum;
+}
+
+/* The mean of the squared radii, weighted. */
+static double square_radius(const meeting *m)
+{
+    double sum = 0.0, total = 0.0;
+    for (int k = 0; k < m->count; k++) {
+        sum += m->weights[k] * m->pixels[k].radius * m->pixels[k].radius;
+        total += m->weights[k];
+    }
+    return sum / total;
 }
 
 /* ---- pull ---- */
@@ -344,6 +360,19 @@ static void keep_carried(const reference_pyramid *pyramid, int level, meeting *m
             m->pixels[kept++] = m->pixels[i];
         }
     m->count = kept;
+}
+
+/* Of the disc with the second moment of those it stands for, whose mean is given. */
+static double moment_radius(const reference_pyramid *pyramid, const meeting *m,
+                            const reference_pixel *mean)
+{
+    double ppu = pixels_per_unit(&pyramid->view, mean->z_min), spread = 0.0;
+    for (int k = 0; k < m->count; k++) {
+        const reference_pixel *p = &m->pixels[k];
+        double x = p->dx - mean->dx, y = p->dy - mean->dy;
+        spread += reference_is_line(mean) ? 0.0 : (x * x + y * y) / m->count;
+    }
+    return sqrt(square_radius(m) + 2.0 * spread / (ppu * ppu));
 }
 
 static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, int i, int j)
@@ -366,16 +395,10 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     out.tag = tag_with_source(front.tag, level);
     out.z_min = front.z_min;
     out.z_max = front.z_max;
-    double spread = 0.0; /* mean square distance from the new pixel's centre, pixels */
-    for (int k = 0; k < m.count; k++) {
-        const reference_pixel *p = &m.pixels[k];
-        out.z_max = fmax(out.z_max, p->z_max);
-        spread += (p->dx * p->dx + p->dy * p->dy) / m.count;
-    }
-    double variance =
-        reference_is_line(&front) ? 0.0 : fmax(0.0, spread - out.dx * out.dx - out.dy * out.dy);
-    double ppu = pixels_per_unit(&pyramid->view, out.z_min);
-    out.radius = sqrt(out.radius * out.radius + 2.0 * variance / (ppu * ppu));
+    for (int k = 0; k < m.count; k++)
+        out.z_max = fmax(out.z_max, m.pixels[k].z_max);
+    if (pyramid->filter != REFERENCE_BOX)
+        out.radius = moment_radius(pyramid, &m, &out);
     return out;
 }
 
@@ -435,7 +458,10 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     if (occluded && !(front.z_max < own.z_min))
         return own;
     keep_surface(&m, &front);
-    return reference_mean(m.pixels, m.weights, m.count, &front);
+    reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
+    if (pyramid->filter != REFERENCE_BOX)
+        out.radius = sqrt(square_radius(&m));
+    return out;
 }
 
 /* ---- templates ---- */
@@ -543,6 +569,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     for (int k = 0; k < m.count; k++)
         source = least_source(source, &m.pixels[k]);
     reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
+    out.radius = sqrt(square_radius(&m));
     out.tag = tag_with_source(front.tag, own_z <= front.z_max ? 0 : source);
     return out;
 }

@@ -25,6 +25,9 @@ typedef enum reference_presence {
     REFERENCE_MISSING /* but may be there */
 } reference_presence;
 
+/* From how steeply behind a hidden back is not drawn. */
+#define REFERENCE_CULL_COSINE 0.1
+
 /* A sample as it is drawn. */
 typedef struct reference_disc {
     stp_dvec3 position; /* eye space */
@@ -33,6 +36,8 @@ typedef struct reference_disc {
     double rgb[3];      /* 0..1 */
     unsigned kind;
     bool has_normal, oriented;
+    bool culled;       /* not drawn from behind, */
+    bool seen_through; /* but through an opening */
     reference_presence presence;
     bool wide;    /* what one pixel sees of a segment, wherever in the picture its centre is */
     int pixel[2]; /* that pixel */
@@ -80,6 +85,7 @@ typedef struct reference_pyramid {
 typedef enum reference_shade {
     REFERENCE_PHONG,
     REFERENCE_LAMBERT,
+    REFERENCE_UNLIT,
     REFERENCE_NORMAL,
     REFERENCE_DEPTH
 } reference_shade;
@@ -104,6 +110,13 @@ stp_status reference_segment_wide(const stp_view *view, const reference_disc *a,
                                   stp_error *err);
 stp_status reference_triangle(const stp_view *view, const reference_disc corners[3],
                               reference_disc_list *out, stp_error *err);
+
+/* Whether a segment is drawn as a flat piece of a ribbon, and what the pixels see of the piece from
+ * vertex i of a line to the next. Errors: OUT_OF_MEMORY. */
+bool reference_ribbon_is_flat(const stp_view *view, const reference_disc *a,
+                              const reference_disc *b);
+stp_status reference_ribbon(const stp_view *view, const reference_disc *vertices, unsigned count,
+                            unsigned i, reference_disc_list *out, stp_error *err);
 
 /* Makes an empty pyramid. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (level_count). */
 stp_status reference_create(reference_pyramid *out, const stp_view *view, reference_filter filter,

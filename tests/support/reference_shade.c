@@ -2,6 +2,7 @@
 #include "tests/support/reference_parts.h"
 
 #include <math.h>
+#include <string.h>
 
 static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, double out[3])
 {
@@ -38,6 +39,8 @@ static void shade_pixel(const stp_view *view, const reference_pixel *p, int i, i
     } else if (shade == REFERENCE_LAMBERT) {
         for (int k = 0; k < 3; k++)
             out[k] = p->rgb[k] * (0.05 + 0.85 * fmax(0.0, n.z));
+    } else if (shade == REFERENCE_UNLIT) {
+        memcpy(out, p->rgb, sizeof p->rgb);
     } else if (shade == REFERENCE_NORMAL) {
         out[0] = 0.5 * n.x + 0.5;
         out[1] = 0.5 * n.y + 0.5;

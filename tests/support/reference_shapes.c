@@ -2,9 +2,11 @@
 #include "tests/support/reference.h"
 
 #include "base/memory.h"
+#include "formats/chunk/sample.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* What a rasteriser may move a vertex by: its positions are fixed-point numbers. */
 #define ROUNDING_PX 0.01
@@ -229,12 +231,13 @@ static bool meets(const stp_view *view, const reference_disc corners[3], const d
     return parts[0] >= 0.0 && parts[1] >= 0.0 && parts[0] + parts[1] <= 1.0;
 }
 
-/* Appends the pixel, if the triangle has it. */
-static stp_status visit_triangle(const stp_view *view, const reference_disc corners[3], int x,
-                                 int y, reference_disc_list *out, stp_error *err)
+/* The parts where a triangle has a pixel, and how surely it has it; false if it does not. */
+static bool touches(const stp_view *view, const reference_disc corners[3], int x, int y,
+                    double parts[2], reference_presence *presence)
 {
     static const double around[4][2] = {{-1.0, 0.0}, {1.0, 0.0}, {0.0, -1.0}, {0.0, 1.0}};
-    double parts[2] = {0.0, 0.0}, aside[2];
+    double aside[2];
+    parts[0] = parts[1] = 0.0;
     bool there = meets(view, corners, (const double[2]){x + 0.5, y + 0.5}, parts);
     int met = there;
     for (int k = 0; k < 4; k++)
@@ -242,14 +245,27 @@ static stp_status visit_triangle(const stp_view *view, const reference_disc corn
                      (const double[2]){x + 0.5 + ROUNDING_PX * around[k][0],
                                        y + 0.5 + ROUNDING_PX * around[k][1]},
                      aside);
-    if (met == 0)
-        return STP_OK;
+    double most = 0.0;
     for (int k = 0; k < 2; k++)
-        parts[k] = fmax(parts[k], 0.0);
-    double sum = parts[0] + parts[1], most = fmax(1.0, sum);
+        most += parts[k] = fmax(parts[k], 0.0);
+    for (int k = 0; k < 2; k++)
+        parts[k] /= fmax(1.0, most);
+    *presence = !there ? REFERENCE_MISSING : met == 5 ? REFERENCE_SURE : REFERENCE_THERE;
+    return met > 0;
+}
+
+/* Appends the pixel, if the triangle has it. */
+static stp_status visit_triangle(const stp_view *view, const reference_disc corners[3], int x,
+                                 int y, reference_disc_list *out, stp_error *err)
+{
+    double parts[2];
+    reference_presence presence;
+    if (!touches(view, corners, x, y, parts, &presence))
+        return STP_OK;
+    double sum = parts[0] + parts[1];
     reference_disc edge = mean_disc(&corners[1], &corners[2], sum > 0.0 ? parts[1] / sum : 0.0);
-    reference_disc disc = mean_disc(&corners[0], &edge, sum / most);
-    disc.presence = !there ? REFERENCE_MISSING : met == 5 ? REFERENCE_SURE : REFERENCE_THERE;
+    reference_disc disc = mean_disc(&corners[0], &edge, sum);
+    disc.presence = presence;
     return reference_append(out, &disc, err);
 }
 
@@ -283,6 +299,80 @@ stp_status reference_triangle(const stp_view *view, const reference_disc corners
     for (int y = low[1]; y < high[1]; y++)
         for (int x = low[0]; x < high[0]; x++)
             STP_TRY(visit_triangle(view, corners, x, y, out, err));
+done:
+    return status;
+}
+
+/* ---- flat pieces of ribbons ---- */
+
+bool reference_ribbon_is_flat(const stp_view *view, const reference_disc *a,
+                              const reference_disc *b)
+{
+    const reference_disc *ends[2] = {a, b};
+    double width = 0.0;
+    for (int k = 0; k < 2; k++) {
+        double depth = fmax(-ends[k]->position.z, view->near_depth);
+        width = fmax(width, ends[k]->radius * (view->orthographic ? view->f : view->f / depth));
+    }
+    return a->kind == STP_KIND_RIBBON && a->has_normal && b->has_normal && width > 0.5;
+}
+
+/* From the line to the edge at vertex i. */
+static stp_dvec3 ribbon_half(const reference_disc *vertices, unsigned count, unsigned i)
+{
+    const reference_disc *v = &vertices[i];
+    stp_dvec3 way = stp_dvec3_sub(vertices[i + 1 < count ? i + 1 : i].position,
+                                  vertices[i > 0 ? i - 1 : 0].position);
+    stp_dvec3 side = stp_dvec3_cross(v->normal, way);
+    double length = stp_dvec3_length(side);
+    return length > 0.0 ? stp_dvec3_scale(side, v->radius / length) : (stp_dvec3){0.0, 0.0, 0.0};
+}
+
+/* Appends the pixel, if one of the piece's two triangles has it; of the one, the first corner is
+ * the segment's second end's. */
+static stp_status visit_piece(const stp_view *view, const reference_disc ends[2],
+                              const reference_disc corners[3], bool turned, const int pixel[2],
+                              reference_disc_list *out, stp_error *err)
+{
+    double parts[2];
+    reference_presence presence;
+    if (!touches(view, corners, pixel[0], pixel[1], parts, &presence))
+        return STP_OK;
+    reference_disc disc = mean_disc(&ends[0], &ends[1], turned ? 1.0 - parts[1] : parts[1]);
+    disc.position = corners[0].position;
+    for (int k = 0; k < 2; k++)
+        disc.position = stp_dvec3_add(
+            disc.position,
+            stp_dvec3_scale(stp_dvec3_sub(corners[k + 1].position, corners[0].position), parts[k]));
+    disc.radius = 0.0;
+    disc.presence = presence;
+    disc.wide = true; /* with splats no vertex that stands alone */
+    memcpy(disc.pixel, pixel, sizeof disc.pixel);
+    return reference_append(out, &disc, err);
+}
+
+stp_status reference_ribbon(const stp_view *view, const reference_disc *vertices, unsigned count,
+                            unsigned i, reference_disc_list *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const reference_disc ends[2] = {vertices[i], vertices[i + 1]};
+    stp_dvec3 half[2] = {ribbon_half(vertices, count, i), ribbon_half(vertices, count, i + 1)};
+    if (stp_dvec3_dot(half[0], half[1]) < 0.0)
+        half[1] = stp_dvec3_scale(half[1], -1.0);
+    for (int turned = 0; turned < 2; turned++) { /* near low, near high, far low; far high, ... */
+        reference_disc corners[3] = {ends[turned], ends[turned], ends[!turned]};
+        double side = turned ? 1.0 : -1.0;
+        int low[2], high[2];
+        for (int k = 0; k < 3; k++) {
+            bool far = turned ? k < 2 : k == 2;
+            corners[k].position = stp_dvec3_add(corners[k].position,
+                                                stp_dvec3_scale(half[far], k == 1 ? -side : side));
+        }
+        bound(view, corners, low, high);
+        for (int y = low[1]; y < high[1]; y++)
+            for (int x = low[0]; x < high[0]; x++)
+                STP_TRY(visit_piece(view, ends, corners, turned, (const int[2]){x, y}, out, err));
+    }
 done:
     return status;
 }

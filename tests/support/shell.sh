@@ -33,7 +33,7 @@ run() {
 }
 
 field() { # number of a field in $FOLDER/stats.json, as --stats writes it
-    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
+    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json" | head -1
 }
 
 expect_code() {

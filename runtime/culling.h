@@ -1,0 +1,14 @@
+/* What a picture leaves out because nobody can see it: backs of closed surfaces (docs/closed.md).
+ * Threads: any. */
+#ifndef STP_RUNTIME_CULLING_H
+#define STP_RUNTIME_CULLING_H
+
+#include "runtime/gpu_layout.h"
+#include "runtime/scene.h"
+
+/* Sets modes[1], modes[3] and openings of a frame: of stp_draw_params.cull, and for AUTO by where
+ * the eye is. */
+void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
+                       const stp_scene *scene);
+
+#endif

@@ -1,0 +1,139 @@
+# shellcheck shell=bash disable=SC2154
+# What test_real_scans.sh and long_real_scans.sh share: every file of the folder STIPPLE_SCANS is prepared, verified and
+# drawn, or refused with the right sentence. Sourced after shell.sh.
+
+model=$FOLDER/model.stipple
+picture=$FOLDER/picture.png
+
+# A part of the sentence with which prep refuses this file; empty: prep reads it.
+refusal_of() { # name within the folder
+    case $1 in
+        odd/empty.ply | odd/pdal_no-points.las) echo 'has no points: there is nothing to write' ;;
+        odd/pdal_epsg_4326.las) echo 'in degrees of longitude and latitude' ;;
+        odd/bunny16k.pts) echo 'surfels, which is not read here' ;;
+        *.png | *.jpg | *.tif | *.pfm | *.al3d) echo 'which is not read here' ;;
+        *.json | *README*) echo 'is of no known format' ;;
+    esac
+}
+
+check_prep() { # name: every point is stored or rejected by name, and the model is sound
+    local read stored rejected
+    read=$(field points_in)
+    stored=$(field points_out)
+    rejected=$(sed -n '/"rejected"/,/}/s/.*:[[:space:]]*\([0-9]*\),\{0,1\}$/\1/p' "$FOLDER/stats.json" | paste -sd+ -)
+    [ "$read" -gt 0 ] && [ "$read" = $((stored + ${rejected:-0})) ] ||
+        fail "$1: $read points read, $stored stored and $rejected rejected"
+    run "$STIPPLE" verify "$model"
+    expect_code 0
+    expect_text out ": sound: $stored points"
+}
+
+draw() { # options
+    run "$STIPPLE" render "$model" -o "$picture" --force --quiet --size 256x256 --stats "$FOLDER/stats.json" "$@"
+    expect_code 0
+    grep -q '"cut_complete":[[:space:]]*true' "$FOLDER/stats.json" || fail "$command: the cut is not complete"
+}
+
+# The default view shows something, no sample is coarser than the threshold allows unless there is none finer, and every
+# sample makes the same picture by either road.
+check_picture() { # name
+    local error
+    draw
+    "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | grep -q '"coverage_a": 0*\.*0*[1-9]' ||
+        fail "$1: the picture is empty"
+    error=$(field max_error_px)
+    draw --threshold 0
+    awk -v error="$error" -v finest="$(field max_error_px)" \
+        'BEGIN { exit !(error <= 1 || error <= finest) }' || fail "$1: an error of $error px is drawn, 1 is the threshold"
+    mv "$picture" "$FOLDER/every.png"
+    draw --lod full
+    cmp -s "$picture" "$FOLDER/every.png" || fail "$1: --lod full and --threshold 0 differ"
+}
+
+# Cameras as a path of `fly`, a second each: $directions of the 26 about the box (faces, edges and corners of a cube), then
+# three eyes inside. A clip box that ends in the middle.
+write_views() {
+    "$STIPPLE" info --json "$model" | tr -d '[]' | awk -F '[:,]' -v count="$directions" -v clip="$FOLDER/clip" '
+        function point(x, y, z) { return sprintf("[%.12g, %.12g, %.12g]", x, y, z) }
+        function view(eye, look, up) {
+            printf "%s{\"time\": %d, \"eye\": %s, \"look\": %s, \"up\": %s}", n ? ",\n" : "", n, eye, look, up
+            n++
+        }
+        /"box_min"/ { for (i = 1; i <= 3; i++) low[i] = $(i + 1) }
+        /"box_max"/ { for (i = 1; i <= 3; i++) high[i] = $(i + 1) }
+        END {
+            for (i = 1; i <= 3; i++) { mid[i] = (low[i] + high[i]) / 2; side[i] = high[i] - low[i] }
+            away = sqrt(side[1] ^ 2 + side[2] ^ 2 + side[3] ^ 2) / 2 / sin(atan2(1, 1) / 2)
+            middle = point(mid[1], mid[2], mid[3])
+            printf "{\"keyframes\": ["
+            for (k = 0; k < 27; k++) {
+                x = k % 3 - 1; y = int(k / 3) % 3 - 1; z = int(k / 9) - 1
+                size = sqrt(x * x + y * y + z * z)
+                if (size == 0 || int((k + 1) * count / 27) == int(k * count / 27) && count < 26)
+                    continue
+                view(point(mid[1] + away * x / size, mid[2] + away * y / size, mid[3] + away * z / size), middle,
+                    x || z ? "[0, 1, 0]" : "[0, 0, 1]")
+            }
+            for (i = -1; i <= 1; i++)
+                view(point(mid[1] + i * side[1] / 4, mid[2] + i * side[2] / 8, mid[3] + i * side[3] / 8),
+                    i ? middle : point(mid[1] - side[1] / 4, mid[2], mid[3]), "[0, 0, 1]")
+            print "]}"
+            printf "%.12g,%.12g,%.12g,%.12g,%.12g,%.12g\n", low[1], low[2], low[3], mid[1], high[2], high[3] >clip
+        }' >"$FOLDER/views.json"
+}
+
+# Leaving out what cannot be seen leaves out no pixel: in each view `--cull auto` covers 99.9 % of what `--cull none`
+# covers. Outlines may differ by a pixel in small pictures, where they are more than that share of all pixels.
+check_cull() { # name, options
+    local name=$1 cull frame
+    shift
+    for cull in none auto; do
+        run "$STIPPLE" fly "$model" --path "$FOLDER/views.json" --rate 1 -o "$FOLDER/$cull" --force --quiet \
+            --size "${width}x$width" --cull $cull "$@"
+        expect_code 0
+    done
+    for frame in "$FOLDER/none"/*.png; do
+        run "$STIPPLE" compare "$FOLDER/auto/${frame##*/}" "$frame" --json
+        grep -q 'neither picture covers a pixel' "$FOLDER/err" ||
+            awk -F '[:,]' -v width="$width" 'BEGIN { bad = 1 }
+                { bad = $12 > 0.001 * $10 * width * width || (width >= 1024 && $8 < 0.999 * $10) }
+                END { exit bad }' "$FOLDER/out" ||
+            fail "$name $*: ${frame##*/}: --cull auto leaves out what --cull none shows: $(cat "$FOLDER/out")"
+    done
+}
+
+check_file() { # name
+    local sentence
+    sentence=$(refusal_of "$1")
+    run "$STIPPLE" prep "$STIPPLE_SCANS/$1" -o "$model" --force --quiet --stats "$FOLDER/stats.json"
+    if [[ $1 = *.laz ]] && grep -q 'built without LASzip' "$FOLDER/err"; then
+        sentence='built without LASzip'
+    fi
+    if [ -n "$sentence" ]; then
+        expect_failure "$sentence"
+        expect_text err "$1"
+        return
+    fi
+    expect_code 0
+    [ "$code" = 0 ] || return
+    drawn=$((drawn + 1))
+    check_prep "$1"
+    check_picture "$1"
+    write_views
+    check_cull "$1"
+    [ "$directions" != 26 ] || check_cull "$1" --clip "$(cat "$FOLDER/clip")"
+}
+
+check_folder() { # find's test of the size; for check_cull how many directions, and the pictures' width
+    local file seconds drawn=0 directions=$2 width=$3
+    [ -n "${STIPPLE_SCANS:-}" ] || skip_test "STIPPLE_SCANS names no folder of real scans"
+    "$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+    while IFS= read -r -d '' file; do
+        seconds=$SECONDS
+        printf '%s: ' "${file#"$STIPPLE_SCANS"/}"
+        check_file "${file#"$STIPPLE_SCANS"/}"
+        echo "$((SECONDS - seconds)) s"
+    done < <(find -L "$STIPPLE_SCANS" -type f -size "$1" -print0 | sort -z)
+    echo "$drawn scans drawn"
+    [ "$drawn" != 0 ] || fail "$STIPPLE_SCANS has no scan of this size"
+}
