@@ -107,7 +107,7 @@ expect_code 0
 for place in 0 7 999; do # records of 36 bytes behind a header of 375, flags at 15
     printf '\004' | dd of="$FOLDER/held.las" bs=1 seek=$((375 + 36 * place + 15)) conv=notrunc 2>/dev/null
 done
-prepared "$FOLDER/held.las" 997 propagated --rejects "$FOLDER/held.csv"
+prepared "$FOLDER/held.las" 997 unknown --rejects "$FOLDER/held.csv"
 printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las",999,invalid\n' |
     cmp -s - <(sed "s|$FOLDER/||" "$FOLDER/held.csv") || fail "withheld points are not the rejects: $(head -5 "$FOLDER/held.csv")"
 head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
