@@ -28,7 +28,7 @@ typedef struct stp_cloud_point {
     uint16_t intensity;
     uint16_t station; /* whose point it is, counted from 1; 0: unknown */
     uint8_t class_id;
-    bool given; /* the normal is the input's */
+    bool given; /* the normal is the input's, or an image's (image_normals.h) */
 } stp_cloud_point;
 
 typedef struct stp_cell {

@@ -2,6 +2,7 @@
 #include "preprocess/first_view.h"
 
 #include "base/memory.h"
+#include "preprocess/image_normals.h"
 #include "preprocess/interior.h"
 #include "preprocess/seen_from.h"
 
@@ -54,7 +55,7 @@ static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_s
 /* One file: its claim, then its image. */
 static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
                               const stp_dvec3 *stations, const stp_file_points *points,
-                              stp_prep_stats *stats, stp_error *err)
+                              stp_pool *pool, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_image image = {0};
@@ -71,6 +72,8 @@ static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp
         stats->stations_off++;
         stats->stations_refused += file->station_word == STP_STATION_CLAIMED;
     }
+    if (image.count > 0 && seen)
+        STP_TRY(stp_image_normals(points, &file->grid, position, pool, &stats->normals_seen, err));
     if (out->why == STP_FIRST_WHOLE && image.count > 0 && seen) {
         const stp_image_map map = stp_image_fit(&image, position);
         if (map.fitting >= FITTING_LEAST)
@@ -84,8 +87,8 @@ done:
 }
 
 stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
-                                   const stp_prep_source *source, stp_prep_stats *stats,
-                                   stp_error *err)
+                                   const stp_prep_source *source, stp_pool *pool,
+                                   stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_file_points points = {.cloud = cloud};
@@ -96,7 +99,7 @@ stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
         points.end =
             f + 1 == source->file_count ? cloud->count : find_place(cloud, points.begin, next);
         if (points.end > points.begin)
-            STP_TRY(settle_file(out, cloud, file, source->stations, &points, stats, err));
+            STP_TRY(settle_file(out, cloud, file, source->stations, &points, pool, stats, err));
         points.begin = points.end;
         points.first_place = next;
     }

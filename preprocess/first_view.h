@@ -13,10 +13,11 @@
 
 /* Before the cloud is sorted: takes the points of claimed stations that cannot have seen them
  * (seen_from.h) off these stations and counts them in stats; sets *out if an image's camera is
- * found. Errors: OUT_OF_MEMORY. */
+ * found, and normals of images that were seen from a station (image_normals.h). Errors:
+ * OUT_OF_MEMORY, IO. */
 stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
-                                   const stp_prep_source *source, stp_prep_stats *stats,
-                                   stp_error *err);
+                                   const stp_prep_source *source, stp_pool *pool,
+                                   stp_prep_stats *stats, stp_error *err);
 /* When normals are found, the cloud having points: sets *out unless it is set. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,

@@ -42,31 +42,43 @@ static void add_pixel(stp_image *image, uint32_t column, uint32_t row, stp_dvec3
                                                 .position = position};
 }
 
+uint32_t stp_grid_count(const stp_file_points *p, const stp_scan_grid *grid)
+{
+    return grid->cells ? grid->cell_count : p->end - p->begin;
+}
+
+bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan_grid *grid,
+                   uint32_t i)
+{
+    const stp_cloud_point *points = p->cloud->points;
+    if (grid->cells) {
+        const uint64_t place = p->first_place + grid->cells[i].place;
+        *out = (stp_grid_point){find_place(p, place), grid->cells[i].column, grid->cells[i].row};
+        if (out->at >= p->end || points[out->at].source != place)
+            return false;
+    } else {
+        const uint64_t place = points[p->begin + i].source - p->first_place;
+        *out = (stp_grid_point){p->begin + i, (uint32_t)(place % grid->columns),
+                                (uint32_t)(place / grid->columns)};
+    }
+    return out->column < grid->columns && out->row < grid->rows;
+}
+
 stp_status stp_image_create(stp_image *out, const stp_file_points *p, const stp_scan_grid *grid,
                             stp_error *err)
 {
     stp_image image = {.columns = grid->columns, .rows = grid->rows};
-    const uint32_t count = grid->cells ? grid->cell_count : p->end - p->begin;
+    const uint32_t count = stp_grid_count(p, grid);
     const uint32_t stride = count / STP_IMAGE_PIXELS + 1;
     stp_status status =
         stp_alloc(&image.pixels, count / stride + 1, sizeof *image.pixels, "an image", err);
     if (status != STP_OK)
         return status;
     for (uint32_t i = 0; i < count; i += stride) {
+        stp_grid_point found;
         stp_cloud_stride(p->cloud->spill, i, stride);
-        if (grid->cells) {
-            const uint64_t place = p->first_place + grid->cells[i].place;
-            const uint32_t at = find_place(p, place);
-            if (at < p->end && p->cloud->points[at].source == place)
-                add_pixel(&image, grid->cells[i].column, grid->cells[i].row,
-                          p->cloud->points[at].position);
-        } else {
-            const stp_cloud_point *point = &p->cloud->points[p->begin + i];
-            const uint64_t place = point->source - p->first_place;
-            if (place / grid->columns < grid->rows)
-                add_pixel(&image, (uint32_t)(place % grid->columns),
-                          (uint32_t)(place / grid->columns), point->position);
-        }
+        if (stp_grid_find(&found, p, grid, i))
+            add_pixel(&image, found.column, found.row, p->cloud->points[found.at].position);
     }
     *out = image;
     return STP_OK;

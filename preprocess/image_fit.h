@@ -20,6 +20,11 @@ typedef struct stp_file_points {
     uint64_t first_place; /* of the file's first record, stored or not */
 } stp_file_points;
 
+/* A point's place in the cloud, and its pixel. */
+typedef struct stp_grid_point {
+    uint32_t at, column, row;
+} stp_grid_point;
+
 /* A point and its pixel: from -1 to 1 across the image, columns to x, rows to y. */
 typedef struct stp_pixel {
     double x, y;
@@ -38,6 +43,11 @@ typedef struct stp_image_map {
     double fitting; /* share of the pixels that it meets to within one pixel */
 } stp_image_map;
 
+/* What stp_grid_find counts. */
+uint32_t stp_grid_count(const stp_file_points *points, const stp_scan_grid *grid);
+/* False if the i-th one is not stored, or has no pixel. The grid has columns. */
+bool stp_grid_find(stp_grid_point *out, const stp_file_points *points, const stp_scan_grid *grid,
+                   uint32_t i);
 /* The grid has columns. Errors: OUT_OF_MEMORY. */
 stp_status stp_image_create(stp_image *out, const stp_file_points *points,
                             const stp_scan_grid *grid, stp_error *err);

@@ -472,7 +472,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(cut_shapes(&others, &cloud, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
-        STP_TRY(stp_first_view_of_files(&stats->first, &cloud, source, stats, err));
+        STP_TRY(stp_first_view_of_files(&stats->first, &cloud, source, pool, stats, err));
     if (cloud.count > 0)
         STP_TRY(treat_points(&cloud, k, source, &orient, tree.lambda, &plan, pool, progress, stats,
                              &outside, &since, err));

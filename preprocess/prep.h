@@ -108,6 +108,7 @@ typedef struct stp_prep_stats {
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */
     uint64_t normals_grown;      /* from more than the nearest neighbours, because of noise */
+    uint64_t normals_seen;       /* from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end; 0: it

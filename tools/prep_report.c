@@ -88,6 +88,7 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
     cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_grown);
+    cJSON_AddNumberToObject(root, "normals_seen", (double)s->normals_seen);
     add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
     if (inputs->plants)
         add_plants(cJSON_AddObjectToObject(root, "plants"), &inputs->plant);
