@@ -19,6 +19,12 @@
 /* Of points that belong to no sheet. */
 #define STP_SHEET_NONE UINT32_MAX
 
+typedef enum stp_given {
+    STP_GIVEN_NOT = 0,
+    STP_GIVEN_INPUT,
+    STP_GIVEN_IMAGE /* image_normals.h */
+} stp_given;
+
 typedef struct stp_cloud_point {
     stp_dvec3 position;
     vec3s normal;    /* unit, or zero where unknown; its sign is its mark's to turn */
@@ -28,7 +34,7 @@ typedef struct stp_cloud_point {
     uint16_t intensity;
     uint16_t station; /* whose point it is, counted from 1; 0: unknown */
     uint8_t class_id;
-    bool given; /* the normal is the input's, or an image's (image_normals.h) */
+    uint8_t given; /* what the normal is from, if not from near points: stp_given */
 } stp_cloud_point;
 
 typedef struct stp_cell {
@@ -41,6 +47,8 @@ typedef struct stp_cell {
 #define STP_MARK_ORIENTED 2u /* which side is the outside is known */
 #define STP_MARK_OUTLIER 4u  /* far from everything else */
 #define STP_MARK_CLOSED 8u   /* its back is proven hidden (enclosure.h) */
+#define STP_MARK_WIDE 16u    /* its plane is wider than the nearest neighbours, because of noise, */
+#define STP_MARK_WIDEST 32u  /* or wider still */
 
 typedef struct stp_cloud {
     stp_cloud_point *points;

@@ -273,7 +273,7 @@ static stp_status set_row(void *context, size_t index, unsigned worker, stp_erro
             !plane_at(g, &axes, column, row, noise, &plane))
             continue;
         p->normal = normal_of(&axes, &plane);
-        p->given = true;
+        p->given = STP_GIVEN_IMAGE;
         count++;
     }
     atomic_fetch_add(&g->count, count);

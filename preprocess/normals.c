@@ -30,7 +30,7 @@ typedef struct plane {
     stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
     vec3s normal;
     float variance; /* of their heights, at first */
-    bool grown;     /* goes beyond the nearest neighbours */
+    uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: goes beyond the nearest neighbours */
 } plane;
 
 typedef struct estimation {
@@ -106,7 +106,7 @@ static plane fit(const estimation *e, uint32_t self)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
     unsigned count = known_count(list, e->neighbours->k);
-    plane f = {.grown = false};
+    plane f = {.wide = 0};
     if (count < 3)
         return f;
     f.moments = collect(e, self, list, count, true);
@@ -172,7 +172,7 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
     f.moments = sums;
-    f.grown = true;
+    f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
     return f;
 }
 
@@ -256,8 +256,9 @@ stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
         e.planes = e.grown;
         e.grown = before;
     }
+    STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
-        unit->grown_count += e.planes[i].grown && !points[i].given;
+        unit->wide[i] = points[i].given ? 0 : e.planes[i].wide;
     for (uint32_t i = 0; i < count; i++)
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);

@@ -188,8 +188,8 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     double sum = 0.0, intensity = 0.0, largest = -1.0;
     const double inverse = ldexp(1.0, -b->patch->exponent);
     stp_dvec3 lead = {0.0, 0.0, 0.0};
-    unsigned flags =
-        STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
+    unsigned fit = STP_FIT_GIVEN, flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL |
+                                          STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
     *area = 0.0;
     for (unsigned i = begin; i < end; i++) {
         double steps = finer[i].radius * inverse, weight = steps > 0.0 ? steps * steps : 1e-30;
@@ -202,6 +202,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
             out.rgb[c] += weight * finer[i].rgb[c];
         intensity += weight * samples[i].intensity;
         flags &= samples[i].flags;
+        fit = stp_sample_fit_of(&samples[i]) < fit ? stp_sample_fit_of(&samples[i]) : fit;
         sum += weight;
         *area += b->areas[level - 1][i];
         if (i == begin)
@@ -219,7 +220,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     if (out.normal.x == 0.0 && out.normal.y == 0.0 && out.normal.z == 0.0)
         flags &= ~(unsigned)STP_SAMPLE_HAS_NORMAL;
     like->intensity = byte(intensity / sum);
-    like->flags = (uint8_t)flags;
+    like->flags = (uint8_t)(flags | fit << STP_SAMPLE_FIT_SHIFT);
     if (end - begin == 1 && stp_sample_kind_of(&samples[begin]) != STP_KIND_SURFACE) {
         like->flags = samples[begin].flags;
         memcpy(like->normal, samples[begin].normal, sizeof like->normal);

@@ -50,13 +50,24 @@ static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
     return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
 }
 
+static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
+{
+    const stp_cloud_point *point = &cloud->points[i];
+    if (point->given)
+        return point->given == STP_GIVEN_IMAGE ? STP_FIT_WIDEST : STP_FIT_GIVEN;
+    if (cloud->marks[i] & STP_MARK_WIDEST)
+        return STP_FIT_WIDEST;
+    return cloud->marks[i] & STP_MARK_WIDE ? STP_FIT_WIDE : STP_FIT_NEAREST;
+}
+
 static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
 {
     bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
     return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
                      (oriented ? STP_SAMPLE_ORIENTED : 0) |
                      (cloud->marks[i] & STP_MARK_OUTLIER ? STP_SAMPLE_OUTLIER : 0) |
-                     (cloud->marks[i] & STP_MARK_CLOSED ? STP_SAMPLE_CLOSED : 0));
+                     (cloud->marks[i] & STP_MARK_CLOSED ? STP_SAMPLE_CLOSED : 0) |
+                     (unsigned)fit_of(cloud, i) << STP_SAMPLE_FIT_SHIFT);
 }
 
 static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item_params *params)

@@ -70,7 +70,7 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
-        out->given = true;
+        out->given = STP_GIVEN_INPUT;
     }
     return STP_OK;
 }
@@ -154,6 +154,9 @@ static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stat
     uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
+    const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_grown > 0 ||
+                      stats->normals_seen > 0;
+    out |= fits ? STP_HAS_FITS : 0u;
     out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
     out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
     out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;

@@ -34,14 +34,21 @@ static stp_status make_units(finding *f, stp_error *err)
     return status;
 }
 
-static void write_back(stp_cloud *cloud, const stp_unit *unit)
+/* Returns how many planes are wide. */
+static uint64_t write_back(stp_cloud *cloud, const stp_unit *unit)
 {
+    uint64_t wide = 0;
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         stp_cloud_point *out = &cloud->points[unit->places[i]];
         out->spacing = unit->cloud.points[i].spacing;
         if (!out->given)
             out->normal = unit->cloud.points[i].normal;
+        if (unit->wide && unit->wide[i]) {
+            cloud->marks[unit->places[i]] |= unit->wide[i];
+            wide++;
+        }
     }
+    return wide;
 }
 
 static stp_status find_unit(void *context, size_t index, unsigned worker, stp_error *err)
@@ -58,8 +65,7 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     for (uint32_t c = first; f->graphs && c < end; c++)
         STP_TRY(
             stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
-    write_back(f->cloud, &unit);
-    atomic_fetch_add(&f->grown_count, unit.grown_count);
+    atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);
 done:

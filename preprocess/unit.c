@@ -214,5 +214,6 @@ void stp_unit_clear(stp_unit *unit)
     free(unit->cloud.points);
     free(unit->neighbours.indices);
     free(unit->places);
+    free(unit->wide);
     *unit = (stp_unit){0};
 }

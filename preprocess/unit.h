@@ -22,7 +22,8 @@ typedef struct stp_unit {
     uint32_t *places;          /* in the whole cloud, by number */
     unsigned ring_count;
     uint32_t ring_end[STP_UNIT_RINGS + 1]; /* own points first, then by ring */
-    uint32_t grown_count;                  /* of own points, as stp_normals_estimate says */
+    uint8_t *wide;                         /* of own points: STP_MARK_WIDE, STP_MARK_WIDEST or 0;
+                                              as stp_normals_estimate says, else NULL */
 } stp_unit;
 
 /* Takes cells [first, end) of a sorted cloud and so many rings, with everyone's spacing as

@@ -124,7 +124,9 @@ typedef enum stp_colour {
     STP_COLOUR_INTENSITY = 2,
     STP_COLOUR_CLASS = 3,
     STP_COLOUR_ELEVATION = 4,
-    STP_COLOUR_OUTLIERS = 5 /* samples marked so magenta, others grey by their brightness */
+    STP_COLOUR_OUTLIERS = 5, /* samples marked so magenta, others grey by their brightness */
+    STP_COLOUR_FIT = 6       /* how normals were found: blue the input's, else the redder, the wider
+                                the planes for noise (stp_sample_fit) */
 } stp_colour;
 
 /* Of intensity and elevation, low to high. The numbers are STP_PALETTE_* of shaders/layout.glsl. */

@@ -40,6 +40,7 @@ layout(std140, binding = 0) uniform stp_frame {
 #define STP_COLOUR_CLASS 3
 #define STP_COLOUR_ELEVATION 4
 #define STP_COLOUR_OUTLIERS 5
+#define STP_COLOUR_FIT 6
 #define STP_PALETTE_GREY 1
 #define STP_PALETTE_VIRIDIS 2
 #define STP_PALETTE_HEAT 3

@@ -54,6 +54,14 @@ vec3 stp_palette_class(uint number)
     return number < 23u ? colours[number] : stp_palette_hash(number);
 }
 
+// Normals fitted to the nearest neighbours green, to wider planes yellow and red, the input's blue.
+vec3 stp_palette_fit(uint fit)
+{
+    const vec3 colours[4] = vec3[](vec3(0.30, 0.70, 0.35), vec3(0.95, 0.80, 0.25), vec3(0.90, 0.30, 0.20),
+                                   vec3(0.30, 0.50, 0.90));
+    return colours[fit];
+}
+
 // Outliers magenta, all else grey by its own brightness.
 vec3 stp_palette_outlier(bool outlier, vec3 colour)
 {

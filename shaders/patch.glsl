@@ -37,6 +37,7 @@ struct stp_disc {
     float elevation;      // along the scan's z, relative to the eye
     uint class_id;
     bool outlier;
+    uint fit;             // stp_sample_fit: how the normal was found
     uint kind;
     bool has_normal;
     bool oriented;
@@ -146,6 +147,7 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
     disc.intensity = float(texel.w >> 24) / 255.0;
     disc.class_id = texel.z >> 24;
     disc.outlier = (texel.y & 0x04000000u) != 0u;
+    disc.fit = texel.y >> 30;
     disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
     disc.oriented = stp_sample_oriented(texel);
     disc.culled = stp_sample_culled(texel);

@@ -73,6 +73,8 @@ vec3 stp_own_colour(stp_disc disc)
     return stp_palette_ramp((disc.elevation - colour_range.x) * colour_range.y);
 #elif STP_COLOUR == STP_COLOUR_OUTLIERS
     return stp_palette_outlier(disc.outlier, disc.colour);
+#elif STP_COLOUR == STP_COLOUR_FIT
+    return stp_palette_fit(disc.fit);
 #else
     return disc.colour;
 #endif

@@ -18,6 +18,7 @@ stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
     if (t > 0.5) {
         c.class_id = b.class_id;
         c.outlier = b.outlier;
+        c.fit = b.fit;
     }
     c.oriented = false;
     c.culled = false;

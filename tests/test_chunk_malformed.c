@@ -425,9 +425,10 @@ static void spoil_orientation(fixture_tree *tree)
     tree->chunks[0]->samples[0][3].flags &= (uint8_t)~STP_SAMPLE_ORIENTED;
 }
 
-static void spoil_reserved_flag(fixture_tree *tree)
+/* What it covers was fitted to the nearest neighbours. */
+static void spoil_fit(fixture_tree *tree)
 {
-    tree->chunks[0]->samples[0][3].flags |= 1u << 6;
+    tree->chunks[0]->samples[1][0].flags |= STP_FIT_WIDE << STP_SAMPLE_FIT_SHIFT;
 }
 
 /* All that it covers are outliers. */
@@ -480,7 +481,7 @@ static void test_verify(void **state)
         {spoil_link, "patch 0: it is linked to other patches"},
         {spoil_side, "patch 1: it is not two-sided"},
         {spoil_orientation, "orientation"},
-        {spoil_reserved_flag, "a reserved flag"},
+        {spoil_fit, "or its fit"},
         {spoil_mark, "mark as outlier"},
         {spoil_closed, "no closed surface"},
         {spoil_closed_patch, "a sample is not closed in a patch that is"},

@@ -174,6 +174,57 @@ static void by_outliers(void **state)
     free(cloud.points);
 }
 
+/* Shares of the pixels by fit: nearest, wide, widest, given. All pixels are of these four colours.
+ */
+static void shares_by_fit(prep_cloud *cloud, double shares[4])
+{
+    static const uint8_t colours[4][3] = {
+        {77, 179, 89}, {242, 204, 64}, {230, 77, 51}, {77, 128, 230}};
+    const stp_draw_params params = {.colour = STP_COLOUR_FIT,
+                                    .reconstruct = STP_RECONSTRUCT_POINTS,
+                                    .shade = STP_SHADE_UNLIT,
+                                    .every_sample = true};
+    uint8_t *picture = draw(cloud, "colours_a.stipple", &params);
+    unsigned counts[4] = {0}, covered = 0;
+    for (size_t i = 0; i < SIZE * SIZE; i++) {
+        covered += picture[4 * i + 3] != 0;
+        for (int fit = 0; fit < 4; fit++)
+            counts[fit] += picture[4 * i + 3] != 0 && abs(picture[4 * i] - colours[fit][0]) <= 1 &&
+                           abs(picture[4 * i + 1] - colours[fit][1]) <= 1 &&
+                           abs(picture[4 * i + 2] - colours[fit][2]) <= 1;
+    }
+    assert_true(covered > 1000);
+    assert_int_equal(counts[0] + counts[1] + counts[2] + counts[3], covered);
+    for (int fit = 0; fit < 4; fit++)
+        shares[fit] = (double)counts[fit] / covered;
+    free(picture);
+}
+
+/* The more noise, the wider the planes; where the input has normals, nothing is fitted. */
+static void by_fit(void **state)
+{
+    (void)state;
+    const double spacing = sqrt(4.0 * M_PI * radius * radius / COUNT);
+    double shares[4];
+    prep_cloud cloud = make_cloud();
+    shares_by_fit(&cloud, shares);
+    assert_true(shares[0] > 0.9);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const stp_dvec3 out = stp_dvec3_normalize(stp_dvec3_sub(cloud.points[i].position, centre));
+        const double off = spacing * (stp_random_unit(7, i) + stp_random_unit(8, i) - 1.0);
+        cloud.points[i].position =
+            stp_dvec3_add(cloud.points[i].position, stp_dvec3_scale(out, 2.0 * off));
+    }
+    shares_by_fit(&cloud, shares);
+    assert_true(shares[1] + shares[2] > 0.9 && shares[2] > 0.5);
+    for (uint32_t i = 0; i < COUNT; i++)
+        cloud.points[i].normal = stp_dvec3_to_float(
+            stp_dvec3_normalize(stp_dvec3_sub(cloud.points[i].position, centre)));
+    shares_by_fit(&cloud, shares);
+    assert_true(shares[3] == 1.0);
+    free(cloud.points);
+}
+
 /* Intensities are spread evenly, heights from end to end. */
 static void ranges(void **state)
 {
@@ -198,7 +249,7 @@ int main(void)
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(by_intensity), cmocka_unit_test(by_class), cmocka_unit_test(by_elevation),
-        cmocka_unit_test(by_outliers),  cmocka_unit_test(ranges),
+        cmocka_unit_test(by_outliers),  cmocka_unit_test(by_fit),   cmocka_unit_test(ranges),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     stp_gl_context_destroy(&context);

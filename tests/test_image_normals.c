@@ -164,7 +164,7 @@ static void leaves_alone(void **state)
     stp_cloud_clear(&cloud);
     cloud = make_image(&noisy, &depth_small);
     for (uint32_t i = 0; i < cloud.count; i++) {
-        cloud.points[i].given = true;
+        cloud.points[i].given = STP_GIVEN_INPUT;
         cloud.points[i].normal = (vec3s){{0.0f, 1.0f, 0.0f}};
     }
     assert_int_equal(find(&cloud, &small_grid, 1), 0);

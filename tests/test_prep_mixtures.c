@@ -104,8 +104,10 @@ static void write_small_tree(const mixture *m, uint32_t cell_points)
     const double lambda = m->params.lambda > 0.0 ? m->params.lambda : 1.7;
     const stp_surface_params surface = {.k = 8, .pieces = true};
     const stp_orient_params orient = {.mode = STP_ORIENT_PROPAGATE};
-    const stp_chunk_writer_params out = {
-        .force = true, .codec = m->params.codec, .attributes = STP_HAS_COLOUR, .lambda = lambda};
+    const stp_chunk_writer_params out = {.force = true,
+                                         .codec = m->params.codec,
+                                         .attributes = STP_HAS_COLOUR | STP_HAS_FITS,
+                                         .lambda = lambda};
     const stp_tree_params tree = {.lambda = lambda,
                                   .resolution = {.precision = m->params.precision},
                                   .codec = m->params.codec};

@@ -26,7 +26,7 @@ typedef struct draw_options {
 /* The words of stp_lod, stp_reconstruct, stp_home and stp_shade, in the order of their numbers. */
 #define DRAW_LODS "auto|geometry|compute|cpu|full"
 #define DRAW_RECONSTRUCTIONS "gauss|box|template3|template5|template7|splat|points"
-#define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers"
+#define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers|fit"
 #define DRAW_PALETTES "auto|grey|viridis|heat"
 #define DRAW_CULLS "auto|none|back"
 #define DRAW_HOMES "first|whole"

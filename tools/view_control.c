@@ -172,7 +172,7 @@ static void cycle_colour(view_control *c, bool back)
 {
     int colour = (int)c->params.colour;
     do
-        colour = cycle(colour, STP_COLOUR_OUTLIERS + 1, back);
+        colour = cycle(colour, STP_COLOUR_FIT + 1, back);
     while (!(c->colours >> colour & 1));
     c->params.colour = (stp_colour)colour;
     c->wants |= VIEW_WANTS_RANGE;

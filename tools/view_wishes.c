@@ -181,7 +181,8 @@ static void wake(void *context)
 static void survey(viewer *v)
 {
     view_control *c = &v->control;
-    c->colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION;
+    c->colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION |
+                 1u << STP_COLOUR_FIT;
     c->colours |= v->scene.attributes & STP_HAS_INTENSITY ? 1u << STP_COLOUR_INTENSITY : 0;
     c->colours |= v->scene.attributes & STP_HAS_CLASS ? 1u << STP_COLOUR_CLASS : 0;
     c->colours |= v->scene.attributes & STP_HAS_OUTLIERS ? 1u << STP_COLOUR_OUTLIERS : 0;

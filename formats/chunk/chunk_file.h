@@ -40,14 +40,15 @@ enum {
     STP_HAS_LINES = 1u << 4,     /* some patches are strips */
     STP_HAS_TRIANGLES = 1u << 5, /* some are triangles */
     STP_HAS_CLOSED = 1u << 6,    /* some samples are closed */
-    STP_HAS_ALL = (1u << 7) - 1
+    STP_HAS_FITS = 1u << 7,      /* samples say how their normals were found */
+    STP_HAS_ALL = (1u << 8) - 1
 };
 
 /* The least minor version that a file with these attributes needs: what has neither lines nor
  * triangles is readable for every reader of version 1. */
 static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
 {
-    if (attributes & STP_HAS_CLOSED)
+    if (attributes & (STP_HAS_CLOSED | STP_HAS_FITS))
         return 2;
     return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? 1 : 0;
 }

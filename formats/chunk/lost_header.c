@@ -192,6 +192,7 @@ static uint32_t attributes_of(const stp_sample *s, const stp_sample *first)
     out |= s->class_id != 0 ? (uint32_t)STP_HAS_CLASS : 0u;
     out |= s->flags & STP_SAMPLE_OUTLIER ? (uint32_t)STP_HAS_OUTLIERS : 0u;
     out |= s->flags & STP_SAMPLE_CLOSED ? (uint32_t)STP_HAS_CLOSED : 0u;
+    out |= stp_sample_fit_of(s) != STP_FIT_NEAREST ? (uint32_t)STP_HAS_FITS : 0u;
     return out;
 }
 

@@ -33,14 +33,16 @@
 
 /* flags of a sample: bit 0 orientation known, bit 1 normal known, bit 2 far from everything else,
  * bit 3 its back is hidden from outside (of a merged sample 2 and 3: of all it stands for), bits
- * 4-5 kind */
+ * 4-5 kind, bits 6-7 how its normal was found (of a merged sample: the least of all) */
 enum {
     STP_SAMPLE_ORIENTED = 1u << 0,
     STP_SAMPLE_HAS_NORMAL = 1u << 1,
     STP_SAMPLE_OUTLIER = 1u << 2,
     STP_SAMPLE_CLOSED = 1u << 3, /* docs/closed.md; orientation and normal are known, too */
     STP_SAMPLE_KIND_SHIFT = 4,
-    STP_SAMPLE_KIND_MASK = 3u << 4
+    STP_SAMPLE_KIND_MASK = 3u << 4,
+    STP_SAMPLE_FIT_SHIFT = 6,
+    STP_SAMPLE_FIT_MASK = 3u << 6
 };
 
 /* What a sample is a piece of: bits 4-5 of its flags. */
@@ -50,6 +52,14 @@ typedef enum stp_sample_kind {
     STP_KIND_TUBE = 2,    /* its normal is the tube's tangent: the disc faces the eye */
     STP_KIND_POLYGON = 3  /* a corner of a triangle */
 } stp_sample_kind;
+
+/* How a sample's normal was found: bits 6-7 of its flags. The more noise there is, the wider. */
+typedef enum stp_sample_fit {
+    STP_FIT_NEAREST = 0, /* a plane through the nearest neighbours; or none, or not told */
+    STP_FIT_WIDE = 1,    /* joined with those of the neighbours: noise of 0.04 spacings or more */
+    STP_FIT_WIDEST = 2,  /* joined again, noise of 0.4 spacings or more; or a window of an image */
+    STP_FIT_GIVEN = 3    /* the input's normal */
+} stp_sample_fit;
 
 typedef struct stp_sample {
     uint16_t position[3];
@@ -107,6 +117,11 @@ enum {
 static inline stp_sample_kind stp_sample_kind_of(const stp_sample *sample)
 {
     return (stp_sample_kind)((sample->flags & STP_SAMPLE_KIND_MASK) >> STP_SAMPLE_KIND_SHIFT);
+}
+
+static inline stp_sample_fit stp_sample_fit_of(const stp_sample *sample)
+{
+    return (stp_sample_fit)(sample->flags >> STP_SAMPLE_FIT_SHIFT);
 }
 
 /* Whether its normal is one of its disc: else the disc faces whoever looks at it. */

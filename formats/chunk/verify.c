@@ -114,11 +114,10 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     stp_dvec3 p = stp_sample_position(sample, patch);
     stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
     double radius = stp_sample_radius(sample, patch);
-    if (sample->flags & ~(unsigned)(STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL |
-                                    STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED | STP_SAMPLE_KIND_MASK))
-        return "a sample has a reserved flag set";
     if (sample->flags & STP_SAMPLE_CLOSED && !(at->v->info->attributes & STP_HAS_CLOSED))
         return "a sample is closed in a file that says it has no closed surface";
+    if (stp_sample_fit_of(sample) != STP_FIT_NEAREST && !(at->v->info->attributes & STP_HAS_FITS))
+        return "a sample says how its normal was found in a file that says none does";
     if (sample->flags & STP_SAMPLE_OUTLIER && !(at->v->info->attributes & STP_HAS_OUTLIERS))
         return "a sample is marked as an outlier in a file that says it has no marks";
     if (!in_box(p, &box))
@@ -138,7 +137,8 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     return NULL;
 }
 
-/* A merged sample is marked as an outlier, and as closed, where all it covers are. */
+/* A merged sample is marked as an outlier, and as closed, where all it covers are, and has the
+ * least of their fits. */
 static bool marks_agree(const stp_chunk *chunk, uint32_t index)
 {
     const uint8_t *counts = chunk->patches[index].counts;
@@ -146,10 +146,13 @@ static bool marks_agree(const stp_chunk *chunk, uint32_t index)
         const stp_sample *coarse = chunk->samples[l] + chunk->level_begin[l][index];
         const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][index];
         for (unsigned j = 0, i = 0; j < counts[l]; j++) {
-            unsigned mark = STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
-            for (; i < stp_level_children_begin(j + 1, counts[l], counts[l - 1]); i++)
+            unsigned mark = STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED, fit = STP_FIT_GIVEN;
+            for (; i < stp_level_children_begin(j + 1, counts[l], counts[l - 1]); i++) {
                 mark &= finer[i].flags;
-            if ((coarse[j].flags & (STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED)) != mark)
+                fit = stp_sample_fit_of(&finer[i]) < fit ? stp_sample_fit_of(&finer[i]) : fit;
+            }
+            if ((coarse[j].flags & (STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED)) != mark ||
+                stp_sample_fit_of(&coarse[j]) != fit)
                 return false;
         }
     }
@@ -159,7 +162,8 @@ static bool marks_agree(const stp_chunk *chunk, uint32_t index)
 static const char *check_samples(const place *at, uint32_t index)
 {
     if (!marks_agree(at->chunk, index))
-        return "a merged sample's mark as outlier or closed is not that of all it covers";
+        return "a merged sample's mark as outlier or closed, or its fit, is not that of all it "
+               "covers";
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         const uint32_t *begin = at->chunk->level_begin[l];
         for (uint32_t k = begin[index]; k < begin[index + 1]; k++) {
