@@ -11,20 +11,28 @@
 #define LAYER_POINTS 4u
 /* Where the noise is less than this part of the spacing, the nearest neighbours do. */
 #define QUIET 0.04f
-/* A plane is widened once where noise is more than that, and once more where it is more than this:
- * each time to about as many points more. */
-#define NOISY 0.4f
+/* A plane is widened once where the noise is more than QUIET, and once more where it is more than
+ * this, as it is where scans overlap: each time to about as many points more. */
+#define NOISY 0.12f
 #define ROUNDS 2u
 /* Planes are joined up to this angle, 1 - cosine, and more by this times the squared noise in
  * spacings, for noise turns planes; and up to this height, in spacings and in noise. */
 #define LEAST_SLACK 0.1f
-#define SLACK 0.7f
+#define SLACK 2.05f
+/* But so no farther than this, where the rim of a thin sheet would join its sides; where noise is
+ * so strong that it alone turns planes that far, by the latter. */
+#define MOST_SLACK 0.5f
+#define LOUD_SLACK 0.7f
 #define LEAST_REACH 0.5f
 #define REACH 3.0f
 /* A wide plane is taken where the variance of its heights is this many times that of narrow ones,
  * and not where it is so many times that: there is a crease, or curvature. */
 #define EXCESS 1.4f
 #define MOST_EXCESS 2.1f
+/* The same above NOISY: few points of overlapping scans lie on one layer, so that a narrow plane
+ * sees less of the distance between layers than a wide one. */
+#define NOISY_EXCESS 3.0f
+#define MOST_NOISY_EXCESS 4.0f
 /* The plane near a point. */
 typedef struct plane {
     stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
@@ -134,7 +142,9 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
                          float noise, float spacing)
 {
     const vec3s n = e->planes[self].normal;
-    const float slack = LEAST_SLACK + SLACK * noise / (spacing * spacing);
+    const float squared = noise / (spacing * spacing);
+    const float slack =
+        fmaxf(fminf(LEAST_SLACK + SLACK * squared, MOST_SLACK), LEAST_SLACK + LOUD_SLACK * squared);
     const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
     stp_moments sums = e->planes[self].moments;
     for (unsigned i = count / 2; i < count; i++) {
@@ -165,7 +175,9 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
         return f;
     stp_moments sums = widen(e, self, list, count, noise, spacing);
     vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
-    float share = (MOST_EXCESS - wide / noise) / (MOST_EXCESS - EXCESS);
+    bool noisy = noise > NOISY * NOISY * spacing * spacing;
+    float least = noisy ? NOISY_EXCESS : EXCESS, most = noisy ? MOST_NOISY_EXCESS : MOST_EXCESS;
+    float share = (most - wide / noise) / (most - least);
     if (!(share > 0.0f))
         return f;
     if (share < 1.0f)
