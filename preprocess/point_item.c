@@ -53,9 +53,9 @@ static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
 static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
 {
     const stp_cloud_point *point = &cloud->points[i];
-    if (point->given)
-        return point->given == STP_GIVEN_IMAGE ? STP_FIT_WIDEST : STP_FIT_GIVEN;
-    if (cloud->marks[i] & STP_MARK_WIDEST)
+    if (point->given == STP_GIVEN_INPUT && !(cloud->marks[i] & STP_MARK_WIDE))
+        return STP_FIT_GIVEN;
+    if (point->given == STP_GIVEN_IMAGE || cloud->marks[i] & STP_MARK_WIDEST)
         return STP_FIT_WIDEST;
     return cloud->marks[i] & STP_MARK_WIDE ? STP_FIT_WIDE : STP_FIT_NEAREST;
 }

@@ -154,7 +154,7 @@ static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stat
     uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
-    const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_grown > 0 ||
+    const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_wide.grown > 0 ||
                       stats->normals_seen > 0;
     out |= fits ? STP_HAS_FITS : 0u;
     out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
@@ -274,7 +274,7 @@ static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_pa
                                        .pieces = !stp_orient_by_file(orient),
                                        .stations = stp_orient_stations(orient),
                                        .unit_points = points_in_unit};
-    STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_grown, pool, progress, err));
+    STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, pool, progress, err));
     STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
     STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)

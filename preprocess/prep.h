@@ -14,6 +14,7 @@
 #include "preprocess/first_camera.h"
 #include "preprocess/orientation.h"
 #include "preprocess/outliers.h"
+#include "preprocess/surface.h"
 #include "preprocess/tree.h"
 
 /* Neighbours asked for of each point, where the caller does not say. */
@@ -107,8 +108,8 @@ typedef struct stp_prep_stats {
     stp_first_camera first;      /* what the model is first seen by */
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */
-    uint64_t normals_grown;      /* from more than the nearest neighbours, because of noise */
-    uint64_t normals_seen;       /* from windows of images, because of noise along the rays */
+    stp_surface_counts normals_wide;
+    uint64_t normals_seen; /* from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* held at most up to the stage's end; 0: it

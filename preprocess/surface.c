@@ -2,6 +2,7 @@
 #include "preprocess/surface.h"
 
 #include "base/memory.h"
+#include "preprocess/given_normals.h"
 #include "preprocess/normals.h"
 #include "preprocess/spacing.h"
 
@@ -16,6 +17,7 @@ typedef struct finding {
     uint32_t *unit_ends; /* by unit: the cell after its last */
     uint32_t unit_count;
     stp_graph *graphs; /* by cell */
+    vec3s *averaged;   /* normals by point, where given ones are noisy: units still read those */
 } finding;
 
 /* Puts cells that follow each other together. */
@@ -65,12 +67,29 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     for (uint32_t c = first; f->graphs && c < end; c++)
         STP_TRY(
             stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
+    if (f->averaged)
+        stp_given_average(f->averaged + unit.places[0], &unit);
     atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);
 done:
     stp_unit_clear(&unit);
     return status;
+}
+
+/* Puts the averaged normals in the place of noisy given ones; returns how many. */
+static uint64_t take_averaged(finding *f)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < f->cloud->count; i++) {
+        stp_cloud_step(f->cloud->spill, i);
+        if (f->cloud->points[i].given != STP_GIVEN_INPUT)
+            continue;
+        f->cloud->points[i].normal = f->averaged[i];
+        f->cloud->marks[i] |= STP_MARK_WIDE;
+        count++;
+    }
+    return count;
 }
 
 void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud)
@@ -82,21 +101,28 @@ void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud)
 }
 
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
-                            uint64_t *grown_count, stp_pool *pool, const stp_progress *progress,
-                            stp_error *err)
+                            stp_surface_counts *counts, stp_pool *pool,
+                            const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
     finding f = {.cloud = cloud, .params = params, .progress = progress};
+    stp_surface_counts found = {0};
     STP_TRY(make_units(&f, err));
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
+    if (stp_given_noisy(cloud))
+        STP_TRY(stp_spill_alloc(cloud->spill, &f.averaged, cloud->count, sizeof *f.averaged,
+                                "normals", err));
     STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
-    if (grown_count)
-        *grown_count = atomic_load(&f.grown_count);
+    found.averaged = f.averaged ? take_averaged(&f) : 0;
+    found.grown = atomic_load(&f.grown_count);
+    if (counts)
+        *counts = found;
     *graphs = f.graphs;
     f.graphs = NULL;
 done:
     stp_surface_clear(&f.graphs, cloud);
+    stp_spill_free(cloud->spill, f.averaged);
     free(f.unit_ends);
     return status;
 }

@@ -15,13 +15,18 @@ typedef struct stp_surface_params {
     uint32_t unit_points;      /* about so many to a unit; 0: one cell */
 } stp_surface_params;
 
+/* What was found because of noise. */
+typedef struct stp_surface_counts {
+    uint64_t grown;    /* points whose normals are from more than their nearest neighbours */
+    uint64_t averaged; /* points whose given normals are averaged (given_normals.h) */
+} stp_surface_counts;
+
 /* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers
  * of pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs
- * is NULL. grown_count: points whose normals are from more than their nearest neighbours, because
- * of noise; may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
+ * is NULL. counts may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
-                            uint64_t *grown_count, stp_pool *pool, const stp_progress *progress,
-                            stp_error *err);
+                            stp_surface_counts *counts, stp_pool *pool,
+                            const stp_progress *progress, stp_error *err);
 /* Frees graphs that nobody took. */
 void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud);
 

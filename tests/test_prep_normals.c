@@ -91,10 +91,55 @@ static void statue_with_folds(void **state)
     }
 }
 
+/* Gives the points their true normals, turned by about so many degrees. */
+static void give_normals(surface_cloud *s, double deviation_deg)
+{
+    for (uint32_t i = 0; i < s->cloud.count; i++) {
+        stp_cloud_point *p = &s->cloud.points[i];
+        const double size =
+            sqrt(-2.0 * log(1.0 - stp_random_unit(21, i))) * tan(deviation_deg * M_PI / 180.0);
+        const double angle = 2.0 * M_PI * stp_random_unit(22, i);
+        const vec3s n = glms_vec3_normalize(s->truth[p->source].normal);
+        const vec3s u = glms_vec3_normalize(glms_vec3_ortho(n)), w = glms_vec3_cross(n, u);
+        const vec3s off = glms_vec3_add(glms_vec3_scale(u, (float)(size * cos(angle))),
+                                        glms_vec3_scale(w, (float)(size * sin(angle))));
+        p->given = STP_GIVEN_INPUT;
+        p->normal = glms_vec3_normalize(glms_vec3_add(n, off));
+    }
+}
+
+/* Normals that the input brings: true ones stay, whatever the noise of the positions is; noisy ones
+ * are averaged. */
+static void given_normals(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 5; i++) {
+        surface_cloud s = i < 2   ? surface_scan(GEN_BUMPY, COUNT, 0.3 * i, 0)
+                          : i < 4 ? surface_scan(GEN_STATUE, COUNT, 0.1 * (i - 2), 0)
+                                  : box_scan(0.3);
+        give_normals(&s, 0.0);
+        surface_prepare(&s, NEIGHBOURS);
+        for (uint32_t p = 0; p < COUNT; p++) {
+            const vec3s truth = s.truth[s.cloud.points[p].source].normal;
+            const vec3s n = glms_vec3_normalize(truth);
+            assert_true(glms_vec3_distance(s.cloud.points[p].normal, n) < 1e-6f);
+        }
+        surface_clear(&s);
+    }
+    surface_cloud s = surface_scan(GEN_BUMPY, COUNT, 0.3, 0);
+    give_normals(&s, 8.0);
+    const double before = surface_mean_error(&s);
+    surface_prepare(&s, NEIGHBOURS);
+    const double after = surface_mean_error(&s);
+    print_message("given normals: %.2f degrees off, averaged %.2f\n", before, after);
+    assert_true(before > 8.0 && after < 0.5 * before);
+    surface_clear(&s);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bumpy_ball),
-                                       cmocka_unit_test(box_with_edges),
-                                       cmocka_unit_test(statue_with_folds)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bumpy_ball), cmocka_unit_test(box_with_edges),
+        cmocka_unit_test(statue_with_folds), cmocka_unit_test(given_normals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -87,7 +87,8 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     }
     cJSON_AddNumberToObject(root, "outliers_marked",
                             s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
-    cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_grown);
+    cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_wide.grown);
+    cJSON_AddNumberToObject(root, "normals_averaged", (double)s->normals_wide.averaged);
     cJSON_AddNumberToObject(root, "normals_seen", (double)s->normals_seen);
     add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
     if (inputs->plants)
@@ -287,6 +288,12 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
     print_rejects(s);
     print_shapes(s, inputs);
     print_outliers(s);
+    if (s->normals_wide.averaged > 0)
+        fprintf(stderr,
+                "%" PRIu64
+                " normals of the input are averaged with their neighbours': they are noisy, "
+                "near points' differ as much as farther ones'\n",
+                s->normals_wide.averaged);
     print_displacement(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,

@@ -56,8 +56,9 @@ typedef enum stp_sample_kind {
 /* How a sample's normal was found: bits 6-7 of its flags. The more noise there is, the wider. */
 typedef enum stp_sample_fit {
     STP_FIT_NEAREST = 0, /* a plane through the nearest neighbours; or none, or not told */
-    STP_FIT_WIDE = 1,    /* joined with those of the neighbours: noise of 0.04 spacings or more */
-    STP_FIT_WIDEST = 2,  /* joined again, noise of 0.4 spacings or more; or a window of an image */
+    STP_FIT_WIDE = 1,    /* joined with those of the neighbours, noise of 0.04 spacings or more;
+                            or an average of the input's normals */
+    STP_FIT_WIDEST = 2,  /* joined again, noise of 0.12 spacings or more; or a window of an image */
     STP_FIT_GIVEN = 3    /* the input's normal */
 } stp_sample_fit;
 
