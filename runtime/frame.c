@@ -151,16 +151,19 @@ static void begin_pass(stp_renderer *r, bool first)
     glEnable(GL_DEPTH_TEST);
 }
 
-/* Counts what the last pass's geometry shader emitted, which is asked for late: an answer waits for
- * the GPU. */
+/* Counts what the last pass's shaders drew where they choose levels: geometry shaders, whatever the
+ * road of the samples, and compute shaders. Is asked for late: an answer waits for the GPU. */
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
-    if (!d->counts || r->variant.splat ||
-        road_of(&r->variant, d->params->lod) != STP_LOD_GEOMETRY || d->stats.passes == 0)
+    stp_lod lod = road_of(&r->variant, d->params->lod);
+    if (!d->counts || r->variant.splat || d->stats.passes == 0 ||
+        (lod != STP_LOD_GEOMETRY && lod != STP_LOD_COMPUTE))
         return;
     glGetQueryObjectuiv(r->points_query, GL_QUERY_RESULT, &emitted);
     d->stats.points_drawn += emitted;
+    if (lod == STP_LOD_COMPUTE)
+        d->stats.points_drawn += stp_runs_count_drawn(&r->project.runs);
 }
 
 stp_sight_params stp_frame_sight(const stp_renderer *r)

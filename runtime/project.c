@@ -46,8 +46,8 @@ static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder
         .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
     if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
-    if (lod == STP_LOD_COMPUTE && p->scatter_program == 0)
-        STP_TRY(stp_scatter_create(&p->scatter_program, folder, defines, err));
+    if (lod == STP_LOD_COMPUTE && p->scatter.depth == 0)
+        STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
     if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
         STP_TRY(stp_program_create(&p->sample_program, &samples, err));
     if (lod == STP_LOD_GEOMETRY)
@@ -79,7 +79,7 @@ void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
     glDeleteProgram(p->sample_program);
-    glDeleteProgram(p->scatter_program);
+    stp_scatter_destroy(&p->scatter);
     glDeleteProgram(p->strip_program);
     glDeleteProgram(p->wide_program);
     glDeleteProgram(p->triangle_program);
@@ -284,7 +284,7 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
     if (params->lod == STP_LOD_FULL)
         return draw_full(p, params, points, err);
     if (params->lod == STP_LOD_COMPUTE)
-        return stp_scatter_draw(p->scatter_program, &p->runs, params, points, err);
+        return stp_scatter_draw(&p->scatter, &p->runs, params, points, err);
     draw_vertices(p, params);
     if (params->lod == STP_LOD_CPU)
         return draw_listed(p, params, points, err);

@@ -15,9 +15,10 @@
 #include <stddef.h>
 
 typedef struct stp_project {
-    GLuint patch_program, sample_program, scatter_program;
+    GLuint patch_program, sample_program;
     GLuint strip_program, wide_program, triangle_program;
     stp_runs runs;
+    stp_scatter scatter;
     stp_splat splat; /* instead of the programs for samples, where splats are drawn */
     GLuint index_buffer;
     uint32_t *indices; /* of samples, of the roads that choose on the CPU */
@@ -50,9 +51,10 @@ struct stp_project_params {
 
 /* Draws the samples of resident chunks into the bound framebuffer, in order, by the road prepared:
  * first the vertices that were listed apart, if any (shaders/README.md, Projection: why that
- * changes no picture). Adds to *points what was sent (where the geometry shader chooses: the
- * samples of the patches it looked at are not known here, and a query counts what it emitted).
- * Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT. */
+ * changes no picture). Adds to *points what was sent. Where the geometry shader chooses it adds
+ * nothing, and a query counts; where compute shaders do, it adds the vertices listed apart, and
+ * stp_runs_count_drawn tells the rest. Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT.
+ */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 /* Draws strips and triangles there, where levels of them are chosen that are drawn as such;

@@ -9,6 +9,8 @@
 #define GROUP_PATCHES 64u
 #define GROUP_SAMPLES 64u
 #define RUN_SAMPLES 4
+#define DROP_COUNTERS 64
+#define DROP_STRIDE 16
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
 enum { UNIT_RUNS = 9 };
 
@@ -19,7 +21,8 @@ enum { UNIT_RUNS = 9 };
 /* The runs' buffer begins with this; the groups of the indirect dispatch stand first. */
 typedef struct runs_head {
     GLuint groups_x, groups_y, groups_z;
-    GLuint run_count, points_drawn, unused;
+    GLuint run_count, points_listed, unused;
+    GLuint dropped[DROP_COUNTERS * DROP_STRIDE];
 } runs_head;
 
 stp_status stp_runs_create(stp_runs *out, const char *folder, const char *defines, stp_error *err)
@@ -124,9 +127,21 @@ stp_status stp_runs_choose(stp_runs *r, const stp_project_params *params, const 
     if (counts) {
         glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
         r->run_count = head.run_count;
-        *points += head.points_drawn;
+        *points += head.points_listed;
     }
     return STP_OK;
+}
+
+uint64_t stp_runs_count_drawn(const stp_runs *r)
+{
+    runs_head head;
+    if (!r->chosen)
+        return 0;
+    glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
+    uint64_t drawn = head.points_listed;
+    for (int i = 0; i < DROP_COUNTERS; i++)
+        drawn -= head.dropped[i * DROP_STRIDE];
+    return drawn;
 }
 
 size_t stp_runs_places(const stp_runs *r)

@@ -42,6 +42,9 @@ stp_status stp_runs_choose(stp_runs *runs, const stp_project_params *params, con
 void stp_runs_take(stp_runs *runs, const uint32_t *listed, size_t count);
 /* Places for all samples that were counted: theirs, and gaps where runs are not full. */
 size_t stp_runs_places(const stp_runs *runs);
+/* Samples of the chosen levels but for those that a shader that included listed.glsl has counted as
+ * dropped. Waits for the GPU. */
+uint64_t stp_runs_count_drawn(const stp_runs *runs);
 /* Runs the program in use, which includes shaders/listed.glsl, once for each sample. first: the
  * uniform that says which place the first invocation has, or -1. */
 void stp_runs_each(const stp_runs *runs, GLint first);

@@ -228,7 +228,10 @@ typedef struct stp_draw_stats {
     /* Where timed: of each stage from its begin to its end by the GPU's own clock, 0 where there
      * was none. A software driver's clock is the CPU's, and its stages run on this thread too. */
     double gpu_ms[STP_STAGE_COUNT];
-    uint64_t points_drawn; /* sent to projection; 0 where that is not known without waiting */
+    /* By GEOMETRY and COMPUTE: what is not dropped out of sight or culled, but for patches of one
+     * sample, which all count; of splats and by other roads: what is sent to projection. 0 where
+     * that is not known without waiting. */
+    uint64_t points_drawn;
     uint32_t chunks_drawn, chunks_missing;
     uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */
     uint32_t passes;

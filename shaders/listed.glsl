@@ -12,9 +12,11 @@ layout(std430, binding = 1) readonly buffer stp_listed_block {
 
 layout(location = 4) uniform uint listed_count; // 0: the runs
 
-// A sample, and its lattice relative to the eye; false where there is none for this invocation.
-bool stp_find(out uint index, out vec4 lattice)
+// A sample, its lattice relative to the eye, and what is known of its patch (stp_culled); false where there is no
+// sample for this invocation.
+bool stp_find(out uint index, out vec4 lattice, out bool opened)
 {
+    opened = true;
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     if (listed_count != 0u) {
         uint at = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
@@ -31,7 +33,15 @@ bool stp_find(out uint index, out vec4 lattice)
     uvec2 run = texelFetch(run_texture, int(at + STP_RUN_HEAD)).xy;
     if (at >= run_count || lane > run.x >> 29)
         return false;
-    lattice = texelFetch(lattice_texture, int(run.y));
+    lattice = texelFetch(lattice_texture, int(run.y & ~STP_RUN_OPENED));
+    opened = (run.y & STP_RUN_OPENED) != 0u;
     index = (run.x & 0x1fffffffu) + lane;
     return true;
+}
+
+// Of the runs alone: no road looks at listed samples one by one (runtime/runs.h).
+void stp_count_dropped()
+{
+    if (listed_count == 0u)
+        atomicAdd(dropped[gl_WorkGroupID.x % STP_DROP_COUNTERS * STP_DROP_STRIDE], 1u);
 }

@@ -50,11 +50,13 @@ bool stp_clipped(vec3 from_eye)
 #endif
 }
 
-// Whether the line of sight to a place relative to the eye goes through an opening of a closed surface.
-bool stp_seen_through(vec3 from_eye)
+// Whether the line of sight to some place in a ball goes through an opening of a closed surface. from_eye: the ball's
+// centre relative to the eye.
+bool stp_seen_through(vec3 from_eye, float radius)
 {
     for (int i = 0; i < modes.w; i++) {
         vec4 ball = openings[i];
+        ball.w += radius;
 #if STP_ORTHOGRAPHIC
         vec3 off = ball.xyz - from_eye;
         float nearer = dot(off, axis_back.xyz);
@@ -71,26 +73,32 @@ bool stp_seen_through(vec3 from_eye)
     return false;
 }
 
+// The same for a patch: if false, it is so for none of its samples.
+bool stp_patch_opened(stp_patch p)
+{
+    return stp_seen_through(p.bound_centre, p.bound_radius * 1.00001);
+}
+
 // Cosine: samples that are seen from behind more flatly are drawn, for outlines are made of them, too. As in
 // runtime/level_choice.c.
 #define STP_CULL_COSINE 0.1
 
-// Whether a sample is left out because its back is turned to the eye (docs/closed.md).
-bool stp_culled(uvec4 texel, vec3 from_eye)
+// Whether a sample is left out because its back is turned to the eye (docs/closed.md). opened: of its patch, or true.
+bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
 {
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
     bool culled = stp_sample_culled(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
-    if (culled && modes.w > 0)
-        culled = !stp_seen_through(from_eye);
+    if (culled && opened)
+        culled = !stp_seen_through(from_eye, 0.0);
     return culled;
 }
 
 // The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
 // away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
-// of a hidden class, or culled. Runs for every sample, so it normalises nothing.
-bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
+// of a hidden class, or culled. opened: as of stp_culled. Runs for every sample, so it normalises nothing.
+bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
     vec3 position = stp_to_eye(from_eye);
@@ -99,7 +107,8 @@ bool stp_place(uvec4 texel, vec3 origin, float step, out ivec2 at, out float z)
     vec2 pixel = floor(window);
     bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
                  all(lessThan(pixel, viewport.xy));
-    drawn = drawn && !stp_culled(texel, from_eye) && !stp_clipped(from_eye) && !stp_class_hidden(texel.z >> 24);
+    drawn = drawn && !stp_culled(texel, from_eye, opened) && !stp_clipped(from_eye) &&
+            !stp_class_hidden(texel.z >> 24);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
     return drawn;
@@ -118,11 +127,11 @@ float stp_depth_apart(float z, uint order)
 
 // Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
 // volume if the sample is not drawn.
-vec4 stp_project(uvec4 texel, vec3 origin, float step)
+vec4 stp_project(uvec4 texel, vec3 origin, float step, bool opened)
 {
     ivec2 at;
     float z;
-    bool drawn = stp_place(texel, origin, step, at, z);
+    bool drawn = stp_place(texel, origin, step, opened, at, z);
     return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }
 

@@ -2,6 +2,7 @@
 // samples in runs of up to STP_RUN_SAMPLES. In any order: no picture depends on it.
 #include "layout.glsl"
 #include "patch.glsl"
+#include "project.glsl"
 #include "choose.glsl"
 #include "runs.glsl"
 
@@ -32,12 +33,13 @@ void stp_list(uint listed)
     uvec4 needed = (count + STP_RUN_SAMPLES - 1u) / STP_RUN_SAMPLES;
     uint total = needed.x + needed.y + needed.z + needed.w;
     uint at = atomicAdd(run_count, total);
-    atomicAdd(points_drawn, s.end.w);
+    atomicAdd(points_listed, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
+    bool opened = stp_patch_opened(p);
     lattices[listed] = vec4(p.origin, p.step);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
-            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed);
+            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed, opened);
             at++;
         }
 }

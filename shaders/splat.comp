@@ -76,12 +76,13 @@ void main()
 {
     uint index;
     vec4 lattice;
+    bool opened;
     ivec2 pixel;
     float z;
-    if (!stp_find(index, lattice))
+    if (!stp_find(index, lattice, opened))
         return;
     uvec4 texel = texelFetch(object_texture, int(index));
-    if (!stp_place(texel, lattice.xyz, lattice.w, pixel, z))
+    if (!stp_place(texel, lattice.xyz, lattice.w, opened, pixel, z))
         return;
     uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
     stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, lattice.xyz, lattice.w)), id, vec2(0.0));

@@ -10,15 +10,26 @@ enum { SIZE = 320, PIXELS = SIZE * SIZE };
 
 static uint8_t seen_auto[4 * PIXELS], seen_none[4 * PIXELS];
 
+/* Draws a view; returns how many samples, which both roads of shaders agree on. */
+static uint64_t draw_counted(const gl_fixture *f, const stp_view *view, stp_draw_params params,
+                             uint8_t *rgba)
+{
+    stp_draw_stats computed, rasterised;
+    params.lod = STP_LOD_COMPUTE;
+    gl_fixture_draw(f, view, &params, &computed, rgba);
+    params.lod = STP_LOD_GEOMETRY;
+    gl_fixture_draw(f, view, &params, &rasterised, rgba);
+    assert_int_equal(computed.points_drawn, rasterised.points_drawn);
+    return rasterised.points_drawn;
+}
+
 /* Draws a view with AUTO and with NONE; returns how many samples the one drew of the other's. */
 static double draw_both(const gl_fixture *f, const stp_view *view, stp_draw_params params)
 {
-    stp_draw_stats a, b;
-    params.lod = STP_LOD_GEOMETRY; /* counts what is drawn, not what is listed */
-    gl_fixture_draw(f, view, &params, &a, seen_auto);
+    double drawn = (double)draw_counted(f, view, params, seen_auto);
     params.cull = STP_CULL_NONE;
-    gl_fixture_draw(f, view, &params, &b, seen_none);
-    return b.points_drawn ? (double)a.points_drawn / (double)b.points_drawn : 1.0;
+    double all = (double)draw_counted(f, view, params, seen_none);
+    return all > 0.0 ? drawn / all : 1.0;
 }
 
 /* Pixels that NONE covers and AUTO does not; *inner: of these, with covered pixels all around. */

@@ -2,7 +2,8 @@
  * byte: who wins a pixel, what is pulled and pushed, shaded, marked and smoothed. Sizes are such
  * that blocks, cells and levels end within pixels of each other; each renderer also draws what the
  * other one began, in textures that it left. And whatever the memory is, which cuts a picture into
- * passes and moves chunks in it: also where most pixels have several samples at one depth. */
+ * passes and moves chunks in it: also where most pixels have several samples at one depth. Shaders
+ * that choose levels also agree on how many samples they drew. */
 #include "tests/gl_model.h"
 
 typedef struct scene {
@@ -49,8 +50,10 @@ static size_t covered(const uint8_t *rgba, size_t pixels)
     return count;
 }
 
-/* Streaming pictures are drawn until nothing more comes and nothing fades. */
-static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params, uint8_t *out)
+/* Streaming pictures are drawn until nothing more comes and nothing fades. Returns how many samples
+ * were drawn. */
+static uint64_t draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
+                     uint8_t *out)
 {
     stp_draw_stats stats;
     int frames = 0;
@@ -59,6 +62,7 @@ static void draw(gl_fixture *f, const stp_view *view, const stp_draw_params *par
         assert_true(frames++ < 1000);
     } while (params->stream && (!stats.cut_complete || stats.fading));
     check_ok(stp_renderer_read(f->renderer, out, err));
+    return stats.points_drawn;
 }
 
 static void compare(const scene *s, const uint8_t *a, const uint8_t *b, size_t pixels)
@@ -84,9 +88,10 @@ static void same_bytes(void **state)
             stp_draw_params params = s->params;
             params.every_sample = true;
             params.lod = k % 2 ? STP_LOD_CPU : STP_LOD_GEOMETRY;
-            draw(rasterised, &view, &params, pictures[0]);
+            uint64_t emitted = draw(rasterised, &view, &params, pictures[0]);
             params.lod = STP_LOD_COMPUTE;
-            draw(&computed, &view, &params, pictures[1]);
+            uint64_t placed = draw(&computed, &view, &params, pictures[1]);
+            assert_true(k % 2 || emitted == placed); /* CPU: what it lists */
             compare(s, pictures[0], pictures[1], pixels);
             draw(rasterised, &view, &params, pictures[1]); /* where rasterised passes left things */
             compare(s, pictures[0], pictures[1], pixels);

@@ -1,0 +1,49 @@
+// The names of the samples that have the nearest depth (scatter.glsl). Counts those that are not drawn.
+#include "layout.glsl"
+#include "patch.glsl"
+#include "project.glsl"
+#include "runs.glsl"
+#include "listed.glsl"
+#include "scatter.glsl"
+
+layout(location = 1) uniform bool counting;
+
+uint chunk_of(uint index)
+{
+    return stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(index)).x)).id;
+}
+
+// The order that the other roads draw in. Where chunks lie in the Object Texture depends on what was drawn before.
+bool comes_first(uint a, uint b)
+{
+    uint p = chunk_of(a), q = chunk_of(b);
+    return p < q || p == q && a < b;
+}
+
+// The first of equals is the pixel's. One that an earlier pass has named, and no sample of this one is in front of,
+// stays: the pixel is not marked.
+void name(ivec2 pixel, uint index)
+{
+    uint had = imageAtomicCompSwap(nearest_sample, pixel, first_pass ? STP_NO_SAMPLE : RAISED, index);
+    while (had < RAISED && comes_first(index, had)) {
+        uint now = imageAtomicCompSwap(nearest_sample, pixel, had, index);
+        if (now == had)
+            break;
+        had = now;
+    }
+}
+
+void main()
+{
+    uint index, bits;
+    vec4 lattice;
+    bool opened;
+    ivec2 pixel;
+    if (!stp_find(index, lattice, opened))
+        return;
+    bool drawn = stp_scatter_place(index, lattice, opened, pixel, bits);
+    if (counting && !drawn)
+        stp_count_dropped();
+    if (drawn && imageLoad(nearest_depth, pixel).x == bits)
+        name(pixel, index);
+}
