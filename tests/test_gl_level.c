@@ -24,14 +24,16 @@ typedef struct choices {
 static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
                    const stp_gpu_patch *patch, int quarter, int gpu)
 {
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 6; k++) {
         const float factor = 1.0f + (k % 2 == 0 ? TIE : -TIE);
         stp_gpu_frame frame = *look->frame;
         stp_gpu_patch near = *patch;
         for (int i = 0; i < 2 && k < 2; i++)
             frame.quality[i] *= factor;
-        if (k >= 2)
+        if (k == 2 || k == 3)
             near.cone_cos *= factor;
+        for (int i = 0; i < 3 && k >= 4; i++) /* where it is the ray, its sine has few digits */
+            near.cone_axis[i] *= factor;
         if (stp_levels_choose(&frame, chunk, &near).of[quarter] == gpu)
             return true;
     }
