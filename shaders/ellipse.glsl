@@ -18,21 +18,26 @@ float stp_ellipse_floor(int tag)
 }
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its
-// centre: exact in perspective but for the floor. ray: unit, through the point; offset: of the point from the
+// centre: exact in perspective but for the floors; least: that of the minor semi-axis, pixels. ray: unit, through the point; offset: of the point from the
 // ellipse's centre, pixels; where that is behind the eye, far aside of it (orthographic: where depths are asked for,
 // since there it is no other place).
-vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
+vec3 stp_ellipse_place_least(stp_pixel p, vec3 ray, vec2 offset, float least)
 {
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
     float inverse = min(units / (p.radius * viewport.z), 1.0 / stp_ellipse_floor(p.tag));
     vec2 delta = offset * inverse;
     vec3 normal = stp_tag_tube(p.tag) ? -ray : p.normal;
     float k = dot(normal, ray);
-    float magnitude = max(abs(k), min(1.0, stp_ellipse_floor(p.tag) * inverse));
+    float magnitude = max(abs(k), min(1.0, least * inverse));
     float along = dot(delta, normal.xy) / (k > 0.0 ? magnitude : -magnitude);
     vec3 s = vec3(delta, 0.0) - ray * along;
     float eye = viewport.z * inverse * (STP_ORTHOGRAPHIC != 0 ? p.z_min : 1.0); // the eye's place, likewise
     return (STP_ORTHOGRAPHIC != 0 && STP_TEMPLATE == 0) || s.z < eye ? s : vec3(STP_ELLIPSE_FAR, STP_ELLIPSE_FAR, 0.0);
+}
+
+vec3 stp_ellipse_place(stp_pixel p, vec3 ray, vec2 offset)
+{
+    return stp_ellipse_place_least(p, ray, offset, stp_ellipse_floor(p.tag));
 }
 
 // Projected radius, pixels.
@@ -48,9 +53,14 @@ float stp_ellipse_farther(stp_pixel p, vec3 place)
 }
 
 // 1 at the rim.
-float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
+float stp_ellipse_least(stp_pixel p, vec3 ray, vec2 offset, float least)
 {
-    vec3 s = stp_ellipse_place(p, ray, offset);
+    vec3 s = stp_ellipse_place_least(p, ray, offset, least);
     float q = dot(s, s);
     return p.radius > 0.0 ? q : offset == vec2(0.0) ? 0.0 : STP_ELLIPSE_OUTSIDE;
+}
+
+float stp_ellipse(stp_pixel p, vec3 ray, vec2 offset)
+{
+    return stp_ellipse_least(p, ray, offset, stp_ellipse_floor(p.tag));
 }

@@ -8,6 +8,8 @@
 #define STP_PUSH_GAP_4 4.0
 // Pixels: ellipses whose centres are no farther apart are one disc's, and beside a disc there is no gap.
 #define STP_PUSH_SAME 0.1
+// Pixels: least minor semi-axis of ellipses at an outline, where they would move it outwards.
+#define STP_PUSH_OUTLINE_FLOOR 0.3
 
 // exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4. Beyond 1 only
 // the least q counts, whatever its weight.
@@ -26,11 +28,19 @@ stp_pixel stp_push_look(ivec2 p)
     return c;
 }
 
-// The same as seen from `centre`, and how far from its ellipse's centre that is.
-stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, out float q)
+// Whether `centre` lies on the side of a disc's centre that the disc's normal points to in the image: outside, if the
+// disc is part of an outline. So it does for no disc, and not for a line.
+bool stp_push_beyond(stp_pixel c, vec2 centre)
 {
+    return c.tag == 0 || (!stp_tag_line(c.tag) && dot(centre - c.d, c.normal.xy) > 0.0);
+}
+
+// The same as seen from `centre`, and how far from its ellipse's centre that is.
+stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, bool outline, out float q)
+{
+    float least = outline ? STP_PUSH_OUTLINE_FLOOR : stp_ellipse_floor(c.tag);
     c.d -= centre;
-    q = c.tag != 0 ? stp_ellipse(c, ray, -c.d) : STP_ELLIPSE_OUTSIDE;
+    q = c.tag != 0 ? stp_ellipse_least(c, ray, -c.d, least) : STP_ELLIPSE_OUTSIDE;
     return c;
 }
 
@@ -49,11 +59,15 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
 {
     vec2 centre = stp_pixel_centre(here, pyramid_level);
     vec3 ray = stp_ray(centre);
+    stp_pixel own = stp_pixel_fine(here);
+    bool open = own.tag == 0 && (parent.tag == 0 || beside_x.tag == 0 || beside_y.tag == 0 || between.tag == 0);
+    bool outline = open && stp_push_beyond(parent, centre) && stp_push_beyond(beside_x, centre) &&
+                   stp_push_beyond(beside_y, centre) && stp_push_beyond(between, centre);
     vec4 q;
-    stp_pixel c0 = stp_push_candidate(parent, centre, ray, q.x);
-    stp_pixel c1 = stp_push_candidate(beside_x, centre, ray, q.y);
-    stp_pixel c2 = stp_push_candidate(beside_y, centre, ray, q.z);
-    stp_pixel c3 = stp_push_candidate(between, centre, ray, q.w);
+    stp_pixel c0 = stp_push_candidate(parent, centre, ray, outline, q.x);
+    stp_pixel c1 = stp_push_candidate(beside_x, centre, ray, outline, q.y);
+    stp_pixel c2 = stp_push_candidate(beside_y, centre, ray, outline, q.z);
+    stp_pixel c3 = stp_push_candidate(between, centre, ray, outline, q.w);
     bool parent_valid = c0.tag != 0;
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
@@ -81,7 +95,6 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     p.tag = front.tag;
 
     // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.
-    stp_pixel own = stp_pixel_fine(here);
     bool occluded = parent_valid && own.z_min > c0.z_max && front.z_max < own.z_min;
     pushed = front.tag != 0 && (own.tag == 0 || occluded);
     if (!pushed)

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 
 #define EXTENT_FLOOR_PX 1.25
+/* Least minor semi-axis at an outline. */
+#define OUTLINE_FLOOR_PX 0.3
 /* What is drawn of a disc's radius where a pixel sees all ellipses around it. */
 #define SEEN_PART 0.85
 #define SLOPE_LIMIT 5.0
@@ -194,14 +196,14 @@ double reference_radius_px(const reference_pyramid *pyramid, const reference_pix
 /* s: where the ray meets the disc's plane, in radii from its centre; aside of it where that is
  * behind the eye (orthographic: where depths are asked for). */
 static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference_pixel *p,
-                               double cx, double cy, double x, double y)
+                               double cx, double cy, double x, double y, double least_px)
 {
     double radius = reference_radius_px(pyramid, p);
     stp_dvec3 w = reference_ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
     stp_dvec3 delta = {x / radius, y / radius, 0.0};
     stp_dvec3 n = reference_is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
     double k = stp_dvec3_dot(n, w);
-    double least = fmin(1.0, floor_px(pyramid, p) / radius);
+    double least = fmin(1.0, least_px / radius);
     double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
     stp_dvec3 s = stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
     double depth = p->z_min - s.z * radius / pixels_per_unit(&pyramid->view, p->z_min);
@@ -210,13 +212,20 @@ static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference
                : (stp_dvec3){INFINITY, INFINITY, 0.0};
 }
 
-double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
-                         double cy, double x, double y)
+/* q of an ellipse whose minor semi-axis is least_px at least. */
+static double ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                            double cy, double x, double y, double least_px)
 {
     if (!(p->radius > 0.0))
         return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
-    stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, x, y);
+    stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, x, y, least_px);
     return stp_dvec3_dot(s, s);
+}
+
+double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
+                         double cy, double x, double y)
+{
+    return ellipse_least(pyramid, p, cx, cy, x, y, floor_px(pyramid, p));
 }
 
 double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
@@ -224,7 +233,7 @@ double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p
 {
     *depth = p->z_min;
     if (p->radius > 0.0) {
-        stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy);
+        stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy, floor_px(pyramid, p));
         *depth -= s.z * reference_radius_px(pyramid, p) / pixels_per_unit(&pyramid->view, p->z_min);
     }
     return reference_ellipse(pyramid, p, cx, cy, u - cx, v - cy);
@@ -264,6 +273,17 @@ static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels
     m->q[m->count] = reference_ellipse(pyramid, &p, cx, cy, u - cx, v - cy);
     m->weights[m->count] = weight;
     m->pixels[m->count++] = p;
+}
+
+/* Measures again what meets at window (u, v), by ellipses whose minor semi-axis is least_px at
+ * least. */
+static void meet_again(const reference_pyramid *pyramid, double u, double v, double least_px,
+                       meeting *m)
+{
+    for (int k = 0; k < m->count; k++) {
+        const reference_pixel *p = &m->pixels[k];
+        m->q[k] = ellipse_least(pyramid, p, u + p->dx, v + p->dy, -p->dx, -p->dy, least_px);
+    }
 }
 
 /* Leaves those whose ellipse reaches the place. */
@@ -432,6 +452,18 @@ static double push_reach(const meeting *m)
     return least > 1.0 && least <= most ? least : 1.0;
 }
 
+/* Whether the place lies outside of an outline: some of the four are invalid, and of the others it
+ * lies on the side to which their normals point in the image. */
+static bool beyond_outline(const meeting *m)
+{
+    for (int k = 0; k < m->count; k++) {
+        const reference_pixel *p = &m->pixels[k];
+        if (reference_is_line(p) || !(p->dx * p->normal.x + p->dy * p->normal.y < 0.0))
+            return false;
+    }
+    return m->count < 4;
+}
+
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
 {
     const reference_level *coarse = &pyramid->levels[level + 1];
@@ -449,6 +481,8 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     for (int k = 0; k < 4; k++)
         meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
              (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
+    if (own.tag == 0 && beyond_outline(&m))
+        meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
     keep_reaching(&m, push_reach(&m));
     for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);
