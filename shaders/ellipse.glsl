@@ -18,9 +18,9 @@ float stp_ellipse_floor(int tag)
 }
 
 // Where the ray through a point meets the disc's plane, in units of the disc's projected radius, from its
-// centre: exact in perspective but for the floors; least: that of the minor semi-axis, pixels. ray: unit, through the point; offset: of the point from the
-// ellipse's centre, pixels; where that is behind the eye, far aside of it (orthographic: where depths are asked for,
-// since there it is no other place).
+// centre: exact in perspective but for the floors; least: that of the minor semi-axis, pixels. ray: unit, through the
+// point; offset: of the point from the ellipse's centre, pixels; where that is behind the eye, far aside
+// of it (orthographic: where depths are asked for, since there it is no other place).
 vec3 stp_ellipse_place_least(stp_pixel p, vec3 ray, vec2 offset, float least)
 {
     float units = STP_ORTHOGRAPHIC != 0 ? 1.0 : p.z_min; // times 1 / f: world units a pixel
