@@ -9,7 +9,7 @@
 // Pixels: ellipses whose centres are no farther apart are one disc's, and beside a disc there is no gap.
 #define STP_PUSH_SAME 0.1
 // Pixels: least minor semi-axis of ellipses at an outline, where they would move it outwards.
-#define STP_PUSH_OUTLINE_FLOOR 0.3
+#define STP_PUSH_OUTLINE_FLOOR 0.6
 
 // exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4. Beyond 1 only
 // the least q counts, whatever its weight.

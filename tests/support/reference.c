@@ -9,7 +9,7 @@
 
 #define EXTENT_FLOOR_PX 1.25
 /* Least minor semi-axis at an outline. */
-#define OUTLINE_FLOOR_PX 0.3
+#define OUTLINE_FLOOR_PX 0.6
 /* What is drawn of a disc's radius where a pixel sees all ellipses around it. */
 #define SEEN_PART 0.85
 #define SLOPE_LIMIT 5.0
@@ -32,11 +32,6 @@ stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d)
 stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p)
 {
     return reference_turn_to_eye(view, stp_dvec3_sub(p, view->eye));
-}
-
-static double pixels_per_unit(const stp_view *view, double depth)
-{
-    return view->orthographic ? view->f : view->f / depth;
 }
 
 static double centre_of(int i, int level)
@@ -102,13 +97,7 @@ static double depth_extent(const stp_view *view, double radius, double cosine, d
 {
     double k = fmin(1.0, fabs(cosine));
     double slope = fmin(SLOPE_LIMIT, sqrt(1.0 - k * k) / fmax(k, 1e-3));
-    return fmax(radius, EXTENT_FLOOR_PX * slope / pixels_per_unit(view, depth));
-}
-
-/* Splats and templates. */
-static bool sees_all(const reference_pyramid *pyramid)
-{
-    return pyramid->filter == REFERENCE_SPLAT || pyramid->filter >= REFERENCE_TEMPLATE3;
+    return fmax(radius, EXTENT_FLOOR_PX * slope / reference_pixels_per_unit(view, depth));
 }
 
 bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
@@ -119,13 +108,13 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
     bool faces = !disc->has_normal || (alone && disc->kind == STP_KIND_TUBE);
     unsigned kind = alone && disc->kind != STP_KIND_POLYGON ? STP_KIND_SURFACE : disc->kind;
     bool tube = kind == STP_KIND_TUBE, point = kind == STP_KIND_SURFACE;
-    double radius = disc->radius * (sees_all(pyramid) && point ? SEEN_PART : 1.0);
+    double radius = disc->radius * (reference_sees_all(pyramid) && point ? SEEN_PART : 1.0);
     double depth = -disc->position.z;
     if (tube && faces)
         kind = STP_KIND_SURFACE;
     if (!(depth > view->near_depth))
         return false;
-    double scale = pixels_per_unit(view, depth);
+    double scale = reference_pixels_per_unit(view, depth);
     double u = stp_view_axis_x(view) + scale * disc->position.x;
     double v = stp_view_axis_y(view) + scale * disc->position.y;
     if (!disc->wide && !(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
@@ -180,65 +169,6 @@ void reference_project(reference_pyramid *pyramid, const reference_disc *discs, 
 
 /* ---- the ellipse ---- */
 
-/* Least semi-axes. */
-static double floor_px(const reference_pyramid *pyramid, const reference_pixel *p)
-{
-    if (reference_is_line(p))
-        return 0.5;
-    return sees_all(pyramid) ? 0.75 : 1.25;
-}
-
-double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p)
-{
-    return fmax(p->radius * pixels_per_unit(&pyramid->view, p->z_min), floor_px(pyramid, p));
-}
-
-/* s: where the ray meets the disc's plane, in radii from its centre; aside of it where that is
- * behind the eye (orthographic: where depths are asked for). */
-static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference_pixel *p,
-                               double cx, double cy, double x, double y, double least_px)
-{
-    double radius = reference_radius_px(pyramid, p);
-    stp_dvec3 w = reference_ray(&pyramid->view, cx + x, cy + y); /* through the point asked */
-    stp_dvec3 delta = {x / radius, y / radius, 0.0};
-    stp_dvec3 n = reference_is_tube(p) ? stp_dvec3_scale(w, -1.0) : p->normal;
-    double k = stp_dvec3_dot(n, w);
-    double least = fmin(1.0, least_px / radius);
-    double k_floored = (k > 0.0 ? 1.0 : -1.0) * fmax(fabs(k), least);
-    stp_dvec3 s = stp_dvec3_sub(delta, stp_dvec3_scale(w, stp_dvec3_dot(delta, n) / k_floored));
-    double depth = p->z_min - s.z * radius / pixels_per_unit(&pyramid->view, p->z_min);
-    return depth > 0.0 || (pyramid->view.orthographic && pyramid->filter < REFERENCE_SPLAT)
-               ? s
-               : (stp_dvec3){INFINITY, INFINITY, 0.0};
-}
-
-/* q of an ellipse whose minor semi-axis is least_px at least. */
-static double ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
-                            double cy, double x, double y, double least_px)
-{
-    if (!(p->radius > 0.0))
-        return x == 0.0 && y == 0.0 ? 0.0 : INFINITY;
-    stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, x, y, least_px);
-    return stp_dvec3_dot(s, s);
-}
-
-double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
-                         double cy, double x, double y)
-{
-    return ellipse_least(pyramid, p, cx, cy, x, y, floor_px(pyramid, p));
-}
-
-double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
-                      double cy, double u, double v, double *depth)
-{
-    *depth = p->z_min;
-    if (p->radius > 0.0) {
-        stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy, floor_px(pyramid, p));
-        *depth -= s.z * reference_radius_px(pyramid, p) / pixels_per_unit(&pyramid->view, p->z_min);
-    }
-    return reference_ellipse(pyramid, p, cx, cy, u - cx, v - cy);
-}
-
 /* Whether an ellipse is too wide for a template's windows of this level. */
 static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, int level)
 {
@@ -282,7 +212,8 @@ static void meet_again(const reference_pyramid *pyramid, double u, double v, dou
 {
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
-        m->q[k] = ellipse_least(pyramid, p, u + p->dx, v + p->dy, -p->dx, -p->dy, least_px);
+        m->q[k] =
+            reference_ellipse_least(pyramid, p, u + p->dx, v + p->dy, -p->dx, -p->dy, least_px);
     }
 }
 
@@ -386,7 +317,7 @@ static void keep_carried(const reference_pyramid *pyramid, int level, meeting *m
 static double moment_radius(const reference_pyramid *pyramid, const meeting *m,
                             const reference_pixel *mean)
 {
-    double ppu = pixels_per_unit(&pyramid->view, mean->z_min), spread = 0.0;
+    double ppu = reference_pixels_per_unit(&pyramid->view, mean->z_min), spread = 0.0;
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
         double x = p->dx - mean->dx, y = p->dy - mean->dy;

@@ -14,6 +14,18 @@ static inline stp_dvec3 reference_ray(const stp_view *view, double u, double v)
                                            (v - stp_view_axis_y(view)) / view->f, -1.0});
 }
 
+/* Pixels a world unit covers. */
+static inline double reference_pixels_per_unit(const stp_view *view, double depth)
+{
+    return view->orthographic ? view->f : view->f / depth;
+}
+
+/* Splats and templates. */
+static inline bool reference_sees_all(const reference_pyramid *pyramid)
+{
+    return pyramid->filter == REFERENCE_SPLAT || pyramid->filter >= REFERENCE_TEMPLATE3;
+}
+
 /* Of the tag. */
 static inline bool reference_two_sided(const reference_pixel *p)
 {
@@ -37,5 +49,9 @@ static inline bool reference_is_polygon(const reference_pixel *p)
 {
     return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;
 }
+
+/* reference_ellipse of an ellipse whose minor semi-axis is least_px at least. */
+double reference_ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p,
+                               double cx, double cy, double x, double y, double least_px);
 
 #endif
