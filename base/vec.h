@@ -65,6 +65,16 @@ static inline stp_dvec3 stp_dvec3_normalize(stp_dvec3 a)
     return length > 0.0 ? stp_dvec3_scale(a, 1.0 / length) : a;
 }
 
+/* Some right-handed axes of which the third one is a unit vector. */
+static inline void stp_dvec3_axes(stp_dvec3 axes[3], stp_dvec3 third)
+{
+    const stp_dvec3 other =
+        fabs(third.y) < 0.7 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){1.0, 0.0, 0.0};
+    axes[2] = third;
+    axes[0] = stp_dvec3_normalize(stp_dvec3_cross(other, third));
+    axes[1] = stp_dvec3_cross(third, axes[0]);
+}
+
 /* v turned about a unit axis (Rodrigues). */
 static inline stp_dvec3 stp_dvec3_rotate(stp_dvec3 v, stp_dvec3 axis, double angle_rad)
 {

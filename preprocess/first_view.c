@@ -2,6 +2,7 @@
 #include "preprocess/first_view.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "preprocess/image_normals.h"
 #include "preprocess/interior.h"
 #include "preprocess/seen_from.h"
@@ -28,20 +29,6 @@
 #define AROUND_FOVY_DEG 70.0
 
 /* ---- files ---- */
-
-/* The first point of the cloud whose place is not below one. */
-static uint32_t find_place(const stp_cloud *cloud, uint32_t begin, uint64_t place)
-{
-    uint32_t end = cloud->count;
-    while (begin < end) {
-        uint32_t middle = begin + (end - begin) / 2;
-        if (cloud->points[middle].source < place)
-            begin = middle + 1;
-        else
-            end = middle;
-    }
-    return begin;
-}
 
 static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_stats *stats)
 {
@@ -96,8 +83,9 @@ stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];
         const uint64_t next = points.first_place + file->point_count;
-        points.end =
-            f + 1 == source->file_count ? cloud->count : find_place(cloud, points.begin, next);
+        points.end = f + 1 == source->file_count
+                         ? cloud->count
+                         : stp_find_source(cloud, points.begin, cloud->count, next);
         if (points.end > points.begin)
             STP_TRY(settle_file(out, cloud, file, source->stations, &points, pool, stats, err));
         points.begin = points.end;
@@ -108,12 +96,6 @@ done:
 }
 
 /* ---- stations ---- */
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* Unit rays from a position to some of its points: free() them. */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
@@ -147,7 +129,7 @@ static void spread_along(double out[2], const stp_dvec3 *rays, uint32_t count, s
 {
     for (uint32_t i = 0; i < count; i++)
         room[i] = stp_dvec3_dot(rays[i], axis) / fmax(stp_dvec3_dot(rays[i], forward), 1e-3);
-    qsort(room, count, sizeof *room, compare_doubles);
+    stp_sort_doubles(room, count);
     const uint32_t left = (uint32_t)(LEFT_OUT * (count - 1));
     out[0] = room[left];
     out[1] = room[count - 1 - left];

@@ -2,6 +2,7 @@
 #include "preprocess/free_space.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -18,12 +19,6 @@
 static bool is_counted(const stp_cloud_point *p, uint16_t station)
 {
     return station == 0 || p->station == station;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 static double coordinate(stp_dvec3 p, int axis)
@@ -47,7 +42,7 @@ static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t stati
         }
         if (count == 0)
             values[count++] = coordinate(cloud->points[0].position, axis);
-        qsort(values, count, sizeof *values, compare_doubles);
+        stp_sort_doubles(values, count);
         ends[axis][0] = values[count / FAR_OUT];
         ends[axis][1] = values[count - 1 - count / FAR_OUT];
     }

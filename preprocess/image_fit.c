@@ -2,6 +2,7 @@
 #include "preprocess/image_fit.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,13 +22,11 @@
 
 /* ---- pixels ---- */
 
-/* The first point whose place is not below one; end if there is none. */
-static uint32_t find_place(const stp_file_points *p, uint64_t place)
+uint32_t stp_find_source(const stp_cloud *cloud, uint32_t begin, uint32_t end, uint64_t source)
 {
-    uint32_t begin = p->begin, end = p->end;
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
-        if (p->cloud->points[middle].source < place)
+        if (cloud->points[middle].source < source)
             begin = middle + 1;
         else
             end = middle;
@@ -53,7 +52,8 @@ bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan
     const stp_cloud_point *points = p->cloud->points;
     if (grid->cells) {
         const uint64_t place = p->first_place + grid->cells[i].place;
-        *out = (stp_grid_point){find_place(p, place), grid->cells[i].column, grid->cells[i].row};
+        *out = (stp_grid_point){stp_find_source(p->cloud, p->begin, p->end, place),
+                                grid->cells[i].column, grid->cells[i].row};
         if (out->at >= p->end || points[out->at].source != place)
             return false;
     } else {
@@ -150,16 +150,6 @@ static bool invert(const double m[3][3], double out[3][3])
 
 /* ---- from an eye ---- */
 
-/* Any two axes across a direction. */
-static void set_axes(stp_dvec3 axes[3], stp_dvec3 forward)
-{
-    const stp_dvec3 other =
-        fabs(forward.y) < 0.7 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){1.0, 0.0, 0.0};
-    axes[2] = forward;
-    axes[0] = stp_dvec3_normalize(stp_dvec3_cross(other, forward));
-    axes[1] = stp_dvec3_cross(forward, axes[0]);
-}
-
 /* Tangents of the ray to a pixel's point; false if it does not point forwards. */
 static bool ray_of(const stp_image_map *map, const stp_pixel *pixel, stp_dvec3 eye, double out[3])
 {
@@ -191,7 +181,7 @@ stp_image_map stp_image_fit(const stp_image *image, stp_dvec3 eye)
             stp_dvec3_add(sum, stp_dvec3_normalize(stp_dvec3_sub(image->pixels[i].position, eye)));
     if (image->count < PIXELS_LEAST || !(stp_dvec3_length(sum) > 0.01 * image->count))
         return map;
-    set_axes(map.axes, stp_dvec3_normalize(sum));
+    stp_dvec3_axes(map.axes, stp_dvec3_normalize(sum));
     for (uint32_t i = 0; i < image->count; i++) {
         const stp_pixel *p = &image->pixels[i];
         if (!ray_of(&map, p, eye, ray))
@@ -232,12 +222,6 @@ static stp_dvec3 direction_at(const stp_image_map *map, double x, double y)
                            sign);
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Median depth along an axis of the points that lie in the middle half of the image; of all where
  * there is none. */
 static double middle_depth(const stp_image *image, stp_dvec3 eye, stp_dvec3 forward)
@@ -251,7 +235,7 @@ static double middle_depth(const stp_image *image, stp_dvec3 eye, stp_dvec3 forw
             if (fabs(p->x) <= half && fabs(p->y) <= half)
                 depths[count++] = stp_dvec3_dot(stp_dvec3_sub(p->position, eye), forward);
         }
-        qsort(depths, count, sizeof *depths, compare_doubles);
+        stp_sort_doubles(depths, count);
         if (count > 0 || half > 1.0)
             return count > 0 ? depths[count / 2] : 1.0;
     }

@@ -43,6 +43,8 @@ typedef struct stp_image_map {
     double fitting; /* share of the pixels that it meets to within one pixel */
 } stp_image_map;
 
+/* The first place of a run whose point is not of an earlier record; end if there is none. */
+uint32_t stp_find_source(const stp_cloud *cloud, uint32_t begin, uint32_t end, uint64_t source);
 /* What stp_grid_find counts. */
 uint32_t stp_grid_count(const stp_file_points *points, const stp_scan_grid *grid);
 /* False if the i-th one is not stored, or has no pixel. The grid has columns. */

@@ -2,6 +2,7 @@
 #include "preprocess/image_normals.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -50,7 +51,7 @@ typedef struct image_plane {
 
 /* Axes about the ray through a pixel. */
 typedef struct pixel_axes {
-    stp_dvec3 u, w, v;
+    stp_dvec3 axes[3]; /* the third is the ray */
     double distance;
 } pixel_axes;
 
@@ -81,11 +82,7 @@ static bool axes_at(const pixel_grid *g, uint32_t column, uint32_t row, pixel_ax
         return false;
     const stp_dvec3 d = stp_dvec3_sub(p->position, g->station);
     out->distance = stp_dvec3_length(d);
-    out->v = stp_dvec3_normalize(d);
-    const stp_dvec3 other =
-        fabs(out->v.y) < 0.7 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){1.0, 0.0, 0.0};
-    out->u = stp_dvec3_normalize(stp_dvec3_cross(other, out->v));
-    out->w = stp_dvec3_cross(out->v, out->u);
+    stp_dvec3_axes(out->axes, stp_dvec3_normalize(d));
     return out->distance > 0.0 && isfinite(out->distance);
 }
 
@@ -97,11 +94,11 @@ static bool see(const pixel_grid *g, const pixel_axes *axes, int64_t column, int
     if (!p)
         return false;
     const stp_dvec3 d = stp_dvec3_sub(p->position, g->station);
-    const double depth = stp_dvec3_dot(d, axes->v);
+    const double depth = stp_dvec3_dot(d, axes->axes[2]);
     if (!(depth > 0.01 * axes->distance))
         return false;
-    *out = (sight){.x = stp_dvec3_dot(d, axes->u) / depth,
-                   .y = stp_dvec3_dot(d, axes->w) / depth,
+    *out = (sight){.x = stp_dvec3_dot(d, axes->axes[0]) / depth,
+                   .y = stp_dvec3_dot(d, axes->axes[1]) / depth,
                    .depth = axes->distance / depth - 1.0};
     return true;
 }
@@ -165,12 +162,6 @@ static unsigned keep_near(const image_plane *p, double most, double slope, sight
     return kept;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Noise and angle of a tile. */
 static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
 {
@@ -196,8 +187,8 @@ static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
         noises[count] = plane.rms / axes.distance;
         angles[count++] = hypot(beside.x, beside.y);
     }
-    qsort(noises, count, sizeof *noises, compare_doubles);
-    qsort(angles, count, sizeof *angles, compare_doubles);
+    stp_sort_doubles(noises, count);
+    stp_sort_doubles(angles, count);
     g->noise[tile] = count >= WINDOWS_LEAST ? noises[count / 2] : 0.0;
     g->most[tile] = count >= WINDOWS_LEAST ? noises[count * 4 / 5] : 0.0;
     g->angle[tile] = count >= WINDOWS_LEAST ? angles[count / 2] : 0.0;
@@ -236,9 +227,9 @@ static vec3s normal_of(const pixel_axes *axes, const image_plane *p)
     const double forward = 1.0 + p->offset;
     const double tangent = hypot(p->at_x, p->at_y) / forward;
     const double scale = tangent > STEEPEST ? STEEPEST / tangent : 1.0;
-    const stp_dvec3 n = stp_dvec3_add(stp_dvec3_scale(axes->u, scale * p->at_x),
-                                      stp_dvec3_add(stp_dvec3_scale(axes->w, scale * p->at_y),
-                                                    stp_dvec3_scale(axes->v, forward)));
+    const stp_dvec3 n = stp_dvec3_add(stp_dvec3_scale(axes->axes[0], scale * p->at_x),
+                                      stp_dvec3_add(stp_dvec3_scale(axes->axes[1], scale * p->at_y),
+                                                    stp_dvec3_scale(axes->axes[2], forward)));
     return stp_dvec3_to_float(stp_dvec3_normalize(stp_dvec3_scale(n, -1.0)));
 }
 
@@ -307,7 +298,7 @@ static stp_status settle_noise(pixel_grid *g, size_t tiles, stp_error *err)
         sorted[count] = g->noise[i];
         count += g->angle[i] > 0.0;
     }
-    qsort(sorted, count, sizeof *sorted, compare_doubles);
+    stp_sort_doubles(sorted, count);
     const double middle = count > 0 ? sorted[count / 2] : 0.0;
     for (size_t i = 0; i < tiles; i++)
         g->noise[i] = fmax(g->noise[i], fmin(g->most[i], 2.0 * middle));

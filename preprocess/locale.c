@@ -2,6 +2,7 @@
 #include "preprocess/locale.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -15,12 +16,6 @@
 #define GREATEST_SHARE 2u
 #define HALVINGS 3
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* Distance of the k-th neighbour, of most points of a cell. */
 static double probe(const stp_cloud *cloud, const stp_cell *cell, unsigned k)
 {
@@ -32,7 +27,7 @@ static double probe(const stp_cloud *cloud, const stp_cell *cell, unsigned k)
         stp_box_tree_nearest(cloud, place, &list);
         distances[i] = list.count ? sqrt(list.squared[list.count - 1]) : 0.0;
     }
-    qsort(distances, PROBES, sizeof *distances, compare_doubles);
+    stp_sort_doubles(distances, PROBES);
     return distances[PROBES * PROBE_EIGHTHS / 8];
 }
 

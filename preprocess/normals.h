@@ -10,7 +10,7 @@
 /* Sets the normals of all points that have four rings around them. The plane through the nearest
  * (smallest eigenvector of the covariance of the neighbours and the point itself, Hoppe 1992) grows
  * by those of its neighbours where noise asks for it and no crease forbids it. Given normals
- * stay. Counts in the unit the own points whose planes grew. Fewer than three distinct neighbours,
+ * stay. Says in the unit which own points' planes grew. Fewer than three distinct neighbours,
  * or all on a line: unknown, normal zero. Errors: OUT_OF_MEMORY. */
 stp_status stp_normals_estimate(stp_unit *unit, stp_error *err);
 

@@ -202,7 +202,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
             out.rgb[c] += weight * finer[i].rgb[c];
         intensity += weight * samples[i].intensity;
         flags &= samples[i].flags;
-        fit = stp_sample_fit_of(&samples[i]) < fit ? stp_sample_fit_of(&samples[i]) : fit;
+        fit = stp_sample_fit_least(&samples[i], fit);
         sum += weight;
         *area += b->areas[level - 1][i];
         if (i == begin)

@@ -2,6 +2,7 @@
 #include "preprocess/seen_from.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,12 +26,6 @@
 #define POINTS_LEAST 64u
 #define SLIMMEST 1e-4 /* sides of a layout, for what memory squares take */
 #define DISTANCE_MOST 1e100
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* ---- images ---- */
 
@@ -113,12 +108,8 @@ static layout layout_of(const stp_dvec3 *positions, uint32_t count, stp_dvec3 fr
     l.low[0] = l.low[1] = INFINITY;
     for (uint32_t i = 0; i < count; i++)
         sum = stp_dvec3_add(sum, stp_dvec3_normalize(stp_dvec3_sub(positions[i], from)));
-    l.axes[2] = stp_dvec3_length(sum) > 1e-3 * count ? stp_dvec3_normalize(sum)
-                                                     : (stp_dvec3){0.0, 0.0, 1.0};
-    const stp_dvec3 other =
-        fabs(l.axes[2].y) < 0.7 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){1.0, 0.0, 0.0};
-    l.axes[0] = stp_dvec3_normalize(stp_dvec3_cross(other, l.axes[2]));
-    l.axes[1] = stp_dvec3_cross(l.axes[2], l.axes[0]);
+    stp_dvec3_axes(l.axes, stp_dvec3_length(sum) > 1e-3 * count ? stp_dvec3_normalize(sum)
+                                                                : (stp_dvec3){0.0, 0.0, 1.0});
     for (uint32_t i = 0; i < count && l.plane; i++)
         l.plane = stp_dvec3_dot(stp_dvec3_normalize(stp_dvec3_sub(positions[i], from)), l.axes[2]) >
                   PLANE_COSINE;
@@ -233,7 +224,7 @@ static double median_distance(const stp_file_points *p, stp_dvec3 from)
     const uint32_t stride = (p->end - p->begin) / 1024u + 1;
     for (uint32_t i = p->begin; i < p->end; i += stride)
         distances[count++] = stp_dvec3_length(stp_dvec3_sub(p->cloud->points[i].position, from));
-    qsort(distances, count, sizeof *distances, compare_doubles);
+    stp_sort_doubles(distances, count);
     return distances[count / 2];
 }
 

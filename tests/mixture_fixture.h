@@ -265,45 +265,43 @@ static inline bool mixture_holds_point(const mixture *m, const stp_chunk_entry *
                1e-15 * stp_dvec3_length(was);
 }
 
+typedef struct mixture_search {
+    const mixture *m;
+    uint8_t *seen; /* by number */
+    uint64_t found;
+} mixture_search;
+
+static inline void mixture_find_point(void *context, const stp_chunk_entry *entry,
+                                      const stp_patch *patch, const stp_sample *sample)
+{
+    mixture_search *search = context;
+    if (!mixture_holds_point(search->m, entry, patch, sample) ||
+        search->seen[prep_number_of(sample)]++)
+        fail_msg("mixture %" PRIu64 ": point %" PRIu32 " is stored elsewhere or twice",
+                 search->m->seed, prep_number_of(sample));
+    search->found++;
+}
+
 /* Fails unless every point that was not dropped is stored once, where its patch says. */
 static inline void mixture_assert_stored(const mixture *m, stp_chunk_file *file, uint64_t expected)
 {
-    uint8_t *seen = calloc(m->cloud.count, 1);
-    uint64_t found = 0;
-    assert_non_null(seen);
-    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
-        stp_chunk_entry entry;
-        stp_chunk *chunk = prep_chunk(file, id, &entry);
-        for (uint32_t p = 0; entry.child_count == 0 && p < chunk->patch_count; p++)
-            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-                const stp_sample *s = &chunk->samples[0][i];
-                if (!mixture_holds_point(m, &entry, &chunk->patches[p], s) ||
-                    seen[prep_number_of(s)]++)
-                    fail_msg("mixture %" PRIu64 ": point %" PRIu32 " is stored elsewhere or twice",
-                             m->seed, prep_number_of(s));
-                found++;
-            }
-        stp_chunk_destroy(&chunk);
-    }
-    if (found != expected)
-        fail_msg("mixture %" PRIu64 ": %" PRIu64 " points are stored, not %" PRIu64, m->seed, found,
-                 expected);
-    free(seen);
+    mixture_search search = {.m = m, .seen = calloc(m->cloud.count, 1)};
+    assert_non_null(search.seen);
+    prep_visit_points(file, mixture_find_point, &search);
+    if (search.found != expected)
+        fail_msg("mixture %" PRIu64 ": %" PRIu64 " points are stored, not %" PRIu64, m->seed,
+                 search.found, expected);
+    free(search.seen);
 }
 
 /* Fails unless the file, of what is left after so many points were dropped, is sound. */
 static inline void mixture_assert_sound(const mixture *m, const char *path, uint64_t dropped)
 {
-    stp_error err = {0};
-    stp_chunk_file *file = NULL;
-    stp_pool *pool = NULL;
-    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
-    if (stp_chunk_file_open(&file, path, &err) != STP_OK ||
-        stp_chunk_file_verify(file, pool, NULL, &err) != STP_OK)
-        fail_msg("mixture %" PRIu64 " (%s): %s", m->seed, m->words, err.message);
+    char what[sizeof m->words + 32];
+    snprintf(what, sizeof what, "mixture %" PRIu64 " (%s)", m->seed, m->words);
+    stp_chunk_file *file = prep_open_verified_of(path, what);
     mixture_assert_stored(m, file, m->cloud.count - dropped);
     stp_chunk_file_close(&file);
-    stp_pool_destroy(&pool);
 }
 
 /* prep, then verify; frees the points. */

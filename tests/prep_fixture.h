@@ -126,8 +126,8 @@ static inline uint8_t *prep_file_bytes(const char *path, size_t *size)
     return bytes;
 }
 
-/* Opens a file after everything it promises has been checked. */
-static inline stp_chunk_file *prep_open_verified(const char *path)
+/* Opens a file, of what is named, after everything it promises has been checked. */
+static inline stp_chunk_file *prep_open_verified_of(const char *path, const char *what)
 {
     stp_error err = {0};
     stp_chunk_file *file = NULL;
@@ -135,9 +135,14 @@ static inline stp_chunk_file *prep_open_verified(const char *path)
     assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
     if (stp_chunk_file_open(&file, path, &err) != STP_OK ||
         stp_chunk_file_verify(file, pool, NULL, &err) != STP_OK)
-        fail_msg("%s", err.message);
+        fail_msg("%s: %s", what, err.message);
     stp_pool_destroy(&pool);
     return file;
+}
+
+static inline stp_chunk_file *prep_open_verified(const char *path)
+{
+    return prep_open_verified_of(path, path);
 }
 
 static inline stp_chunk *prep_chunk(stp_chunk_file *file, uint32_t id, stp_chunk_entry *entry)
@@ -148,6 +153,22 @@ static inline stp_chunk *prep_chunk(stp_chunk_file *file, uint32_t id, stp_chunk
         stp_chunk_file_read(file, id, 0, &chunk, &err) != STP_OK)
         fail_msg("%s", err.message);
     return chunk;
+}
+
+typedef void prep_visitor(void *context, const stp_chunk_entry *entry, const stp_patch *patch,
+                          const stp_sample *sample);
+
+/* All points: level 0 of the leaves. */
+static inline void prep_visit_points(stp_chunk_file *file, prep_visitor *visit, void *context)
+{
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_chunk *chunk = prep_chunk(file, id, &entry);
+        for (uint32_t p = 0; entry.child_count == 0 && p < chunk->patch_count; p++)
+            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
+                visit(context, &entry, &chunk->patches[p], &chunk->samples[0][i]);
+        stp_chunk_destroy(&chunk);
+    }
 }
 
 #endif

@@ -1,6 +1,7 @@
 /* Perpendicular errors, level by level up the tree, against the original points: no disc under a
  * merged one reaches farther over or under its plane than what is stored, and stored is hardly
  * more. */
+#include "base/sort.h"
 #include "formats/chunk/patch_bounds.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
@@ -80,12 +81,6 @@ static double off_quarter(const tree *t, uint32_t id, uint32_t patch, int level,
     return off;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Stored over true of a chunk depth's quarters; returns how many. */
 static size_t judge_depth(const tree *t, unsigned depth, double *ratios)
 {
@@ -118,7 +113,7 @@ static void judge(const model_recipe *recipe, const char *name, bool noisy)
     for (unsigned d = 0; d < depth; d++) {
         size_t count = judge_depth(&t, d, ratios);
         assert_true(count > 20);
-        qsort(ratios, count, sizeof *ratios, compare_doubles);
+        stp_sort_doubles(ratios, count);
         print_message("%s, depth %u: %zu quarters, stored over true %.3f median, %.3f of 90 %%\n",
                       name, d, count, ratios[count / 2], ratios[count * 9 / 10]);
         if (!noisy || d + 1 == depth) /* noise adds up with every chunk on the way to the root */

@@ -1,4 +1,5 @@
 /* First views: which positions of scanners are believed, and where a model is first seen from. */
+#include "base/sort.h"
 #include "tests/first_view_fixture.h"
 
 #include "preprocess/seen_from.h"
@@ -18,12 +19,6 @@ static stp_view view_of(const stp_first_camera *first, int width, int height)
     return view;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Each point is drawn at its own pixel of the camera's image. */
 static void expect_image(const stp_first_camera *first, const positions *p, const depth_camera *c)
 {
@@ -40,7 +35,7 @@ static void expect_image(const stp_first_camera *first, const positions *p, cons
         off[count++] = hypot(at.x - ((double)(i % c->width) + 0.5),
                              at.y - ((double)(c->height - 1 - i / c->width) + 0.5));
     }
-    qsort(off, count, sizeof *off, compare_doubles);
+    stp_sort_doubles(off, count);
     if (!(off[count / 2] < 0.25 && off[count - 1] < 1.0))
         fail_msg("pixels are off by %g, at most %g", off[count / 2], off[count - 1]);
     free(off);

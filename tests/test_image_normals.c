@@ -1,4 +1,5 @@
 /* Normals of depth images, against the surfaces that they were made of. */
+#include "base/sort.h"
 #include "preprocess/image_normals.h"
 #include "tests/first_view_fixture.h"
 
@@ -101,12 +102,6 @@ static uint64_t find(stp_cloud *cloud, const stp_scan_grid *grid, unsigned threa
 
 static const stp_scan_grid small_grid = {.columns = 160, .rows = 120};
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Angles to the surfaces seen, away from edges. */
 static void expect_normals(const image_case *c)
 {
@@ -130,7 +125,7 @@ static void expect_normals(const image_case *c)
     }
     assert_true(judged > cloud.count / 2);
     assert_true((double)count >= 0.85 * (double)judged); /* the box lies within one step */
-    qsort(off, count, sizeof *off, compare_doubles);
+    stp_sort_doubles(off, count);
     const double mean = sum / (double)count, p95 = off[count * 95 / 100];
     print_message("%s: %.2f degrees, 95 %% within %.2f\n", c->name, mean, p95);
     if (!(mean <= c->mean && p95 <= c->p95))

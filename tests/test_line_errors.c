@@ -1,5 +1,6 @@
 /* Errors of strips against dense samples of what is drawn: stored is never less, and hardly more.
  */
+#include "base/sort.h"
 #include "tests/line_fixture.h"
 
 #define OUT "test_line_errors.stipple"
@@ -50,12 +51,6 @@ static double one_way(const line_patch *p, int from, int to)
     return greatest;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* What a sampled distance may exceed the true one by: half of a step of the coarser sampling. */
 static double slack_of(const line_patch *p, int level)
 {
@@ -93,7 +88,7 @@ static void check_kind(stp_line_kind kind)
         }
     }
     assert_true(count > 100);
-    qsort(ratios, count, sizeof *ratios, compare_doubles);
+    stp_sort_doubles(ratios, count);
     print_message("%zu levels: stored over found %.3f median, %.3f at most\n", count,
                   ratios[count / 2], ratios[count - 1]);
     if (kind == STP_LINE_TUBE) /* a ribbon's error holds its turning, too */

@@ -67,26 +67,28 @@ static stp_prep_stats run_cloud(prep_cloud *cloud, double step, bool exact)
     return stats;
 }
 
+typedef struct stored_points {
+    stp_dvec3 *at; /* by number */
+    size_t found;
+} stored_points;
+
+static void take_point(void *context, const stp_chunk_entry *entry, const stp_patch *patch,
+                       const stp_sample *sample)
+{
+    stored_points *points = context;
+    points->at[prep_number_of(sample)] =
+        stp_dvec3_add(entry->origin, stp_sample_position(sample, patch));
+    points->found++;
+}
+
 /* Positions as stored, by number; free with free(). */
 static stp_dvec3 *stored(stp_chunk_file *file, size_t count)
 {
-    stp_dvec3 *out = calloc(count, sizeof *out);
-    size_t found = 0;
-    assert_non_null(out);
-    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
-        stp_chunk_entry entry;
-        stp_chunk *chunk = prep_chunk(file, id, &entry);
-        for (uint32_t p = 0; entry.child_count == 0 && p < chunk->patch_count; p++)
-            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-                const stp_sample *s = &chunk->samples[0][i];
-                out[prep_number_of(s)] =
-                    stp_dvec3_add(entry.origin, stp_sample_position(s, &chunk->patches[p]));
-                found++;
-            }
-        stp_chunk_destroy(&chunk);
-    }
-    assert_int_equal(found, count);
-    return out;
+    stored_points points = {.at = calloc(count, sizeof *points.at)};
+    assert_non_null(points.at);
+    prep_visit_points(file, take_point, &points);
+    assert_int_equal(points.found, count);
+    return points.at;
 }
 
 static double noted(const stp_chunk_file_info *info, const char *name)

@@ -4,6 +4,7 @@
  * jets); those of the box, whose edges must stay, and of the statue, whose folds lie closer than
  * its samples, what plane fits over the 16 nearest reached before planes grew. */
 #include "base/random.h"
+#include "base/sort.h"
 #include "tests/surface_fixture.h"
 
 enum { COUNT = 250000, NEIGHBOURS = 16 };
@@ -11,12 +12,6 @@ enum { COUNT = 250000, NEIGHBOURS = 16 };
 typedef struct bounds {
     double noise, mean_deg, most_deg; /* of 95 in a hundred */
 } bounds;
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
 
 static void judge(surface_cloud *s, const char *name, bounds b)
 {
@@ -29,7 +24,7 @@ static void judge(surface_cloud *s, const char *name, bounds b)
         double cosine = fabs((double)glms_vec3_dot(p->normal, s->truth[p->source].normal));
         errors[i] = acos(fmin(1.0, cosine)) * 180.0 / M_PI;
     }
-    qsort(errors, count, sizeof *errors, compare_doubles);
+    stp_sort_doubles(errors, count);
     double mean = surface_mean_error(s), most = errors[count / 20 * 19];
     print_message("%s, noise %.1f: mean %.3f (at most %.3f), 95 in a hundred within %.3f (%.3f)\n",
                   name, b.noise, mean, b.mean_deg, most, b.most_deg);

@@ -125,6 +125,12 @@ static inline stp_sample_fit stp_sample_fit_of(const stp_sample *sample)
     return (stp_sample_fit)(sample->flags >> STP_SAMPLE_FIT_SHIFT);
 }
 
+/* Of a sample and what was found of others. */
+static inline unsigned stp_sample_fit_least(const stp_sample *sample, unsigned fit)
+{
+    return stp_sample_fit_of(sample) < fit ? stp_sample_fit_of(sample) : fit;
+}
+
 /* Whether its normal is one of its disc: else the disc faces whoever looks at it. */
 static inline bool stp_sample_is_flat(const stp_sample *sample)
 {

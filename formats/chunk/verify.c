@@ -149,7 +149,7 @@ static bool marks_agree(const stp_chunk *chunk, uint32_t index)
             unsigned mark = STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED, fit = STP_FIT_GIVEN;
             for (; i < stp_level_children_begin(j + 1, counts[l], counts[l - 1]); i++) {
                 mark &= finer[i].flags;
-                fit = stp_sample_fit_of(&finer[i]) < fit ? stp_sample_fit_of(&finer[i]) : fit;
+                fit = stp_sample_fit_least(&finer[i], fit);
             }
             if ((coarse[j].flags & (STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED)) != mark ||
                 stp_sample_fit_of(&coarse[j]) != fit)
