@@ -1,19 +1,15 @@
-/* First cameras: of images, of stations, within interiors. */
+/* First cameras: of stations, within interiors. */
 #include "preprocess/first_view.h"
 
 #include "base/memory.h"
 #include "base/sort.h"
-#include "preprocess/image_normals.h"
 #include "preprocess/interior.h"
-#include "preprocess/seen_from.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #define PI 3.14159265358979323846
 #define DEGREES (PI / 180.0)
-/* An image whose pixels a map does not meet so well is seen as other points are. */
-#define FITTING_LEAST 0.95
 /* Points whose rays are looked at, and the part of them that may lie beyond each edge of a view; if
  * more than that are this far from their mean direction, they go all around. */
 #define RAYS 16384u
@@ -27,75 +23,6 @@
 #define SECTORS 36
 #define STEEPEST_RAD 0.35
 #define AROUND_FOVY_DEG 70.0
-
-/* ---- files ---- */
-
-static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_stats *stats)
-{
-    for (uint32_t i = points->begin; i < points->end; i++, stp_cloud_step(cloud->spill, i))
-        if (cloud->points[i].station > 0) {
-            cloud->points[i].station = 0;
-            stats->points_unstationed++;
-        }
-}
-
-/* One file: its claim, then its image. */
-static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
-                              const stp_dvec3 *stations, const stp_file_points *points,
-                              stp_pool *pool, stp_prep_stats *stats, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_image image = {0};
-    const bool one = file->station_count == 1;
-    const stp_dvec3 position = one ? stations[file->station_begin] : (stp_dvec3){0.0, 0.0, 0.0};
-    bool seen = one;
-    if (file->grid.columns > 0)
-        STP_TRY(stp_image_create(&image, points, &file->grid, err));
-    if (one && file->station_word != STP_STATION_TOLD)
-        STP_TRY(stp_seen_from(&seen, points, image.count > 0 ? &image : NULL, position,
-                              file->station_word, err));
-    if (one && !seen) {
-        take_off(cloud, points, stats);
-        stats->stations_off++;
-        stats->stations_refused += file->station_word == STP_STATION_CLAIMED;
-    }
-    if (image.count > 0 && seen)
-        STP_TRY(stp_image_normals(points, &file->grid, position, pool, &stats->normals_seen, err));
-    if (out->why == STP_FIRST_WHOLE && image.count > 0 && seen) {
-        const stp_image_map map = stp_image_fit(&image, position);
-        if (map.fitting >= FITTING_LEAST)
-            *out = stp_image_view_from(&image, &map, position);
-    } else if (out->why == STP_FIRST_WHOLE && image.count > 0) {
-        stp_image_view_along(&image, out);
-    }
-done:
-    stp_image_clear(&image);
-    return status;
-}
-
-stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
-                                   const stp_prep_source *source, stp_pool *pool,
-                                   stp_prep_stats *stats, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_file_points points = {.cloud = cloud};
-    *out = (stp_first_camera){0};
-    for (size_t f = 0; f < source->file_count; f++) {
-        const stp_prep_file *file = &source->files[f];
-        const uint64_t next = points.first_place + file->point_count;
-        points.end = f + 1 == source->file_count
-                         ? cloud->count
-                         : stp_find_source(cloud, points.begin, cloud->count, next);
-        if (points.end > points.begin)
-            STP_TRY(settle_file(out, cloud, file, source->stations, &points, pool, stats, err));
-        points.begin = points.end;
-        points.first_place = next;
-    }
-done:
-    return status;
-}
-
-/* ---- stations ---- */
 
 /* Unit rays from a position to some of its points: free() them. */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,

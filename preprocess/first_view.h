@@ -1,8 +1,8 @@
 /* The camera that a model is first seen by, decided when all points are there.
  *
- * If a scanner's position is known, the camera stands there: of an image it takes in the rays of
- * all its pixels, of other points their rays or, where these go all around, those towards the
- * largest surface. If none is known and the cloud is the inside of something (interior.h), it
+ * If a scanner's position is known, the camera stands there: of an image (claims.h) it takes in the
+ * rays of all its pixels, of other points their rays or, where these go all around, those towards
+ * the largest surface. If none is known and the cloud is the inside of something (interior.h), it
  * stands within. Else there is none, and the whole model is seen. Depends on the points, the order
  * they came in and what their files say; not on threads or memory. Threads: one call at a time. */
 #ifndef STP_PREPROCESS_FIRST_VIEW_H
@@ -11,13 +11,6 @@
 #include "preprocess/first_camera.h"
 #include "preprocess/prep.h"
 
-/* Before the cloud is sorted: takes the points of claimed stations that cannot have seen them
- * (seen_from.h) off these stations and counts them in stats; sets *out if an image's camera is
- * found, and normals of images that were seen from a station (image_normals.h). Errors:
- * OUT_OF_MEMORY, IO. */
-stp_status stp_first_view_of_files(stp_first_camera *out, stp_cloud *cloud,
-                                   const stp_prep_source *source, stp_pool *pool,
-                                   stp_prep_stats *stats, stp_error *err);
 /* When normals are found, the cloud having points: sets *out unless it is set. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,

@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "preprocess/claims.h"
 #include "preprocess/enclosure.h"
 #include "preprocess/first_view.h"
 #include "preprocess/prep_metadata.h"
@@ -475,7 +476,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(cut_shapes(&others, &cloud, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
-        STP_TRY(stp_first_view_of_files(&stats->first, &cloud, source, pool, stats, err));
+        STP_TRY(stp_claims_settle(&stats->first, &cloud, source, pool, stats, err));
     if (cloud.count > 0)
         STP_TRY(treat_points(&cloud, k, source, &orient, tree.lambda, &plan, pool, progress, stats,
                              &outside, &since, err));
