@@ -32,8 +32,11 @@
 #define POINTS_LEAST 16384u
 /* A closed part of a scan that is smaller is not worth what it may cost. */
 #define CLOSED_SHARE 0.05
-/* Voxels: openings of up to twice as many and one are sealed if that encloses something, */
-#define SEAL_REACH 5
+/* Voxels: openings of up to twice as many and one are sealed if that encloses something, the small
+ * ones first: cubes that are larger than need be do not fit into thin parts and narrow gaps either,
+ * and more is taken for an opening; */
+static const int seal_reaches[] = {1, 5};
+#define SEAL_REACH_MOST 5
 /* where the flood alone encloses less than this share of the points; above it, the model is closed.
  */
 #define CLOSED_MODEL_SHARE 0.5
@@ -120,7 +123,7 @@ static void claim(enclosing *e, uint32_t point)
     int low[3], high[3];
     for (int i = 0; i < 3; i++) {
         double reach = d.radius * sqrt(stp_max(0.0, 1.0 - d.normal[i] * d.normal[i])) + 1.5;
-        reach += SEAL_REACH;
+        reach += SEAL_REACH_MOST;
         low[i] = (int)floor(d.centre[i] - reach);
         high[i] = (int)floor(d.centre[i] + reach);
     }
@@ -306,14 +309,15 @@ static bool is_mostly_closed(const enclosing *e)
 }
 
 /* Seals openings, if so few are left that they can be named. */
-static stp_status seal(enclosing *e, stp_outside *out, stp_pool *pool, stp_error *err)
+static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     bool sealed = false;
     size_t count = 0;
     stp_opening openings[STP_OPENINGS_LIMIT];
+    stp_outside_clear(out);
     atomic_store(&e->closed_count, 0);
-    STP_TRY(stp_voxel_grid_seal(&e->grid, SEAL_REACH, &sealed, err));
+    STP_TRY(stp_voxel_grid_seal(&e->grid, reach, &sealed, err));
     if (sealed)
         STP_TRY(stp_openings_find(&e->grid, openings, &count, err));
     if (!sealed || count > STP_OPENINGS_LIMIT)
@@ -341,8 +345,9 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
         STP_TRY(look_at_all(&e, rasterise, pool, err));
         STP_TRY(stp_voxel_grid_flood(&e.grid, e.grid.occupied, err));
         STP_TRY(classify_all(&e, pool, err));
-        if (!is_mostly_closed(&e))
-            STP_TRY(seal(&e, &found, pool, err));
+        for (size_t i = 0; i < sizeof seal_reaches / sizeof *seal_reaches && !is_mostly_closed(&e);
+             i++)
+            STP_TRY(seal(&e, seal_reaches[i], &found, pool, err));
         e.known_closed = is_mostly_closed(&e);
         if (e.known_closed)
             STP_TRY(classify_all(&e, pool, err));

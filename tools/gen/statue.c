@@ -73,10 +73,17 @@ static void statue_project(const gen_surface *surface, stp_dvec3 start, gen_hit 
     hit->class_id = 0;
 }
 
-void gen_statue_init(gen_surface *surface)
+/* Triangles of the proxy. A coarse one bridges narrow gaps, and the samples have holes there, which
+ * show once the samples are denser than the triangles. */
+#define PROXY_LEAST 700000u
+#define PROXY_MOST 8000000u
+
+void gen_statue_init(gen_surface *surface, uint64_t point_count)
 {
+    uint64_t proxy = point_count / 2;
+    proxy = proxy < PROXY_LEAST ? PROXY_LEAST : proxy;
     surface->closed = true;
-    surface->proxy_triangles = 700000;
+    surface->proxy_triangles = proxy < PROXY_MOST ? proxy : PROXY_MOST;
     surface->mesh_triangles = 3000000;
     surface->radius = 1.35;
     surface->mesh = statue_mesh;

@@ -22,7 +22,7 @@ void gen_surface_init(gen_surface *surface, gen_shape shape, uint64_t point_coun
     *surface = (gen_surface){.shape = shape, .seed = seed};
     switch (shape) {
     case GEN_STATUE:
-        gen_statue_init(surface);
+        gen_statue_init(surface, point_count);
         break;
     case GEN_BUMPY:
         gen_bumpy_init(surface);

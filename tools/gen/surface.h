@@ -75,8 +75,8 @@ struct gen_surface {
 
 /* The shape's index or GEN_SHAPE_COUNT. */
 gen_shape gen_shape_find(const char *name);
-/* point_count matters to the sheet, whose sides are one sample spacing apart, and to the tree,
- * which has about as many vertices. */
+/* point_count matters to the statue, whose proxy gets finer with it, to the sheet, whose sides are
+ * one sample spacing apart, and to the tree, which has about as many vertices. */
 void gen_surface_init(gen_surface *surface, gen_shape shape, uint64_t point_count, uint64_t seed);
 void gen_mesh_clear(gen_mesh *mesh);
 /* The surface's point at a vertex of its mesh. */
@@ -88,7 +88,7 @@ void gen_mesh_point(const gen_mesh *mesh, size_t triangle, const float weights[3
 stp_point gen_hit_point(const gen_hit *hit);
 
 /* One file each; called by gen_surface_init on a struct with shape and seed set. */
-void gen_statue_init(gen_surface *surface);
+void gen_statue_init(gen_surface *surface, uint64_t point_count);
 void gen_bumpy_init(gen_surface *surface);
 void gen_terrain_init(gen_surface *surface);
 void gen_sphere_init(gen_surface *surface);
