@@ -76,3 +76,11 @@ unsigned stp_scene_shapes(const stp_scene *scene)
     return (attributes & STP_HAS_LINES ? STP_PATCH_STRIP : 0u) |
            (attributes & STP_HAS_TRIANGLES ? STP_PATCH_TRIANGLES : 0u);
 }
+
+bool stp_scene_has_openings(const stp_scene *scene)
+{
+    for (size_t i = 0; i < scene->model_count; i++)
+        if (scene->models[i].model->outside.opening_count > 0)
+            return true;
+    return false;
+}

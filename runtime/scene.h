@@ -35,6 +35,8 @@ void stp_scene_destroy(stp_scene *scene);
 
 /* What of STP_PATCH_SHAPES some model says it has. */
 unsigned stp_scene_shapes(const stp_scene *scene);
+/* Whether a closed surface has openings (docs/closed.md). */
+bool stp_scene_has_openings(const stp_scene *scene);
 /* The model that a chunk is of. */
 const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk);
 

@@ -24,6 +24,7 @@ typedef struct stp_variant {
     bool splat;          /* samples are drawn as splats */
     bool lines;          /* there are ribbons and tubes */
     bool triangles;      /* there are some */
+    bool openings;       /* of closed surfaces: there are some */
     bool clip, classes;  /* a clip box; hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool edges;          /* a pass that smooths them: no macro, no program but its own */

@@ -22,7 +22,7 @@ layout(std140, binding = 0) uniform stp_frame {
 };
 
 // A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE
+// STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE
 // one of these. Software rasterisers run both sides of a branch, so what a picture does not
 // need is not compiled.
 #define STP_SHADE_PHONG 0

@@ -54,6 +54,7 @@ bool stp_clipped(vec3 from_eye)
 // centre relative to the eye.
 bool stp_seen_through(vec3 from_eye, float radius)
 {
+#if STP_OPENINGS
     for (int i = 0; i < modes.w; i++) {
         vec4 ball = openings[i];
         ball.w += radius;
@@ -70,6 +71,7 @@ bool stp_seen_through(vec3 from_eye, float radius)
             return true;
 #endif
     }
+#endif
     return false;
 }
 
