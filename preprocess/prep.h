@@ -51,6 +51,7 @@ typedef struct stp_prep_source {
     uint32_t attributes;          /* STP_POINT_HAS_* */
     double coordinate_step;       /* scale of integer coordinates, 0 for floats */
     bool floats;                  /* some of the points have no such scale */
+    bool heights;                 /* z is the height */
     const stp_dvec3 *stations;    /* that the points are from, borrowed */
     const stp_dvec3 *station_ups; /* their up axes, likewise; zero where not told, NULL: nowhere */
     uint32_t station_count;

@@ -5,6 +5,8 @@
 
 /* The near plane lies this fraction of the ball's radius in front of the eye. */
 #define NEAR_FRACTION 1e-5
+/* Longest sides of the box from the origin, along both x and y. */
+#define MAP_SIZES 8.0
 #define DEGREES (3.14159265358979323846 / 180.0)
 
 stp_ball stp_ball_from_box(const stp_dbox *box)
@@ -90,11 +92,24 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
     };
 }
 
-stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)
+stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height)
 {
-    stp_dvec3 up = stp_camera_up(box);
     stp_dvec3 direction = up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
+}
+
+/* Whether x and y are those of a map: both lie as far from the origin as no model's do. */
+static bool is_map(const stp_dbox *box)
+{
+    stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
+    double far = MAP_SIZES * stp_max(stp_max(size.x, size.y), size.z);
+    return fabs(box->min.x + 0.5 * size.x) > far && fabs(box->min.y + 0.5 * size.y) > far;
+}
+
+stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)
+{
+    stp_dvec3 up = is_map(box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_camera_up(box);
+    return stp_camera_whole(ball, up, width, height);
 }
 
 stp_camera stp_camera_widened(const stp_camera *camera, double aspect, int width, int height)

@@ -79,8 +79,9 @@ stp_dvec3 stp_camera_up(const stp_dbox *box);
 stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec3 up,
                              double fovy_deg, int width, int height);
 
-/* The default: the whole ball, seen from the front, a little from the right and above; the box says
- * which way is up. */
+/* The whole ball, seen from the front, a little from the right and above; up: y or z. */
+stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height);
+/* The same; the box says which way is up: as stp_camera_up, or z where x and y are a map's. */
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height);
 
 /* The camera, opened so far that what it shows in a picture of the given aspect (width / height)

@@ -32,19 +32,22 @@ static stp_ball ball_around(const stp_model *model)
     return ball;
 }
 
-/* The first view that the metadata gives; one that is none is passed over. */
-static void read_first_view(stp_model *model)
+/* The up axis and the first view that the metadata gives; what is none is passed over. */
+static void read_view(stp_model *model)
 {
     const stp_chunk_file_info *info = model->info;
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
     const cJSON *json = cJSON_GetObjectItemCaseSensitive(metadata, "first_view");
     stp_camera camera = {0};
     stp_view view;
-    double aspect = 1.0;
+    double aspect = 1.0, up[3] = {0.0};
     model->has_first =
         cJSON_IsObject(json) && stp_camera_read(&camera, json, "first_view", NULL) == STP_OK &&
         stp_json_numbers(json, "aspect", &aspect, 1, "first_view", NULL) == STP_OK &&
         aspect > 0.0 && stp_view_create(&view, &camera, &model->ball, 1, 1, NULL) == STP_OK;
+    model->z_up = cJSON_GetObjectItemCaseSensitive(metadata, "up") != NULL &&
+                  stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK && up[2] > 0.0 &&
+                  up[0] == 0.0 && up[1] == 0.0;
     model->first = camera;
     model->first_aspect = aspect;
     cJSON_Delete(metadata);
@@ -52,7 +55,10 @@ static void read_first_view(stp_model *model)
 
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height)
 {
-    if (home == STP_HOME_WHOLE || !model->has_first)
+    bool whole = home == STP_HOME_WHOLE || !model->has_first;
+    if (whole && model->z_up)
+        return stp_camera_whole(&model->ball, (stp_dvec3){0.0, 0.0, 1.0}, width, height);
+    if (whole)
         return stp_camera_default(&model->info->box, &model->ball, width, height);
     return stp_camera_widened(&model->first, model->first_aspect, width, height);
 }
@@ -78,7 +84,7 @@ stp_status stp_model_open_at(stp_model **out, const char *path,
     model->ball = ball_around(model);
     STP_TRY(stp_outside_read(&model->outside, model->info->metadata_json,
                              model->info->metadata_bytes, err));
-    read_first_view(model);
+    read_view(model);
     *out = model;
     model = NULL;
 done:

@@ -15,6 +15,7 @@ struct stp_model {
     stp_ball ball;
     stp_outside outside; /* of its closed surfaces */
     stp_camera first;    /* where has_first */
+    bool z_up;           /* the file says so; if not, the box does */
     double first_aspect; /* width / height of what it shows */
     bool has_first;
 };

@@ -157,6 +157,31 @@ static void wrong_first_views(void **state)
     free(p.at);
 }
 
+/* z where the box is flat or its x and y are a map's, else y. */
+static void height_points_up(void **state)
+{
+    static const struct {
+        stp_dvec3 middle, half;
+        bool z_up;
+    } cases[] = {
+        {{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, false},
+        {{0.0, 0.0, 0.0}, {3.0, 3.0, 1.0}, true},
+        {{5e5, 5.4e6, 300.0}, {300.0, 300.0, 400.0}, true},
+        {{5e5, -5.4e6, 300.0}, {300.0, 300.0, 400.0}, true},
+        {{5e5, 0.0, 300.0}, {300.0, 300.0, 400.0}, false},
+        {{10.0, 10.0, 0.0}, {1.0, 1.0, 1.0}, false},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const stp_dbox box = {stp_dvec3_sub(cases[i].middle, cases[i].half),
+                              stp_dvec3_add(cases[i].middle, cases[i].half)};
+        const stp_ball ball = {cases[i].middle, stp_dvec3_length(cases[i].half)};
+        const stp_camera camera = stp_camera_default(&box, &ball, 64, 64);
+        assert_true(camera.up.z == (cases[i].z_up ? 1.0 : 0.0));
+        assert_true(camera.up.y == (cases[i].z_up ? 0.0 : 1.0));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -164,6 +189,7 @@ int main(void)
         cmocka_unit_test(real_images_cover_their_pixels),
         cmocka_unit_test(pictures_of_other_shapes),
         cmocka_unit_test(wrong_first_views),
+        cmocka_unit_test(height_points_up),
     };
     stp_gl_context *context = gl_fixture_context();
     const int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -101,6 +101,16 @@ mkdir "$FOLDER/été à côté"
 cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
 prepared "$FOLDER/été à côté/nuage de points.off" 400 file
 
+# A ball has no height, but surveyors' z is up, if the file is theirs.
+for format in las ply; do
+    run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/up.$format" --quiet
+    run "$STIPPLE" prep "$FOLDER/up.$format" -o "$FOLDER/up-$format.stipple" --quiet
+    expect_code 0
+    run "$STIPPLE" info "$FOLDER/up-$format.stipple" --json
+    tr -d '\t ' <"$FOLDER/out" | grep -q '"up":\[0,0,1\]' && up=las || up=ply
+    [ $up = $format ] || fail "up in $format: $(grep '"up"' "$FOLDER/out")"
+done
+
 # Points that a LAS file withholds are rejects, by their places.
 run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/held.las" --quiet
 expect_code 0

@@ -383,6 +383,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     *any |= info->attributes;
     if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
+    source->heights = source->heights || info->heights;
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;

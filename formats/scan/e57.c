@@ -161,6 +161,7 @@ static void fill_info(reader *r, stp_scan_info *info)
     info->format = "E57";
     info->point_count = r->points_left;
     info->attributes = r->attributes;
+    info->heights = true;
     info->coordinate_step = coordinate_step(&r->document);
     info->stations = r->stations;
     info->station_ups = r->ups;

@@ -199,6 +199,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->point_count = las->header.point_count;
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
+    info->heights = true;
     info->coordinate_step =
         fmin(las->header.scale[0], fmin(las->header.scale[1], las->header.scale[2]));
     info->notes = las->notes.list;

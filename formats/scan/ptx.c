@@ -271,6 +271,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     settle_columns(p);
     stp_text_fill_info(text, NULL, info);
     info->format = "PTX";
+    info->heights = true;
     info->stations = p->stations;
     info->station_ups = p->ups;
     info->station_count = (uint32_t)p->scan_count;

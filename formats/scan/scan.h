@@ -112,6 +112,7 @@ typedef struct stp_scan_info {
     stp_edge_counts edges;
     uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer or short decimal coordinates, 0: floats */
+    bool heights;           /* z is the height, as surveyors have it: the format says so */
     bool normals_from_faces;
     const stp_dvec3 *stations; /* where scanners stood; the scan's own, valid until it is closed */
     uint32_t station_count;
