@@ -29,7 +29,7 @@
 #define COARSE_LIMIT 48
 /* A scan of fewer points is drawn whole in no time, and the gaps at its edges are many pixels wide.
  */
-#define POINTS_LEAST 16384u
+#define POINTS_LEAST 32768u
 /* A closed part of a scan that is smaller is not worth what it may cost. */
 #define CLOSED_SHARE 0.05
 /* Voxels: openings of up to twice as many and one are sealed if that encloses something, the small

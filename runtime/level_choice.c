@@ -124,7 +124,8 @@ static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound
 static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     bool known = frame->modes[1] & STP_SAMPLE_CLOSED ? bound->closed : !bound->two_sided;
-    if (frame->modes[1] == 0 || !known || !faces_away(frame, bound))
+    if (frame->modes[1] == 0 || frame->modes[1] & STP_BACKS_DRAWN || !known ||
+        !faces_away(frame, bound))
         return false;
     stp_rule_bound wide = *bound;
     float sine = sqrtf(fmaxf(0.0f, 1.0f - bound->cone_cos * bound->cone_cos));
