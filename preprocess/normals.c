@@ -33,6 +33,9 @@
  * sees less of the distance between layers than a wide one. */
 #define NOISY_EXCESS 3.0f
 #define MOST_NOISY_EXCESS 4.0f
+/* But only where the wide plane turns from the narrow one no farther than this angle, 1 - cosine,
+ * times the variance of the narrow one's heights in spacings: folds turn planes more. */
+#define MOST_TURN 0.3f
 /* The plane near a point. */
 typedef struct plane {
     stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
@@ -175,7 +178,9 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
         return f;
     stp_moments sums = widen(e, self, list, count, noise, spacing);
     vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
-    bool noisy = noise > NOISY * NOISY * spacing * spacing;
+    bool noisy = noise > NOISY * NOISY * spacing * spacing &&
+                 (1.0f - fabsf(glms_vec3_dot(normal, f.normal))) * spacing * spacing <=
+                     MOST_TURN * f.variance;
     float least = noisy ? NOISY_EXCESS : EXCESS, most = noisy ? MOST_NOISY_EXCESS : MOST_EXCESS;
     float share = (most - wide / noise) / (most - least);
     if (!(share > 0.0f))
