@@ -1,4 +1,4 @@
-/* Positions and images of files. */
+/* Claimed stations against the points; of images, cameras and normals. */
 #include "preprocess/claims.h"
 
 #include "preprocess/image_normals.h"

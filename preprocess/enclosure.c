@@ -32,14 +32,13 @@
 #define POINTS_LEAST 32768u
 /* A closed part of a scan that is smaller is not worth what it may cost. */
 #define CLOSED_SHARE 0.05
-/* Voxels: openings of up to twice as many and one are sealed if that encloses something, the small
- * ones first: cubes that are larger than need be do not fit into thin parts and narrow gaps either,
- * and more is taken for an opening; */
+/* A model is closed if more than this share of its points is. */
+#define CLOSED_MODEL_SHARE 0.5
+/* Voxels: if it is not, openings of up to twice as many and one are sealed, the small ones first.
+ * Cubes that are larger than need be fit into no thin part or narrow gap either, and more is taken
+ * for an opening. The last is the greatest. */
 static const int seal_reaches[] = {1, 5};
 #define SEAL_REACH_MOST 5
-/* where the flood alone encloses less than this share of the points; above it, the model is closed.
- */
-#define CLOSED_MODEL_SHARE 0.5
 #define BLOCK_POINTS 65536u
 #define MEDIAN_POINTS 65536u
 

@@ -161,11 +161,13 @@ static stp_dvec3 largest_surface(const stp_space *s, stp_dvec3 eye, stp_dvec3 up
     return stp_dvec3_add(stp_dvec3_scale(level, cos(slope)), stp_dvec3_scale(up, sin(slope)));
 }
 
-/* Of a station that says nothing of its up axis: as the whole model would be seen; along y of a
- * depth camera's own axes, y being downwards, where its rays go along z. */
-static stp_dvec3 guess_up(const stp_space *s, stp_dvec3 mean, stp_station_word word)
+/* Of a station that says nothing of its up axis: z where that is the height, else as a box's shape
+ * tells; along y of a depth camera's own axes, y being downwards, where its rays go along z. */
+static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_station_word word)
 {
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
+    if (heights)
+        return (stp_dvec3){0.0, 0.0, 1.0};
     if (word != STP_STATION_TOLD && mean.z > 0.8)
         return (stp_dvec3){0.0, -1.0, 0.0};
     return size.z < 0.5 * size.x && size.z < 0.5 * size.y ? (stp_dvec3){0.0, 0.0, 1.0}
@@ -195,7 +197,7 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
     if (stp_dvec3_length(up) > 0.0)
         up = stp_dvec3_normalize(up);
     else
-        up = narrow ? guess_up(&space, mean, word) : (stp_dvec3){0.0, 0.0, 1.0};
+        up = narrow ? guess_up(&space, source->heights, mean, word) : (stp_dvec3){0.0, 0.0, 1.0};
     stp_first_camera camera = {
         .why = STP_FIRST_SCANNER, .eye = eye, .aspect = 1.0, .fovy_deg = AROUND_FOVY_DEG};
     stp_dvec3 forward = narrow ? mean : largest_surface(&space, eye, up);

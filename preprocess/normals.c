@@ -33,8 +33,8 @@
  * sees less of the distance between layers than a wide one. */
 #define NOISY_EXCESS 3.0f
 #define MOST_NOISY_EXCESS 4.0f
-/* But only where the wide plane turns from the narrow one no farther than this angle, 1 - cosine,
- * times the variance of the narrow one's heights in spacings: folds turn planes more. */
+/* But only where 1 - cosine of the angle between the wide and the narrow plane is at most this
+ * times the variance of the narrow one's heights / spacing^2: folds turn planes more. */
 #define MOST_TURN 0.3f
 /* The plane near a point. */
 typedef struct plane {

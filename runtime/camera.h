@@ -70,8 +70,8 @@ stp_status stp_view_from_matrices(stp_view *out, const double model_view[16],
                                   const double projection[16], const stp_ball *ball, int width,
                                   int height, stp_error *err);
 
-/* The up axis of a model: z where the box is less than half as high in z as in both x and y (a
- * surveyed terrain), else y. */
+/* The up axis that a box's shape tells: z where the box is less than half as high in z as in both x
+ * and y (a surveyed terrain), else y. */
 stp_dvec3 stp_camera_up(const stp_dbox *box);
 
 /* A perspective camera that sees the ball fill the smaller side of width x height from direction

@@ -80,6 +80,8 @@ void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, cons
         frame->modes[1] = known;
     else if (are_hidden(frame, params, view, scene))
         frame->modes[1] = known | STP_SAMPLE_CLOSED;
-    if (params->cull == STP_CULL_NONE && frame->modes[1] != 0)
+    if (params->cull == STP_CULL_NONE && frame->modes[1] != 0) {
         frame->modes[1] |= STP_BACKS_DRAWN;
+        frame->modes[3] = 0;
+    }
 }

@@ -6,8 +6,8 @@
 #include "runtime/gpu_layout.h"
 #include "runtime/scene.h"
 
-/* Sets modes[1], modes[3] and openings of a frame: of stp_draw_params.cull, and for AUTO by where
- * the eye is. */
+/* Sets modes[1], modes[3] and openings of a frame: of stp_draw_params.cull, and for AUTO and NONE
+ * by where the eye is, for both draw the same outlines. */
 void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene);
 

@@ -44,10 +44,10 @@ enum {
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
 
-/* std140, binding 0. */
 /* Beside the flags in modes[1]: backs are drawn all the same. */
 #define STP_BACKS_DRAWN 256
 
+/* std140, binding 0. */
 typedef struct stp_gpu_frame {
     float axis_right[4], axis_up[4], axis_back[4];
     float viewport[4];   /* width, height, f, near depth */

@@ -45,9 +45,9 @@ static void read_view(stp_model *model)
         cJSON_IsObject(json) && stp_camera_read(&camera, json, "first_view", NULL) == STP_OK &&
         stp_json_numbers(json, "aspect", &aspect, 1, "first_view", NULL) == STP_OK &&
         aspect > 0.0 && stp_view_create(&view, &camera, &model->ball, 1, 1, NULL) == STP_OK;
-    model->z_up = cJSON_GetObjectItemCaseSensitive(metadata, "up") != NULL &&
-                  stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK && up[2] > 0.0 &&
-                  up[0] == 0.0 && up[1] == 0.0;
+    if (cJSON_IsObject(metadata) && stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK &&
+        up[0] == 0.0 && up[1] + up[2] == 1.0 && up[1] * up[2] == 0.0)
+        model->up = (stp_dvec3){up[0], up[1], up[2]};
     model->first = camera;
     model->first_aspect = aspect;
     cJSON_Delete(metadata);
@@ -56,8 +56,8 @@ static void read_view(stp_model *model)
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height)
 {
     bool whole = home == STP_HOME_WHOLE || !model->has_first;
-    if (whole && model->z_up)
-        return stp_camera_whole(&model->ball, (stp_dvec3){0.0, 0.0, 1.0}, width, height);
+    if (whole && stp_dvec3_length(model->up) > 0.0)
+        return stp_camera_whole(&model->ball, model->up, width, height);
     if (whole)
         return stp_camera_default(&model->info->box, &model->ball, width, height);
     return stp_camera_widened(&model->first, model->first_aspect, width, height);

@@ -15,7 +15,7 @@ struct stp_model {
     stp_ball ball;
     stp_outside outside; /* of its closed surfaces */
     stp_camera first;    /* where has_first */
-    bool z_up;           /* the file says so; if not, the box does */
+    stp_dvec3 up;        /* y or z, if the file says which; else zero */
     double first_aspect; /* width / height of what it shows */
     bool has_first;
 };

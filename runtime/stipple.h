@@ -69,8 +69,9 @@ uint64_t stp_model_point_count(const stp_model *model);
 /* Where a model is seen from before anyone moves. */
 typedef enum stp_home {
     STP_HOME_FIRST =
-        0,             /* what its file says: from the scanner, or within an interior; else WHOLE */
-    STP_HOME_WHOLE = 1 /* all of it from outside: stp_camera_default */
+        0, /* what its file says: from the scanner, or within an interior; else WHOLE */
+    STP_HOME_WHOLE =
+        1 /* all of it from outside, upright as the file says, else as stp_camera_default */
 } stp_home;
 
 /* The camera for a picture of width x height pixels; a scanner's picture is in it whole. */

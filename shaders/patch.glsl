@@ -41,7 +41,7 @@ struct stp_disc {
     uint kind;
     bool has_normal;
     bool oriented;
-    bool backed;          // its back is hidden, but at outlines
+    bool back_hidden;     // its back is hidden, but at outlines
 };
 
 stp_chunk stp_chunk_fetch(uint slot)
@@ -126,9 +126,9 @@ vec3 stp_sample_position(uvec4 texel, vec3 origin, float step)
 }
 
 // Whether a sample has the flags of those whose backs are hidden (layout.glsl, modes.y).
-bool stp_sample_backed(uvec4 texel)
+bool stp_sample_back_hidden(uvec4 texel)
 {
-    uint flags = uint(modes.y) & 255u;
+    uint flags = uint(modes.y & STP_BACKS_DRAWN - 1);
     return flags != 0u && (texel.y >> 24 & flags) == flags;
 }
 
@@ -150,7 +150,7 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
     disc.fit = texel.y >> 30;
     disc.normal = stp_to_eye(normalize(stp_normal_direction(texel.z)));
     disc.oriented = stp_sample_oriented(texel);
-    disc.backed = stp_sample_backed(texel);
+    disc.back_hidden = stp_sample_back_hidden(texel);
     disc.has_normal = (texel.y & 0x02000000u) != 0u;
     disc.radius = radius == 0u ? 0.0 : step * exp2((float(radius) - 1.0) / 16.0);
     disc.kind = texel.y >> 28 & 3u;

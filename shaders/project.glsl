@@ -90,7 +90,7 @@ bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
 {
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
-    bool culled = modes.y < STP_BACKS_DRAWN && stp_sample_backed(texel) && away >= 0.0 &&
+    bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
     if (culled && opened)
         culled = !stp_seen_through(from_eye, 0.0);

@@ -21,7 +21,7 @@ stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
         c.fit = b.fit;
     }
     c.oriented = false;
-    c.backed = false;
+    c.back_hidden = false;
     c.has_normal = a.has_normal && b.has_normal;
     bool turned = dot(a.normal, b.normal) < 0.0;
     c.normal = normalize(mix(a.normal, turned ? -b.normal : b.normal, t));

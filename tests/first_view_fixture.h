@@ -173,6 +173,7 @@ static inline stp_prep_stats first_prep(const char *path, unsigned threads)
                                     .read = first_read,
                                     .point_count = info->point_count,
                                     .attributes = info->attributes,
+                                    .heights = info->heights,
                                     .stations = info->stations,
                                     .station_ups = info->station_ups,
                                     .station_count = info->station_count,

@@ -107,7 +107,7 @@ static inline reference_disc gl_fixture_disc(const stp_chunk_entry *entry, const
     stp_dvec3 n = stp_dvec3_from_float(stp_normal_decode(sample->normal));
     stp_dvec3 p = stp_dvec3_add(entry->origin, stp_sample_position(sample, patch));
     const unsigned both = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
-    const unsigned culled = (unsigned)frame->modes[1] & 255u;
+    const unsigned culled = (unsigned)frame->modes[1] & (STP_BACKS_DRAWN - 1u);
     stp_dvec3 position = reference_to_eye(view, p);
     return (reference_disc){
         .position = position,

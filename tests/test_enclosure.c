@@ -141,7 +141,7 @@ static void holes(void **state)
 static void no_memory(void **state)
 {
     (void)state;
-    surface_cloud s = scan_without(GEN_SPHERE, 20000, (stp_dvec3){0}, 0.0);
+    surface_cloud s = scan_without(GEN_SPHERE, POINTS, (stp_dvec3){0}, 0.0);
     stp_enclosure_params little = guessed;
     stp_outside out = {0};
     stp_error err = {0};
@@ -149,7 +149,26 @@ static void no_memory(void **state)
     assert_int_equal(stp_enclosure_find(&out, &s.cloud, &little, s.pool, &err), STP_OK);
     assert_int_equal(tally_of(&s).closed, 0);
     assert_int_equal(out.point_count, 0);
+    assert_int_equal(stp_enclosure_find(&out, &s.cloud, &guessed, s.pool, &err), STP_OK);
+    assert_int_equal(out.point_count, POINTS);
+    stp_outside_clear(&out);
     surface_clear(&s);
+}
+
+/* A small scan is drawn whole. */
+static void few_points(void **state)
+{
+    static const uint32_t counts[2] = {32767, 32768};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        surface_cloud s = scan_without(GEN_SPHERE, counts[i], (stp_dvec3){0}, 0.0);
+        stp_outside out = {0};
+        stp_error err = {0};
+        assert_int_equal(stp_enclosure_find(&out, &s.cloud, &guessed, s.pool, &err), STP_OK);
+        assert_int_equal(out.point_count, i == 0 ? 0 : counts[i]);
+        stp_outside_clear(&out);
+        surface_clear(&s);
+    }
 }
 
 static void in_the_file(void **state)
@@ -219,7 +238,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(solids),    cmocka_unit_test(open_surfaces), cmocka_unit_test(holes),
-        cmocka_unit_test(no_memory), cmocka_unit_test(in_the_file),   cmocka_unit_test(malformed),
+        cmocka_unit_test(no_memory), cmocka_unit_test(few_points),    cmocka_unit_test(in_the_file),
+        cmocka_unit_test(malformed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -157,6 +157,33 @@ static void wrong_first_views(void **state)
     free(p.at);
 }
 
+/* A tall wall of a scanner's: z is up because the file says so. What is no axis says nothing. */
+static void file_says_what_is_up(void **state)
+{
+    static const struct {
+        const char *text;
+        bool z_up;
+    } cases[] = {{"\"up\":[0, 0, 1]", true},  {"\"up\":[0, 1, 0]", false},
+                 {"\"up\":[1, 0, 0]", false}, {"\"up\":[0, 0, 2]", false},
+                 {"\"up\":[0, 0, n]", false}, {"\"uP\":[0, 0, 1]", false}};
+    (void)state;
+    FILE *file = fopen("wall.ptx", "w");
+    assert_non_null(file);
+    fputs("40\n40\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", file);
+    for (int i = 0; i < 1600; i++)
+        fprintf(file, "%g 3 %g 0.5\n", 0.1 * (i / 40), 0.5 * (i % 40));
+    assert_int_equal(fclose(file), 0);
+    first_prep("wall.ptx", 1);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_model *model = NULL;
+        tamper(cases[0].text, cases[i].text);
+        check_ok(stp_model_open(&model, "wrong.stipple", err));
+        assert_true(stp_model_camera(model, STP_HOME_WHOLE, 64, 64).up.z ==
+                    (cases[i].z_up ? 1.0 : 0.0));
+        stp_model_close(&model);
+    }
+}
+
 /* z where the box is flat or its x and y are a map's, else y. */
 static void height_points_up(void **state)
 {
@@ -190,6 +217,7 @@ int main(void)
         cmocka_unit_test(pictures_of_other_shapes),
         cmocka_unit_test(wrong_first_views),
         cmocka_unit_test(height_points_up),
+        cmocka_unit_test(file_says_what_is_up),
     };
     stp_gl_context *context = gl_fixture_context();
     const int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -129,8 +129,8 @@ static void bumpy(void **state)
 static void statue_orthographic(void **state)
 {
     (void)state;
-    judge_model("statue, orthographic",
-                &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT / 2}, true);
+    judge_model("statue, orthographic", &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT},
+                true);
 }
 
 int main(void)

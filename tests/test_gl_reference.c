@@ -249,6 +249,7 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
                               .shade = shade,
                               .threshold_px = threshold_px,
                               .every_sample = threshold_px == 0.0,
+                              .cull = shade == STP_SHADE_LAMBERT ? STP_CULL_NONE : STP_CULL_AUTO,
                               .keep_pixels = true};
     check_ok(stp_renderer_draw(f->renderer, view, &params, &stats, err));
     assert_true(stats.cut_complete);
@@ -346,7 +347,7 @@ static void judge_scene(const char *name, const model_recipe *recipe)
 
 SCENE(bumpy, .shape = GEN_BUMPY, .point_count = 60000, .noise_spacings = 0.1)
 SCENE(statue, .shape = GEN_STATUE, .point_count = 60000)
-SCENE(torus, .shape = GEN_TORUS, .point_count = 20000, .true_normals = true)
+SCENE(torus, .shape = GEN_TORUS, .point_count = 40000, .true_normals = true)
 SCENE(terrain, .shape = GEN_TERRAIN, .point_count = 30000)
 SCENE(sheet, .shape = GEN_SHEET, .point_count = 20000, .true_normals = true)
 SCENE(two_sided, .shape = GEN_STATUE, .point_count = 30000, .orient = STP_ORIENT_NONE)
