@@ -127,6 +127,15 @@ static inline double stp_dbox_side(const stp_dbox *box)
     return fmax(size.x, fmax(size.y, size.z));
 }
 
+/* The axis that points up, as a box's shape tells: z of what is less than half as high in z as in
+ * both x and y (a surveyed terrain), else y. */
+static inline stp_dvec3 stp_dbox_up(const stp_dbox *box)
+{
+    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
+    const bool z = size.z < 0.5 * size.x && size.z < 0.5 * size.y;
+    return (stp_dvec3){0.0, z ? 0.0 : 1.0, z ? 1.0 : 0.0};
+}
+
 static inline stp_dvec3 stp_dbox_middle(const stp_dbox *box)
 {
     return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);

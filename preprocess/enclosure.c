@@ -36,9 +36,9 @@
 #define CLOSED_MODEL_SHARE 0.5
 /* Voxels: if it is not, openings of up to twice as many and one are sealed, the small ones first.
  * Cubes that are larger than need be fit into no thin part or narrow gap either, and more is taken
- * for an opening. The last is the greatest. */
-static const int seal_reaches[] = {1, 5};
+ * for an opening. */
 #define SEAL_REACH_MOST 5
+static const int seal_reaches[] = {1, SEAL_REACH_MOST};
 #define BLOCK_POINTS 65536u
 #define MEDIAN_POINTS 65536u
 

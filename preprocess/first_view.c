@@ -165,13 +165,11 @@ static stp_dvec3 largest_surface(const stp_space *s, stp_dvec3 eye, stp_dvec3 up
  * tells; along y of a depth camera's own axes, y being downwards, where its rays go along z. */
 static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_station_word word)
 {
-    const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     if (heights)
         return (stp_dvec3){0.0, 0.0, 1.0};
     if (word != STP_STATION_TOLD && mean.z > 0.8)
         return (stp_dvec3){0.0, -1.0, 0.0};
-    return size.z < 0.5 * size.x && size.z < 0.5 * size.y ? (stp_dvec3){0.0, 0.0, 1.0}
-                                                          : (stp_dvec3){0.0, 1.0, 0.0};
+    return stp_dbox_up(&s->box);
 }
 
 static stp_status view_from_station(stp_first_camera *out, const stp_cloud *cloud,

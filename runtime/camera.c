@@ -68,10 +68,7 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
 
 stp_dvec3 stp_camera_up(const stp_dbox *box)
 {
-    stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
-    if (size.z < 0.5 * size.x && size.z < 0.5 * size.y)
-        return (stp_dvec3){0.0, 0.0, 1.0};
-    return (stp_dvec3){0.0, 1.0, 0.0};
+    return stp_dbox_up(box);
 }
 
 stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec3 up,
@@ -101,9 +98,9 @@ stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int h
 /* Whether x and y are those of a map: both lie as far from the origin as no model's do. */
 static bool is_map(const stp_dbox *box)
 {
-    stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
-    double far = MAP_SIZES * stp_max(stp_max(size.x, size.y), size.z);
-    return fabs(box->min.x + 0.5 * size.x) > far && fabs(box->min.y + 0.5 * size.y) > far;
+    const stp_dvec3 middle = stp_dbox_middle(box);
+    const double far = MAP_SIZES * stp_dbox_side(box);
+    return fabs(middle.x) > far && fabs(middle.y) > far;
 }
 
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)

@@ -66,13 +66,10 @@ stp_ball stp_model_ball(const stp_model *model);
 stp_dbox stp_model_box(const stp_model *model);
 uint64_t stp_model_point_count(const stp_model *model);
 
-/* Where a model is seen from before anyone moves. */
-typedef enum stp_home {
-    STP_HOME_FIRST =
-        0, /* what its file says: from the scanner, or within an interior; else WHOLE */
-    STP_HOME_WHOLE =
-        1 /* all of it from outside, upright as the file says, else as stp_camera_default */
-} stp_home;
+/* Where a model is seen from before anyone moves. FIRST: what its file says, from the scanner or
+ * within an interior; else WHOLE: all of it from outside, upright as the file says, or else as
+ * stp_camera_default. */
+typedef enum stp_home { STP_HOME_FIRST = 0, STP_HOME_WHOLE = 1 } stp_home;
 
 /* The camera for a picture of width x height pixels; a scanner's picture is in it whole. */
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height);

@@ -13,7 +13,7 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 terms;         // of the error rule: weight of colours, of errors at outlines (1: no more than elsewhere); -, -
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
     // 1 if orthographic, flags of the samples whose backs are hidden (0: none are) | STP_BACKS_DRAWN, 1 if clipped,
-    // number of openings. Of the first and the third shaders have macros.
+    // number of openings. All but the second have macros, too.
     ivec4 modes;
     vec4 clip_min;      // xyz: of the clip box, relative to the eye
     vec4 clip_max;
@@ -23,10 +23,9 @@ layout(std140, binding = 0) uniform stp_frame {
 
 #define STP_BACKS_DRAWN 256 // hidden or not, none is left out
 
-// A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX,
-// STP_CLIP, STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE
-// one of these. Software rasterisers run both sides of a branch, so what a picture does not
-// need is not compiled.
+// A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP, STP_HIDE_CLASSES,
+// STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these.
+// Software rasterisers run both sides of a branch, so what a picture does not need is not compiled.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
 #define STP_SHADE_UNLIT 2
