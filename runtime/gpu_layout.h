@@ -78,7 +78,7 @@ typedef struct stp_gpu_patch {
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
     uint8_t flags; /* STP_PATCH_* */
-    uint8_t unused[3];
+    uint8_t order[3]; /* the chunk's id, its lowest 24 bits: decides between equal depths */
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Of level 2, then 1, by quarter: perpendicular, tangential. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];

@@ -153,6 +153,8 @@ void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = gpu_patch(&chunk->patches[i]);
         out[i].slot = slot;
+        for (int k = 0; k < 3; k++)
+            out[i].order[k] = (uint8_t)(chunk->id >> 8 * k);
         out[i].flags &= (uint8_t)(shapes | ~(unsigned)STP_PATCH_SHAPES);
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             bool present = l >= chunk->finest_level;

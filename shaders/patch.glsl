@@ -57,6 +57,12 @@ uint stp_patch_slot(uint index)
     return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).y;
 }
 
+// The id of its chunk, as far as it decides between equal depths.
+uint stp_patch_order(uint index)
+{
+    return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).z >> 8;
+}
+
 // A patch's origin relative to the eye, world axes, and its step.
 vec4 stp_lattice_fetch(uint index, vec3 chunk_offset)
 {

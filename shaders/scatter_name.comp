@@ -8,15 +8,11 @@
 
 layout(location = 1) uniform bool counting;
 
-uint chunk_of(uint index)
-{
-    return stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(index)).x)).id;
-}
-
 // The order that the other roads draw in. Where chunks lie in the Object Texture depends on what was drawn before.
 bool comes_first(uint a, uint b)
 {
-    uint p = chunk_of(a), q = chunk_of(b);
+    uint p = stp_patch_order(texelFetch(patch_of_sample, int(a)).x);
+    uint q = stp_patch_order(texelFetch(patch_of_sample, int(b)).x);
     return p < q || p == q && a < b;
 }
 

@@ -55,7 +55,7 @@ static const char decode[] =
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
-    "put(float(stp_patch_slot(1u)));\n"
+    "put(float(stp_patch_slot(1u))); put(float(stp_patch_order(1u)));\n"
     "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
     "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
@@ -124,7 +124,7 @@ static stp_gpu_patch make_patch(void)
                            .count = {64, 16, 4, 1},
                            .slot = 49,
                            .flags = 30,
-                           .unused = {91, 92, 93},
+                           .order = {91, 92, 93},
                            .colour_error = {98, 99, 100, 255}};
 }
 
@@ -186,6 +186,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     for (int i = 0; i < 4; i++)
         want(&e, patch->count[i]);
     want(&e, patch->slot);
+    want(&e, patch->order[0] + 256 * (patch->order[1] + 256 * patch->order[2]));
     for (int i = 0; i < 4; i++)
         want(&e, patch->colour_error[i]);
     want(&e, patch->flags);
