@@ -36,11 +36,16 @@
 /* But only where 1 - cosine of the angle between the wide and the narrow plane is at most this
  * times the variance of the narrow one's heights / spacing^2: folds turn planes more. */
 #define MOST_TURN 0.3f
+/* A point moves to its plane from as many spacings, and REACH times the noise: noise is measured
+ * within layers, and overlapping ones lie farther apart. */
+#define JOIN_REACH 2.0f
+
 /* The plane near a point. */
 typedef struct plane {
     stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
     vec3s normal;
     float variance; /* of their heights, at first */
+    float noise;    /* variance of the noise, where wide */
     uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: goes beyond the nearest neighbours */
 } plane;
 
@@ -189,6 +194,7 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
     f.moments = sums;
+    f.noise = noise;
     f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
     return f;
 }
@@ -251,14 +257,28 @@ static bool all_given(const stp_unit *unit)
     return given == unit->cloud.count;
 }
 
-stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
+/* The way of a point to its plane. */
+static vec3s shift_of(const estimation *e, uint32_t self)
+{
+    const plane *f = &e->planes[self];
+    if (!f->wide || e->cloud->points[self].given == STP_GIVEN_IMAGE)
+        return glms_vec3_zero();
+    stp_float4 mean = f->moments.row[3] / f->moments.row[3][3];
+    float height = f->normal.x * mean[0] + f->normal.y * mean[1] + f->normal.z * mean[2];
+    float spacing = (float)e->scale * e->cloud->points[self].spacing;
+    if (!(fabsf(height) <= JOIN_REACH * spacing + REACH * sqrtf(f->noise)))
+        return glms_vec3_zero();
+    return glms_vec3_scale(f->normal, height / (float)e->scale);
+}
+
+stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_error *err)
 {
     stp_status status = STP_OK;
     estimation e = {
         .cloud = &unit->cloud, .neighbours = &unit->neighbours, .scale = scale_of(unit->whole)};
     stp_cloud_point *points = unit->cloud.points;
     uint32_t count = stp_unit_inner(unit, 1);
-    if (all_given(unit))
+    if (all_given(unit) && !shifts)
         return STP_OK;
     STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
     STP_TRY(stp_alloc(&e.grown, count, sizeof *e.grown, "normals", err));
@@ -276,6 +296,8 @@ stp_status stp_normals_estimate(stp_unit *unit, stp_error *err)
     STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
         unit->wide[i] = points[i].given ? 0 : e.planes[i].wide;
+    for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
+        shifts[i] = shift_of(&e, i);
     for (uint32_t i = 0; i < count; i++)
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);

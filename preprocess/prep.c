@@ -26,6 +26,7 @@
 enum {
     STAGE_READ,
     STAGE_SORT,
+    STAGE_LAYERS,
     STAGE_OUTLIERS,
     STAGE_SURFACE,
     STAGE_ORIENTATION,
@@ -34,7 +35,7 @@ enum {
 };
 
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
-    "read", "sort", "outliers", "surface", "orientation", "closed", "patches"};
+    "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
 
 /* What is told of the points that are stored. */
 static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
@@ -174,6 +175,12 @@ static void default_colour(stp_cloud *cloud)
 }
 
 /* Notes the stage's time and memory and says that the next begins. Errors: CANCELLED. */
+static bool is_left_out(int stage, const stp_prep_stats *stats)
+{
+    return (stage == STAGE_LAYERS && !stats->join_layers) ||
+           (stage == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP);
+}
+
 static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
                             const stp_progress *progress, stp_error *err)
 {
@@ -182,7 +189,7 @@ static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
     stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
     *since = now;
     int next = stage + 1;
-    if (next == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP)
+    while (is_left_out(next, stats))
         next++;
     if (next == STP_PREP_STAGE_COUNT)
         return STP_OK;
@@ -263,18 +270,26 @@ static uint32_t unit_points(const stp_prep_plan *plan, const stp_cloud *cloud, u
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }
 
+static stp_surface_params surface_params(const stp_cloud *cloud, unsigned k,
+                                         const stp_orient_params *orient, const stp_prep_plan *plan,
+                                         const stp_pool *pool)
+{
+    return (stp_surface_params){.k = k,
+                                .pieces = !stp_orient_by_file(orient),
+                                .stations = stp_orient_stations(orient),
+                                .unit_points =
+                                    unit_points(plan, cloud, stp_pool_thread_count(pool))};
+}
+
 /* Spacings, normals, their signs and sheets. */
 static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_params *orient,
-                               uint32_t points_in_unit, stp_pool *pool,
+                               const stp_prep_plan *plan, stp_pool *pool,
                                const stp_progress *progress, stp_prep_stats *stats, double *since,
                                stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graphs = NULL;
-    const stp_surface_params params = {.k = k,
-                                       .pieces = !stp_orient_by_file(orient),
-                                       .stations = stp_orient_stations(orient),
-                                       .unit_points = points_in_unit};
+    const stp_surface_params params = surface_params(cloud, k, orient, plan, pool);
     STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, pool, progress, err));
     STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
     STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
@@ -319,10 +334,14 @@ static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_sour
     stp_status status = STP_OK;
     STP_TRY(stp_cloud_sort(cloud, pool, err));
     STP_TRY(end_stage(stats, STAGE_SORT, since, progress, err));
+    if (stats->join_layers) {
+        const stp_surface_params surface = surface_params(cloud, k, orient, plan, pool);
+        STP_TRY(stp_layers_join(&stats->joined, cloud, &surface, pool, progress, err));
+        STP_TRY(end_stage(stats, STAGE_LAYERS, since, progress, err));
+    }
     STP_TRY(treat_outliers(cloud, k, source, pool, progress, stats, since, err));
     choose_stations(orient, source, stats);
-    STP_TRY(find_surface(cloud, k, orient, unit_points(plan, cloud, stp_pool_thread_count(pool)),
-                         pool, progress, stats, since, err));
+    STP_TRY(find_surface(cloud, k, orient, plan, pool, progress, stats, since, err));
     STP_TRY(find_closed(cloud, orient, lambda, plan, pool, progress, stats, outside, since, err));
     STP_TRY(stp_first_view_of_points(&stats->first, cloud, source, err));
 done:
@@ -452,7 +471,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     double start = stp_clock_seconds();
     double since = start;
-    *stats = (stp_prep_stats){.outliers = params->outliers,
+    *stats = (stp_prep_stats){.join_layers = params->join_layers,
+                              .outliers = params->outliers,
                               .outlier_distance = params->outlier_distance > 0.0
                                                       ? params->outlier_distance
                                                       : STP_OUTLIER_DISTANCE};

@@ -1,10 +1,11 @@
 /* The whole of preprocessing: scans, lines and triangles in, one chunk file out.
  *
- * Stages: read, sort, outliers (where they are looked for), surface (neighbours, spacings, normals,
- * pieces), orientation, patches (with errors, tree and writing). Memory: what is given; where the
- * points and what is known of them, about 90 bytes each, do not fit there, they lie in temporary
- * files (base/spill.h); lines and triangles are held in memory whole. A failure or a kill leaves no
- * file. Threads: those of the pool; the same bytes for any number, and for any memory. */
+ * Stages: read, sort, layers (where they are joined), outliers (where they are looked for), surface
+ * (neighbours, spacings, normals, pieces), orientation, patches (with errors, tree and writing).
+ * Memory: what is given; where the points and what is known of them, about 90 bytes each, do not
+ * fit there, they lie in temporary files (base/spill.h); lines and triangles are held in memory
+ * whole. A failure or a kill leaves no file. Threads: those of the pool; the same bytes for any
+ * number, and for any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
@@ -12,6 +13,7 @@
 #include "formats/scan/scan.h"
 #include "formats/scan/triangle_set.h"
 #include "preprocess/first_camera.h"
+#include "preprocess/join_layers.h"
 #include "preprocess/orientation.h"
 #include "preprocess/outliers.h"
 #include "preprocess/surface.h"
@@ -75,6 +77,7 @@ typedef struct stp_prep_params {
     double lambda;            /* 0: 1.7 */
     double precision;         /* 0: half the source's scale, if it has one */
     bool exact;               /* positions round to the numbers that were read */
+    bool join_layers;         /* join_layers.h; not with exact */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec;
@@ -88,7 +91,7 @@ typedef struct stp_prep_params {
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 7
+#define STP_PREP_STAGE_COUNT 8
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
@@ -110,6 +113,8 @@ typedef struct stp_prep_stats {
     uint64_t points_unstationed; /* stored, of unknown stations, where normals ask for them */
     uint64_t temporary_bytes;    /* of files, at most at a time */
     stp_surface_counts normals_wide;
+    bool join_layers; /* was asked for */
+    stp_joined_layers joined;
     uint64_t normals_seen; /* from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];

@@ -96,6 +96,11 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     cJSON_AddNumberToObject(root, "precision", stats->resolution.precision);
     if (stats->resolution.exact)
         cJSON_AddBoolToObject(root, "exact", true);
+    if (stats->join_layers) {
+        cJSON *joined = cJSON_AddObjectToObject(root, "joined");
+        cJSON_AddNumberToObject(joined, "greatest", stats->joined.greatest);
+        cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
+    }
     add_displacement(root, &tree->displacement, &stats->resolution);
     if (source->attributes & STP_POINT_HAS_INTENSITY)
         cJSON_AddNumberToObject(root, "intensity_max", stats->intensity_max);

@@ -63,7 +63,8 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     (void)worker;
     STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
     STP_TRY(stp_spacing_smooth(&unit, err));
-    STP_TRY(stp_normals_estimate(&unit, err));
+    STP_TRY(stp_normals_estimate(
+        &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, err));
     for (uint32_t c = first; f->graphs && c < end; c++)
         STP_TRY(
             stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
@@ -71,7 +72,8 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
         stp_given_average(f->averaged + unit.places[0], &unit);
     atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
-    status = stp_progress_update(f->progress, "surface", done, f->cloud->count, err);
+    status = stp_progress_update(f->progress, f->params->shifts ? "layers" : "surface", done,
+                                 f->cloud->count, err);
 done:
     stp_unit_clear(&unit);
     return status;

@@ -13,6 +13,7 @@ typedef struct stp_surface_params {
     bool pieces;               /* are wanted, and graphs */
     const stp_dvec3 *stations; /* that points will be turned to; NULL for none */
     uint32_t unit_points;      /* about so many to a unit; 0: one cell */
+    vec3s *shifts;             /* takes of each point the way to its plane (normals.h); NULL */
 } stp_surface_params;
 
 /* What was found because of noise. */

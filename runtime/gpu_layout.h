@@ -77,7 +77,7 @@ typedef struct stp_gpu_patch {
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
-    uint8_t flags; /* STP_PATCH_* */
+    uint8_t flags;    /* STP_PATCH_* */
     uint8_t order[3]; /* the chunk's id, its lowest 24 bits: decides between equal depths */
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Of level 2, then 1, by quarter: perpendicular, tangential. */

@@ -62,4 +62,17 @@ for length in 0 -1 1mm exactly; do
     run "$STIPPLE" prep "$FOLDER/near.xyz" -o "$FOLDER/new.stipple" --precision="$length"
     expect_failure "--precision $length: give a positive length, or exact"
 done
+
+# Overlapping scans on the surface they share: how far that moves points is said, stored and bounded.
+"$STIPPLE" gen sphere -n 20000 --noise 0.5 -o "$FOLDER/noisy.ply" --quiet
+prepared "$FOLDER/noisy.ply" --layers joined
+expect_text err "layers are joined: points were moved by at most "
+grep -q '^layers         joined: points were moved by .* at most, .* on average' "$FOLDER/info" || fail "info: joined"
+"$STIPPLE" export "$model" -o "$FOLDER/joined.ply" --quiet
+[ "$(strings -n 3 "$FOLDER/joined.ply" | grep -m1 'element vertex')" = "element vertex 20000" ] || fail "joined: points"
+prepared "$FOLDER/noisy.ply"
+grep -q '^layers' "$FOLDER/info" && fail "info: joined without --layers"
+run "$STIPPLE" prep "$FOLDER/noisy.ply" -o "$FOLDER/none.stipple" --layers joined --precision exact
+expect_code 2
+expect_text err "--layers joined moves points, --precision exact keeps them"
 end_test

@@ -23,13 +23,16 @@ typedef struct prep_options {
     bool recompute_normals, hybrid, strict, force;
     int lines; /* 1: a plant's mesh becomes lines */
     int codec, progress, outliers, shade;
+    int layers; /* 1: overlapping ones are joined */
     cli_common common;
 } prep_options;
 
 /* What part of the time stages take, for the time left: 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0},        {"sort", 3.0},   {"outliers", 0.0}, {"surface", 30.0},
-    {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
+    {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
+    {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
+/* The surface is found twice more. */
+#define LAYERS_WEIGHT 60.0
 /* Neighbours are searched for once more. */
 #define OUTLIERS_WEIGHT 20.0
 
@@ -118,6 +121,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                       .plants = o->lines == 1};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .codec = codec_options_codec(o->codec),
+                              .join_layers = o->layers == 1,
                               .outliers = (stp_outlier_mode)o->outliers,
                               .unlit = o->shade == 1,
                               .outlier_distance = o->outlier_distance,
@@ -133,6 +137,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
         stages[i] = stage_weights[i];
         if (strcmp(stages[i].name, "outliers") == 0 && o->outliers != STP_OUTLIERS_KEEP)
             stages[i].weight = OUTLIERS_WEIGHT;
+        if (strcmp(stages[i].name, "layers") == 0 && o->layers == 1)
+            stages[i].weight = LAYERS_WEIGHT;
     }
     cli_progress_expect(&plan);
     STP_TRY(parse_orient(o->orient, &params, err));
@@ -192,6 +198,11 @@ const cli_command cli_prep = {
         "--lines auto makes lines of the meshes of plants: leaves become ribbons, branches tubes, "
         "the\n"
         "trunk and what is neither stay triangles.\n"
+        "--layers joined moves points along their normals, by no more than their noise, onto the\n"
+        "surface that they share with their neighbours: scans that overlap by the error of their\n"
+        "registration become one, and folds finer than the sampling are lost. How far points "
+        "moved\n"
+        "is said, and stored (info).\n"
         "--outliers looks for points, and groups of at most K of them, that are far from all\n"
         "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
         "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
@@ -212,6 +223,9 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
     if (o->outlier_distance != 0.0 && !(o->outlier_distance >= 1.0))
         return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
+    if (o->layers == 1 && o->precision && strcmp(o->precision, "exact") == 0)
+        return cli_usage(&cli_prep, "--layers joined moves points, --precision exact keeps them: "
+                                    "give one of them");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -239,6 +253,8 @@ static int prep_main(int argc, char **argv)
          "auto: a plant's mesh becomes lines (edges)", NULL},
         {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
+        {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
+         "joined: overlapping scans lie on the surface they share (measured)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

@@ -96,6 +96,11 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
     cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
     add_displacement(cJSON_AddObjectToObject(root, "displacement"), &s->tree.displacement);
+    if (s->join_layers) {
+        cJSON *joined = cJSON_AddObjectToObject(root, "joined");
+        cJSON_AddNumberToObject(joined, "greatest", s->joined.greatest);
+        cJSON_AddNumberToObject(joined, "mean", s->joined.mean);
+    }
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -294,6 +299,10 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 " normals of the input are averaged with their neighbours': they are noisy, "
                 "near points' differ as much as farther ones'\n",
                 s->normals_wide.averaged);
+    if (s->join_layers)
+        fprintf(stderr,
+                "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
+                s->joined.greatest, s->joined.mean);
     print_displacement(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
