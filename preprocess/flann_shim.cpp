@@ -1,17 +1,30 @@
 /* FLANN's exact single kd-tree over 3D float points, as C. */
+#include <limits>
+#include <memory>
+#include <new>
+#include <stdlib.h>
+
+/* FLANN's pool says a word of its own and goes on with NULL where there is no memory: so it asks
+ * here, and what is thrown is caught below. */
+static inline void *stp_flann_malloc(size_t size)
+{
+    void *memory = malloc(size);
+    if (!memory)
+        throw std::bad_alloc();
+    return memory;
+}
+#define malloc stp_flann_malloc
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wall"
 #pragma GCC diagnostic ignored "-Wextra"
 #pragma GCC diagnostic ignored "-Wshadow"
 #include <flann/flann.hpp>
 #pragma GCC diagnostic pop
+#undef malloc
 
 extern "C" {
 #include "preprocess/flann_shim.h"
 }
-
-#include <limits>
-#include <memory>
 
 namespace
 {
