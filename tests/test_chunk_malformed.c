@@ -2,6 +2,7 @@
  */
 #include "tests/chunk_fixture.h"
 
+#include "formats/chunk/metadata_check.h"
 #include "formats/chunk/verify.h"
 #include "tests/chunk_reseal.h"
 
@@ -429,6 +430,7 @@ static void spoil_orientation(fixture_tree *tree)
 static void spoil_fit(fixture_tree *tree)
 {
     tree->chunks[0]->samples[1][0].flags |= STP_FIT_WIDE << STP_SAMPLE_FIT_SHIFT;
+    tree->attributes_more = STP_HAS_FITS;
 }
 
 /* All that it covers are outliers. */
@@ -464,29 +466,30 @@ static void test_verify(void **state)
     static const struct {
         spoil *spoil;
         const char *message;
+        bool refused; /* by all who read the chunk */
     } cases[] = {
-        {spoil_nothing, NULL},
-        {spoil_colour, "colour"},
-        {spoil_normal, "normal"},
-        {spoil_position, "position"},
-        {spoil_radius, "radius"},
-        {spoil_child, "another number of samples"},
-        {spoil_no_child, "patch 0: it names a child in a leaf, or none"},
-        {spoil_points, "points_under"},
-        {spoil_box, "file's box"},
-        {spoil_error, "patch 1: its error shrinks"},
-        {spoil_quarter_error, "patch 1: the perpendicular error of a merged sample exceeds"},
-        {spoil_quarter_overhang, "patch 1: the tangential error of a merged sample exceeds"},
-        {spoil_joint_error, "patch 1: its error at level 0"},
-        {spoil_link, "patch 0: it is linked to other patches"},
-        {spoil_side, "patch 1: it is not two-sided"},
-        {spoil_orientation, "orientation"},
-        {spoil_fit, "or its fit"},
-        {spoil_mark, "mark as outlier"},
-        {spoil_closed, "no closed surface"},
-        {spoil_closed_patch, "a sample is not closed in a patch that is"},
-        {spoil_attribute, "says it has no marks"},
-        {spoil_bound, "radius exceeds"},
+        {spoil_nothing, NULL, false},
+        {spoil_colour, "colour", false},
+        {spoil_normal, "normal", false},
+        {spoil_position, "position", false},
+        {spoil_radius, "radius", false},
+        {spoil_child, "another number of samples", false},
+        {spoil_no_child, "patch 0: it names a child in a leaf, or none", true},
+        {spoil_points, "points_under", false},
+        {spoil_box, "file's box", false},
+        {spoil_error, "patch 1: its error shrinks", false},
+        {spoil_quarter_error, "patch 1: the perpendicular error of a merged sample exceeds", false},
+        {spoil_quarter_overhang, "patch 1: the tangential error of a merged sample exceeds", false},
+        {spoil_joint_error, "patch 1: its error at level 0", false},
+        {spoil_link, "patch 0: it is linked to other patches", false},
+        {spoil_side, "patch 1: it is not two-sided", false},
+        {spoil_orientation, "orientation", false},
+        {spoil_fit, "or its fit", false},
+        {spoil_mark, "mark as outlier", false},
+        {spoil_closed, "no closed surface", true},
+        {spoil_closed_patch, "a sample is not closed in a patch that is", false},
+        {spoil_attribute, "says it has no marks", true},
+        {spoil_bound, "radius exceeds", false},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const char *path = fixture_path("spoilt.stipple");
@@ -495,6 +498,7 @@ static void test_verify(void **state)
         fixture_tree_of_seven(&tree, 9, 40);
         cases[i].spoil(&tree);
         assert_int_equal(fixture_write(&tree, path, STP_CODEC_DRACO, &err), STP_OK);
+        assert_int_equal(read_all(path, NULL), cases[i].refused ? STP_CORRUPT : STP_OK);
         stp_status status = verify(path, &err);
         if (status != STP_OK && (!cases[i].message || !strstr(err.message, cases[i].message)))
             print_error("case %zu: %s\n", i, err.message);
@@ -505,9 +509,50 @@ static void test_verify(void **state)
     }
 }
 
+/* ---- metadata ---- */
+
+static void test_metadata(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        const char *message; /* of a file of 300 points */
+    } cases[] = {
+        {"{\"repaired\":[{\"points_lost\":9,\"stand_ins\":300,\"lost\":[]}]}", NULL},
+        {"{\"repaired\":[{\"points_lost\":9,\"stand_ins\":99999999999,\"lost\":[]}]}",
+         "no more than the file's points"},
+        {"{\"repaired\":[{\"points_lost\":-1,\"stand_ins\":3,\"lost\":[]}]}", "how many points"},
+        {"{\"repaired\":[3]}", "how many points"},
+        {"{\"repaired\":{}}", "no list"},
+        {"[]", "not a JSON object"},
+        {"{} {}", "not a JSON object"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_error err = {0};
+        stp_status status = stp_metadata_check(cases[i].text, strlen(cases[i].text), 300, &err);
+        assert_int_equal(status, cases[i].message ? STP_CORRUPT : STP_OK);
+        if (cases[i].message)
+            assert_non_null(strstr(err.message, cases[i].message));
+    }
+}
+
+/* A zero byte would end the text for one reader and not for another. */
+static void test_metadata_zero(void **state)
+{
+    (void)state;
+    sample_file f = small_file(STP_CODEC_ZSTD);
+    stp_error err = {0};
+    f.bytes[stp_get_u64(f.bytes + 40) + stp_get_u64(f.bytes + 48) - 1] = 0;
+    reseal(f.bytes, f.size, false);
+    assert_int_equal(read_bytes(f.bytes, f.size, &err), STP_CORRUPT);
+    assert_non_null(strstr(err.message, "a zero byte"));
+    free(f.bytes);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_metadata),      cmocka_unit_test(test_metadata_zero),
         cmocka_unit_test(test_truncated),     cmocka_unit_test(test_extended),
         cmocka_unit_test(test_flipped_bits),  cmocka_unit_test(test_newer_major),
         cmocka_unit_test(test_other_files),   cmocka_unit_test(test_wrong_numbers),

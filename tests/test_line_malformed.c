@@ -72,14 +72,19 @@ static uint8_t *first_sample(const raw_file *f, const uint8_t *patch, int level)
     return at;
 }
 
+static void write_changed(const raw_file *f)
+{
+    FILE *out = fopen(CHANGED, "wb");
+    assert_non_null(out);
+    assert_int_equal(fwrite(f->bytes, 1, f->size, out), f->size);
+    assert_int_equal(fclose(out), 0);
+}
+
 static void verify_changed(const raw_file *f, stp_error *err)
 {
     stp_chunk_file *file = NULL;
     stp_pool *pool = NULL;
-    FILE *out = fopen(CHANGED, "wb");
-    assert_non_null(out);
-    assert_int_equal(fwrite(f->bytes, 1, f->size, out), f->size);
-    fclose(out);
+    write_changed(f);
     assert_int_equal(stp_pool_create(&pool, 1, NULL), STP_OK);
     stp_status status = stp_chunk_file_open(&file, CHANGED, err);
     if (status == STP_OK)
@@ -232,6 +237,28 @@ static void contradictions_are_named(void **state)
     }
 }
 
+/* Other commands than verify rely on the same. */
+static void every_command_refuses_it(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {
+        "export " CHANGED " -o test_line_changed.ply",
+        "convert " CHANGED " -o test_line_converted.stipple --codec zstd",
+    };
+    raw_file f = raw_file_make();
+    spoil_attribute(&f);
+    reseal(f.bytes, f.size, false);
+    write_changed(&f);
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        char line[512];
+        snprintf(line, sizeof line, "\"$STIPPLE\" %s --force -q 2>test_line_said.txt", commands[i]);
+        assert_int_equal(system(line), 1 << 8);
+        snprintf(line, sizeof line, "grep -q 'a file that says it has none' test_line_said.txt");
+        assert_int_equal(system(line), 0);
+    }
+    free(f.bytes);
+}
+
 static void the_file_itself_is_right(void **state)
 {
     (void)state;
@@ -249,6 +276,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_file_itself_is_right),
         cmocka_unit_test(contradictions_are_named),
+        cmocka_unit_test(every_command_refuses_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,12 +4,14 @@
  * flipped on the way, or in a cache. */
 #include "base/checked.h"
 #include "base/memory.h"
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/chunk_fault.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/metadata_check.h"
 #include "formats/chunk/segment.h"
 
 #include <inttypes.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -182,6 +184,7 @@ static stp_status read_metadata_and_page(stp_chunk_file *file, bool again, stp_e
     stp_status status = STP_OK;
     const stp_header *h = &file->header;
     uint8_t *bytes = NULL;
+    stp_error inner = {0};
     size_t metadata_bytes = (size_t)h->metadata_bytes;
     uint32_t count = pages_ahead(file, 0);
     size_t size = metadata_bytes + pages_bytes(file, 0, count);
@@ -197,6 +200,12 @@ static stp_status read_metadata_and_page(stp_chunk_file *file, bool again, stp_e
     if (file->metadata == NULL)
         STP_TRY(stp_alloc(&file->metadata, metadata_bytes + 1, 1, "metadata", err));
     memcpy(file->metadata, bytes, metadata_bytes);
+    status = stp_metadata_check(file->metadata, metadata_bytes, h->point_count, &inner);
+    if (status != STP_OK) {
+        status = stp_error_set(err, status, "%s: the metadata at byte %" PRIu64 ": %s", file->path,
+                               h->metadata_offset, inner.message);
+        goto done;
+    }
     STP_TRY(take_pages(file, 0, count, bytes + metadata_bytes, err));
 done:
     free(bytes);
@@ -404,6 +413,22 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
     return STP_OK;
 }
 
+static stp_status check_chunk(const stp_chunk_file *file, const stp_chunk_entry *entry,
+                              const stp_chunk *chunk, stp_error *err)
+{
+    uint32_t patch = STP_CHUNK_NONE;
+    char place[32] = "";
+    const char *what = stp_chunk_fault(chunk, entry, file->header.attributes, &patch);
+    if (!what)
+        return STP_OK;
+    if (patch != STP_CHUNK_NONE)
+        snprintf(place, sizeof place, "patch %" PRIu32 ": ", patch);
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: chunk %" PRIu32 " at byte %" PRIu64
+                         ": %s%s: the file was written wrong: prepare the model again",
+                         file->path, chunk->id, entry->offset, place, what);
+}
+
 stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
                                  const uint8_t *payload, stp_chunk_scratch *scratch,
                                  stp_chunk **out, stp_error *err)
@@ -421,6 +446,7 @@ stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_l
     chunk->id = id;
     chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
     STP_TRY(decode_segments(file, &entry, payload, chunk, scratch ? scratch : &own, err));
+    STP_TRY(check_chunk(file, &entry, chunk, err));
     *out = chunk;
     chunk = NULL;
 done:

@@ -87,13 +87,16 @@ static stp_status check_payload(const conversion *c, uint32_t id, const piece *p
     return STP_OK;
 }
 
-/* What the entry says of the chunk stays; what it says of its bytes does not. */
+/* What the entry says of the chunk stays; what it says of its bytes does not. A payload that has
+ * the codec already stays, too, but must be one that can be read. */
 static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     stp_bytes bytes = {0};
     STP_TRY(stp_chunk_file_decode(c->file, id, 0, p->payload, NULL, &chunk, err));
+    if (p->entry.codec == c->params->codec)
+        goto done;
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         size_t begin = bytes.size;
         STP_TRY(stp_segment_encode(chunk, s, c->params->codec, &bytes, err));
@@ -121,7 +124,7 @@ static stp_status convert_piece(void *context, size_t index, unsigned worker, st
     uint32_t size = p->entry.segment_end[STP_SEGMENT_COUNT - 1];
     STP_TRY(stp_alloc(&p->payload, (size_t)size + 1, 1, "payload", err));
     STP_TRY(stp_chunk_file_fetch(c->file, id, 0, size, p->payload, err));
-    if (c->params->keep_codec || p->entry.codec == c->params->codec)
+    if (c->params->keep_codec)
         STP_TRY(check_payload(c, id, p, err));
     else
         STP_TRY(recode(c, id, p, err));

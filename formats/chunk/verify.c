@@ -11,7 +11,6 @@
 #include "formats/chunk/verify_joints.h"
 #include "formats/chunk/verify_tree.h"
 
-#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -114,12 +113,6 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     stp_dvec3 p = stp_sample_position(sample, patch);
     stp_dbox box = {stp_dvec3_from_float(e->box_min), stp_dvec3_from_float(e->box_max)};
     double radius = stp_sample_radius(sample, patch);
-    if (sample->flags & STP_SAMPLE_CLOSED && !(at->v->info->attributes & STP_HAS_CLOSED))
-        return "a sample is closed in a file that says it has no closed surface";
-    if (stp_sample_fit_of(sample) != STP_FIT_NEAREST && !(at->v->info->attributes & STP_HAS_FITS))
-        return "a sample says how its normal was found in a file that says none does";
-    if (sample->flags & STP_SAMPLE_OUTLIER && !(at->v->info->attributes & STP_HAS_OUTLIERS))
-        return "a sample is marked as an outlier in a file that says it has no marks";
     if (!in_box(p, &box))
         return "a sample lies outside the chunk's box";
     if (sample->radius > patch->radius[level])
@@ -176,19 +169,9 @@ static const char *check_samples(const place *at, uint32_t index)
     return NULL;
 }
 
-static const char *check_header(const place *at, const stp_patch *patch)
+static const char *check_error_order(const place *at, const stp_patch *patch)
 {
     const stp_chunk_entry *e = at->entry;
-    uint32_t has = at->v->info->attributes;
-    if ((patch->flags & STP_PATCH_STRIP && !(has & STP_HAS_LINES)) ||
-        (patch->flags & STP_PATCH_TRIANGLES && !(has & STP_HAS_TRIANGLES)))
-        return "it is a strip or triangles in a file that says it has none";
-    if ((patch->child == STP_PATCH_NO_CHILD) != (e->child_count == 0))
-        return "it names a child in a leaf, or none in a chunk with children";
-    if ((patch->flags & STP_PATCH_TWO_SIDED) && !(e->flags & STP_PATCH_TWO_SIDED))
-        return "it is two-sided and its chunk is not";
-    if (e->flags & STP_CHUNK_CLOSED && !(patch->flags & STP_PATCH_CLOSED))
-        return "its chunk is closed and it is not";
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         if (stp_error_decode(patch->error[l], patch->exponent) > (double)e->error[l] ||
             stp_error_decode(patch->tangential_error[l], patch->exponent) >
@@ -227,22 +210,16 @@ static const char *check_bound(const place *at, const stp_patch *patch)
 
 static stp_status check_patches(const place *at, stp_error *err)
 {
-    uint64_t children = 0;
     for (uint32_t i = 0; i < at->chunk->patch_count; i++) {
         const stp_patch *patch = &at->chunk->patches[i];
-        const char *what = check_header(at, patch);
+        const char *what = check_error_order(at, patch);
         if (!what)
             what = check_bound(at, patch);
         if (!what)
             what = check_samples(at, i);
         if (what)
             return fault(at, i, what, err);
-        if (patch->child != STP_PATCH_NO_CHILD)
-            children |= (uint64_t)1 << patch->child;
     }
-    for (uint32_t c = 0; c < at->entry->child_count; c++)
-        if (!(children >> c & 1u))
-            return fault(at, STP_CHUNK_NONE, "no patch stands for one of its children", err);
     return STP_OK;
 }
 
@@ -289,20 +266,37 @@ done:
     return status;
 }
 
-static stp_status check_metadata(const stp_chunk_file *file, stp_error *err)
+/* What runtime reads of the metadata besides what opening the file checked. */
+static stp_status check_closed(const stp_chunk_file *file, stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
-    const char *end = NULL;
-    cJSON *json = cJSON_ParseWithLengthOpts(info->metadata_json, info->metadata_bytes + 1, &end, 1);
-    bool object = cJSON_IsObject(json);
-    cJSON_Delete(json);
-    if (!object)
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: the metadata at byte %" PRIu64 " is not a JSON object",
-                             stp_chunk_file_path(file), info->payloads_end);
     stp_outside outside = {0};
     stp_status status = stp_outside_read(&outside, info->metadata_json, info->metadata_bytes, err);
     stp_outside_clear(&outside);
+    return status;
+}
+
+/* Samples that stand in for lost points are as many as the metadata says. */
+static stp_status check_stand_ins(const verification *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_repair_sum sum = stp_repair_note_sum(v->info->metadata_json);
+    bool *marks = NULL;
+    uint64_t count = 0;
+    if (sum.repairs == 0)
+        return STP_OK;
+    STP_TRY(stp_alloc(&marks, v->info->chunk_count, sizeof *marks, "chunks", err));
+    stp_repair_note_stand_ins(v->info->metadata_json, marks, v->info->chunk_count);
+    for (uint32_t id = 0; id < v->info->chunk_count; id++)
+        if (marks[id] && v->entries[id].child_count == 0)
+            count += v->entries[id].sample_count[0];
+    if ((double)count != sum.stand_ins)
+        status = stp_error_set(err, STP_CORRUPT,
+                               "%s: its metadata says that %.0f samples stand in for lost points, "
+                               "and the chunks it names have %" PRIu64,
+                               stp_chunk_file_path(v->file), sum.stand_ins, count);
+done:
+    free(marks);
     return status;
 }
 
@@ -322,8 +316,9 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
 {
     stp_status status = STP_OK;
     verification v = {.file = file, .info = stp_chunk_file_get_info(file), .progress = progress};
-    STP_TRY(check_metadata(file, err));
+    STP_TRY(check_closed(file, err));
     STP_TRY(stp_verify_tree(file, &v.entries, err));
+    STP_TRY(check_stand_ins(&v, err));
     STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
     STP_TRY(check_joints(&v, err));
