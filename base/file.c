@@ -2,6 +2,7 @@
 #include "base/file.h"
 
 #include "base/memory.h"
+#include "base/temporary.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -10,16 +11,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #define STP_OUTPUT_BUFFER_BYTES (1u << 20)
-#define TEMPORARY_SUFFIX_LIMIT 32
+#define ATTEMPTS 8 /* to find a free name */
 
 struct stp_output {
     int descriptor;
     bool force;
+    bool named; /* temporary is a name beside the final one, else a way to the descriptor */
     char *path;
     char *temporary;
     uint64_t size;
@@ -62,67 +63,59 @@ static stp_status flush(stp_output *output, stp_error *err)
     return status;
 }
 
-/* True for "NAME.123.part", the temporary file of an output called NAME. */
-static bool is_temporary_of(const char *entry, const char *name)
+static bool remove_file(int folder, const char *name)
 {
-    size_t length = strlen(name);
-    if (strncmp(entry, name, length) != 0 || entry[length] != '.')
-        return false;
-    const char *number = entry + length + 1;
-    size_t digits = strspn(number, "0123456789");
-    return digits > 0 && strcmp(number + digits, ".part") == 0;
+    return unlinkat(folder, name, 0) == 0;
 }
 
 uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
 {
-    char *folder_copy = strdup(path), *name_copy = strdup(path);
-    DIR *folder = folder_copy ? opendir(dirname(folder_copy)) : NULL;
-    const char *name = folder && name_copy ? basename(name_copy) : NULL;
-    uint64_t count = 0, sum = 0;
-    for (struct dirent *e = name ? readdir(folder) : NULL; e; e = readdir(folder)) {
+    return stp_temporary_sweep(path, false, remove_file, bytes);
+}
+
+/* A file without a name in the output's folder: when its process ends, so does it. Not every file
+ * system has them, and a name is given to it through /proc. */
+static bool open_nameless(stp_output *output, size_t bytes)
+{
+    char *folder = strdup(output->path);
+    if (!folder)
+        return false;
+    int file = open(dirname(folder), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    free(folder);
+    if (file < 0)
+        return false;
+    snprintf(output->temporary, bytes, "/proc/self/fd/%d", file);
+    if (access(output->temporary, F_OK) != 0) {
+        close(file);
+        return false;
+    }
+    output->descriptor = file;
+    return true;
+}
+
+/* One with a temporary name. False with errno set. */
+static bool open_named(stp_output *output)
+{
+    for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
         struct stat info;
-        if (!is_temporary_of(e->d_name, name))
-            continue;
-        int file = openat(dirfd(folder), e->d_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-        if (file < 0)
-            continue;
-        if (flock(file, LOCK_EX | LOCK_NB) == 0 && fstat(file, &info) == 0 &&
-            unlinkat(dirfd(folder), e->d_name, 0) == 0) {
-            count++;
-            sum += (uint64_t)info.st_size;
+        if (!stp_temporary_name(output->temporary, output->path))
+            return false;
+        int file =
+            open(output->temporary, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (file < 0 && errno != EEXIST)
+            return false;
+        output->named = file >= 0;
+        if (file >= 0 && stp_temporary_mark(file) && fstat(file, &info) == 0 && info.st_nlink > 0) {
+            output->descriptor = file;
+            return true;
         }
-        close(file);
+        if (file >= 0) {
+            (void)unlink(output->temporary);
+            close(file);
+        }
+        errno = EBUSY;
     }
-    if (folder)
-        closedir(folder);
-    free(folder_copy);
-    free(name_copy);
-    if (bytes)
-        *bytes = sum;
-    return count;
-}
-
-/* Opens and locks the temporary file; -1 with errno set if that fails. Another run may sweep it
- * between the two steps: then it is made once more. A file system without locks is no failure. */
-static int open_temporary(const char *path)
-{
-    for (int attempt = 0; attempt < 8; attempt++) {
-        struct stat info;
-        int file = open(path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-        if (file < 0)
-            return -1;
-        bool taken = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-        if (!taken && fstat(file, &info) == 0 && info.st_nlink > 0)
-            return file;
-        close(file);
-    }
-    errno = EBUSY;
-    return -1;
-}
-
-static void name_temporary(char *out, size_t size, const char *path)
-{
-    snprintf(out, size, "%s.%ld.part", path, (long)getpid());
+    return false;
 }
 
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err)
@@ -138,14 +131,11 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_alloc(&output, 1, sizeof *output, "output file", err));
     output->descriptor = -1;
     output->force = force;
-    size_t length = strlen(path) + TEMPORARY_SUFFIX_LIMIT;
-    STP_TRY(stp_alloc(&output->path, length, 1, "path", err));
-    STP_TRY(stp_alloc(&output->temporary, length, 1, "path", err));
-    snprintf(output->path, length, "%s", path);
-    name_temporary(output->temporary, length, path);
+    size_t bytes = strlen(path) + STP_TEMPORARY_BYTES;
+    STP_TRY(stp_text_copy(&output->path, path, "a path", err));
+    STP_TRY(stp_alloc(&output->temporary, bytes, 1, "a path", err));
     (void)stp_output_sweep(path, NULL);
-    output->descriptor = open_temporary(output->temporary);
-    if (output->descriptor < 0) {
+    if (!open_nameless(output, bytes) && !open_named(output)) {
         status = stp_error_set(err, STP_IO, "%s: cannot be created: %s", path, strerror(errno));
         goto done;
     }
@@ -166,23 +156,27 @@ stp_status stp_output_check_input(const char *path, const char *input, stp_error
                          path);
 }
 
-/* Two names of one output have one temporary file. */
+/* Whether two names, of files that need not be there, are of one place: one folder, one name. */
+static bool is_same_place(const char *a, const char *b)
+{
+    struct stat one, other;
+    char *texts[4] = {strdup(a), strdup(a), strdup(b), strdup(b)};
+    bool same = texts[0] && texts[1] && texts[2] && texts[3] &&
+                strcmp(basename(texts[0]), basename(texts[2])) == 0 &&
+                stat(dirname(texts[1]), &one) == 0 && stat(dirname(texts[3]), &other) == 0 &&
+                one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+    for (int i = 0; i < 4; i++)
+        free(texts[i]);
+    return same;
+}
+
 stp_status stp_output_check_other(const stp_output *output, const char *path, stp_error *err)
 {
-    stp_status status = STP_OK;
-    size_t length = strlen(path) + TEMPORARY_SUFFIX_LIMIT;
-    struct stat own, other;
-    char *temporary = NULL;
-    STP_TRY(stp_alloc(&temporary, length, 1, "path", err));
-    name_temporary(temporary, length, path);
-    if (stat(temporary, &other) == 0 && fstat(output->descriptor, &own) == 0 &&
-        own.st_dev == other.st_dev && own.st_ino == other.st_ino)
-        status = stp_error_set(err, STP_INVALID_ARGUMENT,
-                               "%s is to be written twice: give another name to one of the outputs",
-                               path);
-done:
-    free(temporary);
-    return status;
+    if (!is_same_place(output->path, path))
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "%s is to be written twice: give another name to one of the outputs",
+                         path);
 }
 
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err)
@@ -217,6 +211,11 @@ uint64_t stp_output_size(const stp_output *output)
     return output->size;
 }
 
+int stp_output_descriptor(const stp_output *output)
+{
+    return output->descriptor;
+}
+
 const char *stp_output_temporary_path(const stp_output *output)
 {
     return output->temporary;
@@ -236,6 +235,40 @@ static void sync_folder(const char *path)
     free(copy);
 }
 
+/* Gives the file a name that is free, which a rename would not make sure of. False with errno set.
+ */
+static bool appear(stp_output *o)
+{
+    if (linkat(AT_FDCWD, o->temporary, AT_FDCWD, o->path, AT_SYMLINK_FOLLOW) == 0)
+        return true;
+    if (!o->named || errno == EEXIST)
+        return false;
+    /* A file system without hard links. */
+    o->named = rename(o->temporary, o->path) != 0;
+    return !o->named;
+}
+
+/* Gives the file its name, whatever has that now; a nameless one comes by it through a temporary
+ * name. It stays locked meanwhile, so that no other run sweeps it. False with errno set. */
+static bool replace(stp_output *o)
+{
+    char nameless[32];
+    snprintf(nameless, sizeof nameless, "/proc/self/fd/%d", o->descriptor);
+    if (!o->named)
+        (void)stp_temporary_mark(o->descriptor);
+    for (int attempt = 0; attempt < ATTEMPTS && !o->named; attempt++) {
+        if (!stp_temporary_name(o->temporary, o->path))
+            return false;
+        o->named = linkat(AT_FDCWD, nameless, AT_FDCWD, o->temporary, AT_SYMLINK_FOLLOW) == 0;
+        if (!o->named && errno != EEXIST)
+            return false;
+    }
+    if (!o->named || rename(o->temporary, o->path) != 0)
+        return false;
+    o->named = false;
+    return true;
+}
+
 stp_status stp_output_commit(stp_output **output, stp_error *err)
 {
     stp_output *o = *output;
@@ -245,23 +278,14 @@ stp_status stp_output_commit(stp_output **output, stp_error *err)
         status = write_failed(o->path, err);
         goto done;
     }
-    int descriptor = o->descriptor;
-    o->descriptor = -1;
-    if (close(descriptor) != 0) {
-        status = write_failed(o->path, err);
-        goto done;
-    }
-    /* Without force a name that appeared meanwhile must stay: link refuses it, rename would not. */
-    int failed = o->force ? rename(o->temporary, o->path) : link(o->temporary, o->path);
-    if (failed && !o->force && errno != EEXIST)
-        failed = rename(o->temporary, o->path); /* a file system without hard links */
-    if (failed) {
+    if (!(o->force ? replace(o) : appear(o))) {
         status = errno == EEXIST
                      ? stp_error_set(err, STP_EXISTS,
                                      "%s appeared meanwhile: give another name or --force", o->path)
                      : write_failed(o->path, err);
         goto done;
     }
+    stp_temporary_unmark(o->descriptor);
     sync_folder(o->path);
 done:
     stp_output_destroy(output);
@@ -273,10 +297,10 @@ void stp_output_destroy(stp_output **output)
     stp_output *o = *output;
     if (!o)
         return;
+    if (o->named)
+        (void)unlink(o->temporary);
     if (o->descriptor >= 0)
         close(o->descriptor);
-    if (o->temporary)
-        (void)unlink(o->temporary);
     free(o->temporary);
     free(o->path);
     free(o);

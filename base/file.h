@@ -1,8 +1,8 @@
 /* Output files that appear whole or not at all, reading input files, and making folders.
  *
- * An stp_output writes to a temporary file beside the final name; commit flushes, syncs and renames
- * it, destroy without commit removes it; what a killed run left, the next one removes. Threads: one
- * at a time. */
+ * An stp_output is a file without a name until commit flushes, syncs and names it: a killed run
+ * leaves nothing. Where the file system has no such files it has a temporary name (temporary.h),
+ * and what a killed run left, the next one removes. Threads: one at a time. */
 #ifndef STP_BASE_FILE_H
 #define STP_BASE_FILE_H
 
@@ -14,7 +14,7 @@
 
 typedef struct stp_output stp_output;
 
-/* Removes what killed runs left for the same output: temporary files that no process has locked.
+/* Removes what killed runs left for the same output: temporary files of ours that no process holds.
  * Returns how many; *bytes, where it is not NULL: how much. */
 uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
 
@@ -32,7 +32,9 @@ stp_status stp_output_write_at(stp_output *output, uint64_t offset, const void *
                                stp_error *err);
 /* Bytes appended so far. */
 uint64_t stp_output_size(const stp_output *output);
-/* The name of the temporary file, for libraries that write by name; valid until commit. */
+/* What another process may write to in this one's stead; of the output. */
+int stp_output_descriptor(const stp_output *output);
+/* A name by which this process can read what was written; valid until commit. */
 const char *stp_output_temporary_path(const stp_output *output);
 /* Makes the file appear under its final name and destroys the output. Errors: IO, EXISTS. */
 stp_status stp_output_commit(stp_output **output, stp_error *err);

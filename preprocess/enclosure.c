@@ -352,7 +352,7 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
             STP_TRY(classify_all(&e, pool, err));
     }
     found.point_count = atomic_load(&e.closed_count);
-    if (found.point_count < CLOSED_SHARE * cloud->count) {
+    if ((double)found.point_count < CLOSED_SHARE * (double)cloud->count) {
         stp_outside_clear(&found);
         STP_TRY(look_at_all(&e, unmark, pool, err));
     }

@@ -311,20 +311,29 @@ static unsigned inject_ways(const char *name, int errors[4], const char *modes[4
 #undef WAY
 }
 
-/* points: of each name and way no more are tried, spread evenly; 0: all. */
-static void inject_command(inject_state *s, const injected *command, unsigned points)
+/* The one call of a name that is tried where not all are: any, but always the same. */
+static unsigned inject_one(const char *name, unsigned count)
+{
+    uint64_t hash = 14695981039346656037u; /* FNV-1a */
+    for (const char *c = name; *c; c++)
+        hash = (hash ^ (unsigned char)*c) * 1099511628211u;
+    return 1 + (unsigned)((hash >> 20) % count);
+}
+
+/* all: each call of each name fails once in each way, else one of them. */
+static void inject_command(inject_state *s, const injected *command, bool all)
 {
     inject_learn(s, command);
     for (unsigned i = 0; i < s->names; i++) {
         int errors[4];
         const char *modes[4];
         unsigned ways = inject_ways(s->name[i], errors, modes), count = s->count[i];
-        unsigned tries = points && points < count ? points : count;
+        if (count == 0)
+            continue;
+        unsigned first = all ? 1 : inject_one(s->name[i], count), last = all ? count : first;
         for (unsigned way = 0; way < ways; way++) {
-            for (unsigned t = 0; t < tries; t++) {
+            for (unsigned n = first; n <= last; n++) {
                 char failing[96];
-                unsigned n =
-                    tries < 2 ? 1 : 1 + (unsigned)((uint64_t)t * (count - 1) / (tries - 1));
                 snprintf(failing, sizeof failing, "%s %u %d %s", s->name[i], n, errors[way],
                          modes[way]);
                 inject_check(s, failing);

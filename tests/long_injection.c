@@ -3,5 +3,5 @@
 
 int main(void)
 {
-    return injection_main(0);
+    return injection_main(true);
 }

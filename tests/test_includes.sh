@@ -50,7 +50,7 @@ check_cpp() {
         [[ $file == *_shim.cpp || $file == tests/* ]] || fail "$file is C++ but no shim"
         header=${file%.cpp}.h
         [[ $file == tests/* || -e $header ]] || fail "$file has no header $header"
-        grep -q 'catch (\.\.\.)' "$file" || fail "$file lets exceptions through: no catch (...)"
+        [[ $file == tests/inject/* ]] || grep -q 'catch (\.\.\.)' "$file" || fail "$file lets exceptions through: no catch (...)"
     done < <(for f in "${folders[@]}"; do sources "$f"; done | grep '\.cpp$')
 }
 

@@ -3,5 +3,5 @@
 
 int main(void)
 {
-    return injection_main(2);
+    return injection_main(false);
 }

@@ -6,7 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
+#include <inttypes.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -24,10 +24,14 @@
 #define CANCEL_INTERVAL_MS 50
 #define WORDS_BYTES 400
 
+/* The output as ffmpeg sees it; "file:", so that the name is not taken for a protocol. */
+#define FILM "file:/proc/self/fd/3"
+
 struct fly_film {
     stp_output *output;
     char *path;
     size_t frame_bytes;
+    uint64_t frame_count;
     int frames;    /* our end of the socket that is ffmpeg's standard input; -1: closed */
     int words;     /* a nameless file that it writes messages to */
     pid_t process; /* 0: none, or waited for */
@@ -67,8 +71,8 @@ static const char filters[] =
     "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,"
     "pad=ceil(iw/2)*2:ceil(ih/2)*2,format=yuv420p";
 
-/* Starts ffmpeg with a socket's end as its input and words for its messages; 0 or an errno. */
-static int spawn(fly_film *film, int input, const char *const *arguments)
+/* Starts ffmpeg; the film is its descriptor 3 (FILM), words are for its messages. 0 or an errno. */
+static int spawn(fly_film *film, int input, int output, const char *const *arguments)
 {
     posix_spawn_file_actions_t actions;
     posix_spawnattr_t attributes;
@@ -79,9 +83,13 @@ static int spawn(fly_film *film, int input, const char *const *arguments)
     if (failed == 0) {
         /* A group of its own: Ctrl-C is ours to handle. */
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-        posix_spawn_file_actions_adddup2(&actions, film->words, STDERR_FILENO);
+        const int descriptors[] = {input, output, film->words, stp_output_descriptor(film->output)};
+        for (int i = 0; i < 4; i++) {
+            if (descriptors[i] >= 0)
+                posix_spawn_file_actions_adddup2(&actions, descriptors[i], i);
+            else
+                posix_spawn_file_actions_addopen(&actions, i, "/dev/null", O_RDWR, 0);
+        }
         pid_t process = 0;
         failed = posix_spawnp(&process, arguments[0], &actions, &attributes,
                               (char *const *)(uintptr_t)arguments, environ);
@@ -96,7 +104,7 @@ static stp_status start(fly_film *film, const fly_film_params *params, const fil
                         stp_error *err)
 {
     int ends[2] = {-1, -1};
-    char size[32], rate[40], target[PATH_MAX + 8];
+    char size[32], rate[40];
     const char *arguments[ARGUMENT_LIMIT] = {"ffmpeg",
                                              "-nostdin",
                                              "-hide_banner",
@@ -130,18 +138,16 @@ static stp_status start(fly_film *film, const fly_film_params *params, const fil
         count++;
     for (size_t i = 0; i < 8 && format->codec[i] != NULL; i++)
         arguments[count++] = format->codec[i];
-    const char *const last[] = {"-f", format->muxer, "-y", target};
+    const char *const last[] = {"-f", format->muxer, "-y", FILM};
     memcpy(arguments + count, last, sizeof last);
     snprintf(size, sizeof size, "%dx%d", params->width, params->height);
     snprintf(rate, sizeof rate, "%.10g", params->rate);
-    /* "file:", so that no name is taken for a protocol or an option */
-    snprintf(target, sizeof target, "file:%s", stp_output_temporary_path(film->output));
     film->words = memfd_create("messages of ffmpeg", MFD_CLOEXEC);
     if (film->words < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return stp_error_set(err, STP_IO, "%s: ffmpeg cannot be started: %s", params->path,
                              strerror(errno));
     film->frames = ends[0];
-    int failed = spawn(film, ends[1], arguments);
+    int failed = spawn(film, ends[1], -1, arguments);
     close(ends[1]);
     if (failed == ENOENT)
         return stp_error_set(err, STP_NOT_FOUND,
@@ -248,7 +254,55 @@ stp_status fly_film_write(fly_film *film, const uint8_t *rgba, const stp_progres
         rgba += sent;
         left -= (size_t)sent;
     }
+    film->frame_count++;
     return STP_OK;
+}
+
+/* Lines that do not begin with '#': ffmpeg's list of packets. */
+static uint64_t count_packets(int list)
+{
+    char text[4096];
+    uint64_t count = 0;
+    bool begins = true;
+    off_t at = 0;
+    for (ssize_t got = 1; got > 0; at += got) {
+        got = pread(list, text, sizeof text, at);
+        for (ssize_t i = 0; i < got; i++) {
+            count += begins && text[i] != '#';
+            begins = text[i] == '\n';
+        }
+    }
+    return count;
+}
+
+/* Reads the film back: ffmpeg ends well on a full disk, too. */
+static stp_status check(fly_film *film, const stp_progress *progress, stp_error *err)
+{
+    static const char *const arguments[] = {
+        "ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-xerror", "-i",
+        FILM,     "-map",     "0:v:0",        "-c",        "copy",  "-f",      "framecrc",
+        "pipe:1", "-map",     "0:v:0",        "-f",        "null",  "-",       NULL};
+    stp_status status = STP_OK;
+    int code = 0;
+    const int list = memfd_create("packets", MFD_CLOEXEC);
+    const int failure = list < 0 ? errno : spawn(film, -1, list, arguments);
+    if (failure != 0) {
+        status = stp_error_set(err, STP_IO, "%s: ffmpeg cannot be started: %s", film->path,
+                               strerror(failure));
+        goto done;
+    }
+    STP_TRY(wait_for(film, progress, &code, err));
+    const uint64_t count = count_packets(list);
+    if (code != 0 || count != film->frame_count)
+        status = stp_error_set(err, STP_IO,
+                               "%s: the film that ffmpeg wrote cannot be read back (%" PRIu64
+                               " of %" PRIu64 " frames): the disk may be full: free some space or "
+                               "write elsewhere",
+                               film->path, count, film->frame_count);
+done:
+    if (list >= 0)
+        close(list);
+    return status;
 }
 
 stp_status fly_film_commit(fly_film **film, const stp_progress *progress, stp_error *err)
@@ -263,6 +317,7 @@ stp_status fly_film_commit(fly_film **film, const stp_progress *progress, stp_er
         status = failed(f, code, err);
         goto done;
     }
+    STP_TRY(check(f, progress, err));
     STP_TRY(stp_output_commit(&f->output, err));
 done:
     fly_film_destroy(film);

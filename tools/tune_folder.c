@@ -2,21 +2,24 @@
 #include "tools/tune_folder.h"
 
 #include "base/memory.h"
+#include "base/temporary.h"
 
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define NAME_BYTES 64
+#define NAME_BYTES 64 /* more than STP_TEMPORARY_BYTES */
 
 struct tune_folder {
     char *path, *part, *old; /* what it becomes, what it is, where the one before goes */
     char *file;
     bool force;
+    int lock; /* the folder, as long as it is part; -1: none */
 };
 
 /* What a report is made of, temporary names included. */
@@ -31,16 +34,34 @@ static bool is_ours(const char *name)
 }
 
 /* Removes a folder's files of ours, and the folder where nothing else is in it. */
-static void remove_folder(const char *path)
+static bool remove_left(int parent, const char *name)
 {
-    DIR *folder = opendir(path);
-    if (folder == NULL)
-        return;
+    int descriptor = openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    DIR *folder = descriptor >= 0 ? fdopendir(descriptor) : NULL;
+    if (folder == NULL) {
+        if (descriptor >= 0)
+            close(descriptor);
+        return false;
+    }
     for (struct dirent *e = readdir(folder); e != NULL; e = readdir(folder))
         if (is_ours(e->d_name))
             (void)unlinkat(dirfd(folder), e->d_name, 0);
     closedir(folder);
-    (void)rmdir(path);
+    return unlinkat(parent, name, AT_REMOVEDIR) == 0;
+}
+
+static void remove_folder(const char *path)
+{
+    (void)remove_left(AT_FDCWD, path);
+}
+
+/* Locks and marks a folder until the descriptor is closed; -1: it is neither. */
+static int hold_folder(const char *path)
+{
+    int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder >= 0)
+        (void)stp_temporary_mark(folder);
+    return folder;
 }
 
 /* Whether all in a folder is ours; *any: there is something. *strange gets the first that is not.
@@ -89,20 +110,22 @@ stp_status tune_folder_create(tune_folder **out, const char *path, bool force, s
     STP_TRY(tune_folder_check(path, force, err));
     STP_TRY(stp_alloc(&folder, 1, sizeof *folder, "a folder", err));
     folder->force = force;
+    folder->lock = -1;
     STP_TRY(stp_text_copy(&folder->path, path, "a path", err));
     while (length > 1 && folder->path[length - 1] == '/')
         folder->path[--length] = '\0';
     STP_TRY(stp_alloc(&folder->part, bytes, 1, "a path", err));
     STP_TRY(stp_alloc(&folder->old, bytes, 1, "a path", err));
     STP_TRY(stp_alloc(&folder->file, 2 * bytes, 1, "a path", err));
-    snprintf(folder->part, bytes, "%s.%ld.part", folder->path, (long)getpid());
-    snprintf(folder->old, bytes, "%s.%ld.old", folder->path, (long)getpid());
-    if (mkdir(folder->part, 0777) != 0) {
+    (void)stp_temporary_sweep(folder->path, true, remove_left, NULL);
+    if (!stp_temporary_name(folder->part, folder->path) ||
+        !stp_temporary_name(folder->old, folder->path) || mkdir(folder->part, 0777) != 0) {
         status =
             stp_error_set(err, STP_IO, "%s: the folder cannot be made: %s", path, strerror(errno));
         folder->part[0] = '\0';
         goto done;
     }
+    folder->lock = hold_folder(folder->part);
     *out = folder;
     folder = NULL;
 done:
@@ -116,27 +139,42 @@ const char *tune_folder_file(tune_folder *folder, const char *name)
     return folder->file;
 }
 
+/* Gives the folder its name. One that is there changes places with it, so that there is always a
+ * whole one, and goes; where the file system cannot do that, it moves aside first. False with errno
+ * set. */
+static bool take_place(tune_folder *f)
+{
+    int old = hold_folder(f->path);
+    bool done = old >= 0 && renameat2(AT_FDCWD, f->part, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0;
+    if (old >= 0 && !done)
+        stp_temporary_unmark(old);
+    if (!done) {
+        bool moved = rename(f->path, f->old) == 0;
+        done = rename(f->part, f->path) == 0;
+        if (moved)
+            done ? remove_folder(f->old) : (void)rename(f->old, f->path);
+        if (done)
+            f->part[0] = '\0';
+    }
+    int reason = errno;
+    if (old >= 0)
+        close(old);
+    errno = reason;
+    return done;
+}
+
 stp_status tune_folder_commit(tune_folder **folder, stp_error *err)
 {
     stp_status status = STP_OK;
     tune_folder *f = *folder;
     STP_TRY(tune_folder_check(f->path, f->force, err));
-    /* A folder that holds nothing gives way by itself, one that does moves aside first. */
-    bool moved = rename(f->path, f->old) == 0;
-    if (!moved && errno != ENOENT) {
-        status = stp_error_set(err, STP_IO, "%s: cannot be replaced: %s", f->path, strerror(errno));
-        goto done;
-    }
-    if (rename(f->part, f->path) != 0) {
+    if (!take_place(f)) {
         status = stp_error_set(err, STP_IO, "%s: the folder cannot be made: %s", f->path,
                                strerror(errno));
-        if (moved)
-            (void)rename(f->old, f->path);
         goto done;
     }
-    f->part[0] = '\0';
-    if (moved)
-        remove_folder(f->old);
+    if (f->lock >= 0)
+        stp_temporary_unmark(f->lock);
 done:
     tune_folder_destroy(folder);
     return status;
@@ -148,6 +186,8 @@ void tune_folder_destroy(tune_folder **folder)
         return;
     if ((*folder)->part != NULL && (*folder)->part[0] != '\0')
         remove_folder((*folder)->part);
+    if ((*folder)->lock >= 0)
+        close((*folder)->lock);
     free((*folder)->path);
     free((*folder)->part);
     free((*folder)->old);

@@ -4,10 +4,16 @@
 #include "base/file.h"
 #include "formats/image/image_module.h"
 
+#include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+#define MEMORY_NAME_BYTES 32
 
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
 {
@@ -56,20 +62,58 @@ static stp_status check_saved(stp_oiio_result result, const char *path, const ch
     return STP_OK;
 }
 
-stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err)
+/* The library writes to memory, since some formats' own writers end the process on a full disk;
+ * what it wrote becomes the output. *memory: a nameless file, -1 before. */
+static stp_status open_memory(int *memory, char name[MEMORY_NAME_BYTES], const char *path,
+                              stp_error *err)
 {
-    char reason[256] = "";
-    stp_output *output = NULL;
+    *memory = memfd_create("image", MFD_CLOEXEC);
+    if (*memory < 0)
+        return stp_error_set(err, STP_IO, "%s: no memory to write the image in: %s", path,
+                             strerror(errno));
+    snprintf(name, MEMORY_NAME_BYTES, "/proc/self/fd/%d", *memory);
+    return STP_OK;
+}
+
+static stp_status keep_memory(int memory, const char *path, bool force, stp_error *err)
+{
     stp_status status = STP_OK;
-    stp_image_module module;
-    STP_TRY(stp_image_module_get(&module, err));
+    stp_output *output = NULL;
+    struct stat info;
+    uint8_t block[16384];
     STP_TRY(stp_output_create(&output, path, force, err));
-    stp_oiio_result result = module.save(stp_output_temporary_path(output), path, image->width,
-                                         image->height, image->rgba, reason, sizeof reason);
-    STP_TRY(check_saved(result, path, ".png", reason, err));
+    if (fstat(memory, &info) != 0) {
+        status =
+            stp_error_set(err, STP_IO, "%s: writing the image failed: %s", path, strerror(errno));
+        goto done;
+    }
+    for (off_t at = 0; at < info.st_size; at += (off_t)sizeof block) {
+        const off_t left = info.st_size - at;
+        const size_t part = left < (off_t)sizeof block ? (size_t)left : sizeof block;
+        STP_TRY(stp_file_read_at(memory, path, (uint64_t)at, block, part, err));
+        STP_TRY(stp_output_write(output, block, part, err));
+    }
     STP_TRY(stp_output_commit(&output, err));
 done:
     stp_output_destroy(&output);
+    return status;
+}
+
+stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err)
+{
+    char reason[256] = "", name[MEMORY_NAME_BYTES];
+    int memory = -1;
+    stp_status status = STP_OK;
+    stp_image_module module;
+    STP_TRY(stp_image_module_get(&module, err));
+    STP_TRY(open_memory(&memory, name, path, err));
+    stp_oiio_result result =
+        module.save(name, path, image->width, image->height, image->rgba, reason, sizeof reason);
+    STP_TRY(check_saved(result, path, ".png", reason, err));
+    STP_TRY(keep_memory(memory, path, force, err));
+done:
+    if (memory >= 0)
+        close(memory);
     return status;
 }
 
@@ -82,8 +126,8 @@ bool stp_image_keeps_floats(const char *path)
 stp_status stp_image_save_floats(const stp_float_image *image, const char *path, bool force,
                                  stp_error *err)
 {
-    char reason[256] = "";
-    stp_output *output = NULL;
+    char reason[256] = "", name[MEMORY_NAME_BYTES];
+    int memory = -1;
     stp_status status = STP_OK;
     stp_image_module module;
     if (!stp_image_keeps_floats(path))
@@ -91,13 +135,13 @@ stp_status stp_image_save_floats(const stp_float_image *image, const char *path,
                              "%s: depths and normals are floats: give a name that ends in .exr",
                              path);
     STP_TRY(stp_image_module_get(&module, err));
-    STP_TRY(stp_output_create(&output, path, force, err));
-    stp_oiio_result result =
-        module.save_floats(stp_output_temporary_path(output), path, image, reason, sizeof reason);
+    STP_TRY(open_memory(&memory, name, path, err));
+    stp_oiio_result result = module.save_floats(name, path, image, reason, sizeof reason);
     STP_TRY(check_saved(result, path, ".exr", reason, err));
-    STP_TRY(stp_output_commit(&output, err));
+    STP_TRY(keep_memory(memory, path, force, err));
 done:
-    stp_output_destroy(&output);
+    if (memory >= 0)
+        close(memory);
     return status;
 }
 

@@ -51,7 +51,7 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
     }
     static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_RAW, STP_CODEC_ZSTD,
                                        STP_CODEC_ZSTD};
-    fixture_require(fixture_write(&tree, path, codecs[seed >> 10 & 1u | (seed >> 12 & 1u) << 1],
+    fixture_require(fixture_write(&tree, path, codecs[(seed >> 10 & 1u) | (seed >> 12 & 1u) << 1],
                                   NULL) == STP_OK);
     uint8_t *bytes = fixture_read_file(path, &size);
     fixture_remove_folder(NULL);
