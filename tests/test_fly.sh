@@ -320,7 +320,11 @@ test_damage() {
         [[ $said == *'chunk '[1-9]* ]] && break
     done
     run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
-        -o "$FOLDER/damaged"
+        -o "$FOLDER/damaged" --quiet
+    expect_failure "--allow-damage"
+    [ "$(count "$FOLDER/damaged" '*.png')" -lt 4 ] || fail "$command: whole though damaged"
+    run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
+        -o "$FOLDER/damaged" --allow-damage --quiet
     expect_code 0
     expect_lines err 1
     expect_text err "its parent is drawn instead"

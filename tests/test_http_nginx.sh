@@ -203,6 +203,10 @@ cp "$model" "$root/bad.stipple"
 printf 'damage' | dd of="$root/bad.stipple" bs=1 seek=10000 conv=notrunc status=none
 run "$STIPPLE" render "$web/bad.stipple" -o "$FOLDER/bad.png" --size 128x128 --threshold 0
 if [ "$chunks" -gt 1 ]; then
+    expect_failure "--allow-damage"
+    [ ! -e "$FOLDER/bad.png" ] || fail "a picture that lacks a chunk"
+    run "$STIPPLE" render "$web/bad.stipple" -o "$FOLDER/bad.png" --size 128x128 --threshold 0 \
+        --allow-damage --quiet
     expect_code 0
     expect_text err "its parent is drawn instead"
 fi

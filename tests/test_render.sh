@@ -328,7 +328,11 @@ test_damage() {
     [ ! -e "$picture" ] || fail "$command: left a picture"
     damage "$child"
     for lod in full geometry cpu compute; do
-        render "$FOLDER/damaged.stipple" --size 256x256 --threshold 0 --lod $lod
+        rm -f "$picture"
+        render "$FOLDER/damaged.stipple" --size 256x256 --threshold 0 --lod $lod --quiet
+        expect_failure "--allow-damage"
+        [ ! -e "$picture" ] || fail "$command: a picture that lacks a chunk"
+        render "$FOLDER/damaged.stipple" --size 256x256 --threshold 0 --lod $lod --allow-damage --quiet
         expect_picture 256 256
         expect_lines err 1
         expect_text err "warning"

@@ -62,6 +62,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "draw these classes alone: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
          "do not draw these classes, like 7,high-noise", NULL},
+        {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
+         "draw what stands above a chunk that cannot be read, and say so", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
         {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
          NULL},
@@ -243,10 +245,22 @@ bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTE
     return any;
 }
 
-void draw_options_warn(const char *command, const cli_common *common, const stp_renderer *renderer)
+stp_status draw_options_require_whole(const draw_options *o, const stp_renderer *renderer,
+                                      stp_error *err)
+{
+    const char *damage = stp_renderer_damage(renderer);
+    if (damage[0] == '\0' || o->allow_damage)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: repair the model (stipple verify --repair), or draw its parent "
+                         "instead (--allow-damage)",
+                         damage);
+}
+
+void draw_options_warn(const char *command, const stp_renderer *renderer)
 {
     char text[DRAW_DAMAGE_BYTES];
-    if (draw_options_damage(renderer, text) && !common->quiet)
+    if (draw_options_damage(renderer, text))
         fprintf(stderr, "stipple %s: warning: %s\n", command, text);
 }
 

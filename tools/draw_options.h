@@ -16,10 +16,10 @@ typedef struct draw_options {
     const char *terms, *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
     uint64_t gpu_memory, cpu_memory, cache_bytes;
-    bool has_threshold, has_shade;
+    bool has_threshold, has_shade, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 23)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 24)
 
 #define DRAW_DAMAGE_BYTES 1100
 
@@ -52,8 +52,11 @@ stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model
                                           const cli_common *common);
 /* The damage that the renderer met and what it draws instead, as a sentence; false if none. */
 bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES]);
-/* Warns of it on stderr, unless quiet. command: its name. */
-void draw_options_warn(const char *command, const cli_common *common, const stp_renderer *renderer);
+/* A picture that lacks a chunk is no picture unless --allow-damage says so. Errors: CORRUPT. */
+stp_status draw_options_require_whole(const draw_options *o, const stp_renderer *renderer,
+                                      stp_error *err);
+/* Warns of damage on stderr, quiet or not. command: its name. */
+void draw_options_warn(const char *command, const stp_renderer *renderer);
 /* Which view --view asks for: eyes and cameras that are given begin from the whole model's. */
 stp_home draw_options_home(const draw_options *o);
 /* The camera: the model's view that --view asks for, then what --camera's file says, then the

@@ -167,6 +167,7 @@ static stp_status make_frame(flight *f, uint64_t number, const stp_progress *pro
     STP_TRY(stp_view_create(&view, &camera, &f->model->ball, f->size[0], f->size[1], err));
     bool whole = f->o->stats != NULL || f->o->depth || f->o->normals;
     STP_TRY(draw_picture_draw(&f->picture, f->renderer, &view, &f->params, whole, &stats, err));
+    STP_TRY(draw_options_require_whole(&f->o->draw, f->renderer, err));
     if (f->o->stats != NULL) {
         STP_TRY(draw_measure_add(&f->measure, &stats, err));
         draw_measure_cut(&f->measure, f->renderer);
@@ -231,7 +232,7 @@ static stp_status write_stats(flight *f, double begun_s, stp_error *err)
 static void say(const flight *f, const cli_common *common)
 {
     source_options_warn(&cli_fly, common, f->model->file);
-    draw_options_warn(cli_fly.name, common, f->renderer);
+    draw_options_warn(cli_fly.name, f->renderer);
     if (f->there > 0 && !common->quiet)
         fprintf(stderr, "stipple fly: %llu frames were there already, %llu are new\n",
                 (unsigned long long)f->there, (unsigned long long)f->done);

@@ -84,11 +84,12 @@ static stp_status render(const options *o, const cli_common *common, const char 
     stp_renderer_params params = draw_options_renderer(&o->draw, model, common);
     STP_TRY(stp_renderer_create(&renderer, &params, err));
     STP_TRY(draw(o, &drawn, renderer, &view, &picture, &m, err));
+    STP_TRY(draw_options_require_whole(&o->draw, renderer, err));
     STP_TRY(draw_save(&picture, renderer, &view, &camera, files, o->force, err));
     if (o->stats != NULL)
         STP_TRY(stp_json_save(draw_measure_json(&m, renderer, model), o->stats, o->force, err));
     source_options_warn(&cli_render, common, model->file);
-    draw_options_warn(cli_render.name, common, renderer);
+    draw_options_warn(cli_render.name, renderer);
 done:
     free(picture.fine);
     draw_measure_clear(&m);

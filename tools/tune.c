@@ -270,13 +270,14 @@ static stp_status tune(const options *o, const cli_common *common, const char *p
     tuning t = {.o = o, .params.progress = cli_progress(common)};
     STP_TRY(open_all(&t, path, common, err));
     STP_TRY(tune_sweep_run(&t.sweep, &t.params, err));
+    STP_TRY(draw_options_require_whole(&o->draw, t.renderer, err));
     STP_TRY(solve(&t, err));
     cli_progress_end();
     STP_TRY(write_report(&t, path, err));
     if (o->save)
         STP_TRY(stp_chunk_file_set_threshold(path, t.answer.found.threshold_px, err));
     source_options_warn(&cli_tune, common, t.model->file);
-    draw_options_warn(cli_tune.name, common, t.renderer);
+    draw_options_warn(cli_tune.name, t.renderer);
     tune_table_print(&t.sweep, &t.answer, stdout);
 done:
     cli_progress_end();

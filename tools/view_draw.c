@@ -66,6 +66,8 @@ static void show_title(const viewer *v)
         snprintf(threshold, sizeof threshold, "every sample");
     if (v->stats.chunks_missing > 0)
         snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
+    if (v->said_damage)
+        snprintf(missing, sizeof missing, ", DAMAGED: see stipple verify");
     if (v->scene.count > 1)
         snprintf(more, sizeof more, " and %zu more", v->scene.count - 1);
     snprintf(title, sizeof title, "%.160s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s",
@@ -81,7 +83,7 @@ static void show_damage(viewer *v)
     if (v->said_damage || !draw_options_damage(v->renderer, text))
         return;
     view_note(v, "%s", text);
-    draw_options_warn("view", v->common, v->renderer);
+    draw_options_warn("view", v->renderer);
     v->said_damage = true;
 }
 
