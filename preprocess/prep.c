@@ -9,6 +9,7 @@
 #include "preprocess/prep_metadata.h"
 #include "preprocess/surface.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,6 +62,7 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
                              "%s gives more points than the %llu it counts: it changed while it "
                              "was read, run again",
                              source->files[0].name, (unsigned long long)source->point_count);
+    stp_dbox_add(&stats->box, point->position);
     stp_cloud_point *out = &cloud->points[cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
                              .source = (uint32_t)place,
@@ -393,23 +395,38 @@ static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t 
             stp_dbox_add(box, vertices[i].position);
 }
 
-/* Of the box of points, lines and triangles. */
-static double model_side(const stp_cloud *cloud, const stp_prep_source *source)
+/* The longest side of the box of points, lines and triangles. Errors: LIMIT (numbers that a picture
+ * cannot be made of). */
+static stp_status measure_side(double *out, const stp_prep_source *source,
+                               const stp_prep_stats *stats, stp_error *err)
 {
-    stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        stp_dbox_add(&box, cloud->points[i].position);
+    stp_dbox box = stats->box;
     if (source->lines)
         add_finite(&box, source->lines->vertices, source->lines->vertex_count);
     if (source->triangles)
         add_finite(&box, source->triangles->vertices, source->triangles->vertex_count);
-    return stp_dbox_is_empty(&box) ? 0.0 : stp_dbox_side(&box);
+    *out = 0.0;
+    if (stp_dbox_is_empty(&box))
+        return STP_OK;
+    const double far = fmax(fmax(fmax(fabs(box.min.x), fabs(box.min.y)), fabs(box.min.z)),
+                            fmax(fmax(fabs(box.max.x), fabs(box.max.y)), fabs(box.max.z)));
+    *out = stp_dbox_side(&box);
+    if (far > STP_COORDINATE_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: a coordinate is %g, and they may reach %g: give the scan in "
+                             "larger units, or without points that are none",
+                             source->files[0].name, far, STP_COORDINATE_LIMIT);
+    if (*out > 0.0 && *out < STP_SIDE_LEAST)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: it is only %g across, and %g is the least: give the scan in "
+                             "smaller units",
+                             source->files[0].name, *out, STP_SIDE_LEAST);
+    return STP_OK;
 }
 
 /* Lines and triangles become leaves while points are read; they are never in files. */
-static stp_status cut_shapes(shapes *out, const stp_cloud *cloud, const stp_prep_source *source,
-                             const stp_prep_plan *plan, stp_tree_params *tree,
-                             stp_prep_stats *stats, stp_error *err)
+static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const stp_prep_plan *plan,
+                             stp_tree_params *tree, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *name = source->files[0].name;
@@ -420,7 +437,8 @@ static stp_status cut_shapes(shapes *out, const stp_cloud *cloud, const stp_prep
                              "%.0f MB may be theirs: give more memory (--memory) or split the "
                              "model",
                              name, 1e-6 * (double)bytes, 1e-6 * (double)plan->memory_bytes);
-    const double side = bytes > 0 ? model_side(cloud, source) : 0.0;
+    double side = 0.0;
+    STP_TRY(measure_side(&side, source, stats, err));
     if (source->lines)
         STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->resolution.precision, side,
                                        err));
@@ -471,7 +489,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     double start = stp_clock_seconds();
     double since = start;
-    *stats = (stp_prep_stats){.join_layers = params->join_layers,
+    *stats = (stp_prep_stats){.box = stp_dbox_empty(),
+                              .join_layers = params->join_layers,
                               .outliers = params->outliers,
                               .outlier_distance = params->outlier_distance > 0.0
                                                       ? params->outlier_distance
@@ -493,7 +512,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&cloud);
-    STP_TRY(cut_shapes(&others, &cloud, source, &plan, &tree, stats, err));
+    STP_TRY(cut_shapes(&others, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
         STP_TRY(stp_claims_settle(&stats->first, &cloud, source, pool, stats, err));

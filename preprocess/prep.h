@@ -96,6 +96,7 @@ typedef struct stp_prep_params {
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
     uint64_t rejected[STP_REJECT_COUNT]; /* by reason; NONE: 0 */
+    stp_dbox box;                        /* of the points that were read and not rejected */
     stp_line_counts lines;
     stp_triangle_counts triangles;
     stp_tree_stats tree;

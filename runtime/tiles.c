@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "runtime/gpu_layout.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -78,6 +79,10 @@ static int tile_at(float px, int count)
 void stp_tiles_mark(stp_tiles *t, unsigned worker, float x, float y, float reach)
 {
     const float add = reach + MARGIN_PX;
+    if (isnan(x + y + add)) { /* nobody knows where: anywhere */
+        stp_tiles_mark_all(t, worker);
+        return;
+    }
     int c0 = tile_at(x - add, t->columns), c1 = tile_at(x + add + STP_TILE_PX, t->columns);
     int r0 = tile_at(y - add, t->rows), r1 = tile_at(y + add + STP_TILE_PX, t->rows);
     uint8_t *marks = t->marks + worker * t->count;

@@ -3,6 +3,7 @@
  * in whichever size and with however many levels, its picture must be the same. By each
  * road that chooses levels the same pixels have a sample (which one may differ where depths tie).
  */
+#include "runtime/tiles.h"
 #include "tests/gl_fixture.h"
 #include "tests/model_fixture.h"
 #include "tests/scan_fixture.h"
@@ -172,6 +173,21 @@ static void terrain(void **state)
     judge(&(model_recipe){.shape = GEN_TERRAIN, .point_count = 5000});
 }
 
+/* What lies nobody knows where may lie anywhere. */
+static void no_number(void **state)
+{
+    const float bad[][3] = {{NAN, 0.0f, 1.0f}, {0.0f, NAN, 1.0f}, {0.0f, 0.0f, NAN}};
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        stp_tiles tiles = {0};
+        assert_int_equal(stp_tiles_begin(&tiles, 300, 200, 1, NULL), STP_OK);
+        stp_tiles_mark(&tiles, 0, bad[i][0], bad[i][1], bad[i][2]);
+        for (size_t t = 0; t < tiles.count; t++)
+            assert_int_equal(tiles.marks[t], 1);
+        stp_tiles_destroy(&tiles);
+    }
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
@@ -179,6 +195,7 @@ int main(void)
         cmocka_unit_test(while_loading),
         cmocka_unit_test(statue),
         cmocka_unit_test(terrain),
+        cmocka_unit_test(no_number),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);

@@ -17,7 +17,10 @@
 
 #define STP_CHUNK_FILE_MAJOR 1
 #define STP_CHUNK_FILE_MINOR 2
-/* Limits of version 1. */
+/* Limits of version 1. Within those of coordinates and of a model's longest side squares of floats
+ * neither overflow nor vanish: pictures of a model scaled by powers of two are the same bytes. */
+#define STP_COORDINATE_LIMIT 1e15
+#define STP_SIDE_LEAST 1e-15 /* or 0: one place */
 #define STP_CHUNK_CHILDREN_LIMIT 64u
 #define STP_CHUNK_SAMPLES_LIMIT 65536u /* of one level */
 #define STP_CHUNK_PATCHES_LIMIT 65536u /* so that a prefix's level 3 keeps the same limit */

@@ -177,6 +177,14 @@ static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, 
     return STP_OK;
 }
 
+/* Discs reach beyond the points, and boxes of chunks with them. */
+#define REACH_LIMIT (8.0 * STP_COORDINATE_LIMIT)
+
+static bool within(stp_dvec3 p)
+{
+    return fabs(p.x) <= REACH_LIMIT && fabs(p.y) <= REACH_LIMIT && fabs(p.z) <= REACH_LIMIT;
+}
+
 static stp_status header_check_facts(const stp_header *h, stp_error *err)
 {
     if (h->root != 0)
@@ -194,9 +202,10 @@ static stp_status header_check_facts(const stp_header *h, stp_error *err)
                              h->orientation);
     if (!isfinite(h->lambda) || !(h->lambda > 0.0))
         return stp_error_set(err, STP_CORRUPT, "byte 80: lambda is %g", h->lambda);
-    if (!stp_dvec3_finite(h->box.min) || !stp_dvec3_finite(h->box.max) ||
-        stp_dbox_is_empty(&h->box))
-        return stp_error_set(err, STP_CORRUPT, "byte 88: the box is not finite or empty");
+    if (!within(h->box.min) || !within(h->box.max) || stp_dbox_is_empty(&h->box))
+        return stp_error_set(err, STP_CORRUPT,
+                             "byte 88: the box is empty, or reaches farther than %g",
+                             STP_COORDINATE_LIMIT);
     return STP_OK;
 }
 
@@ -370,9 +379,9 @@ static bool all_bounds(const float *values, int count)
 
 static const char *entry_check_numbers(const stp_chunk_entry *e)
 {
-    if (!stp_dvec3_finite(e->origin) || !all_finite(e->box_min.raw, 3) ||
-        !all_finite(e->box_max.raw, 3) || !all_finite(e->cone_axis.raw, 3))
-        return "its origin, box or cone is not finite";
+    if (!within(e->origin) || !within(stp_dvec3_from_float(e->box_min)) ||
+        !within(stp_dvec3_from_float(e->box_max)) || !all_finite(e->cone_axis.raw, 3))
+        return "its origin, box or cone is not finite, or reaches too far";
     for (int i = 0; i < 3; i++)
         if (e->box_min.raw[i] > e->box_max.raw[i])
             return "its box is empty";
@@ -383,8 +392,8 @@ static const char *entry_check_numbers(const stp_chunk_entry *e)
         !all_bounds(e->colour_error, STP_LEVEL_COUNT))
         return "an error is negative or not finite";
     if (!all_bounds(&e->radius_min, 1) || !all_bounds(&e->radius_max, 1) ||
-        e->radius_min > e->radius_max)
-        return "its radius range is negative, reversed or not finite";
+        e->radius_min > e->radius_max || (double)e->radius_max > REACH_LIMIT)
+        return "its radius range is negative, reversed or not finite, or reaches too far";
     return NULL;
 }
 
