@@ -131,14 +131,24 @@ static void tamper(const char *from, const char *to)
     free(bytes);
 }
 
+/* Metadata that is no JSON is refused where the file is opened. */
+static void no_json(const char *from, const char *to)
+{
+    stp_model *model = NULL;
+    stp_error failure = {0};
+    tamper(from, to);
+    assert_int_equal(stp_model_open(&model, "wrong.stipple", &failure), STP_CORRUPT);
+    assert_non_null(strstr(failure.message, "not a JSON object"));
+    assert_null(model);
+}
+
 /* A first view that is none is passed over. */
 static void wrong_first_views(void **state)
 {
     (void)state;
     static const char *const cases[][2] = {
         {"\"first_view\"", "\"first_vieW\""},
-        {"\"first_view\"", "\"first_view:"}, /* the metadata is no JSON any more */
-        {"\"eye\":[0", "\"eye\":{0"},
+        {"\"eye\":[0, 0", "\"eye\":[\"\",0"},
         {"\"fovy_deg\":", "\"fovy-deg\":"}, /* an angle of zero */
         {"\"look\":[", "\"eye\" :["},
     };
@@ -154,6 +164,8 @@ static void wrong_first_views(void **state)
         assert_true(stp_camera_equal(&first, &whole));
         stp_model_close(&model);
     }
+    no_json("\"first_view\"", "\"first_view:");
+    no_json("\"eye\":[0", "\"eye\":{0");
     free(p.at);
 }
 
@@ -163,9 +175,9 @@ static void file_says_what_is_up(void **state)
     static const struct {
         const char *text;
         bool z_up;
-    } cases[] = {{"\"up\":[0, 0, 1]", true},  {"\"up\":[0, 1, 0]", false},
-                 {"\"up\":[1, 0, 0]", false}, {"\"up\":[0, 0, 2]", false},
-                 {"\"up\":[0, 0, n]", false}, {"\"uP\":[0, 0, 1]", false}};
+    } cases[] = {{"\"up\":[0, 0, 1]", true},    {"\"up\":[0, 1, 0]", false},
+                 {"\"up\":[1, 0, 0]", false},   {"\"up\":[0, 0, 2]", false},
+                 {"\"up\":[0, 0,\"\"]", false}, {"\"uP\":[0, 0, 1]", false}};
     (void)state;
     FILE *file = fopen("wall.ptx", "w");
     assert_non_null(file);

@@ -289,6 +289,56 @@ static void a_trickle_is_not_waited_for(void **state)
     assert_int_equal(fault_server_requests(&server), 2);
 }
 
+/* Each read would end in time; all together they may not take for ever, and then none begins. */
+static void a_slow_server_is_given_up(void **state)
+{
+    static uint8_t got[50000];
+    const stp_byte_source_params patient = {.patience_ms = 1000};
+    stp_byte_source *source = NULL;
+    stp_error failure = {0};
+    (void)state;
+    fault_server_order(&server,
+                       &(fault_orders){.kind = FAULT_TRICKLE, .first = 3, .count = ALWAYS});
+    check_ok(stp_byte_source_open(&source, server.address, &patient, err));
+    for (int i = 0; i < 2; i++)
+        check_ok(stp_byte_source_read(source, 1000, got, 100, err));
+    double begin_s = stp_clock_seconds();
+    for (int i = 0; i < 20; i++) {
+        assert_int_equal(stp_byte_source_read(source, 1000, got, sizeof got, &failure), STP_IO);
+        assert_non_null(strstr(failure.message, "too slow"));
+        assert_non_null(strstr(failure.message, "--timeout"));
+    }
+    assert_true(stp_clock_seconds() - begin_s < LATEST_S);
+    assert_int_equal(fault_server_requests(&server), 4);
+    stp_byte_source_close(&source);
+}
+
+/* What is wrong is said, not what a library makes of it. */
+static void words_are_right(void **state)
+{
+    static const struct {
+        fault_orders orders;
+        const char *text;
+    } cases[] = {
+        {{.kind = FAULT_HUGE_HEADER, .count = ALWAYS}, "headers are larger"},
+        {{.kind = FAULT_STATUS, .count = ALWAYS, .code = 416}, "no bytes 0 to 255 (416)"},
+        {{.kind = FAULT_NO_TOTAL, .count = ALWAYS}, "does not say how large"},
+        {{.kind = FAULT_VAST, .count = ALWAYS}, "more than was asked for"},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_error failure = {0};
+        stp_byte_source *source = NULL;
+        fault_server_order(&server, &cases[i].orders);
+        assert_int_equal(stp_byte_source_open(&source, server.address, &quick, &failure), STP_IO);
+        check_sentence(&failure);
+        if (!strstr(failure.message, cases[i].text))
+            fail_msg("no '%s' in: %s", cases[i].text, failure.message);
+        if (cases[i].orders.kind == FAULT_VAST) /* its headers tell: nothing is waited for */
+            assert_int_equal(fault_server_requests(&server), 1);
+    }
+}
+
 static void no_server_and_no_address(void **state)
 {
     stp_error failure = {0};
@@ -507,6 +557,8 @@ int main(void)
         cmocka_unit_test(a_changed_file_is_noticed),
         cmocka_unit_test(opening_fails_in_one_sentence),
         cmocka_unit_test(a_trickle_is_not_waited_for),
+        cmocka_unit_test(a_slow_server_is_given_up),
+        cmocka_unit_test(words_are_right),
         cmocka_unit_test(no_server_and_no_address),
         cmocka_unit_test(an_empty_file_has_no_bytes),
         cmocka_unit_test(many_threads_read_at_once),

@@ -113,6 +113,23 @@ static void bits_that_flip_once_are_mended(void **state)
     }
 }
 
+/* A line on which bits flip in five answers of six costs time and nothing else. */
+static void bits_that_flip_often_are_mended(void **state)
+{
+    stp_chunk_file *file = NULL;
+    stp_byte_source_stats stats;
+    (void)state;
+    fault_server_order(&server, &(fault_orders){.kind = FAULT_NONE});
+    check_ok(stp_chunk_file_open_at(&file, server.address, &quick, err));
+    for (uint32_t id = 0; id < 3; id++) {
+        fault_server_order(&server, &(fault_orders){.kind = FAULT_FLIP, .count = 5});
+        check_chunk(file, id, 0);
+    }
+    stp_byte_source_get_stats(stp_chunk_file_source(file), &stats);
+    assert_int_equal(stats.damaged, 15);
+    stp_chunk_file_close(&file);
+}
+
 static void bits_that_flip_always_are_named(void **state)
 {
     stp_chunk_file *file = NULL;
@@ -126,7 +143,7 @@ static void bits_that_flip_always_are_named(void **state)
         assert_non_null(strstr(failure.message, server.address));
         assert_null(file);
     }
-    fault_server_order(&server, &(fault_orders){.kind = FAULT_FLIP, .first = 2, .count = 2});
+    fault_server_order(&server, &(fault_orders){.kind = FAULT_FLIP, .first = 2, .count = 6});
     check_ok(stp_chunk_file_open_at(&file, server.address, &quick, err));
     assert_int_equal(stp_chunk_file_read(file, 5, 0, &chunk, &failure), STP_CORRUPT);
     assert_non_null(strstr(failure.message, "chunk 5"));
@@ -256,6 +273,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_requests_open),
         cmocka_unit_test(bits_that_flip_once_are_mended),
+        cmocka_unit_test(bits_that_flip_often_are_mended),
         cmocka_unit_test(bits_that_flip_always_are_named),
         cmocka_unit_test(a_change_is_never_mixed_in),
         cmocka_unit_test(what_is_no_chunk_file_is_called_so),

@@ -27,7 +27,7 @@ const cli_command cli_convert = {
 typedef struct convert_options {
     const char *path, *output;
     int codec;
-    double threshold_px;
+    double threshold_px, timeout_s;
     bool has_codec, has_threshold, force;
     cli_common common;
 } convert_options;
@@ -38,7 +38,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
     stp_chunk_file *file = NULL;
     stp_pool *pool = NULL;
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output};
-    const stp_byte_source_params source = source_options_params(NULL, 0);
+    const stp_byte_source_params source = source_options_params(NULL, 0, o->timeout_s);
     stp_convert_params params = {.keep_codec = !o->has_codec,
                                  .codec = codec_options_codec(o->codec),
                                  .threshold_px = o->has_threshold ? o->threshold_px : 0.0,
@@ -66,7 +66,7 @@ done:
 
 static int run(int argc, char **argv)
 {
-    convert_options o = {0};
+    convert_options o = {.timeout_s = SOURCE_TIMEOUT_S};
     size_t count = 0;
     stp_error err = {0};
     const cli_option options[] = {
@@ -76,6 +76,7 @@ static int run(int argc, char **argv)
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
          "what drawing commands take by default (the file's own)", &o.has_threshold},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},
+        source_options_timeout(&o.timeout_s),
     };
     int code = cli_parse(&cli_convert, options, sizeof options / sizeof *options, argc, argv,
                          &o.path, 1, 1, &count, &o.common);

@@ -15,6 +15,7 @@ draw_options draw_options_default(void)
     return (draw_options){.camera = camera_options_default(),
                           .threshold_px = 1.0,
                           .radius_cap_px = STP_RADIUS_CAP_PX,
+                          .timeout_s = SOURCE_TIMEOUT_S,
                           .gpu_memory = UINT64_C(1) << 30,
                           .cpu_memory = UINT64_C(1) << 30,
                           .cache_bytes = UINT64_C(1) << 30};
@@ -71,6 +72,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "keep there what is read of a model on a web server (nothing is kept)", NULL},
         {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "at most so much in all (1G)",
          NULL},
+        source_options_timeout(&o->timeout_s),
         {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
          "shader files there win over the built-in ones", NULL},
     };
@@ -93,7 +95,8 @@ void draw_options_word(const char *words, int index, char out[16])
 stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
                              stp_error *err)
 {
-    stp_byte_source_params params = source_options_params(o->cache_folder, o->cache_bytes);
+    stp_byte_source_params params =
+        source_options_params(o->cache_folder, o->cache_bytes, o->timeout_s);
     return stp_model_open_at(model, path, &params, err);
 }
 

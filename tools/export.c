@@ -23,13 +23,13 @@ const cli_command cli_export = {
     .run = run,
 };
 
-static stp_status export_path(const char *path, const export_params *params,
+static stp_status export_path(const char *path, const export_params *params, double timeout_s,
                               const cli_common *common, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
     uint64_t left_out = 0;
-    const stp_byte_source_params source = source_options_params(NULL, 0);
+    const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(stp_output_check_input(params->output, path, err));
     STP_TRY(stp_chunk_file_open_at(&file, path, &source, err));
     STP_TRY(export_file(file, params, &left_out, err));
@@ -50,10 +50,12 @@ static int run(int argc, char **argv)
     const char *path = NULL;
     const char *output = NULL;
     bool force = false;
+    double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
     stp_error err = {0};
     const cli_option options[] = {
+        source_options_timeout(&timeout_s),
         {.name = "--output",
          .letter = 'o',
          .kind = CLI_STRING,
@@ -73,7 +75,7 @@ static int run(int argc, char **argv)
     if (!output)
         return cli_usage(&cli_export, "no output given: add -o F.ply");
     const export_params params = {output, force, cli_progress(&common)};
-    if (export_path(path, &params, &common, &err) != STP_OK)
+    if (export_path(path, &params, timeout_s, &common, &err) != STP_OK)
         return cli_fail(&cli_export, &err);
     return CLI_DONE;
 }

@@ -1,5 +1,5 @@
 /* `stipple info`: what is in a chunk file, from its header and directory alone. */
-#include "tools/cli.h"
+#include "tools/source_options.h"
 
 #include "base/memory.h"
 #include "formats/chunk/convert.h"
@@ -326,6 +326,7 @@ static int run(int argc, char **argv)
 {
     const char *path = NULL;
     bool json = false;
+    double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
     stp_chunk_file *file = NULL;
@@ -333,13 +334,15 @@ static int run(int argc, char **argv)
     stp_status status = STP_OK;
     stp_error err = {0};
     const cli_option options[] = {
+        source_options_timeout(&timeout_s),
         {.name = "--json", .kind = CLI_FLAG, .target = &json, .help = "as one JSON object"},
     };
     int code = cli_parse(&cli_info, options, sizeof options / sizeof *options, argc, argv, &path, 1,
                          1, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
-    STP_TRY(stp_chunk_file_open(&file, path, &err));
+    const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
+    STP_TRY(stp_chunk_file_open_at(&file, path, &source, &err));
     STP_TRY(summarise(file, &depths, &err));
     if (json)
         STP_TRY(print_json(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths, &err));

@@ -32,6 +32,7 @@ typedef struct verify_options {
     bool repair;
     const char *output;
     bool force;
+    double timeout_s;
     cli_common common;
 } verify_options;
 
@@ -39,7 +40,7 @@ static stp_status verify(const verify_options *o, stp_pool *pool, stp_error *err
 {
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
-    const stp_byte_source_params params = source_options_params(NULL, 0);
+    const stp_byte_source_params params = source_options_params(NULL, 0, o->timeout_s);
     STP_TRY(stp_chunk_file_open_at(&file, o->path, &params, err));
     STP_TRY(stp_chunk_file_verify(file, pool, cli_progress(&o->common), err));
     cli_progress_end();
@@ -108,11 +109,12 @@ done:
 
 static int run(int argc, char **argv)
 {
-    verify_options o = {0};
+    verify_options o = {.timeout_s = SOURCE_TIMEOUT_S};
     size_t count = 0;
     stp_pool *pool = NULL;
     stp_error err = {0};
     const cli_option options[] = {
+        source_options_timeout(&o.timeout_s),
         {.name = "--repair",
          .kind = CLI_FLAG,
          .target = &o.repair,

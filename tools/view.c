@@ -6,6 +6,7 @@
 #include "tools/view_settings.h"
 #include "tools/view_watch.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -311,6 +312,7 @@ static int run(int argc, char **argv)
                                NULL},
     };
     draw_options_fill(&o, list);
+    o.timeout_s = INFINITY; /* it goes on when the server does */
     int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)

@@ -22,7 +22,7 @@ struct stp_byte_source {
     stp_disk_cache *cache; /* NULL: none */
     bool unknown_state;    /* a cache was asked for, but cannot know the file again */
     atomic_bool cancelled;
-    atomic_uint_fast64_t file_bytes, cached_bytes;
+    atomic_uint_fast64_t file_bytes, cached_bytes, damaged;
 };
 
 /* ---- opening ---- */
@@ -155,6 +155,7 @@ stp_status stp_byte_source_read(stp_byte_source *s, uint64_t offset, void *data,
 stp_status stp_byte_source_reread(stp_byte_source *s, uint64_t offset, void *data, size_t size,
                                   stp_error *err)
 {
+    atomic_fetch_add(&s->damaged, 1);
     return s->http != NULL ? read_remote(s, offset, data, size, true, err)
                            : read_file(s, offset, data, size, err);
 }
@@ -176,7 +177,8 @@ void stp_byte_source_resume(stp_byte_source *s)
 void stp_byte_source_get_stats(stp_byte_source *s, stp_byte_source_stats *out)
 {
     *out = (stp_byte_source_stats){.bytes = atomic_load(&s->file_bytes),
-                                   .cached_bytes = atomic_load(&s->cached_bytes)};
+                                   .cached_bytes = atomic_load(&s->cached_bytes),
+                                   .damaged = atomic_load(&s->damaged)};
     if (s->http != NULL)
         stp_http_add_stats(s->http, out);
     if (s->cache != NULL)

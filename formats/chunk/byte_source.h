@@ -9,7 +9,8 @@
  * that doubles, at most `tries` times in all. A file that changed on the server, a server without
  * ranges, wrong ranges and all other answers end it at once. Every try ends after connect_ms, then
  * stall_ms, and a second for each KiB asked for; pauses take at most STP_SOURCE_PAUSE_LIMIT_MS
- * each. */
+ * each. Where patience_ms is given, all reads end with IO once the source was waited for that long,
+ * and a second for each KiB and each answer that came. */
 #ifndef STP_FORMATS_CHUNK_BYTE_SOURCE_H
 #define STP_FORMATS_CHUNK_BYTE_SOURCE_H
 
@@ -34,6 +35,7 @@ typedef struct stp_byte_source_params {
     unsigned stall_ms;        /* without a byte; 0: 10,000 */
     unsigned tries;           /* of a request; 0: 4 */
     unsigned pause_ms;        /* before the second try, half of it by chance; 0: 200 */
+    unsigned patience_ms;     /* of all reads together; 0: without end */
     /* Asked at least every 0.1 s while a read waits; true ends it. NULL: never. Any thread. */
     bool (*cancelled)(void *context);
     void *cancelled_context;
@@ -46,6 +48,7 @@ typedef struct stp_byte_source_stats {
     uint64_t bytes;         /* read from the file, or received as bodies of answers */
     uint64_t cached_bytes;  /* taken from the cache's folder instead */
     uint64_t cache_damaged; /* files there that were wrong, and dropped */
+    uint64_t damaged;       /* reads done anew because a checksum found them wrong */
 } stp_byte_source_stats;
 
 /* True for http://... and https://... */

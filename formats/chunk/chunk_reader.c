@@ -1,7 +1,7 @@
 /* The chunk file's reader: header, directory pages when asked for, payload segments.
  *
- * From a server, what fails its checksum is asked for once more, past all caches: bits may have
- * flipped on the way, or in a cache. */
+ * From a server, what fails its checksum is asked for anew, up to FRESH_TRIES times and past all
+ * caches: bits may have flipped on the way, or in a cache. */
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_fault.h"
@@ -17,6 +17,8 @@
 
 /* From a server one request brings so many bytes of the directory's following pages too. */
 #define PAGES_AHEAD_BYTES (512u << 10)
+
+#define FRESH_TRIES 5
 
 typedef struct page {
     stp_chunk_entry entries[STP_PAGE_ENTRIES];
@@ -243,13 +245,13 @@ stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
     STP_TRY(stp_byte_source_open(&file->source, path, params, err));
     file->path = stp_byte_source_name(file->source);
     status = read_header(file, false, err);
-    if (may_mend(file, status))
+    for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
         status = read_header(file, true, err);
     STP_TRY(status);
     file->page_count = stp_page_count(&file->header);
     STP_TRY(stp_alloc(&file->pages, file->page_count, sizeof *file->pages, "directory", err));
     status = read_metadata_and_page(file, false, err);
-    if (may_mend(file, status))
+    for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
         status = read_metadata_and_page(file, true, err);
     STP_TRY(status);
     fill_info(file);
@@ -331,7 +333,7 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
     page *p = known_page(file, number);
     if (!p) {
         stp_status status = load_page(file, number, false, err);
-        if (may_mend(file, status))
+        for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
             status = load_page(file, number, true, err);
         if (status != STP_OK)
             return status;
@@ -381,8 +383,9 @@ stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begi
                              id, begin, end);
     uint64_t offset = entry.offset + begin;
     status = read_bytes(file, offset, out, end - begin, false, err);
-    if (status == STP_OK && stp_byte_source_is_remote(file->source) &&
-        !is_sound(&entry, begin, end, out))
+    for (int i = 0; i < FRESH_TRIES && status == STP_OK &&
+                    stp_byte_source_is_remote(file->source) && !is_sound(&entry, begin, end, out);
+         i++)
         status = read_bytes(file, offset, out, end - begin, true, err);
     return status;
 }

@@ -19,6 +19,8 @@
 
 #define WAIT_SLICE_S 0.1
 #define UNKNOWN_SIZE UINT64_MAX
+/* Waiting that an answer is worth, for those far away. */
+#define ANSWER_S 1.0
 #define RECEIVE_BUFFER_BYTES 131072L
 
 struct stp_http {
@@ -29,23 +31,67 @@ struct stp_http {
     uint64_t size; /* with identity and head fixed once open */
     char identity[STP_HTTP_IDENTITY_LIMIT];
     uint8_t head[STP_HTTP_HEAD_BYTES];
-    atomic_bool cancelled, changed;
-    atomic_uint_fast64_t requests, retries, bytes;
+    atomic_bool cancelled, changed, given_up;
+    pthread_mutex_t patience; /* guards the two below; innermost */
+    unsigned waiting;         /* reads that wait for the server */
+    double waited_s, since_s; /* for which time it did, and since when, where one does */
+    atomic_uint_fast64_t requests, retries, bytes, answers;
     char *moved;           /* where the server last led to from the address; NULL: nowhere */
     pthread_mutex_t mutex; /* guards moved, connections[].busy and .easy; innermost */
     pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
     stp_http_connection connections[STP_SOURCE_CONNECTIONS];
 };
 
+/* ---- patience ---- */
+
+/* +1: a read begins to wait for the server, -1: one ends to. */
+static void count_waiting(stp_http *h, int change)
+{
+    pthread_mutex_lock(&h->patience);
+    if (h->waiting == 0)
+        h->since_s = stp_clock_seconds();
+    h->waiting = (unsigned)((int)h->waiting + change);
+    if (h->waiting == 0)
+        h->waited_s += stp_clock_seconds() - h->since_s;
+    pthread_mutex_unlock(&h->patience);
+}
+
+static double waited_s(stp_http *h)
+{
+    pthread_mutex_lock(&h->patience);
+    double seconds = h->waited_s + (h->waiting > 0 ? stp_clock_seconds() - h->since_s : 0.0);
+    pthread_mutex_unlock(&h->patience);
+    return seconds;
+}
+
+/* Whether the server has been waited for, in all, for longer than its bytes and answers are worth.
+ */
+static bool is_too_slow(stp_http *h)
+{
+    if (h->params.patience_ms == 0 || atomic_load(&h->given_up))
+        return atomic_load(&h->given_up);
+    double worth_s = h->params.patience_ms / 1e3 +
+                     (double)atomic_load(&h->bytes) / STP_HTTP_SLOWEST_RATE +
+                     ANSWER_S * (double)atomic_load(&h->answers);
+    if (waited_s(h) > worth_s)
+        atomic_store(&h->given_up, true);
+    return atomic_load(&h->given_up);
+}
+
 static bool is_ended(void *context)
 {
-    const stp_http *h = context;
-    return atomic_load(&h->cancelled) ||
+    stp_http *h = context;
+    return atomic_load(&h->cancelled) || is_too_slow(h) ||
            (h->params.cancelled != NULL && h->params.cancelled(h->params.cancelled_context));
 }
 
-static stp_status say_ended(const stp_http *h, stp_error *err)
+static stp_status say_ended(stp_http *h, stp_error *err)
 {
+    if (atomic_load(&h->given_up))
+        return stp_error_set(err, STP_IO,
+                             "%s: the server is too slow: %" PRIu64 " bytes came in %.0f s: try "
+                             "again later, or wait longer (--timeout)",
+                             h->name, (uint64_t)atomic_load(&h->bytes), waited_s(h));
     return stp_error_set(err, STP_CANCELLED, "%s: reading was interrupted", h->name);
 }
 
@@ -65,6 +111,7 @@ static bool set_options(const stp_http *h, CURL *easy)
            h->curl->easy_setopt(easy, CURLOPT_MAXREDIRS, STP_HTTP_REDIRECTIONS_LIMIT) == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)h->params.connect_ms) ==
                CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_SUPPRESS_CONNECT_HEADERS, 1L) == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_NOSIGNAL, 1L) == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L) == CURLE_OK &&
            h->curl->easy_setopt(easy, CURLOPT_BUFFERSIZE, RECEIVE_BUFFER_BYTES) == CURLE_OK &&
@@ -235,13 +282,14 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     bool moved = choose_address(h, c);
     atomic_fetch_add(&h->requests, 1);
     stp_http_transfer_run(t, c);
-    atomic_fetch_add(&h->bytes, t->received);
     /* Whole by what the range says, even if the server says otherwise of the length. */
     bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
                  t->received == t->answer.last - t->answer.begin + 1;
-    if (whole)
+    if (whole) {
+        atomic_fetch_add(&h->answers, 1);
         remember_address(h, c);
-    else if (t->verdict != STP_HTTP_EMPTY)
+    }
+    if (!whole && t->verdict != STP_HTTP_EMPTY)
         status = take_failure(h, t, c, moved, pause_s, err);
     release(h, c);
     return status;
@@ -266,7 +314,7 @@ static void pause_before(stp_http *h, unsigned tried, double asked_s)
 }
 
 /* Tries until all of it is there; the last one's transfer is left in *t. */
-static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
+static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
 {
     const stp_http_transfer asked = *t;
     bool first = t->identity == NULL;
@@ -297,6 +345,14 @@ static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
     }
 }
 
+static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
+{
+    count_waiting(h, 1);
+    stp_status status = try_on(h, t, err);
+    count_waiting(h, -1);
+    return status;
+}
+
 static stp_http_transfer begin_transfer(stp_http *h, bool fresh)
 {
     bool known = h->size != UNKNOWN_SIZE;
@@ -306,7 +362,8 @@ static stp_http_transfer begin_transfer(stp_http *h, bool fresh)
                                .stall_ms = h->params.stall_ms,
                                .connect_ms = h->params.connect_ms,
                                .ended = is_ended,
-                               .ended_context = h};
+                               .ended_context = h,
+                               .bytes = &h->bytes};
 }
 
 /* ---- opening ---- */
@@ -336,6 +393,7 @@ static stp_status create(stp_http **out, const char *address, const stp_byte_sou
     pthread_condattr_t clock;
     STP_TRY(stp_alloc(&h, 1, sizeof *h, "a web address", err));
     pthread_mutex_init(&h->mutex, NULL);
+    pthread_mutex_init(&h->patience, NULL);
     pthread_condattr_init(&clock);
     pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
     pthread_cond_init(&h->freed, &clock);
@@ -345,6 +403,7 @@ static stp_status create(stp_http **out, const char *address, const stp_byte_sou
                                          .stall_ms = or_default(params->stall_ms, 10000),
                                          .tries = or_default(params->tries, 4),
                                          .pause_ms = or_default(params->pause_ms, 200),
+                                         .patience_ms = params->patience_ms,
                                          .cancelled = params->cancelled,
                                          .cancelled_context = params->cancelled_context};
     STP_TRY(stp_http_address_encode(address, &h->address, err));
@@ -399,6 +458,7 @@ void stp_http_close(stp_http **http)
     }
     pthread_cond_destroy(&h->freed);
     pthread_mutex_destroy(&h->mutex);
+    pthread_mutex_destroy(&h->patience);
     free(h->moved);
     free(h->address);
     free(h->name);

@@ -74,6 +74,14 @@ static void read_status(stp_http_answer *a, const char *text)
         a->code = (int)code;
 }
 
+/* A number too large for any file is the largest. */
+static void read_length(stp_http_answer *a, const char *at)
+{
+    a->has_length = *at != '\0' && at[strspn(at, "0123456789")] == '\0';
+    if (!take_number(&at, &a->length))
+        a->length = UINT64_MAX;
+}
+
 void stp_http_answer_line(stp_http_answer *a, const char *line, size_t size)
 {
     char text[1024]; /* what is longer is no header of ours */
@@ -96,7 +104,7 @@ void stp_http_answer_line(stp_http_answer *a, const char *line, size_t size)
     if (strcasecmp(text, "Content-Range") == 0)
         read_range(a, value);
     else if (strcasecmp(text, "Content-Length") == 0)
-        a->has_length = take_number(&number, &a->length) && *number == '\0';
+        read_length(a, number);
     else if (strcasecmp(text, "Content-Encoding") == 0)
         a->encoded = value[0] != '\0' && strcasecmp(value, "identity") != 0;
     else if (strcasecmp(text, "ETag") == 0)

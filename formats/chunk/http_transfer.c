@@ -10,8 +10,8 @@
 
 #define HEADERS_LIMIT 65536u
 #define POLL_MS 100
-/* Slower than so many bytes a second is not waited for. */
-#define SLOWEST_RATE 1024.0
+/* Servers that count their bytes wrong by less send the right ones all the same. */
+#define LENGTH_SLACK 65536u
 
 /* ---- judging ---- */
 
@@ -53,7 +53,9 @@ static stp_http_verdict judge(const stp_http_transfer *t)
                    ? STP_HTTP_CHANGED
                    : STP_HTTP_WHOLE;
     case 416: /* the range is not there: none at all, or no longer */
-        return t->identity == NULL ? STP_HTTP_EMPTY : STP_HTTP_CHANGED;
+        if (t->identity != NULL)
+            return STP_HTTP_CHANGED;
+        return a->has_total && a->total == 0 ? STP_HTTP_EMPTY : STP_HTTP_WRONG_RANGE;
     default:
         return STP_HTTP_REFUSED;
     }
@@ -66,6 +68,19 @@ static void hear(stp_http_transfer *t)
     t->heard_s = stp_clock_seconds();
 }
 
+/* What the headers alone rule out is not waited for. Redirections and errors may have bodies. */
+static void refuse_early(stp_http_transfer *t)
+{
+    const stp_http_answer *a = &t->answer;
+    if (a->code != 200 && a->code != 206)
+        return;
+    const stp_http_verdict verdict = judge(t);
+    if (verdict != STP_HTTP_GOOD)
+        t->verdict = verdict;
+    else if (a->has_length && a->length > a->last - a->begin + LENGTH_SLACK)
+        t->endless = true;
+}
+
 static size_t take_header(char *line, size_t one, size_t size, void *context)
 {
     stp_http_transfer *t = context;
@@ -74,7 +89,9 @@ static size_t take_header(char *line, size_t one, size_t size, void *context)
     t->header_bytes += size;
     t->endless = t->header_bytes > HEADERS_LIMIT;
     stp_http_answer_line(&t->answer, line, size);
-    return t->endless ? 0 : size;
+    if (line[0] == '\r' || line[0] == '\n') /* the last line of the headers */
+        refuse_early(t);
+    return t->endless || t->verdict != STP_HTTP_NONE ? 0 : size;
 }
 
 static size_t take_body(char *bytes, size_t one, size_t size, void *context)
@@ -92,6 +109,7 @@ static size_t take_body(char *bytes, size_t one, size_t size, void *context)
         return 0;
     memcpy(t->data + t->received, bytes, size);
     t->received += size;
+    atomic_fetch_add(t->bytes, size);
     return size;
 }
 
@@ -126,7 +144,7 @@ static bool prepare(stp_http_transfer *t, stp_http_connection *c)
 static bool is_late(const stp_http_transfer *t, double begin_s)
 {
     double now_s = stp_clock_seconds();
-    double most_s = (t->connect_ms + t->stall_ms) / 1e3 + (double)t->size / SLOWEST_RATE;
+    double most_s = (t->connect_ms + t->stall_ms) / 1e3 + (double)t->size / STP_HTTP_SLOWEST_RATE;
     return (t->heard_s > 0.0 && now_s - t->heard_s > t->stall_ms / 1e3) || now_s - begin_s > most_s;
 }
 

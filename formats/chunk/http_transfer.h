@@ -5,6 +5,11 @@
 #include "formats/chunk/curl_library.h"
 #include "formats/chunk/http_answer.h"
 
+#include <stdatomic.h>
+
+/* Slower than so many bytes a second is not waited for. */
+#define STP_HTTP_SLOWEST_RATE 1024.0
+
 /* What an answer's headers say of it. */
 typedef enum stp_http_verdict {
     STP_HTTP_NONE = 0,    /* no whole headers came */
@@ -37,6 +42,7 @@ typedef struct stp_http_transfer {
     unsigned stall_ms, connect_ms;
     bool (*ended)(void *context); /* the read is cancelled */
     void *ended_context;
+    atomic_uint_fast64_t *bytes; /* counts good ones as they come */
     /* came of it */
     stp_http_answer answer;
     stp_http_verdict verdict;

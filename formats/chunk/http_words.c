@@ -39,6 +39,16 @@ stp_status stp_http_say_verdict(const char *name, const stp_http_transfer *t, st
                              ".stipple files there, or copy the file here",
                              name);
     case STP_HTTP_WRONG_RANGE:
+        if (a->code == 416)
+            return stp_error_set(err, STP_IO,
+                                 "%s: the server says that the file has no bytes %" PRIu64
+                                 " to %" PRIu64 " (416): copy the file here, or use another server",
+                                 name, t->offset, t->offset + t->size - 1);
+        if (a->has_range && !a->has_total && t->identity == NULL)
+            return stp_error_set(err, STP_IO,
+                                 "%s: the server does not say how large the file is "
+                                 "(Content-Range): copy the file here, or use another server",
+                                 name);
         if (a->has_range)
             return stp_error_set(err, STP_IO,
                                  "%s: the server sent bytes %" PRIu64 " to %" PRIu64
@@ -69,6 +79,11 @@ stp_status stp_http_say_failure(const char *name, const stp_http_transfer *t,
                              name);
     switch (t->result) {
     case CURLE_OUT_OF_MEMORY:
+        if (t->heard_s > 0.0) /* an answer began: it is a line of it that libcurl does not hold */
+            return stp_error_set(err, STP_IO,
+                                 "%s: the server's headers are larger than any should be: copy the "
+                                 "file here, or use another server",
+                                 name);
         return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for a request", name);
     case CURLE_URL_MALFORMAT:
         return stp_error_set(err, STP_INVALID_ARGUMENT,

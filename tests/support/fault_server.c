@@ -87,6 +87,16 @@ static void endless_headers(const answer *a)
         continue;
 }
 
+static void huge_header(const answer *a)
+{
+    char part[1024];
+    memset(part, 'x', sizeof part);
+    bool open = send_text(a, "HTTP/1.1 206 Partial Content\r\nX: ");
+    for (int i = 0; i < 1024 && open; i++)
+        open = send_all(a, part, sizeof part);
+    (void)send_text(a, "\r\n\r\n");
+}
+
 static void write_validators(const fault_shared *shared, char *out, size_t room)
 {
     const char *version = atomic_load(&shared->changed) ? "2" : "1";
@@ -107,6 +117,9 @@ static void write_range(const answer *a, char *out, size_t room)
     uint64_t total = a->shared->size + (a->kind == FAULT_TOTAL);
     snprintf(out, room, "Content-Range: bytes %" PRIu64 "-%" PRIu64 "/%" PRIu64 "\r\n", a->begin,
              a->last, total);
+    if (a->kind == FAULT_NO_TOTAL)
+        snprintf(out, room, "Content-Range: bytes %" PRIu64 "-%" PRIu64 "/*\r\n", a->begin,
+                 a->last);
     if (a->kind == FAULT_RANGE_NONE)
         out[0] = '\0';
     if (a->kind == FAULT_RANGE_JUNK)
@@ -120,6 +133,8 @@ static void write_length(const answer *a, char *out, size_t room)
         length += 1000;
     if (a->kind == FAULT_LENGTH_SHORT)
         length /= 2;
+    if (a->kind == FAULT_VAST)
+        length = (size_t)1 << 62;
     snprintf(out, room, "Content-Length: %zu\r\n", length);
     if (a->kind == FAULT_BODY_LONG || a->kind == FAULT_BODY_SHORT)
         snprintf(out, room, "Connection: close\r\n");
@@ -140,6 +155,8 @@ static bool send_part(const answer *a)
     }
     if (!send_text(a, headers))
         return false;
+    if (a->kind == FAULT_VAST)
+        stall();
     bool half = a->kind == FAULT_STALL_BODY || a->kind == FAULT_CUT_BODY ||
                 a->kind == FAULT_LENGTH_SHORT || a->kind == FAULT_BODY_SHORT;
     bool sent = send_body(a, half ? a->body_bytes / 2 : a->body_bytes);
@@ -213,6 +230,17 @@ static void fill_body(answer *a, uint64_t begin, uint64_t last)
         a->body[a->body_bytes / 2] ^= 4;
 }
 
+/* The range asked for is not there. */
+static bool send_past(const answer *a)
+{
+    char headers[200];
+    snprintf(headers, sizeof headers,
+             "HTTP/1.1 416 Range Not Satisfiable\r\nContent-Range: bytes */%zu\r\n"
+             "Content-Length: 0\r\n\r\n",
+             a->shared->size);
+    return send_text(a, headers);
+}
+
 static bool send_answer(answer *a, uint64_t begin, uint64_t last)
 {
     switch (a->kind) {
@@ -227,6 +255,9 @@ static bool send_answer(answer *a, uint64_t begin, uint64_t last)
     case FAULT_ENDLESS:
         endless_headers(a);
         return false;
+    case FAULT_HUGE_HEADER:
+        huge_header(a);
+        return false;
     case FAULT_STATUS:
         return send_status(a);
     case FAULT_WHOLE:
@@ -239,7 +270,7 @@ static bool send_answer(answer *a, uint64_t begin, uint64_t last)
         break;
     }
     if (a->shared->size == 0 || begin >= a->shared->size)
-        return send_text(a, "HTTP/1.1 416 Range Not Satisfiable\r\nContent-Length: 0\r\n\r\n");
+        return send_past(a);
     fill_body(a, begin, last);
     bool sent = send_part(a);
     free(a->body);

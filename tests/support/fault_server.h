@@ -21,6 +21,9 @@ typedef enum fault_kind {
     FAULT_CUT_BODY,      /* half of it */
     FAULT_GARBAGE,       /* no HTTP */
     FAULT_ENDLESS,       /* headers */
+    FAULT_HUGE_HEADER,   /* one, of a megabyte */
+    FAULT_NO_TOTAL,      /* Content-Range with a star for the file's size */
+    FAULT_VAST,          /* Content-Length of 2^62, and nothing comes */
     FAULT_RANGE_NONE,    /* 206 without Content-Range */
     FAULT_RANGE_JUNK,
     FAULT_RANGE_OTHER, /* it says, and sends, one byte on */
