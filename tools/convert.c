@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "formats/chunk/convert.h"
 #include "tools/codec_options.h"
+#include "tools/sandbox_options.h"
 #include "tools/source_options.h"
 
 #include <inttypes.h>
@@ -28,7 +29,7 @@ typedef struct convert_options {
     const char *path, *output;
     int codec;
     double threshold_px, timeout_s;
-    bool has_codec, has_threshold, force;
+    bool has_codec, has_threshold, force, no_sandbox;
     cli_common common;
 } convert_options;
 
@@ -44,6 +45,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
                                  .threshold_px = o->has_threshold ? o->threshold_px : 0.0,
                                  .force = o->force,
                                  .progress = cli_progress(&o->common)};
+    STP_TRY(sandbox_options_enter(o->no_sandbox, o->path, o->output, err));
     STP_TRY(cli_check_outputs(outputs, &o->path, 1, o->force, err));
     STP_TRY(stp_chunk_file_open_at(&file, o->path, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
@@ -77,6 +79,7 @@ static int run(int argc, char **argv)
          "what drawing commands take by default (the file's own)", &o.has_threshold},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},
         source_options_timeout(&o.timeout_s),
+        sandbox_options_off(&o.no_sandbox),
     };
     int code = cli_parse(&cli_convert, options, sizeof options / sizeof *options, argc, argv,
                          &o.path, 1, 1, &count, &o.common);

@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "tools/export_file.h"
+#include "tools/sandbox_options.h"
 #include "tools/source_options.h"
 
 #include <inttypes.h>
@@ -49,13 +50,14 @@ static int run(int argc, char **argv)
 {
     const char *path = NULL;
     const char *output = NULL;
-    bool force = false;
+    bool force = false, no_sandbox = false;
     double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
     stp_error err = {0};
     const cli_option options[] = {
         source_options_timeout(&timeout_s),
+        sandbox_options_off(&no_sandbox),
         {.name = "--output",
          .letter = 'o',
          .kind = CLI_STRING,
@@ -75,7 +77,8 @@ static int run(int argc, char **argv)
     if (!output)
         return cli_usage(&cli_export, "no output given: add -o F.ply");
     const export_params params = {output, force, cli_progress(&common)};
-    if (export_path(path, &params, timeout_s, &common, &err) != STP_OK)
+    if (sandbox_options_enter(no_sandbox, path, output, &err) != STP_OK ||
+        export_path(path, &params, timeout_s, &common, &err) != STP_OK)
         return cli_fail(&cli_export, &err);
     return CLI_DONE;
 }

@@ -1,4 +1,5 @@
 /* `stipple info`: what is in a chunk file, from its header and directory alone. */
+#include "tools/sandbox_options.h"
 #include "tools/source_options.h"
 
 #include "base/memory.h"
@@ -325,7 +326,7 @@ static stp_status print_json(const char *path, const stp_chunk_file_info *info,
 static int run(int argc, char **argv)
 {
     const char *path = NULL;
-    bool json = false;
+    bool json = false, no_sandbox = false;
     double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
@@ -335,12 +336,14 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     const cli_option options[] = {
         source_options_timeout(&timeout_s),
+        sandbox_options_off(&no_sandbox),
         {.name = "--json", .kind = CLI_FLAG, .target = &json, .help = "as one JSON object"},
     };
     int code = cli_parse(&cli_info, options, sizeof options / sizeof *options, argc, argv, &path, 1,
                          1, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
+    STP_TRY(sandbox_options_enter(no_sandbox, path, NULL, &err));
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(stp_chunk_file_open_at(&file, path, &source, &err));
     STP_TRY(summarise(file, &depths, &err));

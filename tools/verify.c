@@ -7,6 +7,7 @@
 #include "formats/chunk/repair.h"
 #include "formats/chunk/verify.h"
 #include "preprocess/rebuild.h"
+#include "tools/sandbox_options.h"
 #include "tools/source_options.h"
 
 #include <inttypes.h>
@@ -29,7 +30,7 @@ const cli_command cli_verify = {
 
 typedef struct verify_options {
     const char *path;
-    bool repair;
+    bool repair, no_sandbox;
     const char *output;
     bool force;
     double timeout_s;
@@ -115,6 +116,7 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     const cli_option options[] = {
         source_options_timeout(&o.timeout_s),
+        sandbox_options_off(&o.no_sandbox),
         {.name = "--repair",
          .kind = CLI_FLAG,
          .target = &o.repair,
@@ -142,7 +144,10 @@ static int run(int argc, char **argv)
         return cli_usage(&cli_verify, "nothing is written without --repair");
     if (o.repair && stp_is_address(o.path))
         return cli_usage(&cli_verify, "--repair reads local files only: copy the file here");
-    stp_status status = stp_pool_create(&pool, (unsigned)o.common.threads, &err);
+    const char *output = !o.repair ? NULL : o.output ? o.output : o.path;
+    stp_status status = sandbox_options_enter(o.no_sandbox, o.path, output, &err);
+    if (status == STP_OK)
+        status = stp_pool_create(&pool, (unsigned)o.common.threads, &err);
     if (status == STP_OK)
         status = o.repair ? repair(&o, pool, &err) : verify(&o, pool, &err);
     stp_pool_destroy(&pool);

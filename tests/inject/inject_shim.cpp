@@ -67,6 +67,7 @@ std::atomic<int> range_count;
 std::atomic<unsigned> counts[NAME_COUNT];
 int wanted = NAME_COUNT, failure, shortened, lasting;
 unsigned wanted_count;
+int told = -1; // where counts go: opened at once, for a program may let go of the right to
 
 // dlsym asks for memory before it can say where memory is had.
 alignas(16) char early[1 << 16];
@@ -151,6 +152,8 @@ bool strikes(name which, const void *caller)
 
 __attribute__((constructor)) void begin()
 {
+    const char *path = getenv("STIPPLE_INJECT_COUNTS");
+    told = path ? open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666) : -1;
     char which[32], mode[16] = "";
     bool first = true;
     const char *text = getenv("STIPPLE_INJECT");
@@ -165,12 +168,8 @@ __attribute__((constructor)) void begin()
 
 __attribute__((destructor)) void end()
 {
-    const char *path = getenv("STIPPLE_INJECT_COUNTS");
-    FILE *f = path ? fopen(path, "w") : nullptr;
-    for (int i = 0; f && i < NAME_COUNT; i++)
-        fprintf(f, "%s %u\n", names[i], counts[i].load());
-    if (f)
-        fclose(f);
+    for (int i = 0; told >= 0 && i < NAME_COUNT; i++)
+        dprintf(told, "%s %u\n", names[i], counts[i].load());
 }
 
 } // namespace
