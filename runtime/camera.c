@@ -7,6 +7,10 @@
 #define NEAR_FRACTION 1e-5
 /* Longest sides of the box from the origin, along both x and y. */
 #define MAP_SIZES 8.0
+/* What eyes and pictures may be: of any model that a file holds, from anywhere about it. */
+#define REACH_LIMIT 1e17
+#define HEIGHT_LIMIT 1e20
+#define FOCAL_LIMIT_PX 1e9
 #define DEGREES (3.14159265358979323846 / 180.0)
 
 stp_ball stp_ball_from_box(const stp_dbox *box)
@@ -27,6 +31,11 @@ void stp_view_set_ball(stp_view *view, const stp_ball *ball)
     view->ball_far = fmax(2.0 * view->near_depth, distance + ball->radius);
 }
 
+static double farthest(stp_dvec3 p)
+{
+    return fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z)));
+}
+
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
                            int height, stp_error *err)
 {
@@ -34,6 +43,10 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         !stp_dvec3_finite(camera->up))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the camera's eye, look or up is not finite: give three numbers each");
+    if (farthest(camera->eye) > REACH_LIMIT || farthest(camera->look) > REACH_LIMIT)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera's eye or look is %g away, and %g is the farthest",
+                             fmax(farthest(camera->eye), farthest(camera->look)), REACH_LIMIT);
     bool orthographic = camera->height > 0.0;
     if (!orthographic && !(camera->fovy_deg > 0.0 && camera->fovy_deg < 180.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
@@ -42,6 +55,14 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
     if (width < 1 || height < 1)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "a picture of %d x %d pixels is empty",
                              width, height);
+    const double f = orthographic ? height / camera->height
+                                  : height / (2.0 * tan(0.5 * camera->fovy_deg * DEGREES));
+    if (orthographic ? !(camera->height >= 1.0 / HEIGHT_LIMIT && camera->height <= HEIGHT_LIMIT)
+                     : !(f <= FOCAL_LIMIT_PX))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "the camera shows too little or too much: give another %s than %g",
+                             orthographic ? "height" : "angle",
+                             orthographic ? camera->height : camera->fovy_deg);
     stp_dvec3 back = stp_dvec3_normalize(stp_dvec3_sub(camera->eye, camera->look));
     if (stp_dvec3_length(back) == 0.0)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
@@ -56,8 +77,7 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         .right = right,
         .up = stp_dvec3_cross(back, right),
         .back = back,
-        .f = orthographic ? height / camera->height
-                          : height / (2.0 * tan(0.5 * camera->fovy_deg * DEGREES)),
+        .f = f,
         .width = width,
         .height = height,
         .orthographic = orthographic,

@@ -51,7 +51,8 @@ typedef struct stp_view {
  * box is one point at the origin. */
 stp_ball stp_ball_from_box(const stp_dbox *box);
 
-/* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle outside (0, 180), not finite). */
+/* Errors: INVALID_ARGUMENT (eye at look, up along the view, angle outside (0, 180), not
+ * finite; an eye farther away than 1e17, an angle or a height that shows next to nothing). */
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
                            int height, stp_error *err);
 

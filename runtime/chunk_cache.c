@@ -35,7 +35,9 @@ struct stp_chunk_cache {
     bool refused;       /* one of the wants found no room: they are not asked for again */
     bool ahead_refused; /* one of those that will be wanted soon */
     double rest_until, rest_s;
-    char damage[512], trouble[512];
+    uint32_t damaged_count;
+    char damage[560], trouble[512];
+    size_t damage_bytes; /* of the first damage's sentence */
 };
 
 const stp_object_texture *stp_chunk_cache_texture(const stp_chunk_cache *cache)
@@ -279,9 +281,15 @@ static bool is_damage(const stp_load *load)
 /* Damage is noted for good. */
 static void note_damage(stp_chunk_cache *c, const stp_load *load)
 {
-    if (c->damage[0] == '\0')
-        snprintf(c->damage, sizeof c->damage, "%.500s", load->error.message);
+    if (c->damaged[load->want.chunk])
+        return;
     c->damaged[load->want.chunk] = true;
+    if (c->damaged_count++ == 0)
+        c->damage_bytes =
+            (size_t)snprintf(c->damage, sizeof c->damage, "%.500s", load->error.message);
+    else
+        snprintf(c->damage + c->damage_bytes, sizeof c->damage - c->damage_bytes,
+                 " (and so of %u other chunks)", c->damaged_count - 1);
 }
 
 /* The file cannot be read at the moment: the stream rests, longer each time. All reads under way

@@ -106,7 +106,7 @@ void stp_chunk_cache_touch(stp_chunk_cache *cache, uint32_t chunk, uint64_t stam
 uint64_t stp_chunk_cache_bytes_read(const stp_chunk_cache *cache);
 /* Bytes of the Object Texture in use. */
 uint64_t stp_chunk_cache_gpu_used(const stp_chunk_cache *cache);
-/* The first damage found, as a sentence; empty if none. */
+/* The first damage found, as a sentence, and of how many chunks besides; empty if none. */
 const char *stp_chunk_cache_damage(const stp_chunk_cache *cache);
 /* Why nothing comes at the moment (the file cannot be read), as a sentence; empty if it does. */
 const char *stp_chunk_cache_trouble(const stp_chunk_cache *cache);

@@ -379,7 +379,8 @@ void stp_renderer_measure(const stp_renderer *renderer, stp_cut_measure *out);
  * Errors: GL. */
 stp_status stp_renderer_reload_shaders(stp_renderer *renderer, stp_error *err);
 
-/* The first damage met while reading chunks, as a sentence; empty if none. */
+/* The first damage met while reading chunks, as a sentence, and of how many besides; empty if none.
+ */
 const char *stp_renderer_damage(const stp_renderer *renderer);
 /* Why chunks that are missing do not come at the moment, as a sentence; empty if they do. */
 const char *stp_renderer_trouble(const stp_renderer *renderer);

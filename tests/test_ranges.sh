@@ -60,6 +60,20 @@ for far in 1e3 1e9 9e14; do
         expect_code 0
     done
 done
+# Eyes and angles beyond what any model needs.
+if [ $draws = 1 ]; then
+    ball 0
+    for options in "--eye 1e18,0,0" "--eye 0,0,4 --look 1e300,0,0" "--fovy 1e-9"; do
+        # shellcheck disable=SC2086
+        run "$STIPPLE" render "$FOLDER/ball.stipple" -o "$FOLDER/far.png" --size 64x64 --quiet $options
+        expect_failure "the camera"
+    done
+    for options in "--eye 1e17,0,0" "--fovy 1e-5" "--fovy 179.999"; do
+        # shellcheck disable=SC2086
+        run "$STIPPLE" render "$FOLDER/ball.stipple" -o "$FOLDER/far.png" --size 64x64 --quiet --force $options
+        expect_code 0
+    done
+fi
 points "3 4 5" "3 4 5"
 expect_code 0
 end_test
