@@ -304,14 +304,37 @@ static inline void mixture_assert_sound(const mixture *m, const char *path, uint
     stp_chunk_file_close(&file);
 }
 
-/* prep, then verify; frees the points. */
+/* Whether prep takes the points: no coordinate beyond 10^15, and a box of at least 10^-15 unless
+ * all points are at one place. */
+static inline bool mixture_within_limits(const mixture *m)
+{
+    double far = 0.0, side = 0.0;
+    for (int axis = 0; axis < 3; axis++) {
+        double low = INFINITY, high = -INFINITY;
+        for (size_t i = 0; i < m->cloud.count; i++) {
+            const stp_dvec3 p = m->cloud.points[i].position;
+            const double value = axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+            low = fmin(low, value);
+            high = fmax(high, value);
+        }
+        far = fmax(far, fmax(fabs(low), fabs(high)));
+        side = fmax(side, high - low);
+    }
+    return far <= 1e15 && (side == 0.0 || side >= 1e-15);
+}
+
+/* prep, then verify; frees the points. Beyond the limits of numbers prep has to refuse them. */
 static inline void mixture_try(mixture *m, const char *path)
 {
     stp_prep_stats stats;
     stp_error err = {0};
-    if (prep_cloud_run(&m->cloud, path, 2, &m->params, &stats, &err) != STP_OK)
-        fail_msg("mixture %" PRIu64 " (%s): prep: %s", m->seed, m->words, err.message);
-    mixture_assert_sound(m, path, stats.rejected[STP_REJECT_OUTLIER]);
+    const bool within = mixture_within_limits(m);
+    const stp_status status = prep_cloud_run(&m->cloud, path, 2, &m->params, &stats, &err);
+    if (status != (within ? STP_OK : STP_LIMIT))
+        fail_msg("mixture %" PRIu64 " (%s), %s limits: prep: %s", m->seed, m->words,
+                 within ? "within" : "beyond", status == STP_OK ? "took it" : err.message);
+    if (within)
+        mixture_assert_sound(m, path, stats.rejected[STP_REJECT_OUTLIER]);
     free(m->cloud.points);
 }
 

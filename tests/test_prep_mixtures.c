@@ -22,13 +22,13 @@ static void small_mixtures_are_sound(void **state)
     }
 }
 
-static void extreme_numbers_are_sound(void **state)
+static void extreme_numbers_are_sound_or_refused(void **state)
 {
     (void)state;
     for (uint64_t seed = 1; seed <= EXTREMES; seed++) {
         if (!mixture_wanted(seed))
             continue;
-        mixture m = mixture_make_extreme(seed, -40.0, 20.0);
+        mixture m = mixture_make_extreme(seed, -40.0, seed % 2 ? 15.0 : 20.0);
         m.params.outliers = STP_OUTLIERS_KEEP; /* else all may be dropped */
         mixture_try(&m, OUT);
     }
@@ -148,8 +148,8 @@ static int remove_output(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(small_mixtures_are_sound), cmocka_unit_test(extreme_numbers_are_sound),
-        cmocka_unit_test(surveys_are_sound), cmocka_unit_test(points_at_one_place_are_sound),
-        cmocka_unit_test(deep_trees_are_sound)};
+        cmocka_unit_test(small_mixtures_are_sound),
+        cmocka_unit_test(extreme_numbers_are_sound_or_refused), cmocka_unit_test(surveys_are_sound),
+        cmocka_unit_test(points_at_one_place_are_sound), cmocka_unit_test(deep_trees_are_sound)};
     return cmocka_run_group_tests(tests, NULL, remove_output);
 }
