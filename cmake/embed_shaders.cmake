@@ -1,13 +1,15 @@
-# Writes OUTPUT, a C file with the text of every file of SHADERS (runtime/shader.h declares it).
-set(text "/* Made from shaders/ by cmake/embed_shaders.cmake. */\n#include \"runtime/shader.h\"\n\n")
+# Writes OUTPUT, a C file with the text of every file of SHADERS, which lie in FOLDER or below it
+# (runtime/gl/shader.h declares it).
+set(text "/* Made from shaders/ by cmake/embed_shaders.cmake. */\n#include \"runtime/gl/shader.h\"\n\n")
 set(table "")
 foreach(path IN LISTS SHADERS)
     get_filename_component(name "${path}" NAME)
+    file(RELATIVE_PATH place "${FOLDER}" "${path}")
     string(MAKE_C_IDENTIFIER ${name} symbol)
     file(READ "${path}" bytes HEX)
     string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
     string(APPEND text "static const char ${symbol}[] = {${bytes}0x00};\n")
-    string(APPEND table "    {\"${name}\", ${symbol}},\n")
+    string(APPEND table "    {\"${name}\", \"${place}\", ${symbol}},\n")
 endforeach()
-string(APPEND text "\nconst stp_shader_file stp_shader_files[] = {\n${table}    {0, 0},\n};\n")
+string(APPEND text "\nconst stp_shader_file stp_shader_files[] = {\n${table}    {0, 0, 0},\n};\n")
 file(WRITE "${OUTPUT}" "${text}")

@@ -3,11 +3,11 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "preprocess/claims.h"
-#include "preprocess/enclosure.h"
-#include "preprocess/first_view.h"
+#include "preprocess/closed/enclosure.h"
 #include "preprocess/prep_metadata.h"
-#include "preprocess/surface.h"
+#include "preprocess/surface/surface.h"
+#include "preprocess/viewpoint/claims.h"
+#include "preprocess/viewpoint/first_view.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -9,15 +9,15 @@
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
-#include "formats/scan/line_set.h"
+#include "formats/scan/mesh/line_set.h"
+#include "formats/scan/mesh/triangle_set.h"
 #include "formats/scan/scan.h"
-#include "formats/scan/triangle_set.h"
-#include "preprocess/first_camera.h"
-#include "preprocess/join_layers.h"
-#include "preprocess/orientation.h"
-#include "preprocess/outliers.h"
-#include "preprocess/surface.h"
-#include "preprocess/tree.h"
+#include "preprocess/cloud/outliers.h"
+#include "preprocess/orient/orientation.h"
+#include "preprocess/surface/join_layers.h"
+#include "preprocess/surface/surface.h"
+#include "preprocess/tree/tree.h"
+#include "preprocess/viewpoint/first_camera.h"
 
 /* Neighbours asked for of each point, where the caller does not say. */
 #define STP_PREP_NEIGHBOURS 16u

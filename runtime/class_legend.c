@@ -45,7 +45,7 @@ const char *stp_class_name(uint8_t class_id)
     return class_id < LINE_COUNT ? lines[class_id].name : NULL;
 }
 
-/* stp_palette_hash of shaders/palette.glsl. */
+/* stp_palette_hash of shaders/shade/palette.glsl. */
 static void hash_colour(uint32_t x, float rgb[3])
 {
     x = (x ^ x >> 16) * 0x45d9f3bu;

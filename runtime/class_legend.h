@@ -1,10 +1,10 @@
 /* What the numbers of classes mean: names and colours by the ASPRS LAS specification (1.4 R15), and
- * which of them a model has. The colours are those of shaders/palette.glsl, to which a test
+ * which of them a model has. The colours are those of shaders/shade/palette.glsl, to which a test
  * compares them. Threads: any. */
 #ifndef STP_RUNTIME_CLASS_LEGEND_H
 #define STP_RUNTIME_CLASS_LEGEND_H
 
-#include "runtime/model.h"
+#include "runtime/cut/model.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
-#include "runtime/model.h"
+#include "runtime/cut/model.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
 /* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
 #include "runtime/colour_range.h"
-#include "runtime/culling.h"
-#include "runtime/filter.h"
+#include "runtime/cut/culling.h"
+#include "runtime/draw/filter.h"
 #include "runtime/renderer_parts.h"
 
 #include "base/clock.h"
@@ -119,7 +119,7 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
             (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
 }
 
-/* STP_ELLIPSE_FLOOR of shaders/ellipse.glsl, for templates. */
+/* STP_ELLIPSE_FLOOR of shaders/reconstruct/ellipse.glsl, for templates. */
 #define ELLIPSE_FLOOR_PX 1.0
 
 /* Levels above the viewport that a disc of this radius can reach down from; none for splats and

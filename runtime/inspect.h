@@ -3,12 +3,12 @@
 #ifndef STP_RUNTIME_INSPECT_H
 #define STP_RUNTIME_INSPECT_H
 
-#include "runtime/chunk_cache.h"
-#include "runtime/cut.h"
-#include "runtime/model.h"
-#include "runtime/pyramid.h"
-#include "runtime/sight.h"
+#include "runtime/cut/cut.h"
+#include "runtime/cut/model.h"
+#include "runtime/cut/sight.h"
+#include "runtime/draw/pyramid.h"
 #include "runtime/stipple.h"
+#include "runtime/stream/chunk_cache.h"
 
 /* Borrowed from the renderer; valid until its next call. */
 typedef struct stp_inspection {

@@ -1,14 +1,14 @@
 /* One frame: cut, load, project, pull, push, shade. */
 #include "runtime/colour_range.h"
-#include "runtime/composite.h"
+#include "runtime/draw/composite.h"
 #include "runtime/inspect.h"
 #include "runtime/renderer_parts.h"
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "runtime/filter.h"
-#include "runtime/gl_context.h"
-#include "runtime/gl_state.h"
+#include "runtime/draw/filter.h"
+#include "runtime/gl/gl_context.h"
+#include "runtime/gl/gl_state.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,20 +2,20 @@
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H
 
-#include "runtime/blocks.h"
-#include "runtime/chunk_cache.h"
-#include "runtime/cut.h"
-#include "runtime/fade.h"
-#include "runtime/motion.h"
-#include "runtime/project.h"
-#include "runtime/reconstruct.h"
-#include "runtime/road.h"
-#include "runtime/scene.h"
-#include "runtime/shader.h"
-#include "runtime/sight.h"
-#include "runtime/stage_clock.h"
+#include "runtime/cut/cut.h"
+#include "runtime/cut/scene.h"
+#include "runtime/cut/sight.h"
+#include "runtime/cut/tiles.h"
+#include "runtime/draw/blocks.h"
+#include "runtime/draw/fade.h"
+#include "runtime/draw/project.h"
+#include "runtime/draw/reconstruct.h"
+#include "runtime/draw/road.h"
+#include "runtime/draw/stage_clock.h"
+#include "runtime/gl/shader.h"
 #include "runtime/stipple.h"
-#include "runtime/tiles.h"
+#include "runtime/stream/chunk_cache.h"
+#include "runtime/stream/motion.h"
 
 typedef enum stp_settle_phase {
     STP_SETTLE_NONE,

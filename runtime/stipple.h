@@ -38,7 +38,7 @@
 #define STP_RUNTIME_STIPPLE_H
 
 #include "base/error.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 
 #include <stdbool.h>
 #include <stddef.h>

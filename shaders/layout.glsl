@@ -1,5 +1,5 @@
-// Bindings and packed layouts: the one place, and runtime/gpu_layout.h is the same as C structs.
-// tests/test_gl_layout.c compares the two.
+// Bindings and packed layouts: the one place, and runtime/gl/gpu_layout.h is the same as C structs.
+// tests/gl/test_gl_layout.c compares the two.
 
 // What holds for a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
 layout(std140, binding = 0) uniform stp_frame {
@@ -23,7 +23,7 @@ layout(std140, binding = 0) uniform stp_frame {
 
 #define STP_BACKS_DRAWN 256 // hidden or not, none is left out
 
-// A program is compiled for one variant (runtime/shader.h): STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP, STP_HIDE_CLASSES,
+// A program is compiled for one variant (runtime/gl/shader.h): STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP, STP_HIDE_CLASSES,
 // STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these.
 // Software rasterisers run both sides of a branch, so what a picture does not need is not compiled.
 #define STP_SHADE_PHONG 0

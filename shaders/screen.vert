@@ -1,4 +1,4 @@
-// One triangle around the picture; what is drawn of it is cut out by runtime/tiles.c.
+// One triangle around the picture; what is drawn of it is cut out by runtime/cut/tiles.c.
 
 void main()
 {

@@ -5,7 +5,7 @@
 #ifndef STP_TOOLS_COMMANDS_H
 #define STP_TOOLS_COMMANDS_H
 
-#include "tools/cli.h"
+#include "tools/cli/cli.h"
 
 #define X(name) extern const cli_command cli_##name;
 #include "command_list.h"

@@ -1,7 +1,7 @@
 /* stipple: finds the command named on the command line and runs it. */
 #include "tools/commands.h"
 
-#include "tools/cli_value.h"
+#include "tools/cli/cli_value.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -4,8 +4,8 @@
 #include "base/checked.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "formats/chunk/disk_cache.h"
-#include "formats/chunk/http.h"
+#include "formats/chunk/remote/disk_cache.h"
+#include "formats/chunk/remote/http.h"
 
 #include <inttypes.h>
 #include <stdatomic.h>

@@ -1,9 +1,9 @@
 /* A chunk as payload bytes, and what the directory says about it. */
 #include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
+#include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
-#include "formats/chunk/segment.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -5,9 +5,9 @@
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_fault.h"
+#include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/metadata_check.h"
-#include "formats/chunk/segment.h"
 
 #include <inttypes.h>
 #include <pthread.h>

@@ -2,8 +2,8 @@
 #include "formats/chunk/convert.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/segment.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>

@@ -1,8 +1,8 @@
 /* Patch headers: their checks, and their form as columns of small numbers. */
 #include "formats/chunk/patch.h"
 
+#include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/predict_normal.h"
 
 #include <inttypes.h>
 #include <string.h>

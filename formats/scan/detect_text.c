@@ -1,8 +1,8 @@
 /* Which format of points in text. */
 #include "formats/scan/detect_text.h"
 
-#include "formats/scan/columns.h"
-#include "formats/scan/text_count.h"
+#include "formats/scan/text/columns.h"
+#include "formats/scan/text/text_count.h"
 
 #include <string.h>
 #include <strings.h>

@@ -16,7 +16,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
-#include "formats/scan/triangle_set.h"
+#include "formats/scan/mesh/triangle_set.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -2,7 +2,7 @@
 #include "runtime/window/window.h"
 
 #include "base/memory.h"
-#include "runtime/gl_context.h"
+#include "runtime/gl/gl_context.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -5,9 +5,9 @@
  * must go through export, convert and repair, and be sound after it. */
 #include "tests/fuzz/fuzz_chunk.h"
 #include "formats/chunk/convert.h"
-#include "formats/chunk/repair.h"
-#include "formats/chunk/verify.h"
-#include "tools/export_file.h"
+#include "formats/chunk/repair/repair.h"
+#include "formats/chunk/verify/verify.h"
+#include "tools/file/export_file.h"
 
 static void require_sound(const char *path, stp_pool *pool)
 {

@@ -1,11 +1,11 @@
 /* What the fuzz targets of the chunk file share: a small valid file, and its mutations.
  *
  * Mutations prefer header, directory and payloads in place, so that the file's frame stays. */
-#ifndef STP_TESTS_FUZZ_CHUNK_H
-#define STP_TESTS_FUZZ_CHUNK_H
+#ifndef STP_TESTS_FUZZ_FUZZ_CHUNK_H
+#define STP_TESTS_FUZZ_FUZZ_CHUNK_H
 
-#include "tests/chunk_fixture.h"
-#include "tests/chunk_reseal.h"
+#include "tests/fixtures/chunk_fixture.h"
+#include "tests/fixtures/chunk_reseal.h"
 #include "tests/fuzz/fuzz_memory.h"
 
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);

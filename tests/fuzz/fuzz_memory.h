@@ -1,6 +1,6 @@
 /* Bytes as a file that lies in memory, for readers that take a path. */
-#ifndef STP_TESTS_FUZZ_MEMORY_H
-#define STP_TESTS_FUZZ_MEMORY_H
+#ifndef STP_TESTS_FUZZ_FUZZ_MEMORY_H
+#define STP_TESTS_FUZZ_FUZZ_MEMORY_H
 
 #include <stdint.h>
 #include <stdio.h>

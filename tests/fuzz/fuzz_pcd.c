@@ -1,7 +1,7 @@
 /* Fuzz target for the PCD reader: any bytes as a file. Needs no corpus: an empty input becomes one
  * of the headers below or a small file in one of the three encodings. */
+#include "tests/fixtures/pcd_fixture.h"
 #include "tests/fuzz/fuzz_scan.h"
-#include "tests/pcd_fixture.h"
 
 static const char *const texts[] = {
     "# .PCD v.5\nVERSION .5\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 3\nPOINTS 3\n"

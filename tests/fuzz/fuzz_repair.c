@@ -3,9 +3,9 @@
  *
  * Needs no corpus: an empty input mutates into a small valid file (fuzz_chunk.h). What is repaired
  * must be a sound file; what is refused leaves none. */
-#include "formats/chunk/repair.h"
-#include "formats/chunk/verify.h"
-#include "preprocess/rebuild.h"
+#include "formats/chunk/repair/repair.h"
+#include "formats/chunk/verify/verify.h"
+#include "preprocess/tree/rebuild.h"
 #include "tests/fuzz/fuzz_chunk.h"
 
 /* Wipes some bytes of [begin, begin + length), or flips one bit there. */

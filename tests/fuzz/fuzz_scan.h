@@ -3,7 +3,7 @@
 #define STP_TESTS_FUZZ_FUZZ_SCAN_H
 
 #include "formats/scan/coordinate_step.h"
-#include "formats/scan/mesh.h"
+#include "formats/scan/mesh/mesh.h"
 #include "formats/scan/scan.h"
 #include "tests/fuzz/fuzz_memory.h"
 

@@ -1,5 +1,5 @@
-// Preloaded: one call of a program fails, the n-th of its name. tests/injection.h says how it is
-// used.
+// Preloaded: one call of a program fails, the n-th of its name. tests/fixtures/injection.h says how
+// it is used.
 //
 // STIPPLE_INJECT="name n errno [short|on]": the n-th call of that name that the program itself
 // makes, or a library of ours or one that it is built of in C++, fails with that errno. short:

@@ -3,8 +3,8 @@
 
 #include "base/memory.h"
 #include "tests/support/triangles.h"
-#include "tools/compare_metrics.h"
-#include "tools/draw_fine.h"
+#include "tools/compare/compare_metrics.h"
+#include "tools/draw/draw_fine.h"
 
 #include <math.h>
 #include <stdlib.h>

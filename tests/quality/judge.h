@@ -6,8 +6,8 @@
 #define STP_TESTS_QUALITY_JUDGE_H
 
 #include "base/error.h"
-#include "formats/scan/mesh.h"
-#include "runtime/camera.h"
+#include "formats/scan/mesh/mesh.h"
+#include "runtime/camera/camera.h"
 
 #include <stdint.h>
 

@@ -1,13 +1,13 @@
 /* stipple-bench-quality: every reconstruction against the true mesh, and what it costs. */
 #include "base/memory.h"
-#include "runtime/gl_context.h"
+#include "runtime/gl/gl_context.h"
 #include "runtime/stipple.h"
 #include "tests/quality/judge.h"
 #include "tests/support/views.h"
 #include "tools/bench/median.h"
-#include "tools/cli.h"
-#include "tools/draw_fine.h"
-#include "tools/draw_options.h"
+#include "tools/cli/cli.h"
+#include "tools/draw/draw_fine.h"
+#include "tools/draw/draw_options.h"
 
 #include <stdio.h>
 #include <stdlib.h>

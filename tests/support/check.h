@@ -1,10 +1,10 @@
 /* What the tests of pictures share: cmocka's headers, views made by hand, figures compared. */
-#ifndef STP_TESTS_CHECK_H
-#define STP_TESTS_CHECK_H
+#ifndef STP_TESTS_SUPPORT_CHECK_H
+#define STP_TESTS_SUPPORT_CHECK_H
 
 #include "base/error.h"
 #include "base/vec.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,8 +1,8 @@
 /* Coverage of a picture against the true silhouette: holes, and how far the outlines are apart.
  *
  * Masks are one byte a pixel, not 0 where covered, rows in either order. Threads: any. */
-#ifndef STP_TESTS_COVERAGE_H
-#define STP_TESTS_COVERAGE_H
+#ifndef STP_TESTS_SUPPORT_COVERAGE_H
+#define STP_TESTS_SUPPORT_COVERAGE_H
 
 #include "base/error.h"
 

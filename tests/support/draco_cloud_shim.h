@@ -1,6 +1,6 @@
 /* A whole Draco decoder, to read what our streams say they are: point clouds. */
-#ifndef STP_TESTS_DRACO_CLOUD_SHIM_H
-#define STP_TESTS_DRACO_CLOUD_SHIM_H
+#ifndef STP_TESTS_SUPPORT_DRACO_CLOUD_SHIM_H
+#define STP_TESTS_SUPPORT_DRACO_CLOUD_SHIM_H
 
 #include <stddef.h>
 #include <stdint.h>

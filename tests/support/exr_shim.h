@@ -1,6 +1,6 @@
 /* Floats out of an image file by a reader that is not ours (OpenImageIO's). */
-#ifndef STP_TESTS_EXR_SHIM_H
-#define STP_TESTS_EXR_SHIM_H
+#ifndef STP_TESTS_SUPPORT_EXR_SHIM_H
+#define STP_TESTS_SUPPORT_EXR_SHIM_H
 
 #include <stddef.h>
 

@@ -2,7 +2,7 @@
 #include "tests/support/promise.h"
 
 #include "base/memory.h"
-#include "formats/chunk/patch_bounds.h"
+#include "formats/chunk/measure/patch_bounds.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,13 +4,13 @@
  * Nearest is nearest in space, among all level-0 discs of the model, whichever patch they are in. A
  * disc without normal is a ball here where it is level 0, and faces the eye where it is drawn.
  * World axes and units, double. Threads: any, once the index is made. */
-#ifndef STP_TESTS_PROMISE_H
-#define STP_TESTS_PROMISE_H
+#ifndef STP_TESTS_SUPPORT_PROMISE_H
+#define STP_TESTS_SUPPORT_PROMISE_H
 
 #include "base/error.h"
 #include "base/vec.h"
 #include "formats/chunk/chunk_file.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 
 #include <stdbool.h>
 #include <stddef.h>

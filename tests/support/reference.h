@@ -4,12 +4,12 @@
  * choose levels and reads no files: the caller gives the discs that are drawn.
  * Axes: eye space (x right, y up, z towards the viewer); pictures have their bottom row first.
  * Threads: any (no state but the caller's). */
-#ifndef STP_TESTS_REFERENCE_H
-#define STP_TESTS_REFERENCE_H
+#ifndef STP_TESTS_SUPPORT_REFERENCE_H
+#define STP_TESTS_SUPPORT_REFERENCE_H
 
 #include "base/error.h"
 #include "base/vec.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 /* What the files of the reference share. */
-#ifndef STP_TESTS_REFERENCE_PARTS_H
-#define STP_TESTS_REFERENCE_PARTS_H
+#ifndef STP_TESTS_SUPPORT_REFERENCE_PARTS_H
+#define STP_TESTS_SUPPORT_REFERENCE_PARTS_H
 
 #include "formats/chunk/sample.h"
 #include "tests/support/reference.h"

@@ -4,12 +4,12 @@
  * them to one triangle. All in double; depth and normal are perspective-correct. Triangles are
  * clipped at the near plane and drawn from both sides. Pictures have their bottom row first.
  * Threads: any. */
-#ifndef STP_TESTS_TRIANGLES_H
-#define STP_TESTS_TRIANGLES_H
+#ifndef STP_TESTS_SUPPORT_TRIANGLES_H
+#define STP_TESTS_SUPPORT_TRIANGLES_H
 
 #include "base/error.h"
 #include "base/vec.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 
 #include <stddef.h>
 #include <stdint.h>

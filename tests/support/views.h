@@ -1,10 +1,10 @@
 /* The views that a promise is measured from: 26 directions and ten close ones.
  *
  * Made without the runtime, so that they judge it too. Threads: any. */
-#ifndef STP_TESTS_VIEWS_H
-#define STP_TESTS_VIEWS_H
+#ifndef STP_TESTS_SUPPORT_VIEWS_H
+#define STP_TESTS_SUPPORT_VIEWS_H
 
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 #include "tests/support/promise.h"
 
 #define VIEWS_DIRECTIONS 26

@@ -3,7 +3,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "runtime/gl_context.h"
+#include "runtime/gl/gl_context.h"
 
 #include <epoxy/gl.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef STP_TOOLS_BENCH_BARE_POINTS_H
 #define STP_TOOLS_BENCH_BARE_POINTS_H
 
-#include "runtime/model.h"
+#include "runtime/cut/model.h"
 #include "runtime/stipple.h"
 
 typedef struct bare_points {

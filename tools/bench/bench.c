@@ -1,6 +1,6 @@
 /* stipple-bench: how long a frame takes by each road, measured in turns in one run. */
 #include "base/clock.h"
-#include "runtime/gl_context.h"
+#include "runtime/gl/gl_context.h"
 #include "tools/bench/decode_run.h"
 #include "tools/bench/first.h"
 #include "tools/bench/open_run.h"
@@ -8,7 +8,7 @@
 #include "tools/bench/roads_run.h"
 #include "tools/bench/roads_table.h"
 #include "tools/bench/stops_run.h"
-#include "tools/cli.h"
+#include "tools/cli/cli.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -2,8 +2,8 @@
 #include "tools/bench/first.h"
 
 #include "base/memory.h"
-#include "runtime/gl_context.h"
-#include "runtime/model.h"
+#include "runtime/cut/model.h"
+#include "runtime/gl/gl_context.h"
 
 #include <stdio.h>
 #include <stdlib.h>

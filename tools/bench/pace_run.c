@@ -4,8 +4,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/vec.h"
-#include "runtime/model.h"
-#include "runtime/pace.h"
+#include "runtime/camera/pace.h"
+#include "runtime/cut/model.h"
 #include "tools/bench/median.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* How well a frame rate is held: the model is flown around with the threshold that runtime/pace.h
- * solves for, chunks streaming. Threads: the render thread. */
+/* How well a frame rate is held: the model is flown around with the threshold that
+ * runtime/camera/pace.h solves for, chunks streaming. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_PACE_RUN_H
 #define STP_TOOLS_BENCH_PACE_RUN_H
 

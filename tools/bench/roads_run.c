@@ -3,8 +3,8 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "runtime/road.h"
-#include "runtime/stage_clock.h"
+#include "runtime/draw/road.h"
+#include "runtime/draw/stage_clock.h"
 #include "tools/bench/bare_points.h"
 
 #include <stdio.h>

@@ -2,7 +2,7 @@
 #include "tools/bench/roads_table.h"
 
 #include "base/memory.h"
-#include "runtime/road.h"
+#include "runtime/draw/road.h"
 #include "tools/bench/median.h"
 
 #include <epoxy/gl.h>

@@ -3,7 +3,7 @@
 #ifndef STP_TOOLS_BENCH_STOPS_RUN_H
 #define STP_TOOLS_BENCH_STOPS_RUN_H
 
-#include "runtime/model.h"
+#include "runtime/cut/model.h"
 #include "runtime/stipple.h"
 
 #define STOPS_RUN_COUNT 6

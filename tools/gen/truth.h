@@ -7,7 +7,7 @@
 
 #include "base/vec.h"
 #include "formats/image/image.h"
-#include "runtime/camera.h"
+#include "runtime/camera/camera.h"
 #include "tools/gen/surface.h"
 
 /* All of the surface's ball in view from +z, up +y. */

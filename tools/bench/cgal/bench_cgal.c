@@ -4,7 +4,7 @@
 #include "formats/scan/scan.h"
 #include "preprocess/prep.h"
 #include "tools/bench/cgal/cgal_shim.h"
-#include "tools/cli.h"
+#include "tools/cli/cli.h"
 
 #include <stdio.h>
 #include <stdlib.h>

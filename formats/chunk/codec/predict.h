@@ -1,0 +1,49 @@
+/* Samples as columns of small numbers: what is left of them after predicting each from its parent.
+ *
+ * Level 3 is predicted from its patch header, each finer level from the next coarser one: a child
+ * from what its parent and its elder siblings leave of the area-weighted mean, its position also
+ * from the plane of the normals, its normal also from how they turn (predict_normal.h).
+ * formats/SPEC.md, "Sample columns", has the arithmetic; its results are integers that every
+ * machine gets. Encoding and decoding run the same code.
+ * Threads: any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_H
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/codec/table.h"
+
+/* Columns of a table of samples, in this order. */
+enum {
+    STP_COLUMN_RADIUS,
+    STP_COLUMN_FLAGS,
+    STP_COLUMN_CLASS,
+    STP_COLUMN_NORMAL_U,
+    STP_COLUMN_NORMAL_V,
+    STP_COLUMN_GREEN,
+    STP_COLUMN_RED,
+    STP_COLUMN_BLUE,
+    STP_COLUMN_INTENSITY,
+    STP_COLUMN_POSITION_A, /* first in-plane axis of the predicted normal */
+    STP_COLUMN_POSITION_B,
+    STP_COLUMN_POSITION_C, /* the normal's greatest axis */
+    STP_SAMPLE_COLUMN_COUNT
+};
+
+/* Children of a parent but its last, and the last ones, whose residuals are much smaller: two
+ * tables. */
+typedef struct stp_level_tables {
+    stp_table elder, last;
+} stp_level_tables;
+
+/* Rows that level's two tables have (level 0..2); needs patches and level_begin only. */
+void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, uint32_t *last);
+
+/* Level 3, one table of patch_count rows. */
+void stp_predict_vertices_encode(const stp_chunk *chunk, const stp_table *table);
+void stp_predict_vertices_decode(stp_chunk *chunk, const stp_table *table);
+
+/* Level 0..2; the next coarser level of the chunk must be there. */
+void stp_predict_level_encode(const stp_chunk *chunk, int level, const stp_level_tables *tables);
+void stp_predict_level_decode(stp_chunk *chunk, int level, const stp_level_tables *tables);
+
+#endif

@@ -1,0 +1,109 @@
+/* A block of a payload: a table of integer columns, constants apart, the rest coded. */
+#include "formats/chunk/codec/table.h"
+
+#include "formats/chunk/layout.h"
+
+#define SIZE_BYTES 4u
+#define MASK_BYTES 8u
+
+static uint64_t constant_mask(const stp_table *table)
+{
+    uint64_t mask = 0;
+    for (unsigned c = 0; c < table->column_count; c++) {
+        const int16_t *column = stp_table_column(table, c);
+        uint32_t r = 1;
+        while (r < table->row_count && column[r] == column[0])
+            r++;
+        if (r == table->row_count)
+            mask |= (uint64_t)1 << c;
+    }
+    return mask;
+}
+
+stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t start = out->size;
+    uint8_t head[SIZE_BYTES + MASK_BYTES] = {0};
+    if (table->row_count == 0)
+        return STP_OK;
+    uint64_t mask = constant_mask(table);
+    stp_put_u64(head + SIZE_BYTES, mask);
+    STP_TRY(stp_bytes_append(out, head, sizeof head, err));
+    for (unsigned c = 0; c < table->column_count; c++) {
+        uint8_t value[2];
+        stp_put_u16(value, (uint16_t)stp_table_column(table, c)[0]);
+        if (mask >> c & 1u)
+            STP_TRY(stp_bytes_append(out, value, sizeof value, err));
+    }
+    for (unsigned c = 0; c < table->column_count; c++)
+        if (!(mask >> c & 1u))
+            STP_TRY(stp_column_encode(stp_table_column(table, c), table->row_count, out, err));
+    stp_put_u32(out->data + start, (uint32_t)(out->size - start - SIZE_BYTES));
+done:
+    return status;
+}
+
+/* ---- decoding ---- */
+
+/* What is left of a block. */
+typedef struct cursor {
+    const uint8_t *bytes;
+    size_t left;
+} cursor;
+
+static void skip(cursor *c, size_t size)
+{
+    c->bytes += size;
+    c->left -= size;
+}
+
+static stp_status decode_constant(cursor *c, int16_t *column, uint32_t count, stp_error *err)
+{
+    if (c->left < 2)
+        return stp_error_set(err, STP_CORRUPT, "a block ends within its constants");
+    int16_t value = (int16_t)stp_get_u16(c->bytes);
+    for (uint32_t r = 0; r < count; r++)
+        column[r] = value;
+    skip(c, 2);
+    return STP_OK;
+}
+
+static stp_status decode_column(cursor *c, int16_t *column, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t used = 0;
+    STP_TRY(stp_column_decode(c->bytes, c->left, column, count, &used, err));
+    skip(c, used);
+done:
+    return status;
+}
+
+stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (table->row_count == 0) {
+        *used = 0;
+        return STP_OK;
+    }
+    if (size < SIZE_BYTES + MASK_BYTES || stp_get_u32(bytes) > size - SIZE_BYTES ||
+        stp_get_u32(bytes) < MASK_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "a block does not fit into the %zu bytes left",
+                             size);
+    cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
+    uint64_t mask = stp_get_u64(bytes + SIZE_BYTES);
+    if (mask >> table->column_count != 0)
+        return stp_error_set(err, STP_CORRUPT, "a block has constants for columns it lacks");
+    for (unsigned k = 0; k < table->column_count; k++)
+        if (mask >> k & 1u)
+            STP_TRY(decode_constant(&c, stp_table_column(table, k), table->row_count, err));
+    for (unsigned k = 0; k < table->column_count; k++)
+        if (!(mask >> k & 1u))
+            STP_TRY(decode_column(&c, stp_table_column(table, k), table->row_count, err));
+    if (c.left != 0)
+        return stp_error_set(err, STP_CORRUPT, "%zu bytes of a block are left over", c.left);
+    *used = SIZE_BYTES + (size_t)stp_get_u32(bytes);
+done:
+    return status;
+}

@@ -1,0 +1,327 @@
+/* Segments of codec 2: byte planes in zstd frames. */
+#include "formats/chunk/codec/zstd_segment.h"
+
+#include "base/memory.h"
+#include "formats/chunk/codec/families.h"
+#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/zstd_frame.h"
+#include "formats/chunk/layout.h"
+#include "formats/chunk/patch.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define SIZE_BYTES 4u
+#define MASK_BYTES 4u
+/* A block of its own is worth its tables, which take as long to read as many bytes, from so many
+ * bytes on. */
+#define BLOCK_BYTES_LEAST 8192u
+#define ENDS_LIMIT 256u
+/* A part that zstd makes no smaller than so many eighths is stored as it is: it costs no time. */
+#define RAW_EIGHTHS 6u
+#define RAW_BYTES_LEAST 512u
+/* Planes come in parts: of the elder slots, all planes, then of the last. */
+#define PARTS (2u * STP_FAMILY_PLANES)
+
+static size_t part_bytes(unsigned part, uint32_t families)
+{
+    return (size_t)families * (part < STP_FAMILY_PLANES ? STP_FAMILY_SLOTS - 1 : 1);
+}
+
+/* Where blocks end. */
+typedef struct block_ends {
+    size_t at[ENDS_LIMIT];
+    size_t count, begin;
+} block_ends;
+
+static void ends_add(block_ends *e, size_t end, bool last)
+{
+    if (!last && (end - e->begin < BLOCK_BYTES_LEAST || e->count + 1 >= ENDS_LIMIT))
+        return;
+    e->at[e->count++] = end;
+    e->begin = end;
+}
+
+/* ---- tables of patches and vertices ---- */
+
+static unsigned patch_columns(bool linked)
+{
+    return linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
+}
+
+/* Columns as planes of low and of high bytes of their folded cells, as long as a table is. */
+static void cells_to_planes(const stp_table *table, uint8_t *low, uint8_t *high)
+{
+    size_t count = (size_t)table->column_count * table->row_count;
+    for (size_t i = 0; i < count; i++) {
+        int cell = table->values[i];
+        unsigned folded = (unsigned)cell << 1 ^ (unsigned)(cell >> 15);
+        low[i] = (uint8_t)folded;
+        high[i] = (uint8_t)(folded >> 8);
+    }
+}
+
+static void planes_to_cells(const uint8_t *low, const uint8_t *high, const stp_table *table)
+{
+    size_t count = (size_t)table->column_count * table->row_count;
+    for (size_t i = 0; i < count; i++) {
+        unsigned folded = low[i] | (unsigned)high[i] << 8;
+        table->values[i] = (int16_t)(folded >> 1 ^ (0u - (folded & 1u)));
+    }
+}
+
+static stp_table table_at(void *memory, unsigned columns, uint32_t rows)
+{
+    return (stp_table){
+        .values = memory, .stride = rows, .column_count = columns, .row_count = rows};
+}
+
+/* Cells of patches and vertices: one table after the other. */
+static size_t head_cells(uint32_t patch_count, bool linked)
+{
+    return (size_t)patch_count * (patch_columns(linked) + STP_SAMPLE_COLUMN_COUNT);
+}
+
+stp_status stp_zstd_head_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t rows = chunk->patch_count;
+    unsigned columns = patch_columns(chunk->linked);
+    size_t cells = head_cells(rows, chunk->linked);
+    size_t begin = out->size;
+    block_ends ends = {.count = 0};
+    int16_t *values = NULL;
+    uint8_t *planes = NULL;
+    STP_TRY(stp_alloc(&values, cells, sizeof *values, "a payload's table", err));
+    STP_TRY(stp_alloc(&planes, 2 * cells, 1, "a payload's planes", err));
+    stp_table patches = table_at(values, columns, rows);
+    stp_table vertices = table_at(values + (size_t)columns * rows, STP_SAMPLE_COLUMN_COUNT, rows);
+    stp_patches_encode(chunk->patches, &patches);
+    stp_predict_vertices_encode(chunk, &vertices);
+    stp_table both = table_at(values, columns + STP_SAMPLE_COLUMN_COUNT, rows);
+    cells_to_planes(&both, planes, planes + cells);
+    for (unsigned c = 1; c <= 2 * both.column_count; c++)
+        ends_add(&ends, (size_t)c * rows, c == 2 * both.column_count);
+    STP_TRY(stp_bytes_append(out, NULL, SIZE_BYTES, err));
+    STP_TRY(stp_zstd_pack(planes, ends.at, ends.count, out, err));
+    stp_put_u32(out->data + begin, (uint32_t)(out->size - begin - SIZE_BYTES));
+done:
+    free(values);
+    free(planes);
+    return status;
+}
+
+/* ---- scratch memory ---- */
+
+static size_t aligned(size_t size)
+{
+    return (size + 15u) & ~(size_t)15u;
+}
+
+/* zstd's, the families', and then planes or tables. */
+static size_t lanes_offset(void)
+{
+    return aligned(stp_zstd_workspace_bytes());
+}
+
+static size_t planes_offset(void)
+{
+    return lanes_offset() + aligned(stp_families_scratch_bytes());
+}
+
+static uint8_t *planes_of(const stp_chunk_scratch *scratch)
+{
+    return (uint8_t *)scratch->memory + planes_offset();
+}
+
+static void *lanes_of(const stp_chunk_scratch *scratch)
+{
+    return (uint8_t *)scratch->memory + lanes_offset();
+}
+
+size_t stp_zstd_head_scratch_bytes(uint32_t patch_count, bool linked)
+{
+    size_t cells = head_cells(patch_count, linked);
+    return planes_offset() + 2 * cells + cells * sizeof(int16_t);
+}
+
+size_t stp_zstd_scratch_bytes(const stp_chunk *chunk, int segment)
+{
+    size_t head = segment == 0 ? stp_zstd_head_scratch_bytes(chunk->patch_count, chunk->linked) : 0;
+    size_t level =
+        planes_offset() + stp_families_plane_bytes(chunk, 2 - segment) + STP_FAMILY_SLACK;
+    return head > level ? head : level;
+}
+
+/* ---- decoding ---- */
+
+static stp_status unpack(const uint8_t *frame, size_t size, uint8_t *out, size_t out_bytes,
+                         stp_chunk_scratch *scratch, stp_error *err)
+{
+    if (!scratch->context)
+        scratch->context = stp_zstd_context(scratch->memory);
+    if (!scratch->context)
+        return stp_error_set(err, STP_INTERNAL, "zstd refuses the memory that it asked for");
+    return stp_zstd_unpack(frame, size, out, out_bytes, scratch->context, err);
+}
+
+stp_status stp_zstd_patches_decode(const uint8_t *bytes, size_t size, stp_patch *patches,
+                                   uint32_t patch_count, bool linked, stp_chunk_scratch *scratch,
+                                   size_t *used, stp_error *err)
+{
+    size_t cells = head_cells(patch_count, linked);
+    uint8_t *planes = planes_of(scratch);
+    size_t frame = size < SIZE_BYTES ? 0 : stp_get_u32(bytes);
+    if (size < SIZE_BYTES || frame > size - SIZE_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "its head does not fit into its %zu bytes", size);
+    stp_status status = unpack(bytes + SIZE_BYTES, frame, planes, 2 * cells, scratch, err);
+    if (status != STP_OK)
+        return status;
+    unsigned columns = patch_columns(linked);
+    stp_table table = table_at(planes + 2 * cells, columns + STP_SAMPLE_COLUMN_COUNT, patch_count);
+    planes_to_cells(planes, planes + cells, &table);
+    table.column_count = columns;
+    stp_patches_decode(patches, &table);
+    *used = SIZE_BYTES + frame;
+    return STP_OK;
+}
+
+void stp_zstd_vertices_decode(stp_chunk *chunk, stp_chunk_scratch *scratch)
+{
+    uint32_t rows = chunk->patch_count;
+    size_t cells = head_cells(rows, chunk->linked);
+    int16_t *values = (int16_t *)(void *)(planes_of(scratch) + 2 * cells);
+    stp_table vertices = table_at(values + (size_t)patch_columns(chunk->linked) * rows,
+                                  STP_SAMPLE_COLUMN_COUNT, rows);
+    stp_predict_vertices_decode(chunk, &vertices);
+}
+
+/* Bytes of parts that the mask names. */
+static size_t masked_bytes(uint32_t mask, uint32_t families)
+{
+    size_t bytes = 0;
+    for (unsigned i = 0; i < PARTS; i++)
+        bytes += mask >> i & 1u ? part_bytes(i, families) : 0;
+    return bytes;
+}
+
+stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
+                                 stp_chunk_scratch *scratch, stp_error *err)
+{
+    uint32_t families = stp_families_count(chunk, level);
+    const uint8_t *parts[PARTS];
+    uint8_t *planes = planes_of(scratch);
+    uint32_t mask = size < MASK_BYTES ? 0 : stp_get_u32(bytes);
+    size_t raw = masked_bytes(mask, families);
+    size_t packed = masked_bytes(~mask, families);
+    if (size < MASK_BYTES || raw > size - MASK_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "level %d does not fit into its %zu bytes", level,
+                             size);
+    const uint8_t *frame = bytes + MASK_BYTES + raw;
+    size_t frame_bytes = size - MASK_BYTES - raw;
+    if (packed == 0 && frame_bytes != 0)
+        return stp_error_set(err, STP_CORRUPT, "%zu bytes of level %d are left over", frame_bytes,
+                             level);
+    if (packed > 0) {
+        stp_status status = unpack(frame, frame_bytes, planes, packed, scratch, err);
+        if (status != STP_OK)
+            return status;
+    }
+    /* Raw parts lie behind the others then: lanes may be read behind the end of each. */
+    memcpy(planes + packed, bytes + MASK_BYTES, raw);
+    const uint8_t *next_raw = planes + packed;
+    const uint8_t *next = planes;
+    for (unsigned i = 0; i < PARTS; i++) {
+        const uint8_t **from = mask >> i & 1u ? &next_raw : &next;
+        parts[i] = *from;
+        *from += part_bytes(i, families);
+    }
+    stp_families_decode(chunk, level, parts, lanes_of(scratch));
+    return STP_OK;
+}
+
+/* ---- encoding levels ---- */
+
+/* Whether a part is no smaller for zstd. */
+static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_error *err)
+{
+    stp_bytes packed = {0};
+    stp_status status = stp_zstd_pack(part, &size, 1, &packed, err);
+    *raw = size >= RAW_BYTES_LEAST && 8 * packed.size > RAW_EIGHTHS * size;
+    free(packed.data);
+    return status;
+}
+
+static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, stp_bytes *out,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t mask = 0;
+    size_t begin = out->size, packed = 0;
+    block_ends ends = {.count = 0};
+    uint8_t *rest = NULL;
+    STP_TRY(stp_bytes_append(out, NULL, MASK_BYTES, err));
+    STP_TRY(stp_alloc(&rest, STP_FAMILY_PLANES * STP_FAMILY_SLOTS, families, "planes", err));
+    for (unsigned i = 0; i < PARTS; i++) {
+        size_t size = part_bytes(i, families);
+        bool raw = false;
+        STP_TRY(tell_raw(parts[i], size, &raw, err));
+        if (raw) {
+            mask |= 1u << i;
+            STP_TRY(stp_bytes_append(out, parts[i], size, err));
+            continue;
+        }
+        memcpy(rest + packed, parts[i], size);
+        packed += size;
+        ends_add(&ends, packed, false);
+    }
+    if (packed > 0) {
+        if (ends.begin < packed)
+            ends_add(&ends, packed, true);
+        STP_TRY(stp_zstd_pack(rest, ends.at, ends.count, out, err));
+    }
+    stp_put_u32(out->data + begin, mask);
+done:
+    free(rest);
+    return status;
+}
+
+stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t families = stp_families_count(chunk, level);
+    uint8_t *planes = NULL;
+    void *lanes = NULL;
+    uint8_t *parts[PARTS];
+    size_t at = 0;
+    STP_TRY(stp_alloc(&planes, stp_families_plane_bytes(chunk, level), 1, "planes", err));
+    STP_TRY(stp_alloc(&lanes, stp_families_scratch_bytes(), 1, "planes", err));
+    for (unsigned i = 0; i < PARTS; i++) {
+        parts[i] = planes + at;
+        at += part_bytes(i, families);
+    }
+    stp_families_encode(chunk, level, parts, lanes);
+    STP_TRY(append_parts(parts, families, out, err));
+done:
+    free(planes);
+    free(lanes);
+    return status;
+}
+
+/* ---- payloads without an entry ---- */
+
+size_t stp_zstd_level_bytes(const uint8_t *bytes, size_t left, uint32_t families)
+{
+    uint64_t content = 0;
+    if (left < MASK_BYTES)
+        return 0;
+    uint32_t mask = stp_get_u32(bytes);
+    size_t raw = MASK_BYTES + masked_bytes(mask, families);
+    size_t packed = masked_bytes(~mask, families);
+    if (raw > left)
+        return 0;
+    if (packed == 0)
+        return raw;
+    size_t frame = stp_zstd_frame_bytes(bytes + raw, left - raw, &content);
+    return frame != 0 && content == packed ? raw + frame : 0;
+}

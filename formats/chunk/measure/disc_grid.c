@@ -1,0 +1,457 @@
+/* Discs in hashed cells. */
+#include "formats/chunk/measure/disc_grid.h"
+
+#include "base/memory.h"
+#include "formats/chunk/measure/disc_cells.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A cell is so many mean radii wide, and discs may reach so many out of theirs. */
+#define CELL_RADII 2.0
+#define MARGIN_RADII 1.25
+/* A disc that reaches farther than so many cells from its centre's is large. */
+#define REACH_CELLS 4.0f
+/* A point looks no farther than so many cells, and at no more discs than this. */
+#define RING_MAX 3
+#define TRIES_MAX 1024
+/* So many discs a block of 64 cells. */
+#define DISCS_A_BLOCK 32
+/* No radius is taken for less: a float tells a cell then. */
+#define RADIUS_MIN 0x1p-18
+/* What floats may err in coordinates, units, and in squared distances. */
+#define FLOAT_SLACK 0x1p-21f
+#define REACH_SLACK 1.0001f
+
+typedef struct cell {
+    int at[3];
+} cell;
+
+static stp_flat_disc scaled(const stp_disc_grid *g, const stp_flat_disc *d)
+{
+    return (stp_flat_disc){stp_dvec3_scale(d->centre, g->scale), d->normal, d->radius * g->scale};
+}
+
+/* The patch that a level-0 sample is in. */
+static uint32_t patch_of(const stp_chunk *chunk, uint32_t sample)
+{
+    uint32_t low = 0, high = chunk->patch_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (chunk->level_begin[0][middle] <= sample)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static stp_flat_disc disc_of(const stp_disc_grid *g, uint32_t disc)
+{
+    if (disc >= g->own_count)
+        return scaled(g, &g->around[disc - g->own_count]);
+    stp_flat_disc own = stp_flat_disc_from_sample(&g->chunk->samples[0][disc],
+                                                  &g->chunk->patches[patch_of(g->chunk, disc)]);
+    return scaled(g, &own);
+}
+
+/* World units. */
+static stp_carry carry_of(const stp_disc_grid *g, uint32_t disc)
+{
+    const stp_carry none = {0.0, 0.0};
+    if (disc < g->own_count)
+        return g->carry ? g->carry[disc] : none;
+    return g->carry_around ? g->carry_around[disc - g->own_count] : none;
+}
+
+/* The greatest coordinate of a rim of the patch's level-0 discs, or more. */
+static double extent_of_patch(const stp_patch *patch, const stp_sample *samples)
+{
+    int64_t greatest = 0;
+    uint8_t radius = 0;
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        radius = samples[i].radius > radius ? samples[i].radius : radius;
+        for (int a = 0; a < 3; a++) {
+            int64_t at = llabs((int64_t)patch->origin[a] + samples[i].position[a]);
+            greatest = at > greatest ? at : greatest;
+        }
+    }
+    return ldexp((double)greatest, patch->exponent) + stp_radius_decode(radius, patch->exponent);
+}
+
+static double extent_of_disc(const stp_flat_disc *d)
+{
+    stp_dvec3 c = d->centre;
+    return stp_max(fabs(c.x), stp_max(fabs(c.y), fabs(c.z))) + d->radius;
+}
+
+/* Chooses unit and cells. Cells are as wide as the chunk's own discs ask: the geometric mean keeps
+ * a few large discs from making the cells of many small ones wide. */
+static void choose_scale(stp_disc_grid *g)
+{
+    const stp_chunk *chunk = g->chunk;
+    double extent = 0.0;
+    int64_t sum = 0; /* of logarithms, in codes */
+    uint32_t wide = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
+        extent = stp_max(extent, extent_of_patch(patch, samples));
+        for (unsigned i = 0; i < patch->counts[0]; i++)
+            if (samples[i].radius > 0) {
+                sum += samples[i].radius - 1 + patch->exponent * STP_RADIUS_CODES_PER_OCTAVE;
+                wide++;
+            }
+    }
+    for (uint32_t d = 0; d < g->count - g->own_count; d++)
+        extent = stp_max(extent, extent_of_disc(&g->around[d]));
+    g->scale = extent > 0.0 ? ldexp(1.0, -ilogb(extent) - 1) : 1.0;
+    g->radius = RADIUS_MIN;
+    if (wide) {
+        double mean = exp2((double)sum / (STP_RADIUS_CODES_PER_OCTAVE * (double)wide));
+        g->radius = stp_max(RADIUS_MIN, g->scale * mean);
+    }
+    g->width = (float)(CELL_RADII * g->radius);
+    g->margin = (float)(MARGIN_RADII * g->radius) + FLOAT_SLACK;
+}
+
+static void take_disc(stp_disc_grid *g, uint32_t disc, const stp_flat_disc *world)
+{
+    const stp_flat_disc d = scaled(g, world);
+    const stp_carry carry = carry_of(g, disc);
+    const stp_dvec3 c = d.centre, n = d.normal;
+    g->numbers[disc] = (stp_lane_disc){
+        {(float)c.x, (float)c.y, (float)c.z, (float)n.x, (float)n.y, (float)n.z, (float)d.radius,
+         (float)(carry.tangential_error * g->scale), (float)(carry.error * g->scale)}};
+}
+
+static void take_discs(stp_disc_grid *g)
+{
+    const stp_chunk *chunk = g->chunk;
+    stp_sample_lanes lanes;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
+        stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);
+        for (uint32_t i = 0; i < count; i++) {
+            stp_flat_disc own = stp_flat_disc_from_lanes(&lanes, i);
+            take_disc(g, first + i, &own);
+        }
+    }
+    for (uint32_t d = g->own_count; d < g->count; d++)
+        take_disc(g, d, &g->around[d - g->own_count]);
+}
+
+/* The cells that a disc's box, without the margin, touches; false if it is large. */
+static bool cells_of_disc(const stp_disc_grid *g, const stp_lane_disc *d, cell *low, cell *high)
+{
+    const float radius = d->numbers[STP_LANE_RADIUS], inverse = 1.0f / g->width;
+    bool large = false;
+    for (int a = 0; a < 3; a++) {
+        float c = d->numbers[STP_LANE_CENTRE + a], n = d->numbers[STP_LANE_NORMAL + a], half = 0.0f;
+        if (radius > g->margin)
+            half = fmaxf(radius * sqrtf(fmaxf(0.0f, 1.0f - n * n)) - g->margin, 0.0f);
+        low->at[a] = stp_cell_floor((c - half) * inverse);
+        high->at[a] = half > 0.0f ? stp_cell_floor((c + half) * inverse) : low->at[a];
+        large |= half > REACH_CELLS * g->width;
+    }
+    return !large;
+}
+
+static void note_large(stp_disc_grid *g, uint32_t disc)
+{
+    if (g->large_count < STP_DISC_LARGE_MAX)
+        g->large[g->large_count] = disc;
+    g->large_count++;
+}
+
+/* Counts an entry in begin, or, once there is room for entries, writes it before begin. */
+static void enter(stp_disc_grid *g, uint32_t bucket, uint32_t disc)
+{
+    if (g->columns.disc)
+        g->columns.disc[--g->begin[bucket]] = disc;
+    else
+        g->begin[bucket]++;
+}
+
+#define SEVERAL UINT32_MAX
+
+/* Enters all discs but the large ones. bucket: by disc, of those of one cell; found in the first
+ * round. */
+static void enter_discs(stp_disc_grid *g, uint32_t *bucket)
+{
+    const bool first_round = !g->columns.disc;
+    for (uint32_t d = g->count; d-- > 0;) {
+        cell low, high;
+        if (!first_round && bucket[d] != SEVERAL) {
+            enter(g, bucket[d], d);
+            continue;
+        }
+        bool large = !cells_of_disc(g, &g->numbers[d], &low, &high);
+        if (large && first_round)
+            note_large(g, d);
+        bucket[d] = SEVERAL;
+        for (int i = low.at[0]; i <= high.at[0] && !large; i++)
+            for (int j = low.at[1]; j <= high.at[1]; j++)
+                for (int k = low.at[2]; k <= high.at[2]; k++) {
+                    bucket[d] = stp_cell_bucket(g->mask, stp_cell_part_of(0, i),
+                                                stp_cell_part_of(1, j), stp_cell_part_of(2, k));
+                    enter(g, bucket[d], d);
+                }
+        if (memcmp(&low, &high, sizeof low) != 0)
+            bucket[d] = SEVERAL;
+    }
+}
+
+stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_disc_grid g = {.chunk = chunk,
+                       .own_count = chunk->level_begin[0][chunk->patch_count],
+                       .around = around ? around->discs : NULL,
+                       .carry = carry,
+                       .carry_around = around ? around->carry : NULL};
+    g.count = g.own_count + (around ? around->count : 0);
+    uint32_t size = 1, sum = 0, *bucket = NULL;
+    while (DISCS_A_BLOCK * size < g.count)
+        size *= 2;
+    g.mask = size - 1;
+    size *= 64;
+    STP_TRY(stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err));
+    STP_TRY(stp_alloc(&g.begin, (size_t)size + 1, sizeof *g.begin, "discs", err));
+    STP_TRY(stp_alloc(&bucket, g.count, sizeof *bucket, "discs", err));
+    choose_scale(&g);
+    take_discs(&g);
+    enter_discs(&g, bucket);
+    for (uint32_t b = 0; b <= size; b++)
+        g.begin[b] = sum += g.begin[b];
+    g.entries = sum;
+    STP_TRY(stp_alloc(&g.columns.disc, (size_t)sum + STP_LANE_STEP, sizeof *g.columns.disc, "discs",
+                      err));
+    enter_discs(&g, bucket);
+    STP_TRY(stp_disc_columns_fill(&g.columns, g.numbers, sum, g.carry || g.carry_around, err));
+done:
+    free(bucket);
+    if (status != STP_OK)
+        stp_disc_grid_clear(&g);
+    *out = g;
+    return status;
+}
+
+void stp_disc_grid_clear(stp_disc_grid *g)
+{
+    stp_disc_columns_clear(&g->columns);
+    free(g->numbers);
+    free(g->begin);
+    *g = (stp_disc_grid){0};
+}
+
+double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x,
+                           const stp_merged_disc *merged)
+{
+    stp_flat_disc d = disc_of(grid, disc);
+    stp_carry carry = carry_of(grid, disc);
+    stp_dvec3 v = stp_dvec3_sub(x, d.centre);
+    double height = stp_dvec3_dot(v, d.normal);
+    v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, height));
+    double overhang = stp_max(0.0, stp_dvec3_length(v) - d.radius);
+    double counted = overhang + carry.tangential_error * grid->scale;
+    height = fabs(height);
+    double high = height + carry.error * grid->scale;
+    double open = sqrt(stp_max((high - merged->error) * (high + merged->error), 0.0));
+    if (disc - merged->begin >= merged->end - merged->begin) {
+        double cosine = stp_dvec3_dot(merged->normal, d.normal);
+        stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
+        open += height * stp_dvec3_length(aside);
+    }
+    return counted + stp_min(open, height);
+}
+
+static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
+{
+    float height, overhang = stp_lane_overhang(p, g->numbers[disc].numbers, &height);
+    return height * height + overhang * overhang;
+}
+
+uint32_t stp_disc_grid_nearest(const stp_disc_grid *grid, uint32_t first, uint32_t last,
+                               stp_dvec3 x, double *squared)
+{
+    const float p[3] = {(float)x.x, (float)x.y, (float)x.z};
+    float least = squared_distance(grid, first, p);
+    uint32_t nearest = first;
+    for (uint32_t d = first + 1; d < last; d++) {
+        float away = squared_distance(grid, d, p);
+        nearest = away < least ? d : nearest;
+        least = fminf(least, away);
+    }
+    *squared = (double)least;
+    return nearest;
+}
+
+/* A point's search. */
+typedef struct search {
+    const stp_disc_grid *grid;
+    stp_over over;
+    float x[3];
+    float stop, least; /* so far */
+    float reach;       /* squared: no disc farther counts less */
+    uint32_t tries;    /* left */
+    uint32_t disc;     /* over which it is least */
+} search;
+
+static bool has_ended(const search *s)
+{
+    return s->tries == 0 || s->least <= s->stop;
+}
+
+/* Of a disc farther than this the overhang, or what is not covered of the height, would be as much
+ * as the least so far. */
+static void set_reach(search *s)
+{
+    float error = s->over.error;
+    s->reach = s->least;
+    if (s->over.what == STP_OVER_COUNT)
+        s->reach = fminf(s->least * s->least + error * error, s->over.near_squared);
+    s->reach *= REACH_SLACK;
+}
+
+/* Along one axis, the cells about x, by their steps from the middle one's. */
+typedef struct row {
+    int middle;
+    float in; /* of x from the middle cell's lower face */
+    stp_cell_part part[2 * RING_MAX + 1];
+    float squared[2 * RING_MAX + 1]; /* distance of what their discs reach */
+} row;
+
+static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
+{
+    float near_face = (float)(abs(steps) - 1) * g->width;
+    float away = steps < 0 ? r->in + near_face : near_face + g->width - r->in;
+    away = steps != 0 ? fmaxf(0.0f, away - g->margin) : 0.0f;
+    r->part[RING_MAX + steps] = stp_cell_part_of(axis, r->middle + steps);
+    r->squared[RING_MAX + steps] = away * away;
+}
+
+/* The nth of the steps from the middle, the near side first. */
+static int nth_step(const row *r, const stp_disc_grid *g, int n)
+{
+    int far = (n + 1) / 2;
+    return (n & 1) == (r->in < g->width / 2.0f) ? -far : far;
+}
+
+/* The discs of buckets that follow each other. */
+static void try_buckets(search *s, uint32_t first, uint32_t last)
+{
+    const stp_disc_grid *g = s->grid;
+    uint32_t begin = g->begin[first], count = g->begin[last + 1] - begin;
+    if (count == 0)
+        return;
+    count = count < s->tries ? count : s->tries;
+    s->tries -= count;
+    uint32_t entry = stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->least);
+    if (entry != UINT32_MAX) {
+        s->disc = g->columns.disc[entry];
+        set_reach(s);
+    }
+}
+
+/* The cells [low, high], in steps along the third axis, of the column that lies i and j steps
+ * along the others, where they come near enough. Within a block they follow each other. */
+static void try_column(search *s, const row rows[3], int i, int j, int low, int high)
+{
+    const row *z = &rows[2];
+    const float squared = rows[0].squared[RING_MAX + i] + rows[1].squared[RING_MAX + j];
+    while (low <= high && squared + z->squared[RING_MAX + low] >= s->reach)
+        low++;
+    while (low <= high && squared + z->squared[RING_MAX + high] >= s->reach)
+        high--;
+    while (low <= high && !has_ended(s)) {
+        int end = low + (3 - ((z->middle + low) & 3));
+        end = end < high ? end : high;
+        const stp_cell_part x = rows[0].part[RING_MAX + i], y = rows[1].part[RING_MAX + j];
+        try_buckets(s, stp_cell_bucket(s->grid->mask, x, y, z->part[RING_MAX + low]),
+                    stp_cell_bucket(s->grid->mask, x, y, z->part[RING_MAX + end]));
+        low = end + 1;
+    }
+}
+
+/* The cells whose greatest step from the middle is `ring`. */
+static void try_ring(search *s, row rows[3], int ring)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        row_add(&rows[axis], s->grid, axis, ring);
+        row_add(&rows[axis], s->grid, axis, -ring);
+    }
+    for (int a = 0; a <= 2 * ring; a++) {
+        int i = nth_step(&rows[0], s->grid, a);
+        for (int b = 0; b <= 2 * ring; b++) {
+            int j = nth_step(&rows[1], s->grid, b);
+            if (abs(i) == ring || abs(j) == ring) {
+                try_column(s, rows, i, j, -ring, ring);
+                continue;
+            }
+            try_column(s, rows, i, j, -ring, -ring);
+            try_column(s, rows, i, j, ring, ring);
+        }
+    }
+}
+
+/* The cells around x. True if there is none of less, or the least is small enough. */
+static bool try_cells(search *s)
+{
+    const float width = s->grid->width;
+    float room = width; /* to the nearest face of the cell */
+    row rows[3];
+    for (int a = 0; a < 3; a++) {
+        rows[a].middle = stp_cell_floor(s->x[a] / width);
+        rows[a].in = s->x[a] - (float)rows[a].middle * width;
+        room = fminf(room, fminf(rows[a].in, width - rows[a].in));
+    }
+    for (int ring = 0; ring <= RING_MAX && !has_ended(s); ring++) {
+        float seen = room + (float)ring * width - s->grid->margin;
+        try_ring(s, rows, ring);
+        if (s->tries > 0 && seen > 0.0f && s->reach <= seen * seen)
+            return true;
+    }
+    return s->least <= s->stop;
+}
+
+bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merged_disc *merged,
+                         double stop, bool whole, double *least, uint32_t *disc)
+{
+    stp_dvec3 n = merged->normal;
+    search s = {.grid = grid,
+                .over = {merged->what,
+                         {(float)n.x, (float)n.y, (float)n.z},
+                         (float)merged->error,
+                         (float)merged->near_squared,
+                         merged->begin,
+                         merged->end},
+                .x = {(float)x.x, (float)x.y, (float)x.z},
+                .stop = (float)stop,
+                .least = (float)*least,
+                .tries = TRIES_MAX,
+                .disc = *disc};
+    if (grid->large_count > STP_DISC_LARGE_MAX)
+        return false;
+    for (uint32_t i = 0; i < grid->large_count; i++) {
+        float value = (float)(merged->what == STP_OVER_SQUARED
+                                  ? (double)squared_distance(grid, grid->large[i], s.x)
+                                  : stp_disc_grid_value(grid, grid->large[i], x, merged));
+        if (value < s.least) {
+            s.least = value;
+            s.disc = grid->large[i];
+        }
+    }
+    set_reach(&s);
+    bool found = try_cells(&s);
+    if (!found && whole && s.least > s.stop) {
+        uint32_t entry =
+            stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, &s.least);
+        s.disc = entry == UINT32_MAX ? s.disc : grid->columns.disc[entry];
+        found = true;
+    }
+    *least = (double)s.least;
+    *disc = s.disc;
+    return found;
+}

@@ -1,0 +1,224 @@
+/* Points in lanes against one disc after the other, and discs against one point. */
+#include "formats/chunk/measure/disc_lanes.h"
+
+#include "base/memory.h"
+#include "base/wide.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#define FAR 1e30f
+#define STEP STP_LANE_STEP
+
+void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
+                          stp_dvec3 origin, double unit, uint32_t first)
+{
+    out->origin = origin;
+    out->scale = unit > 0.0 ? 1.0 / unit : 1.0;
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        stp_dvec3 p = points[i < count ? i : 0];
+        p = stp_dvec3_scale(stp_dvec3_sub(p, origin), out->scale);
+        out->x[i] = (float)p.x;
+        out->y[i] = (float)p.y;
+        out->z[i] = (float)p.z;
+        out->squared[i] = FAR;
+        out->nearest[i] = first;
+    }
+}
+
+STP_WIDE
+void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
+                        uint32_t index)
+{
+    stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(centre, lanes->origin), lanes->scale);
+    const float cx = (float)c.x, cy = (float)c.y, cz = (float)c.z;
+    const float nx = (float)normal.x, ny = (float)normal.y, nz = (float)normal.z;
+    const float r = (float)(radius * lanes->scale);
+    float squared[STP_DISC_LANES];
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        float x = lanes->x[i] - cx, y = lanes->y[i] - cy, z = lanes->z[i] - cz;
+        float height = x * nx + y * ny + z * nz;
+        float across = x * x + y * y + z * z - height * height;
+        float overhang = sqrtf(fmaxf(across, 0.0f)) - r;
+        overhang = fmaxf(overhang, 0.0f);
+        squared[i] = height * height + overhang * overhang;
+    }
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        bool nearer = squared[i] < lanes->squared[i];
+        lanes->nearest[i] = nearer ? index : lanes->nearest[i];
+        lanes->squared[i] = nearer ? squared[i] : lanes->squared[i];
+    }
+}
+
+stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
+                                 bool carried, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const int columns = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
+    for (int c = 0; c < columns; c++)
+        STP_TRY(stp_alloc(&out->of[c], (size_t)count + STEP, sizeof **out->of, "discs", err));
+    for (uint32_t i = 0; i < count; i++) {
+        const float *d = discs[out->disc[i]].numbers;
+        for (int c = 0; c < columns; c++)
+            out->of[c][i] = d[c];
+    }
+done:
+    return status;
+}
+
+void stp_disc_columns_clear(stp_disc_columns *columns)
+{
+    for (int i = 0; i < STP_LANE_NUMBERS; i++)
+        free(columns->of[i]);
+    free(columns->disc);
+    *columns = (stp_disc_columns){{0}, NULL};
+}
+
+/* How much a point counts over a disc: what it hangs over, what the disc brings, and what of the
+ * height is not covered; or its squared distance. */
+static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
+                          stp_over_what what, const stp_over *over)
+{
+    float height, overhang = stp_lane_overhang(point, disc, &height);
+    float squared = height * height + overhang * overhang;
+    if (what == STP_OVER_SQUARED)
+        return squared;
+    const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
+    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
+    float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
+    height = fabsf(height);
+    float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
+    float high = height + disc[STP_LANE_CARRIED_ERROR];
+    float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
+    float open = fminf(aside + beyond, height);
+    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
+}
+
+/* Whether a disc is one of the patch's own. */
+static inline bool is_own(uint32_t disc, const stp_over *over)
+{
+    return disc - over->begin < over->end - over->begin;
+}
+
+/* What a point counts over the first `count` of STEP discs; says whether one is less. */
+static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_t count,
+                        bool carried, stp_over_what what, const stp_over *over,
+                        const float point[3], float least, float out[STEP])
+{
+    const int numbers = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
+    const uint32_t *index = columns->disc + first;
+    const float *column[STP_LANE_NUMBERS];
+    int less = 0;
+    for (int c = 0; c < numbers; c++)
+        column[c] = columns->of[c] + first;
+    for (uint32_t i = 0; i < STEP; i++) {
+        float disc[STP_LANE_NUMBERS] = {0.0f};
+        for (int c = 0; c < numbers; c++)
+            disc[c] = column[c][i];
+        float counted = value(point, disc, is_own(index[i], over), what, over);
+        out[i] = i < count ? counted : FAR;
+        less |= out[i] < least;
+    }
+    return less;
+}
+
+static inline uint32_t least_of(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                bool carried, stp_over_what what, const stp_over *over,
+                                const float point[3], float *least)
+{
+    const stp_over o = *over;
+    const float p[3] = {point[0], point[1], point[2]};
+    uint32_t found = UINT32_MAX;
+    for (uint32_t at = 0; at < count; at += STEP) {
+        float values[STEP];
+        if (!step(columns, begin + at, count - at, carried, what, &o, p, *least, values))
+            continue;
+        for (uint32_t i = 0; i < STEP; i++)
+            if (values[i] < *least) {
+                *least = values[i];
+                found = begin + at + i;
+            }
+    }
+    return found;
+}
+
+STP_WIDE
+uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                                const stp_over *over, const float point[3], float *least)
+{
+    if (over->what == STP_OVER_SQUARED)
+        return least_of(columns, begin, count, false, STP_OVER_SQUARED, over, point, least);
+    if (columns->of[STP_LANE_CARRIED])
+        return least_of(columns, begin, count, true, STP_OVER_COUNT, over, point, least);
+    return least_of(columns, begin, count, false, STP_OVER_COUNT, over, point, least);
+}
+
+STP_WIDE
+bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
+                          const stp_over *over, const float point[3], float limit)
+{
+    float column[STP_LANE_NUMBERS][STEP];
+    const stp_over o = *over;
+    const float p[3] = {point[0], point[1], point[2]};
+    int reached = 0;
+    for (uint32_t i = 0; i < STEP; i++)
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            column[c][i] = discs[index[i]].numbers[c];
+    for (uint32_t i = 0; i < STEP; i++) {
+        float disc[STP_LANE_NUMBERS];
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            disc[c] = column[c][i];
+        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COUNT, &o) <= limit;
+    }
+    return reached;
+}
+
+#define COS_1 0.92387953251128674f /* of an eighth of pi */
+#define SIN_1 0.38268343236508977f
+#define COS_2 0.70710678118654752f /* of a quarter of pi */
+
+/* The centre, the rim as patch_bounds.c has it, and the centre again where lanes are left. */
+static const float around[2][STP_DISC_LANES] = {
+    {0.0f, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1, -1.0f, -COS_1, -COS_2, -SIN_1,
+     0.0f, SIN_1, COS_2, COS_1},
+    {0.0f, 0.0f, SIN_1, COS_2, COS_1, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1,
+     -1.0f, -COS_1, -COS_2, -SIN_1}};
+
+void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
+                             float radius)
+{
+    for (int c = 0; c < 3; c++) {
+        const float middle = centre[c], u = axes[0][c] * radius, v = axes[1][c] * radius;
+        for (unsigned i = 0; i < STP_DISC_LANES; i++)
+            out->point[c][i] = middle + (u * around[0][i] + v * around[1][i]);
+    }
+}
+
+static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what what,
+                                const stp_over *over, float counted[STP_DISC_LANES])
+{
+    const stp_over o = *over;
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        float point[3], disc[STP_LANE_NUMBERS];
+        for (int c = 0; c < 3; c++)
+            point[c] = lanes->point[c][i];
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            disc[c] = lanes->disc[c][i];
+        counted[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+    }
+}
+
+STP_WIDE
+uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
+                                float counted[STP_DISC_LANES])
+{
+    uint32_t bits = 0;
+    if (over->what == STP_OVER_SQUARED)
+        count_paired(lanes, STP_OVER_SQUARED, over, counted);
+    else
+        count_paired(lanes, STP_OVER_COUNT, over, counted);
+    for (unsigned i = 0; i < STP_DISC_LANES; i++)
+        bits |= (counted[i] <= limit ? 0u : 1u) << i;
+    return bits;
+}

@@ -1,0 +1,403 @@
+/* Overhang of merged discs over all level-0 discs near them. */
+#include "formats/chunk/measure/overhang.h"
+
+#include "formats/chunk/measure/disc_grid.h"
+#include "formats/chunk/measure/disc_hints.h"
+#include "formats/chunk/measure/patch_bounds.h"
+
+#include <string.h>
+
+/* Of a point's coordinates, what it counts as floats tell may be so much wrong: 128 roundings. */
+#define FLOAT_SLACK 0x1p-17
+
+/* A point of which a hint does not tell enough. */
+typedef struct suspect {
+    stp_dvec3 x, normal;  /* its merged disc's */
+    double slack;         /* of floats */
+    double counted;       /* over the hint, at most; great if that is not near */
+    uint32_t disc;        /* the hint */
+    uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
+} suspect;
+
+/* Where the grid gives up, a check looks at all discs of a chunk, but no more often than this. */
+#define WHOLE_SEARCHES 64
+
+/* Level-1 discs of a quarter. */
+#define QUARTER_DISCS 4
+
+/* The merged discs that are measured, and the greatest error of their quarter or patch so far; of a
+ * check the stored one. */
+typedef struct measure {
+    const stp_disc_grid *grid;
+    const stp_disc_hints *hints;
+    const stp_patch *patch;
+    double sine; /* of the patch's cone: no eye ray is nearer than that to all of its normals */
+    bool check;
+    stp_merged_disc merged;
+    double greatest;
+    bool exceeded; /* a check: by what a point counts */
+    unsigned whole_searches;
+    unsigned suspect_count;
+    suspect suspects[QUARTER_DISCS * STP_DISC_POINTS];
+} measure;
+
+/* Raises the greatest to an error that can be stored: all that is no greater is settled. */
+static void raise_to(measure *m, double units)
+{
+    const stp_patch *patch = m->patch;
+    double error = units / m->grid->scale;
+    uint8_t code = stp_error_encode(error, patch->exponent);
+    m->greatest = stp_max(error, stp_error_decode(code, patch->exponent)) * m->grid->scale;
+}
+
+/* A check: whether over all discs the point counts more than what is stored. */
+static void check_point(measure *m, const suspect *s)
+{
+    stp_merged_disc merged = m->merged;
+    uint32_t disc = s->disc;
+    const double stop = m->greatest - s->slack;
+    double least = stp_min(s->counted, m->greatest + 3.0 * s->slack);
+    merged.normal = s->normal;
+    merged.error += s->slack;
+    merged.near_squared = INFINITY;
+    merged.begin = s->first;
+    merged.end = s->last;
+    if (stp_disc_grid_value(m->grid, disc, s->x, &merged) <= m->greatest)
+        return;
+    bool found = stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
+    if (!found && m->whole_searches < WHOLE_SEARCHES) {
+        m->whole_searches++;
+        found = stp_disc_grid_least(m->grid, s->x, &merged, stop, true, &least, &disc);
+    }
+    m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
+}
+
+/* What of any distance the rule forgives for the perpendicular error, from wherever it is seen. */
+static double forgiven(const measure *m, double slack)
+{
+    return stp_max(0.0, m->merged.error - slack) * m->sine;
+}
+
+/* How far a disc may be that settles a point, though it may not be the nearest: what is nearer is
+ * then no farther on the screen than the rule says. */
+static double near_squared(const measure *m, double slack)
+{
+    double near = stp_max(0.0, m->greatest - slack) + forgiven(m, slack);
+    return m->check ? INFINITY : near * near;
+}
+
+/* Both overhang and height are at most the distance, so their sum is at most the root of 2 times
+ * that: no more than the greatest where the distance is small enough. */
+static double enough(const measure *m, double slack)
+{
+    double root = m->grid->carry || m->grid->carry_around ? 0.0 : m->greatest - slack;
+    return root > 0.0 ? root * root / 2.01 : 0.0;
+}
+
+/* What counts over a disc that is not the nearest. */
+static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
+{
+    return (stp_over){STP_OVER_COUNT,
+                      {(float)n.x, (float)n.y, (float)n.z},
+                      (float)stp_max(0.0, m->merged.error - slack),
+                      (float)near_squared(m, slack),
+                      0,
+                      0};
+}
+
+/* Whether a disc that the cells about a point name settles it. */
+static bool is_settled_about(const measure *m, const suspect *s)
+{
+    const stp_over over = over_near(m, s->normal, s->slack);
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    uint32_t about[STP_LANE_STEP];
+    stp_disc_hints_about(m->hints, point, about);
+    return stp_lane_discs_reach(m->grid->numbers, about, &over, point,
+                                (float)(m->greatest - s->slack));
+}
+
+/* Whether some disc near enough settles the point. */
+static bool is_settled(const measure *m, const suspect *s)
+{
+    stp_merged_disc merged = m->merged;
+    uint32_t disc = s->disc;
+    double stop = m->greatest - s->slack, least = INFINITY;
+    merged.normal = s->normal;
+    merged.error = stp_max(0.0, merged.error - s->slack);
+    merged.near_squared = near_squared(m, s->slack);
+    stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
+    return least <= stop;
+}
+
+/* What a point counts going by its nearest own disc, which may not be the nearest: no less than
+ * what of its distance, told to within slack, is not forgiven. Of discs that are as near the
+ * perpendicular error may hold the height over another one. */
+static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squared, double slack)
+{
+    stp_merged_disc merged = m->merged;
+    merged.begin = own;
+    merged.end = own + 1;
+    return stp_max(stp_disc_grid_value(m->grid, own, x, &merged),
+                   sqrt(squared) + slack - forgiven(m, slack));
+}
+
+/* Takes what a point counts over its nearest disc, or going by its nearest own if that is less. */
+static void measure_point(measure *m, const suspect *s)
+{
+    stp_merged_disc merged = m->merged;
+    double squared = 0.0;
+    if (is_settled_about(m, s))
+        return;
+    uint32_t disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+    double value = over_own(m, disc, s->x, squared, s->slack);
+    if (value <= m->greatest)
+        return;
+    merged.what = STP_OVER_SQUARED;
+    merged.normal = s->normal;
+    merged.begin = s->first;
+    merged.end = s->last;
+    bool found =
+        stp_disc_grid_least(m->grid, s->x, &merged, enough(m, s->slack), false, &squared, &disc);
+    if (found && squared <= enough(m, s->slack))
+        return;
+    if (found)
+        value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
+    if (value > m->greatest && !is_settled(m, s))
+        raise_to(m, value);
+}
+
+/* The points of a merged disc that reaches farther out than the grid tells. */
+static void measure_far(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
+{
+    stp_dvec3 points[STP_DISC_POINTS];
+    unsigned count = m->check ? 0 : stp_disc_points(disc, points);
+    for (unsigned i = 0; i < count; i++) {
+        double squared = 0.0;
+        uint32_t own = stp_disc_grid_nearest(m->grid, first, last, points[i], &squared);
+        double value =
+            over_own(m, own, points[i], squared, FLOAT_SLACK * stp_dvec3_length(points[i]));
+        if (value > m->greatest)
+            raise_to(m, value);
+    }
+}
+
+static stp_disc in_units(const stp_disc *disc, double scale)
+{
+    return (stp_disc){.centre = stp_dvec3_scale(disc->centre, scale),
+                      .normal = disc->normal,
+                      .radius = disc->radius * scale};
+}
+
+/* A bit for each point of a merged disc of which its hint does not show that it counts no more than
+ * the greatest. told: what it counts over the hint, or the squared distance. */
+static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
+                          stp_paired_lanes *lanes, float told[STP_DISC_LANES])
+{
+    const stp_dvec3 n = disc->normal, c = disc->centre;
+    stp_dvec3 u = {0.0, 0.0, 0.0}, v = u;
+    bool known = n.x != 0.0 || n.y != 0.0 || n.z != 0.0;
+    if (known)
+        stp_disc_axes(n, &u, &v);
+    const float centre[3] = {(float)c.x, (float)c.y, (float)c.z};
+    const float axes[2][3] = {{(float)u.x, (float)u.y, (float)u.z},
+                              {(float)v.x, (float)v.y, (float)v.z}};
+    const stp_over over = over_near(m, n, slack);
+    stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
+    stp_disc_hints_pair(m->hints, lanes);
+    uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
+    return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
+}
+
+/* Keeps the points that are not settled by their hints of a merged disc over the level-0 discs
+ * [first, last). */
+static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
+{
+    stp_paired_lanes lanes;
+    stp_dvec3 points[STP_DISC_POINTS], c = disc->centre;
+    float told[STP_DISC_LANES];
+    double extent = stp_max(fabs(c.x), stp_max(fabs(c.y), fabs(c.z))) + disc->radius;
+    double slack = FLOAT_SLACK * stp_max(1.0, extent);
+    if (!(extent < STP_DISC_GRID_REACH)) {
+        measure_far(m, disc, first, last);
+        return;
+    }
+    uint32_t above = unsettled(m, disc, slack, &lanes, told);
+    if (above)
+        stp_disc_points(disc, points);
+    for (unsigned i = 0; above >> i; i++)
+        if (above >> i & 1)
+            m->suspects[m->suspect_count++] = (suspect){
+                .x = points[i],
+                .normal = disc->normal,
+                .slack = slack,
+                .counted = (double)told[i] + slack,
+                .disc = lanes.index[i],
+                .first = first,
+                .last = last,
+            };
+}
+
+/* The most suspicious first: what it counts may settle the others. */
+static void measure_suspects(measure *m)
+{
+    while (m->suspect_count > 0) {
+        unsigned most = 0;
+        for (unsigned i = 1; i < m->suspect_count; i++)
+            most = m->suspects[i].counted > m->suspects[most].counted ? i : most;
+        const suspect *s = &m->suspects[most];
+        if (s->counted > m->greatest && m->check)
+            check_point(m, s);
+        else if (s->counted > m->greatest)
+            measure_point(m, s);
+        m->suspects[most] = m->suspects[--m->suspect_count];
+    }
+}
+
+/* Whether a sample stands for one alone, which it is. */
+static bool is_its_own(const stp_sample *sample, const stp_sample *first, unsigned count)
+{
+    return count == 1 && memcmp(sample, first, sizeof *sample) == 0;
+}
+
+static void take_patch(measure *m, const stp_patch *patch)
+{
+    m->patch = patch;
+    m->sine = sin(stp_min(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
+}
+
+/* The samples of a quarter at a level. */
+static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigned q)
+{
+    const stp_patch *patch = m->patch;
+    const uint32_t p = (uint32_t)(patch - chunk->patches), own = chunk->level_begin[0][p];
+    const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
+    unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
+    m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
+                      STP_STORED_SLACK * m->grid->scale;
+    m->merged.what = STP_OVER_COUNT;
+    for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
+        unsigned first = stp_covered_begin(patch->counts, level, i, 0);
+        unsigned count = stp_covered_begin(patch->counts, level, i + 1, 0) - first;
+        if (is_its_own(&samples[i], &chunk->samples[0][own + first], count))
+            continue;
+        stp_disc disc = stp_disc_from_sample(&samples[i], patch);
+        disc = in_units(&disc, m->grid->scale);
+        suspect_points(m, &disc, own + first, own + first + count);
+    }
+    measure_suspects(m);
+}
+
+/* The greatest that a quarter's level-0 samples bring. */
+static double carried_by(const stp_chunk *chunk, const stp_carry *carry, uint32_t p, unsigned q)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    double carried = 0.0;
+    unsigned end = stp_quarter_begin(patch->counts, 0, q + 1);
+    for (unsigned i = stp_quarter_begin(patch->counts, 0, q); carry && i < end; i++)
+        carried = stp_max(carried, carry[chunk->level_begin[0][p] + i].tangential_error);
+    return carried;
+}
+
+static void measure_patch(stp_overhang *out, measure *m, const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    const double scale = m->grid->scale;
+    double least = patch->counts[0] > 1
+                       ? stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS
+                       : 0.0;
+    take_patch(m, patch);
+    *out = (stp_overhang){0};
+    for (unsigned q = 0; q < patch->counts[2]; q++) {
+        double carried = carried_by(chunk, m->grid->carry, p, q);
+        out->level[0] = stp_max(out->level[0], carried);
+        raise_to(m, stp_max(carried, least) * scale);
+        for (int level = 1; level <= 2; level++) {
+            measure_level(m, chunk, level, q);
+            out->quarter[level - 1][q] = m->greatest / scale;
+            out->level[level] = stp_max(out->level[level], out->quarter[level - 1][q]);
+        }
+    }
+    m->greatest = out->level[2] * scale;
+    measure_level(m, chunk, 3, 0);
+    out->level[3] = m->greatest / scale;
+}
+
+static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    take_patch(m, patch);
+    for (int level = 1; level < STP_LEVEL_COUNT; level++)
+        for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]) && !m->exceeded; q++) {
+            m->greatest = stp_error_held(stp_quarter_tangential_error(patch, level, q), patch) *
+                          m->grid->scale;
+            measure_level(m, chunk, level, q);
+        }
+    return m->exceeded;
+}
+
+/* What all patches of a chunk are measured with. */
+typedef struct ground {
+    stp_disc_grid grid;
+    stp_disc_hints hints;
+} ground;
+
+static stp_status ground_create(ground *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_error *err)
+{
+    stp_status status = STP_OK;
+    *out = (ground){0};
+    STP_TRY(stp_disc_grid_create(&out->grid, chunk, carry, around, err));
+    STP_TRY(stp_disc_hints_create(&out->hints, out->grid.numbers, out->grid.count, out->grid.radius,
+                                  err));
+done:
+    return status;
+}
+
+static void ground_clear(ground *g)
+{
+    stp_disc_hints_clear(&g->hints);
+    stp_disc_grid_clear(&g->grid);
+}
+
+static stp_overhang stored_overhang(const stp_patch *patch)
+{
+    stp_overhang out = {0};
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        out.level[l] = stp_error_decode(patch->tangential_error[l], patch->exponent);
+    for (int l = 0; l < 2; l++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            out.quarter[l][q] =
+                stp_error_decode(patch->quarter_tangential_error[l][q], patch->exponent);
+    return out;
+}
+
+stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
+                                const stp_surroundings *around, stp_error *err)
+{
+    ground g;
+    stp_status status = ground_create(&g, chunk, carry, around, err);
+    measure m = {.grid = &g.grid, .hints = &g.hints};
+    for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
+        if (chunk->patches[p].flags & STP_PATCH_SHAPES)
+            out[p] = stored_overhang(&chunk->patches[p]);
+        else
+            measure_patch(&out[p], &m, chunk, p);
+    ground_clear(&g);
+    return status;
+}
+
+stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
+                              const stp_surroundings *around, stp_error *err)
+{
+    ground g;
+    stp_status status = ground_create(&g, chunk, NULL, around, err);
+    measure m = {.grid = &g.grid, .hints = &g.hints, .check = true};
+    uint32_t found = STP_CHUNK_NONE;
+    for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count && found == STP_CHUNK_NONE; p++)
+        if (!(chunk->patches[p].flags & STP_PATCH_SHAPES) && exceeds_stored(&m, chunk, p))
+            found = p;
+    if (status == STP_OK)
+        *patch = found;
+    ground_clear(&g);
+    return status;
+}

@@ -1,0 +1,531 @@
+/* Ranges of a file on a web server: kept connections, second tries, and what is said of failures.
+ */
+#include "formats/chunk/remote/http.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/random.h"
+#include "formats/chunk/remote/http_address.h"
+#include "formats/chunk/remote/http_words.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+
+#define WAIT_SLICE_S 0.1
+#define UNKNOWN_SIZE UINT64_MAX
+/* Waiting that an answer is worth, for those far away. */
+#define ANSWER_S 1.0
+#define RECEIVE_BUFFER_BYTES 131072L
+
+struct stp_http {
+    const stp_curl *curl;
+    char *address, *name;
+    stp_byte_source_params params; /* with the defaults filled in; no strings */
+    struct curl_slist *headers, *fresh_headers;
+    uint64_t size; /* with identity and head fixed once open */
+    char identity[STP_HTTP_IDENTITY_LIMIT];
+    uint8_t head[STP_HTTP_HEAD_BYTES];
+    atomic_bool cancelled, changed, given_up;
+    pthread_mutex_t patience; /* guards the two below; innermost */
+    unsigned waiting;         /* reads that wait for the server */
+    double waited_s, since_s; /* for which time it did, and since when, where one does */
+    atomic_uint_fast64_t requests, retries, bytes, answers;
+    char *moved;           /* where the server last led to from the address; NULL: nowhere */
+    pthread_mutex_t mutex; /* guards moved, connections[].busy and .easy; innermost */
+    pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
+    stp_http_connection connections[STP_SOURCE_CONNECTIONS];
+};
+
+/* ---- patience ---- */
+
+/* +1: a read begins to wait for the server, -1: one ends to. */
+static void count_waiting(stp_http *h, int change)
+{
+    pthread_mutex_lock(&h->patience);
+    if (h->waiting == 0)
+        h->since_s = stp_clock_seconds();
+    h->waiting = (unsigned)((int)h->waiting + change);
+    if (h->waiting == 0)
+        h->waited_s += stp_clock_seconds() - h->since_s;
+    pthread_mutex_unlock(&h->patience);
+}
+
+static double waited_s(stp_http *h)
+{
+    pthread_mutex_lock(&h->patience);
+    double seconds = h->waited_s + (h->waiting > 0 ? stp_clock_seconds() - h->since_s : 0.0);
+    pthread_mutex_unlock(&h->patience);
+    return seconds;
+}
+
+/* Whether the server has been waited for, in all, for longer than its bytes and answers are worth.
+ */
+static bool is_too_slow(stp_http *h)
+{
+    if (h->params.patience_ms == 0 || atomic_load(&h->given_up))
+        return atomic_load(&h->given_up);
+    double worth_s = h->params.patience_ms / 1e3 +
+                     (double)atomic_load(&h->bytes) / STP_HTTP_SLOWEST_RATE +
+                     ANSWER_S * (double)atomic_load(&h->answers);
+    if (waited_s(h) > worth_s)
+        atomic_store(&h->given_up, true);
+    return atomic_load(&h->given_up);
+}
+
+static bool is_ended(void *context)
+{
+    stp_http *h = context;
+    return atomic_load(&h->cancelled) || is_too_slow(h) ||
+           (h->params.cancelled != NULL && h->params.cancelled(h->params.cancelled_context));
+}
+
+static stp_status say_ended(stp_http *h, stp_error *err)
+{
+    if (atomic_load(&h->given_up))
+        return stp_error_set(err, STP_IO,
+                             "%s: the server is too slow: %" PRIu64 " bytes came in %.0f s: try "
+                             "again later, or wait longer (--timeout)",
+                             h->name, (uint64_t)atomic_load(&h->bytes), waited_s(h));
+    return stp_error_set(err, STP_CANCELLED, "%s: reading was interrupted", h->name);
+}
+
+/* ---- connections ---- */
+
+static bool set_options(const stp_http *h, CURL *easy)
+{
+    const char *authorities = getenv("CURL_CA_BUNDLE");
+    bool secure = strncasecmp(h->address, "https://", 8) == 0;
+    if (authorities == NULL)
+        authorities = getenv("SSL_CERT_FILE");
+    return h->curl->easy_setopt(easy, CURLOPT_URL, h->address) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https") == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_REDIR_PROTOCOLS_STR,
+                                secure ? "https" : "http,https") == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_FOLLOWLOCATION, 1L) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_MAXREDIRS, STP_HTTP_REDIRECTIONS_LIMIT) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)h->params.connect_ms) ==
+               CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_SUPPRESS_CONNECT_HEADERS, 1L) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_NOSIGNAL, 1L) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_BUFFERSIZE, RECEIVE_BUFFER_BYTES) == CURLE_OK &&
+           h->curl->easy_setopt(easy, CURLOPT_USERAGENT, "stipple") == CURLE_OK &&
+           (authorities == NULL ||
+            h->curl->easy_setopt(easy, CURLOPT_CAINFO, authorities) == CURLE_OK);
+}
+
+static stp_status connect_handle(const stp_http *h, stp_http_connection *c, stp_error *err)
+{
+    CURL *easy = h->curl->easy_init();
+    CURLM *multi = h->curl->multi_init();
+    if (easy == NULL || multi == NULL || !set_options(h, easy) ||
+        h->curl->easy_setopt(easy, CURLOPT_ERRORBUFFER, c->text) != CURLE_OK) {
+        h->curl->easy_cleanup(easy);
+        (void)h->curl->multi_cleanup(multi);
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for a connection", h->name);
+    }
+    c->curl = h->curl;
+    c->easy = easy;
+    c->multi = multi;
+    return STP_OK;
+}
+
+/* Waits for what `freed` tells of, at most for a slice of time; the mutex is held. */
+static void wait_slice(stp_http *h, double seconds)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += (long)(seconds * 1e9);
+    until.tv_sec += until.tv_nsec / 1000000000L;
+    until.tv_nsec %= 1000000000L;
+    (void)pthread_cond_timedwait(&h->freed, &h->mutex, &until);
+}
+
+/* The first free connection, so that few are opened where few are needed. */
+static stp_status acquire(stp_http *h, stp_http_connection **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_http_connection *c = NULL;
+    pthread_mutex_lock(&h->mutex);
+    while (c == NULL && !is_ended(h)) {
+        for (unsigned i = 0; c == NULL && i < STP_SOURCE_CONNECTIONS; i++)
+            if (!h->connections[i].busy)
+                c = &h->connections[i];
+        if (c == NULL)
+            wait_slice(h, WAIT_SLICE_S);
+    }
+    if (c == NULL)
+        status = say_ended(h, err);
+    else if (c->easy == NULL)
+        status = connect_handle(h, c, err);
+    if (status == STP_OK)
+        c->busy = true;
+    pthread_mutex_unlock(&h->mutex);
+    *out = c;
+    return status;
+}
+
+static void release(stp_http *h, stp_http_connection *c)
+{
+    pthread_mutex_lock(&h->mutex);
+    c->busy = false;
+    pthread_cond_signal(&h->freed);
+    pthread_mutex_unlock(&h->mutex);
+}
+
+/* ---- what became of a try ---- */
+
+/* Failures of libcurl that another try may mend. */
+static bool is_passing(CURLcode code)
+{
+    switch (code) {
+    case CURLE_COULDNT_CONNECT:
+    case CURLE_OPERATION_TIMEDOUT:
+    case CURLE_PARTIAL_FILE:
+    case CURLE_GOT_NOTHING:
+    case CURLE_RECV_ERROR:
+    case CURLE_SEND_ERROR:
+    case CURLE_SSL_CONNECT_ERROR:
+    case CURLE_HTTP2:
+    case CURLE_HTTP2_STREAM:
+    case CURLE_WEIRD_SERVER_REPLY:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* In seconds; 0: another try may come after a usual pause; negative: none. */
+static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
+{
+    curl_off_t asked_s = 0;
+    int code = t->answer.code;
+    if (t->endless)
+        return -1.0;
+    if (t->verdict != STP_HTTP_REFUSED)
+        return t->verdict == STP_HTTP_GOOD || is_passing(t->result) ? 0.0 : -1.0;
+    if (code != 0 && code != 429 && code != 500 && code != 502 && code != 503 && code != 504)
+        return -1.0;
+    if (c->curl->easy_getinfo(c->easy, CURLINFO_RETRY_AFTER, &asked_s) != CURLE_OK || asked_s <= 0)
+        return 0.0;
+    return asked_s <= (curl_off_t)(STP_SOURCE_PAUSE_LIMIT_MS / 1000u) ? (double)asked_s : -1.0;
+}
+
+/* ---- redirections ---- */
+
+/* Where a server leads to is asked at once from then on, as long as it answers there; true if so.
+ */
+static bool choose_address(stp_http *h, stp_http_connection *c)
+{
+    pthread_mutex_lock(&h->mutex);
+    bool moved = h->moved != NULL;
+    CURLcode set = c->curl->easy_setopt(c->easy, CURLOPT_URL, moved ? h->moved : h->address);
+    pthread_mutex_unlock(&h->mutex);
+    return moved && set == CURLE_OK;
+}
+
+static void remember_address(stp_http *h, const stp_http_connection *c)
+{
+    long count = 0;
+    const char *url = NULL;
+    if (c->curl->easy_getinfo(c->easy, CURLINFO_REDIRECT_COUNT, &count) != CURLE_OK || count == 0 ||
+        c->curl->easy_getinfo(c->easy, CURLINFO_EFFECTIVE_URL, &url) != CURLE_OK || url == NULL)
+        return;
+    pthread_mutex_lock(&h->mutex);
+    if (h->moved == NULL)
+        h->moved = strdup(url);
+    pthread_mutex_unlock(&h->mutex);
+}
+
+static void forget_address(stp_http *h)
+{
+    pthread_mutex_lock(&h->mutex);
+    free(h->moved);
+    h->moved = NULL;
+    pthread_mutex_unlock(&h->mutex);
+}
+
+/* ---- tries ---- */
+
+/* What a try came to that brought not all; moved: it asked where the address led to. */
+static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http_connection *c,
+                               bool moved, double *pause_s, stp_error *err)
+{
+    if (t->result == CURLE_ABORTED_BY_CALLBACK)
+        return say_ended(h, err);
+    *pause_s = retry_pause(t, c);
+    if (moved && t->verdict != STP_HTTP_GOOD) /* the way there was for a time */
+        forget_address(h);
+    if (moved && t->verdict == STP_HTTP_REFUSED && *pause_s < 0.0)
+        *pause_s = 0.0;
+    if (t->verdict == STP_HTTP_CHANGED)
+        atomic_store(&h->changed, true);
+    return t->verdict == STP_HTTP_NONE || t->verdict == STP_HTTP_GOOD
+               ? stp_http_say_failure(h->name, t, c, err)
+               : stp_http_say_verdict(h->name, t, err);
+}
+
+/* One try; *pause_s: retry_pause where it failed. */
+static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, stp_error *err)
+{
+    stp_http_connection *c = NULL;
+    stp_status status = acquire(h, &c, err);
+    *pause_s = -1.0;
+    if (status != STP_OK)
+        return status;
+    bool moved = choose_address(h, c);
+    atomic_fetch_add(&h->requests, 1);
+    stp_http_transfer_run(t, c);
+    /* Whole by what the range says, even if the server says otherwise of the length. */
+    bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
+                 t->received == t->answer.last - t->answer.begin + 1;
+    if (whole) {
+        atomic_fetch_add(&h->answers, 1);
+        remember_address(h, c);
+    }
+    if (!whole && t->verdict != STP_HTTP_EMPTY)
+        status = take_failure(h, t, c, moved, pause_s, err);
+    release(h, c);
+    return status;
+}
+
+/* The pause before try number `tried`, from 1 on; half of it is chance, so that many readers do not
+ * come back at once. */
+static void pause_before(stp_http *h, unsigned tried, double asked_s)
+{
+    uint64_t chance = stp_random_u64((uint64_t)(uintptr_t)h, atomic_load(&h->requests));
+    double pause_s = h->params.pause_ms / 1e3 * (double)(1u << (tried - 1 < 8 ? tried - 1 : 8));
+    pause_s *= 0.5 + 0.5 * (double)(chance >> 32) / 4294967296.0;
+    pause_s = pause_s > asked_s ? pause_s : asked_s;
+    double until_s =
+        stp_clock_seconds() +
+        (pause_s < STP_SOURCE_PAUSE_LIMIT_MS / 1e3 ? pause_s : STP_SOURCE_PAUSE_LIMIT_MS / 1e3);
+    pthread_mutex_lock(&h->mutex);
+    for (double left_s = until_s - stp_clock_seconds(); left_s > 0.0 && !is_ended(h);
+         left_s = until_s - stp_clock_seconds())
+        wait_slice(h, left_s < WAIT_SLICE_S ? left_s : WAIT_SLICE_S);
+    pthread_mutex_unlock(&h->mutex);
+}
+
+/* Tries until all of it is there; the last one's transfer is left in *t. */
+static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
+{
+    const stp_http_transfer asked = *t;
+    bool first = t->identity == NULL;
+    size_t done = 0;
+    double pause_s = 0.0;
+    for (unsigned tried = 1;; tried++) {
+        if (atomic_load(&h->changed))
+            return stp_http_say_changed(h->name, err);
+        *t = asked;
+        t->offset += done;
+        t->data += done;
+        t->size -= done;
+        stp_status status = try_once(h, t, &pause_s, err);
+        done += first ? 0 : t->received;
+        if (status == STP_OK && (first || done == asked.size))
+            return STP_OK;
+        if (status == STP_OK) { /* a server may answer with less: the rest is asked for again */
+            pause_s = 0.0;
+            status = stp_error_set(err, STP_IO,
+                                   "%s: the server sends less than was asked for: copy the file "
+                                   "here, or use another server",
+                                   h->name);
+        }
+        if (pause_s < 0.0 || tried >= h->params.tries)
+            return status;
+        pause_before(h, tried, pause_s);
+        atomic_fetch_add(&h->retries, 1);
+    }
+}
+
+static stp_status try_often(stp_http *h, stp_http_transfer *t, stp_error *err)
+{
+    count_waiting(h, 1);
+    stp_status status = try_on(h, t, err);
+    count_waiting(h, -1);
+    return status;
+}
+
+static stp_http_transfer begin_transfer(stp_http *h, bool fresh)
+{
+    bool known = h->size != UNKNOWN_SIZE;
+    return (stp_http_transfer){.file_bytes = h->size,
+                               .identity = known ? h->identity : NULL,
+                               .headers = fresh ? h->fresh_headers : h->headers,
+                               .stall_ms = h->params.stall_ms,
+                               .connect_ms = h->params.connect_ms,
+                               .ended = is_ended,
+                               .ended_context = h,
+                               .bytes = &h->bytes};
+}
+
+/* ---- opening ---- */
+
+static unsigned or_default(unsigned value, unsigned otherwise)
+{
+    return value != 0 ? value : otherwise;
+}
+
+static stp_status fill_headers(stp_http *h, stp_error *err)
+{
+    static const char plain[] = "Accept-Encoding: identity", *fresh = "Cache-Control: no-cache";
+    struct curl_slist *more = NULL;
+    h->headers = h->curl->slist_append(NULL, plain);
+    h->fresh_headers = h->curl->slist_append(NULL, plain);
+    more = h->fresh_headers != NULL ? h->curl->slist_append(h->fresh_headers, fresh) : NULL;
+    if (h->headers == NULL || more == NULL)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for a request", h->name);
+    return STP_OK;
+}
+
+static stp_status create(stp_http **out, const char *address, const stp_byte_source_params *params,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_http *h = NULL;
+    pthread_condattr_t clock;
+    STP_TRY(stp_alloc(&h, 1, sizeof *h, "a web address", err));
+    pthread_mutex_init(&h->mutex, NULL);
+    pthread_mutex_init(&h->patience, NULL);
+    pthread_condattr_init(&clock);
+    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    pthread_cond_init(&h->freed, &clock);
+    pthread_condattr_destroy(&clock);
+    h->size = UNKNOWN_SIZE;
+    h->params = (stp_byte_source_params){.connect_ms = or_default(params->connect_ms, 10000),
+                                         .stall_ms = or_default(params->stall_ms, 10000),
+                                         .tries = or_default(params->tries, 4),
+                                         .pause_ms = or_default(params->pause_ms, 200),
+                                         .patience_ms = params->patience_ms,
+                                         .cancelled = params->cancelled,
+                                         .cancelled_context = params->cancelled_context};
+    STP_TRY(stp_http_address_encode(address, &h->address, err));
+    STP_TRY(stp_http_address_name(address, &h->name, err));
+    h->curl = stp_curl_load();
+    if (h->curl == NULL) {
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "%s: addresses are read with libcurl.so.4: install it (libcurl4)",
+                               h->name);
+        goto done;
+    }
+    STP_TRY(fill_headers(h, err));
+    *out = h;
+    h = NULL;
+done:
+    stp_http_close(&h);
+    return status;
+}
+
+stp_status stp_http_open(stp_http **out, const char *address, const stp_byte_source_params *params,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_http *h = NULL;
+    STP_TRY(create(&h, address, params, err));
+    stp_http_transfer t = begin_transfer(h, true);
+    t.data = h->head;
+    t.size = sizeof h->head;
+    STP_TRY(try_often(h, &t, err));
+    h->size = t.verdict == STP_HTTP_EMPTY ? 0 : t.answer.total;
+    memcpy(h->identity, stp_http_answer_identity(&t.answer),
+           strlen(stp_http_answer_identity(&t.answer)) + 1);
+    *out = h;
+    h = NULL;
+done:
+    stp_http_close(&h);
+    return status;
+}
+
+void stp_http_close(stp_http **http)
+{
+    stp_http *h = *http;
+    if (h == NULL)
+        return;
+    for (unsigned i = 0; h->curl != NULL && i < STP_SOURCE_CONNECTIONS; i++) {
+        h->curl->easy_cleanup(h->connections[i].easy);
+        (void)h->curl->multi_cleanup(h->connections[i].multi);
+    }
+    if (h->curl != NULL) {
+        h->curl->slist_free_all(h->headers);
+        h->curl->slist_free_all(h->fresh_headers);
+    }
+    pthread_cond_destroy(&h->freed);
+    pthread_mutex_destroy(&h->mutex);
+    pthread_mutex_destroy(&h->patience);
+    free(h->moved);
+    free(h->address);
+    free(h->name);
+    free(h);
+    *http = NULL;
+}
+
+uint64_t stp_http_size(const stp_http *h)
+{
+    return h->size;
+}
+
+const char *stp_http_name(const stp_http *h)
+{
+    return h->name;
+}
+
+const char *stp_http_address(const stp_http *h)
+{
+    return h->address;
+}
+
+const char *stp_http_identity(const stp_http *h)
+{
+    return h->identity;
+}
+
+const uint8_t *stp_http_head(const stp_http *h)
+{
+    return h->head;
+}
+
+/* ---- reading ---- */
+
+stp_status stp_http_read(stp_http *h, uint64_t offset, uint8_t *data, size_t size, bool fresh,
+                         stp_error *err)
+{
+    if (is_ended(h))
+        return say_ended(h, err);
+    if (size == 0)
+        return STP_OK;
+    stp_http_transfer t = begin_transfer(h, fresh);
+    t.offset = offset;
+    t.data = data;
+    t.size = size;
+    return try_often(h, &t, err);
+}
+
+void stp_http_cancel(stp_http *h)
+{
+    atomic_store(&h->cancelled, true);
+    pthread_mutex_lock(&h->mutex);
+    pthread_cond_broadcast(&h->freed);
+    for (unsigned i = 0; i < STP_SOURCE_CONNECTIONS; i++)
+        if (h->connections[i].multi != NULL)
+            (void)h->curl->multi_wakeup(h->connections[i].multi);
+    pthread_mutex_unlock(&h->mutex);
+}
+
+void stp_http_resume(stp_http *h)
+{
+    atomic_store(&h->cancelled, false);
+}
+
+void stp_http_add_stats(const stp_http *h, stp_byte_source_stats *stats)
+{
+    stats->requests += atomic_load(&h->requests);
+    stats->retries += atomic_load(&h->retries);
+    stats->bytes += atomic_load(&h->bytes);
+}

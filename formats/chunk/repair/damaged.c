@@ -1,0 +1,281 @@
+/* A damaged chunk file as far as it can be read. */
+#include "formats/chunk/repair/damaged.h"
+
+#include "base/checked.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "formats/chunk/codec/segment.h"
+#include "formats/chunk/repair/lost_entries.h"
+#include "formats/chunk/repair/lost_header.h"
+#include "formats/chunk/repair/mend_bit.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+void stp_damaged_say(const stp_damaged *d, const char *format, ...)
+{
+    char line[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    if (d->params->say)
+        d->params->say(d->params->context, line);
+}
+
+/* ---- bytes ---- */
+
+stp_status stp_damaged_read(const stp_damaged *d, uint64_t offset, void *bytes, size_t size,
+                            stp_error *err)
+{
+    size_t there = offset < d->file_bytes ? size : 0;
+    if (there > 0 && there > d->file_bytes - offset)
+        there = (size_t)(d->file_bytes - offset);
+    stp_status status = stp_file_read_at(d->descriptor, d->path, offset, bytes, there, err);
+    memset((uint8_t *)bytes + there, 0, size - there);
+    for (size_t i = 0; status == STP_OK && i < d->mend_count; i++) {
+        const stp_mend *m = &d->mends[i];
+        uint64_t begin = m->offset > offset ? m->offset : offset;
+        uint64_t end = m->offset + m->size < offset + size ? m->offset + m->size : offset + size;
+        if (begin < end)
+            memcpy((uint8_t *)bytes + (begin - offset), m->bytes + (begin - m->offset),
+                   (size_t)(end - begin));
+    }
+    return status;
+}
+
+stp_status stp_damaged_mend(stp_damaged *d, uint64_t offset, const void *bytes, size_t size,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *copy = NULL;
+    STP_TRY(
+        stp_grow(&d->mends, &d->mend_capacity, d->mend_count + 1, sizeof *d->mends, "mends", err));
+    STP_TRY(stp_alloc(&copy, size, 1, "mends", err));
+    memcpy(copy, bytes, size);
+    d->mends[d->mend_count++] = (stp_mend){offset, size, copy};
+done:
+    return status;
+}
+
+stp_status stp_damaged_mend_bit(stp_damaged *d, uint64_t offset, uint8_t *bytes, size_t size,
+                                stp_hash_place hash, const char *what, bool *mended, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t bit = STP_NO_BIT;
+    *mended = false;
+    STP_TRY(stp_mend_bit(bytes, size, hash.value, d->params->pool, d->params->progress, &bit, err));
+    if (bit == STP_NO_BIT || (bit / 8 >= size && !hash.follows))
+        goto done;
+    bytes[bit / 8] = (uint8_t)(bytes[bit / 8] ^ 1u << bit % 8);
+    STP_TRY(stp_damaged_mend(d, offset + bit / 8, &bytes[bit / 8], 1, err));
+    stp_damaged_say(d, "byte %" PRIu64 ": bit %zu was flipped in %s: put back", offset + bit / 8,
+                    bit % 8, what);
+    *mended = true;
+done:
+    return status;
+}
+
+/* ---- chunks ---- */
+
+static int last_segment(int finest_level)
+{
+    return 2 - finest_level;
+}
+
+stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level, stp_chunk **out,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    stp_chunk *chunk = NULL;
+    stp_chunk_scratch scratch = {0};
+    uint8_t *bytes = NULL;
+    uint32_t begin = 0;
+    size_t size = e->segment_end[last_segment(finest_level)];
+    STP_TRY(stp_alloc(&bytes, size + 1, 1, "payload", err));
+    STP_TRY(stp_damaged_read(d, e->offset, bytes, size, err));
+    STP_TRY(stp_chunk_create(&chunk, e->patch_count, e->sample_count, finest_level, err));
+    chunk->id = id;
+    chunk->linked = (e->flags & STP_CHUNK_LINKED) != 0;
+    for (int s = 0; s <= last_segment(finest_level); s++) {
+        stp_error inner = {0};
+        status = stp_segment_decode(bytes + begin, e->segment_end[s] - begin, s, e->codec,
+                                    e->child_count, chunk, &scratch, &inner);
+        if (status != STP_OK) {
+            stp_error_set(err, status, "%s: chunk %" PRIu32 ": segment %d: %s", d->path, id, s,
+                          inner.message);
+            goto done;
+        }
+        begin = e->segment_end[s];
+    }
+    *out = chunk;
+    chunk = NULL;
+done:
+    stp_chunk_scratch_free(&scratch);
+    stp_chunk_destroy(&chunk);
+    free(bytes);
+    return status;
+}
+
+/* Sets how far a chunk can be read: up to the first segment that is neither sound nor mended. */
+static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    uint8_t *bytes = NULL;
+    uint32_t begin = 0;
+    d->finest[id] = STP_NOTHING_READABLE;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        char what[64];
+        bool sound;
+        size_t size = e->segment_end[s] - begin;
+        uint64_t at = e->offset + begin;
+        bool there = stp_range_inside(at, size, d->file_bytes);
+        STP_TRY(stp_alloc(&bytes, (there ? size : 0) + 1, 1, "payload", err));
+        if (there)
+            STP_TRY(stp_damaged_read(d, at, bytes, size, err));
+        snprintf(what, sizeof what, "segment %d of chunk %" PRIu32, s, id);
+        sound = there && stp_hash(bytes, size) == e->segment_hash[s];
+        if (there && !sound)
+            STP_TRY(stp_damaged_mend_bit(d, at, bytes, size,
+                                         (stp_hash_place){e->segment_hash[s], false}, what, &sound,
+                                         err));
+        if (!sound) {
+            stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") is lost", what, size, at);
+            goto done;
+        }
+        d->finest[id] = (uint8_t)(2 - s);
+        begin = e->segment_end[s];
+        free(bytes);
+        bytes = NULL;
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+/* ---- metadata and directory ---- */
+
+static stp_status read_metadata(stp_damaged *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_header *h = &d->header;
+    size_t size = (size_t)h->metadata_bytes;
+    bool there = stp_range_inside(h->metadata_offset, size, d->file_bytes);
+    STP_TRY(stp_alloc(&d->metadata, (there ? size : 0) + 1, 1, "metadata", err));
+    if (there)
+        STP_TRY(stp_damaged_read(d, h->metadata_offset, d->metadata, size, err));
+    if (there && stp_hash(d->metadata, size) == h->metadata_hash)
+        goto done;
+    bool mended = false;
+    if (there)
+        STP_TRY(stp_damaged_mend_bit(d, h->metadata_offset, (uint8_t *)d->metadata, size,
+                                     (stp_hash_place){h->metadata_hash, false}, "the metadata",
+                                     &mended, err));
+    if (!mended) {
+        d->metadata_lost = true;
+        stp_damaged_say(d, "the metadata (%zu bytes at byte %" PRIu64 ") is lost", size,
+                        h->metadata_offset);
+    }
+done:
+    return status;
+}
+
+/* Entries of a page whose checksum is right. */
+static stp_status take_page(stp_damaged *d, uint32_t page, const uint8_t *bytes, stp_error *err)
+{
+    stp_error inner = {0};
+    for (uint32_t i = 0; i < stp_page_entry_count(&d->header, page); i++) {
+        uint32_t id = page * STP_PAGE_ENTRIES + i;
+        if (stp_entry_read(bytes + (size_t)i * d->header.entry_bytes, id, &d->header,
+                           &d->entries[id], &inner) != STP_OK)
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: cannot be repaired: its checksums are right, but it was "
+                                 "written wrong: %s",
+                                 d->path, inner.message);
+        d->known[id] = true;
+    }
+    return STP_OK;
+}
+
+static stp_status read_page(stp_damaged *d, uint32_t page, bool *lost, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    uint64_t at = stp_page_offset(&d->header, page);
+    size_t size = stp_page_bytes(&d->header, page), hashed = size - STP_HASH_BYTES;
+    char what[64];
+    STP_TRY(stp_alloc(&bytes, size, 1, "directory page", err));
+    if (stp_range_inside(at, size, d->file_bytes))
+        STP_TRY(stp_damaged_read(d, at, bytes, size, err));
+    uint64_t hash = stp_get_u64(bytes + hashed);
+    bool sound = stp_hash(bytes, hashed) == hash;
+    snprintf(what, sizeof what, "directory page %" PRIu32, page);
+    if (!sound)
+        STP_TRY(stp_damaged_mend_bit(d, at, bytes, hashed, (stp_hash_place){hash, true}, what,
+                                     &sound, err));
+    if (sound) {
+        STP_TRY(take_page(d, page, bytes, err));
+    } else {
+        stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") is damaged", what, size, at);
+        *lost = true;
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+static stp_status read_directory(stp_damaged *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t count = d->header.chunk_count;
+    bool lost = false;
+    STP_TRY(stp_alloc(&d->entries, count, sizeof *d->entries, "directory", err));
+    STP_TRY(stp_alloc(&d->known, count, sizeof *d->known, "directory", err));
+    STP_TRY(stp_alloc(&d->finest, count, sizeof *d->finest, "directory", err));
+    memset(d->finest, STP_NOTHING_READABLE, count);
+    for (uint32_t page = 0; page < stp_page_count(&d->header); page++)
+        STP_TRY(read_page(d, page, &lost, err));
+    for (uint32_t id = 0; id < count; id++)
+        if (d->known[id])
+            STP_TRY(find_finest(d, id, err));
+    if (lost)
+        STP_TRY(stp_lost_entries_find(d, err));
+done:
+    return status;
+}
+
+stp_status stp_damaged_open(stp_damaged *out, const char *path, const stp_repair_params *params,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_damaged d = {.path = path, .params = params, .descriptor = -1};
+    STP_TRY(stp_file_open(path, &d.descriptor, &d.file_bytes, err));
+    STP_TRY(stp_lost_header_read(&d, err));
+    STP_TRY(read_metadata(&d, err));
+    STP_TRY(read_directory(&d, err));
+    STP_TRY(stp_lost_header_finish(&d, err));
+done:
+    if (status != STP_OK)
+        stp_damaged_close(&d);
+    *out = d;
+    return status;
+}
+
+void stp_damaged_close(stp_damaged *d)
+{
+    for (size_t i = 0; i < d->mend_count; i++)
+        free(d->mends[i].bytes);
+    free(d->mends);
+    free(d->metadata);
+    free(d->entries);
+    free(d->known);
+    free(d->finest);
+    if (d->descriptor >= 0)
+        close(d->descriptor);
+    *d = (stp_damaged){.descriptor = -1};
+}

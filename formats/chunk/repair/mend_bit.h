@@ -1,0 +1,26 @@
+/* The one flipped bit of checked bytes, found by their checksum.
+ *
+ * 64 bits of checksum tell what the bytes were: of a few million flips that might have happened,
+ * no second one fits but by a chance of one in 10^12. Time grows with the square of the size.
+ * Changes nothing. Threads: one call at a time per pool, which it uses. */
+#ifndef STP_FORMATS_CHUNK_REPAIR_MEND_BIT_H
+#define STP_FORMATS_CHUNK_REPAIR_MEND_BIT_H
+
+#include "base/pool.h"
+#include "base/progress.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_NO_BIT SIZE_MAX
+/* Greater regions are not searched: this takes a minute or two on two cores. */
+#define STP_MEND_BYTES_LIMIT (1u << 20)
+
+/* *bit becomes the bit (8 * byte + bit) whose flip gives the size bytes the checksum `hash`; from
+ * 8 * size on it is one of `hash` itself; STP_NO_BIT if there is none, or where a run of equal
+ * bytes as long as half a disk's sector says that more is lost than a bit. Errors: OUT_OF_MEMORY,
+ * CANCELLED. */
+stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, stp_pool *pool,
+                        const stp_progress *progress, size_t *bit, stp_error *err);
+
+#endif

@@ -1,0 +1,43 @@
+/* What becomes of each chunk of a damaged file.
+ *
+ * Memory: some bytes a chunk. Threads: one. */
+#ifndef STP_FORMATS_CHUNK_REPAIR_REPAIR_PLAN_H
+#define STP_FORMATS_CHUNK_REPAIR_REPAIR_PLAN_H
+
+#include "formats/chunk/repair/damaged.h"
+
+typedef enum stp_fate {
+    STP_FATE_GONE,   /* neither it nor its parent can be read: not in the output */
+    STP_FATE_KEPT,   /* payload byte by byte, unless its errors are raised */
+    STP_FATE_COARSE, /* a leaf of the levels that are left */
+    STP_FATE_PARENT, /* a leaf of what its parent shows in its place */
+    STP_FATE_REBUILT /* out of its children */
+} stp_fate;
+
+typedef struct stp_repair_node {
+    stp_fate fate;
+    uint32_t parent; /* STP_CHUNK_NONE for the root, and where nothing tells it */
+    uint32_t depth;
+    uint32_t child_count; /* of those not gone */
+    uint32_t child_index; /* among its parent's as the file has them */
+    stp_chunk *chunk;     /* what replaces the payload; NULL: nothing does */
+    stp_dvec3 origin;
+    stp_carry *carry;           /* of a rebuilt chunk, by level-0 sample */
+    bool raised;                /* kept, but for some errors */
+    uint32_t id;                /* in the output */
+    uint64_t points, stand_ins; /* under it in the output */
+} stp_repair_node;
+
+typedef struct stp_repair_plan {
+    const stp_damaged *damaged;
+    uint32_t count;         /* of nodes: chunks of the damaged file */
+    uint32_t depth;         /* levels of the tree */
+    stp_repair_node *nodes; /* by id */
+    size_t replaced_bytes;
+} stp_repair_plan;
+
+/* Errors: OUT_OF_MEMORY; CORRUPT: not even the root can be shown. */
+stp_status stp_repair_plan_make(stp_repair_plan *out, const stp_damaged *d, stp_error *err);
+void stp_repair_plan_clear(stp_repair_plan *plan);
+
+#endif

@@ -1,0 +1,16 @@
+/* The seam between a chunk and one of its children: the same samples on both sides. */
+#ifndef STP_FORMATS_CHUNK_VERIFY_VERIFY_JOIN_H
+#define STP_FORMATS_CHUNK_VERIFY_VERIFY_JOIN_H
+
+#include "formats/chunk/chunk_file.h"
+
+/* Compares, as multisets, the level-0 samples of the parent's patches that name child_index with
+ * the child's level 3: world position (as doubles), radius, normal, colour, intensity, class and
+ * flags; of a linked parent one by one. *fault becomes NULL or what is wrong, *patch the parent's
+ * patch or STP_CHUNK_NONE. Errors: OUT_OF_MEMORY. */
+stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *parent_entry,
+                           uint32_t child_index, const stp_chunk *child,
+                           const stp_chunk_entry *child_entry, const char **fault, uint32_t *patch,
+                           stp_error *err);
+
+#endif

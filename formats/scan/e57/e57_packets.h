@@ -1,0 +1,55 @@
+/* The compressed vector of an E57 scan: its section's packets, and the bytestreams cut up in them.
+ *
+ * A section is a header and packets of at most 64 KiB: data, index or empty. A data packet has the
+ * next bytes of every field's bytestream; how many of each is the writer's choice, so fields are
+ * not in step, and each is read with a cursor of its own. Packets in use are kept, as many as there
+ * are cursors, so that each is read about once. Memory: those packets, 64 KiB for each of
+ * STP_E57_PACKETS_KEPT. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_E57_E57_PACKETS_H
+#define STP_FORMATS_SCAN_E57_E57_PACKETS_H
+
+#include "base/error.h"
+#include "formats/scan/e57/e57_pages.h"
+#include "formats/scan/e57/e57_xml.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_E57_PACKET_BYTES 65536u
+#define STP_E57_PACKETS_KEPT STP_E57_TARGET_COUNT
+
+/* A data packet. */
+typedef struct stp_e57_packet {
+    uint64_t at, next;  /* logical addresses of it and of what follows; at 0: none */
+    uint64_t last_used; /* in the order of uses */
+    unsigned char bytes[STP_E57_PACKET_BYTES];
+} stp_e57_packet;
+
+typedef struct stp_e57_section {
+    stp_e57_pages *pages; /* borrowed */
+    uint64_t first, end;  /* logical: of the first packet, and behind the last */
+    uint32_t stream_count;
+    uint64_t uses;
+    stp_e57_packet packets[STP_E57_PACKETS_KEPT];
+} stp_e57_section;
+
+/* Where a bytestream is read. */
+typedef struct stp_e57_cursor {
+    uint32_t stream;
+    uint64_t packet;  /* logical address, of one to be looked for from here on if size is 0 */
+    uint32_t at, end; /* unread bytes in the packet */
+} stp_e57_cursor;
+
+/* Reads the section's header and finds its first packet. *section may hold another one's packets.
+ * Errors: IO, CORRUPT. */
+stp_status stp_e57_section_open(stp_e57_section *section, stp_e57_pages *pages,
+                                const stp_e57_scan *scan, stp_error *err);
+/* A cursor at the begin of a bytestream. */
+stp_e57_cursor stp_e57_section_start(const stp_e57_section *section, uint32_t stream);
+/* Takes up to size bytes of the bytestream, to out or nowhere (NULL); fewer, *got < size, only at
+ * its end. Errors: IO, CORRUPT. */
+stp_status stp_e57_section_take(stp_e57_section *section, stp_e57_cursor *cursor,
+                                unsigned char *out, size_t size, size_t *got, stp_error *err);
+
+#endif

@@ -1,0 +1,44 @@
+/* The points of an E57 scan as columns of numbers: bytestreams unpacked field by field.
+ *
+ * Whole numbers of b bits stand one after the other from the lowest bit of the first byte on,
+ * across bytes and packets; floats in 4 or 8 bytes, little-endian; a field of 0 bits has one value
+ * and no bytes. Memory: the packets in use and a block of values of each field. Threads: one at a
+ * time. */
+#ifndef STP_FORMATS_SCAN_E57_E57_VECTOR_H
+#define STP_FORMATS_SCAN_E57_E57_VECTOR_H
+
+#include "base/error.h"
+#include "formats/scan/e57/e57_packets.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_E57_BLOCK_POINTS 512u
+
+/* A bytestream being unpacked. */
+typedef struct stp_e57_stream {
+    stp_e57_cursor cursor;
+    uint32_t bit;  /* of the first byte, where the next value begins: 0 to 7 */
+    size_t staged; /* bytes taken, but not unpacked: 0 or 1 */
+    /* A block of the widest values from any bit on, and what a read of 9 bytes may touch. */
+    unsigned char bytes[8 * STP_E57_BLOCK_POINTS + 24];
+} stp_e57_stream;
+
+typedef struct stp_e57_vector {
+    const stp_e57_scan *scan; /* borrowed; NULL: none */
+    uint64_t index;           /* of the next record */
+    stp_e57_section section;
+    stp_e57_stream streams[STP_E57_TARGET_COUNT];
+    double columns[STP_E57_TARGET_COUNT][STP_E57_BLOCK_POINTS];
+} stp_e57_vector;
+
+/* Goes to the first record of a scan, whose recordCount is checked against its section. Errors: IO,
+ * CORRUPT, LIMIT. */
+stp_status stp_e57_vector_open(stp_e57_vector *vector, stp_e57_pages *pages,
+                               const stp_e57_scan *scan, stp_error *err);
+/* The next count <= STP_E57_BLOCK_POINTS records, which the scan has, into the columns of the
+ * fields that it has; behind the last one it is checked that the packets hold no more. Errors: IO,
+ * CORRUPT. */
+stp_status stp_e57_vector_read(stp_e57_vector *vector, size_t count, stp_error *err);
+
+#endif

@@ -1,0 +1,52 @@
+/* How many bits the colours and intensities of a LAS file really have: told from the data.
+ *
+ * The standard wants 16 bits; several writers store 0..255 in them, others 8 bits times 256. By the
+ * points looked at: colours up to 255 are 8-bit ones, colours of which every low byte is zero are
+ * 8-bit ones times 256, others have 16 bits; where all are zero the file has no colours.
+ * Intensities up to 255 (and not all zero) are 8-bit ones, others have 16 bits. Values beyond the
+ * range found are clamped. */
+#ifndef STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
+#define STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
+
+#include "formats/scan/las/las_header.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Points are looked at in so many blocks of so many, spread over the whole file: of a smaller file
+ * all. Of a compressed one fewer, for each block is unpacked from the begin of its chunk. */
+#define STP_LAS_SAMPLE_BLOCKS 64u
+#define STP_LAS_SAMPLE_BLOCKS_COMPRESSED 16u
+#define STP_LAS_SAMPLE_POINTS 512u
+
+/* What the points looked at have in common. */
+typedef struct stp_las_seen {
+    uint16_t colour_max, intensity_max;
+    uint8_t colour_low; /* the low bytes of all colours, ored */
+} stp_las_seen;
+
+typedef enum stp_las_colour_depth {
+    STP_LAS_COLOUR_NONE,
+    STP_LAS_COLOUR_8,
+    STP_LAS_COLOUR_8_TIMES_256,
+    STP_LAS_COLOUR_16
+} stp_las_colour_depth;
+
+typedef struct stp_las_depth {
+    stp_las_colour_depth colour;
+    bool intensity_8;
+} stp_las_depth;
+
+/* Adds count records of the header's length. */
+void stp_las_depth_look(stp_las_seen *seen, const stp_las_header *header,
+                        const unsigned char *records, size_t count);
+stp_las_depth stp_las_depth_decide(const stp_las_seen *seen);
+
+/* File value to 0..65535. */
+static inline uint16_t stp_las_widen(uint16_t value)
+{
+    return value < 255 ? (uint16_t)(value * 257) : (uint16_t)65535;
+}
+
+#endif

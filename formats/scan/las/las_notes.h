@@ -1,0 +1,28 @@
+/* What a LAS file says of itself beside its points, as notes: "wkt" (its coordinate system),
+ * "geokeys" (the same as GeoTIFF keys, a line each), "left_out" (fields of its points that are not
+ * read, by the standard's names), "counts" (where its numbers of points disagree). */
+#ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
+#define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
+
+#include "formats/scan/las/las_depth.h"
+#include "formats/scan/las/las_header.h"
+#include "formats/scan/las/las_records.h"
+#include "formats/scan/las/las_text.h"
+#include "formats/scan/scan.h"
+
+#define STP_LAS_NOTES_MAX 4u
+
+typedef struct stp_las_notes {
+    stp_scan_note list[STP_LAS_NOTES_MAX];
+    stp_las_text texts[STP_LAS_NOTES_MAX];
+    uint32_t count;
+} stp_las_notes;
+
+/* *out must be zero; free it also after a failure. file_bytes is the file's size. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
+                              const stp_las_records *records, const stp_las_depth *depth,
+                              uint64_t file_bytes, stp_error *err);
+void stp_las_notes_free(stp_las_notes *notes);
+
+#endif

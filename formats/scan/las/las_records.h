@@ -1,0 +1,43 @@
+/* The variable length records of a LAS file, those that stipple keeps: its coordinate system, as
+ * WKT or GeoTIFF keys, and the names of extra bytes.
+ *
+ * Plain ones (VLRs) lie between header and points, extended ones (EVLRs) behind the points. Where a
+ * record comes twice the first one counts. Memory: a record that is kept is at most
+ * STP_LAS_RECORD_MAX bytes. Threads: any. */
+#ifndef STP_FORMATS_SCAN_LAS_LAS_RECORDS_H
+#define STP_FORMATS_SCAN_LAS_LAS_RECORDS_H
+
+#include "base/error.h"
+#include "formats/scan/las/las_header.h"
+#include "formats/scan/source.h"
+
+#include <stddef.h>
+
+#define STP_LAS_RECORD_MAX ((size_t)1 << 20)
+
+typedef enum stp_las_record_kind {
+    STP_LAS_WKT,
+    STP_LAS_GEO_KEYS, /* directory of keys, 16-bit numbers */
+    STP_LAS_GEO_DOUBLES,
+    STP_LAS_GEO_ASCII,
+    STP_LAS_EXTRA_BYTES, /* 192 bytes for each */
+    STP_LAS_RECORD_KIND_COUNT
+} stp_las_record_kind;
+
+typedef struct stp_las_record {
+    unsigned char *bytes; /* NULL: the file has none */
+    size_t length;
+} stp_las_record;
+
+typedef struct stp_las_records {
+    stp_las_record kept[STP_LAS_RECORD_KIND_COUNT];
+} stp_las_records;
+
+/* Walks all records. *out must be zero; free it also after a failure. Errors: IO, CORRUPT (a record
+ * does not lie where records may, with its byte), LIMIT (one to keep is too long), OUT_OF_MEMORY.
+ */
+stp_status stp_las_records_read(stp_las_records *out, const stp_las_header *header,
+                                stp_source *source, stp_error *err);
+void stp_las_records_free(stp_las_records *records);
+
+#endif

@@ -1,0 +1,47 @@
+/* Points out as LAS 1.4, streamed.
+ *
+ * Point format 7 (colour of 16 bits) or 6 (none). A coordinate is written as the integer nearest to
+ * (coordinate - offset) / step. Beside coordinates: intensity and class where given, the station's
+ * number, counted from 1, as point source ID (0: unknown; LAS has no place for stations'
+ * positions), return 1 of 1, all else zero; so is the date, for the same points make the same
+ * bytes. LAS has no normals. The header's counts and box are filled in by finish: the number of
+ * points need not be known before. The file appears whole or not at all (base/file.h). Memory:
+ * bounded. Threads: one at a time per writer. */
+#ifndef STP_FORMATS_SCAN_LAS_LAS_WRITE_H
+#define STP_FORMATS_SCAN_LAS_LAS_WRITE_H
+
+#include "base/error.h"
+#include "formats/scan/scan.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_las_writer_params {
+    bool force;          /* replace an existing file */
+    uint32_t attributes; /* STP_POINT_HAS_*: COLOUR chooses the format, NORMAL is refused */
+    double step;         /* of coordinates on all axes, the file's scale */
+    stp_dvec3 offset;    /* coordinates reach 2^31 steps from here */
+} stp_las_writer_params;
+
+typedef struct stp_las_writer stp_las_writer;
+
+/* The finest power of ten with which integers of 32 bits reach so far from the offset; reach is
+ * finite and positive. */
+double stp_las_finest_step(double reach);
+
+/* Writes a header. path is copied. Errors: EXISTS, IO, OUT_OF_MEMORY; INVALID_ARGUMENT (normals, a
+ * step that is not finite and positive). */
+stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
+                                 const stp_las_writer_params *params, stp_error *err);
+/* Appends count points. Errors: IO; INVALID_ARGUMENT (a coordinate is not finite or too far from
+ * the offset). */
+stp_status stp_las_writer_points(stp_las_writer *writer, const stp_point *points, size_t count,
+                                 stp_error *err);
+/* Makes the file appear and destroys the writer (*writer NULL, also on failure, then without a
+ * file). Errors: IO, EXISTS. */
+stp_status stp_las_writer_finish(stp_las_writer **writer, stp_error *err);
+/* Abandons the file if not finished. Sets *writer to NULL; NULL inside is fine. */
+void stp_las_writer_destroy(stp_las_writer **writer);
+
+#endif

@@ -1,0 +1,143 @@
+/* A mesh as a hybrid surface. */
+#include "formats/scan/mesh/hybrid.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What a vertex belongs to. */
+enum { OF_LARGE = 1, OF_SMALL = 2 };
+
+/* Zero where a corner is not finite. */
+static double area_of(const stp_point_mesh *mesh, const uint32_t *t)
+{
+    const stp_dvec3 a = mesh->points[t[0]].position;
+    const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(mesh->points[t[1]].position, a),
+                                        stp_dvec3_sub(mesh->points[t[2]].position, a));
+    const double twice = stp_dvec3_length(n);
+    return isfinite(twice) ? 0.5 * twice : 0.0;
+}
+
+static double sum_areas(const stp_point_mesh *mesh)
+{
+    double sum = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; t++)
+        sum += area_of(mesh, mesh->triangles[t]);
+    return sum;
+}
+
+static double longest_edge(const stp_point_mesh *mesh, const uint32_t *t)
+{
+    double longest = 0.0;
+    for (int k = 0; k < 3; k++)
+        longest =
+            fmax(longest, stp_dvec3_length(stp_dvec3_sub(mesh->points[t[k]].position,
+                                                         mesh->points[t[(k + 1) % 3]].position)));
+    return longest;
+}
+
+/* What is large: of an area, or of a length. */
+typedef struct size_limit {
+    double area, edge;
+} size_limit;
+
+static bool is_large(const stp_point_mesh *mesh, const uint32_t *t, const size_limit *least)
+{
+    double area = area_of(mesh, t);
+    return area >= least->area || (area > 0.0 && longest_edge(mesh, t) >= least->edge);
+}
+
+/* Parts the triangles, the large ones by the mesh's vertices. */
+static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *uses,
+                       stp_triangle_set *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t capacity = 0, kept = 0;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const uint32_t *triangle = mesh->triangles[t];
+        const bool large = is_large(mesh, triangle, least);
+        for (int k = 0; k < 3; k++)
+            uses[triangle[k]] |= large ? OF_LARGE : OF_SMALL;
+        if (large) {
+            STP_TRY(stp_grow(&out->triangles, &capacity, out->triangle_count + 1,
+                             sizeof *out->triangles, "triangles", err));
+            memcpy(out->triangles[out->triangle_count++], triangle, sizeof *out->triangles);
+        } else {
+            memmove(mesh->triangles[kept++], triangle, sizeof *mesh->triangles);
+        }
+    }
+    mesh->triangle_count = kept;
+done:
+    return status;
+}
+
+static stp_line_vertex vertex_of(const stp_point_mesh *mesh, size_t i, double radius)
+{
+    const stp_point *p = &mesh->points[i];
+    stp_line_vertex out = {.position = p->position,
+                           .direction = p->normal,
+                           .radius = (float)radius,
+                           .intensity = p->intensity,
+                           .class_id = p->class_id};
+    for (int c = 0; c < 3; c++)
+        out.rgb[c] = mesh->attributes & STP_POINT_HAS_COLOUR ? p->rgb[c] : STP_POINT_GREY;
+    return out;
+}
+
+/* The set's own vertices, in the mesh's order. */
+static stp_status take_vertices(const stp_point_mesh *mesh, const uint8_t *uses, double radius,
+                                stp_triangle_set *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *numbers = NULL;
+    size_t count = 0;
+    for (size_t i = 0; i < mesh->point_count; i++)
+        count += (uses[i] & OF_LARGE) != 0;
+    STP_TRY(stp_alloc(&numbers, mesh->point_count, sizeof *numbers, "triangles", err));
+    STP_TRY(stp_alloc(&out->vertices, count, sizeof *out->vertices, "triangles", err));
+    for (size_t i = 0; i < mesh->point_count; i++) {
+        if (!(uses[i] & OF_LARGE))
+            continue;
+        numbers[i] = (uint32_t)out->vertex_count;
+        out->vertices[out->vertex_count++] = vertex_of(mesh, i, uses[i] & OF_SMALL ? radius : 0.0);
+    }
+    for (uint64_t t = 0; t < out->triangle_count; t++)
+        for (int k = 0; k < 3; k++)
+            out->triangles[t][k] = numbers[out->triangles[t][k]];
+done:
+    free(numbers);
+    return status;
+}
+
+stp_status stp_hybrid_split(stp_point_mesh *mesh, uint64_t *sample_count, uint8_t *taken,
+                            stp_triangle_set *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *uses = NULL;
+    stp_triangle_set set = {0};
+    const double wanted = (double)(*sample_count ? *sample_count : mesh->point_count);
+    const double share = sum_areas(mesh) / wanted; /* a point's */
+    if (!(share > 0.0) || !isfinite(share))
+        return STP_OK;
+    STP_TRY(stp_alloc(&uses, mesh->point_count, 1, "triangles", err));
+    /* Vertices alone do not cover a long triangle, however thin it is; points all over it do. */
+    const double area = STP_HYBRID_POINTS * share;
+    const size_limit least = {area,
+                              *sample_count > 0 ? (double)INFINITY : sqrt(4.0 / sqrt(3.0) * area)};
+    STP_TRY(part(mesh, &least, uses, &set, err));
+    STP_TRY(take_vertices(mesh, uses, STP_HYBRID_LAMBDA * sqrt(share), &set, err));
+    for (size_t i = 0; i < mesh->point_count; i++)
+        taken[i] |= uses[i] == OF_LARGE;
+    if (*sample_count > 0) {
+        const double left = sum_areas(mesh) / share;
+        *sample_count = left > 0.0 && left < 1.0 ? 1 : (uint64_t)(left + 0.5);
+    }
+    *out = set;
+    set = (stp_triangle_set){0};
+done:
+    stp_triangle_set_clear(&set);
+    free(uses);
+    return status;
+}

@@ -1,0 +1,20 @@
+/* Triangles of a model that are drawn as such (polygons of CG08, section 4). Threads: any once
+ * filled. */
+#ifndef STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
+#define STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
+
+#include "formats/scan/mesh/line_set.h"
+
+/* A vertex's direction is the surface's normal, zero where unknown; its radius that of the points
+ * that go on behind a border, else 0. */
+typedef struct stp_triangle_set {
+    stp_line_vertex *vertices;
+    uint64_t vertex_count;
+    uint32_t (*triangles)[3]; /* vertices */
+    uint64_t triangle_count;
+} stp_triangle_set;
+
+/* Frees what the set owns. */
+void stp_triangle_set_clear(stp_triangle_set *set);
+
+#endif

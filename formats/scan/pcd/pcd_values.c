@@ -1,0 +1,427 @@
+/* The values of PCD records as columns of numbers, whatever the encoding. */
+#include "formats/scan/pcd/pcd_values.h"
+
+#include "base/checked.h"
+#include "base/memory.h"
+#include "formats/scan/number.h"
+#include "formats/scan/value_range.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define BLOCK_BYTES ((size_t)1 << 20)
+#define SAMPLE_BLOCKS 64u
+#define SAMPLE_PREFIX 65536u
+
+/* A column of one type: values stride bytes apart, little-endian, as doubles. */
+#define LOAD_COLUMN(value_type)                                                                    \
+    for (size_t i = 0; i < count; i++, bytes += stride) {                                          \
+        value_type value;                                                                          \
+        memcpy(&value, bytes, sizeof value);                                                       \
+        out[i] = (double)value;                                                                    \
+    }
+
+static void load_float(uint32_t size, const unsigned char *bytes, size_t stride, size_t count,
+                       double *out)
+{
+    if (size == 4) {
+        LOAD_COLUMN(float)
+    } else {
+        LOAD_COLUMN(double)
+    }
+}
+
+static void load_signed(uint32_t size, const unsigned char *bytes, size_t stride, size_t count,
+                        double *out)
+{
+    if (size == 1) {
+        LOAD_COLUMN(int8_t)
+    } else if (size == 2) {
+        LOAD_COLUMN(int16_t)
+    } else if (size == 4) {
+        LOAD_COLUMN(int32_t)
+    } else {
+        LOAD_COLUMN(int64_t)
+    }
+}
+
+static void load_unsigned(uint32_t size, const unsigned char *bytes, size_t stride, size_t count,
+                          double *out)
+{
+    if (size == 1) {
+        LOAD_COLUMN(uint8_t)
+    } else if (size == 2) {
+        LOAD_COLUMN(uint16_t)
+    } else if (size == 4) {
+        LOAD_COLUMN(uint32_t)
+    } else {
+        LOAD_COLUMN(uint64_t)
+    }
+}
+
+static void load_field(stp_pcd_values *v, const stp_pcd_field *field, const unsigned char *bytes,
+                       size_t stride, size_t count)
+{
+    if (field->target == STP_PCD_PACKED)
+        for (size_t i = 0; i < count; i++)
+            memcpy(&v->packed[i], bytes + i * stride, sizeof *v->packed);
+    else if (field->type == 'F')
+        load_float(field->size, bytes, stride, count, v->columns[field->target]);
+    else if (field->type == 'I')
+        load_signed(field->size, bytes, stride, count, v->columns[field->target]);
+    else
+        load_unsigned(field->size, bytes, stride, count, v->columns[field->target]);
+}
+
+static stp_status cut(const stp_pcd_values *v, stp_error *err)
+{
+    const bool ascii = v->header.encoding == STP_PCD_ASCII;
+    return stp_error_set(
+        err, STP_CORRUPT,
+        "%s ends at %s %llu after %llu of %llu points: the file was cut; copy or export it again",
+        v->source.path, ascii ? "line" : "byte",
+        (unsigned long long)(ascii ? v->source.line : v->source.size), (unsigned long long)v->index,
+        (unsigned long long)v->header.points);
+}
+
+/* Whether the text can only be a float as a program prints it: a fraction, or rounded above the
+ * ones, as 4.2108e+06 is. An integer of three bytes would lose its blue there. */
+static bool is_float_text(const char *token, const char *end, double value)
+{
+    const char *point = memchr(token, '.', (size_t)(end - token));
+    const char *mark = token;
+    double exponent = 0.0;
+    if (!isfinite(value) || value != floor(value))
+        return isfinite(value);
+    while (mark < end && *mark != 'e' && *mark != 'E')
+        mark++;
+    const char *digits = mark + 1 < end && mark[1] == '+' ? mark + 2 : mark + 1;
+    if (mark == end || !stp_number_parse(digits, end, &exponent))
+        return false;
+    return exponent > (point ? (double)(mark - point - 1) : 0.0);
+}
+
+/* Packed colours as text: the bits of the float that the number is. But whole numbers from 1 on are
+ * the integers themselves, unless the column is known to be floats: as floats they would have bits
+ * that no colour has above its red. */
+static uint32_t packed_of_text(const stp_pcd_values *v, const stp_pcd_field *field, double value)
+{
+    const bool whole = value >= 1.0 && value <= 4294967295.0 && value == floor(value);
+    uint32_t bits = 0;
+    if (whole && !v->packed_floats)
+        return (uint32_t)value;
+    if (field->type == 'F' && fabs(value) <= 3.4e38) {
+        const float f = (float)value;
+        memcpy(&bits, &f, sizeof bits);
+    } else if (value < 0.0 && value >= -2147483648.0) {
+        bits = (uint32_t)(int32_t)value;
+    }
+    return bits;
+}
+
+static stp_status read_token(stp_pcd_values *v, const stp_pcd_field *field, const char **at,
+                             const char *end, size_t row, stp_error *err)
+{
+    double value;
+    const char *token = stp_token(at, end);
+    if (!token)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: line %llu has fewer values than the %llu that the header "
+                             "declares (point %llu of %llu): mend the line or export the file "
+                             "again",
+                             v->source.path, (unsigned long long)v->source.line,
+                             (unsigned long long)v->header.values, (unsigned long long)v->index,
+                             (unsigned long long)v->header.points);
+    if (field->target == STP_PCD_TARGET_COUNT)
+        return STP_OK;
+    if (!stp_number_parse(token, *at, &value))
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: line %llu: `%.*s` is not a number (point %llu of %llu): mend the "
+                             "line or export the file again",
+                             v->source.path, (unsigned long long)v->source.line,
+                             (int)(*at - token < 40 ? *at - token : 40), token,
+                             (unsigned long long)v->index, (unsigned long long)v->header.points);
+    if (field->target == STP_PCD_PACKED) {
+        v->float_seen = v->float_seen || (field->type == 'F' && is_float_text(token, *at, value));
+        v->packed[row] = packed_of_text(v, field, value);
+    } else {
+        v->columns[field->target][row] = value;
+    }
+    return STP_OK;
+}
+
+static stp_status read_line(stp_pcd_values *v, size_t row, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *at, *end, *ahead;
+    do {
+        STP_TRY(stp_source_line(&v->source, &at, &end, err));
+        if (!at)
+            return cut(v, err);
+        ahead = at;
+    } while (!stp_token(&ahead, end));
+    for (size_t i = 0; i < v->header.field_count; i++)
+        for (uint64_t k = 0; k < v->header.fields[i].count; k++)
+            STP_TRY(read_token(v, &v->header.fields[i], &at, end, row, err));
+    if (stp_token(&at, end))
+        status = stp_error_set(err, STP_CORRUPT,
+                               "%s: line %llu has more values than the %llu that the header "
+                               "declares (point %llu of %llu): mend the header or export the file "
+                               "again",
+                               v->source.path, (unsigned long long)v->source.line,
+                               (unsigned long long)v->header.values, (unsigned long long)v->index,
+                               (unsigned long long)v->header.points);
+    else
+        v->index++;
+done:
+    return status;
+}
+
+static stp_status read_binary(stp_pcd_values *v, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t bytes = count * v->header.stride;
+    const unsigned char *data;
+    size_t available;
+    STP_TRY(stp_source_peek(&v->source, bytes, &data, &available, err));
+    if (available < bytes)
+        return cut(v, err);
+    for (size_t i = 0; i < v->header.field_count; i++) {
+        const stp_pcd_field *field = &v->header.fields[i];
+        if (field->target != STP_PCD_TARGET_COUNT)
+            load_field(v, field, data + field->offset, v->header.stride, count);
+    }
+    stp_source_consume(&v->source, bytes);
+    v->index += count;
+done:
+    return status;
+}
+
+static stp_status read_compressed(stp_pcd_values *v, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    unsigned char bytes[8 * STP_PCD_BLOCK_POINTS];
+    for (int t = 0; t < STP_PCD_TARGET_COUNT; t++) {
+        const stp_pcd_field *field = stp_pcd_header_find(&v->header, (stp_pcd_target)t);
+        if (!field)
+            continue;
+        STP_TRY(stp_lzf_read(&v->decoders[t], bytes, count * field->size, err));
+        load_field(v, field, bytes, field->size, count);
+    }
+    v->index += count;
+done:
+    return status;
+}
+
+stp_status stp_pcd_values_read(stp_pcd_values *v, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (v->header.encoding == STP_PCD_BINARY)
+        return read_binary(v, count, err);
+    if (v->header.encoding == STP_PCD_COMPRESSED)
+        return read_compressed(v, count, err);
+    for (size_t row = 0; row < count; row++)
+        STP_TRY(read_line(v, row, err));
+done:
+    return status;
+}
+
+/* A count that the file cannot hold is found here, before anyone allocates by it. */
+static stp_status check_count(const stp_pcd_values *v, stp_error *err)
+{
+    const stp_pcd_header *h = &v->header;
+    const bool ascii = h->encoding == STP_PCD_ASCII;
+    const uint64_t left = v->source.size - v->source.offset;
+    /* ASCII: a digit and a separator per value; the last separator may be missing. */
+    const uint64_t fit = ascii ? (left + 1) / (2 * h->values) : left / h->stride;
+    if (h->points <= fit)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: the PCD header declares %llu points, but the %llu bytes from byte "
+                         "%llu on hold %s%llu: the file was cut or its header is wrong; copy or "
+                         "export it again",
+                         v->source.path, (unsigned long long)h->points, (unsigned long long)left,
+                         (unsigned long long)h->data_offset, ascii ? "at most " : "",
+                         (unsigned long long)fit);
+}
+
+/* The compressed bytes, [begin, end) of the file, and what they become. */
+typedef struct compressed_block {
+    uint64_t begin, end, size;
+    bool padded; /* with the fields that only fill up records: writers differ */
+} compressed_block;
+
+/* By the two numbers before them, with which the header agrees. */
+static stp_status find_block(stp_pcd_values *v, compressed_block *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pcd_header *h = &v->header;
+    const unsigned char *bytes;
+    size_t available, plain = 0;
+    uint32_t sizes[2];
+    uint64_t whole = 0, without = 0;
+    STP_TRY(stp_source_peek(&v->source, sizeof sizes, &bytes, &available, err));
+    if (available < sizeof sizes)
+        return cut(v, err);
+    memcpy(sizes, bytes, sizeof sizes);
+    const uint64_t begin = h->data_offset + sizeof sizes;
+    for (size_t i = 0; i < h->field_count; i++)
+        if (!stp_pcd_field_is_padding(&h->fields[i]))
+            plain += h->fields[i].size * (size_t)h->fields[i].count;
+    const bool padded = stp_mul_u64(h->stride, h->points, &whole) && whole == sizes[1];
+    if (!padded && !(stp_mul_u64(plain, h->points, &without) && without == sizes[1]))
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: byte %llu: the compressed data declares %u bytes when decoded, "
+                             "but the header %llu points of %zu: the file is damaged; copy or "
+                             "export it again",
+                             v->source.path, (unsigned long long)h->data_offset + 4, sizes[1],
+                             (unsigned long long)h->points, plain);
+    if (sizes[0] > v->source.size - begin)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: byte %llu: %u bytes of compressed data are declared, but %llu "
+                             "follow: the file was cut; copy or export it again",
+                             v->source.path, (unsigned long long)h->data_offset, sizes[0],
+                             (unsigned long long)(v->source.size - begin));
+    *out = (compressed_block){begin, begin + sizes[0], sizes[1], padded};
+done:
+    return status;
+}
+
+/* Decodes all once and leaves a decoder at the first value of each wanted field. */
+static stp_status open_compressed(stp_pcd_values *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_lzf *scout = NULL;
+    compressed_block b = {0};
+    if (v->header.points == 0)
+        return STP_OK;
+    STP_TRY(find_block(v, &b, err));
+    STP_TRY(stp_alloc(&scout, 1, sizeof *scout, "decoder", err));
+    STP_TRY(stp_alloc(&v->decoders, STP_PCD_TARGET_COUNT, sizeof *v->decoders, "decoders", err));
+    stp_lzf_init(scout, v->source.descriptor, v->source.path, b.begin, b.end, b.size);
+    for (size_t i = 0; i < v->header.field_count; i++) {
+        const stp_pcd_field *field = &v->header.fields[i];
+        if (!b.padded && stp_pcd_field_is_padding(field))
+            continue;
+        if (field->target != STP_PCD_TARGET_COUNT)
+            v->decoders[field->target] = *scout;
+        /* No overflow: all of them together are `size`. */
+        STP_TRY(stp_lzf_read(scout, NULL, field->size * field->count * v->header.points, err));
+    }
+    STP_TRY(stp_lzf_finish(scout, err));
+done:
+    free(scout);
+    return status;
+}
+
+stp_status stp_pcd_values_open(stp_pcd_values *v, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_source_open(&v->source, path, err));
+    STP_TRY(stp_pcd_header_read(&v->header, &v->source, err));
+    v->block_points = BLOCK_BYTES / v->header.stride;
+    if (v->block_points > STP_PCD_BLOCK_POINTS)
+        v->block_points = STP_PCD_BLOCK_POINTS;
+    if (v->block_points == 0)
+        v->block_points = 1;
+    if (v->header.encoding == STP_PCD_COMPRESSED)
+        STP_TRY(open_compressed(v, err));
+    else
+        STP_TRY(check_count(v, err));
+done:
+    return status;
+}
+
+void stp_pcd_values_close(stp_pcd_values *v)
+{
+    stp_source_close(&v->source);
+    stp_pcd_header_free(&v->header);
+    free(v->decoders);
+    v->decoders = NULL;
+}
+
+static double column_maximum(const stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                             size_t count, double maximum)
+{
+    for (int t = (int)first; t <= (int)last; t++)
+        for (size_t i = 0; i < count; i++)
+            maximum = fmax(maximum, v->columns[t][i]); /* fmax passes over NaN */
+    return maximum;
+}
+
+static size_t block_of(const stp_pcd_values *v, uint64_t left)
+{
+    return left < v->block_points ? (size_t)left : v->block_points;
+}
+
+static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                                double *maximum, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t total = v->header.points, blocks = SAMPLE_BLOCKS;
+    uint64_t next = 0;
+    for (uint64_t block = 0; block < blocks && next < total; block++) {
+        uint64_t at = stp_spread_begin(total, block, blocks);
+        at = at > next ? at : next; /* blocks of small files would overlap */
+        const size_t count = block_of(v, total - at);
+        stp_source_seek(&v->source, v->header.data_offset + at * v->header.stride, 0);
+        v->index = at;
+        STP_TRY(read_binary(v, count, err));
+        *maximum = column_maximum(v, first, last, count, *maximum);
+        next = at + count;
+    }
+done:
+    return status;
+}
+
+static stp_status sample_prefix(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                                double *maximum, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t left = v->header.points < SAMPLE_PREFIX ? v->header.points : SAMPLE_PREFIX;
+    while (left > 0) {
+        const size_t count = block_of(v, left);
+        STP_TRY(stp_pcd_values_read(v, count, err));
+        *maximum = column_maximum(v, first, last, count, *maximum);
+        left -= count;
+    }
+done:
+    return status;
+}
+
+stp_status stp_pcd_values_find_packing(stp_pcd_values *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pcd_field *field = stp_pcd_header_find(&v->header, STP_PCD_PACKED);
+    double unused = 0.0;
+    if (v->header.encoding != STP_PCD_ASCII || !field || field->type != 'F')
+        return STP_OK;
+    STP_TRY(sample_prefix(v, STP_PCD_X, STP_PCD_X, &unused, err));
+    v->packed_floats = v->float_seen;
+    stp_source_seek(&v->source, v->header.data_offset, v->header.lines);
+    v->index = 0;
+done:
+    return status;
+}
+
+stp_status stp_pcd_values_maximum(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                                  double *maximum, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_lzf *marks = NULL;
+    *maximum = 0.0;
+    if (v->decoders) {
+        STP_TRY(stp_alloc(&marks, STP_PCD_TARGET_COUNT, sizeof *marks, "decoders", err));
+        memcpy(marks, v->decoders, STP_PCD_TARGET_COUNT * sizeof *marks);
+    }
+    STP_TRY(v->header.encoding == STP_PCD_BINARY ? sample_spread(v, first, last, maximum, err)
+                                                 : sample_prefix(v, first, last, maximum, err));
+    stp_source_seek(&v->source, v->header.data_offset, v->header.lines);
+    v->index = 0;
+    if (marks)
+        memcpy(v->decoders, marks, STP_PCD_TARGET_COUNT * sizeof *marks);
+done:
+    free(marks);
+    return status;
+}

@@ -1,0 +1,258 @@
+/* A PLY file as a stream of points. */
+#include "formats/scan/ply/ply.h"
+
+#include "base/memory.h"
+#include "formats/scan/ply/ply_grid.h"
+#include "formats/scan/value_range.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
+{
+    for (size_t i = 0; i < ply->vertex->property_count; i++) {
+        const stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
+        if (p->target == target)
+            return p;
+    }
+    return NULL;
+}
+
+static bool has_targets(const stp_ply *ply, stp_ply_target first, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!stp_ply_target_property(ply, (stp_ply_target)(first + (stp_ply_target)i)))
+            return false;
+    return true;
+}
+
+static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
+{
+    const char *path = ply->source.path;
+    ply->vertex = stp_ply_header_find(&ply->header, "vertex");
+    if (!ply->vertex)
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: the PLY header (%llu lines) has no element `vertex`: is it a scan?", path,
+            (unsigned long long)ply->header.header_lines);
+    static const char *const axes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3; i++)
+        if (!has_targets(ply, (stp_ply_target)i, 1))
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: the PLY element `vertex` has no number property `%s` (%llu "
+                                 "header lines): export the file again with x, y and z",
+                                 path, axes[i], (unsigned long long)ply->header.header_lines);
+    if (has_targets(ply, STP_PLY_NX, 3))
+        ply->attributes |= STP_POINT_HAS_NORMAL;
+    if (has_targets(ply, STP_PLY_RED, 3))
+        ply->attributes |= STP_POINT_HAS_COLOUR;
+    if (has_targets(ply, STP_PLY_INTENSITY, 1))
+        ply->attributes |= STP_POINT_HAS_INTENSITY;
+    if (has_targets(ply, STP_PLY_CLASS, 1))
+        ply->attributes |= STP_POINT_HAS_CLASS;
+    return STP_OK;
+}
+
+/* What comments say goes before a camera. */
+static void find_stations(stp_ply *ply)
+{
+    const bool named = has_targets(ply, STP_PLY_STATION, 1);
+    ply->has_camera = ply->has_camera && !named && ply->header.stations.count == 0;
+    ply->lone_station = ply->has_camera || (!named && ply->header.stations.count == 1);
+    if (named || ply->lone_station)
+        ply->attributes |= STP_POINT_HAS_STATION;
+}
+
+static void find_face_element(stp_ply *ply)
+{
+    static const char *const names[] = {"face", "tristrips"};
+    for (size_t i = 0; i < sizeof names / sizeof *names && !ply->faces; i++) {
+        const stp_ply_element *element = stp_ply_header_find(&ply->header, names[i]);
+        if (element && element->count > 0 && stp_ply_index_list(&ply->header, element))
+            ply->faces = element;
+    }
+}
+
+static void find_edge_element(stp_ply *ply)
+{
+    const stp_ply_header *h = &ply->header;
+    const stp_ply_element *element = stp_ply_header_find(h, "edge");
+    if (element && element->count > 0 && stp_ply_number_property(h, element, "vertex1") &&
+        stp_ply_number_property(h, element, "vertex2"))
+        ply->edges = element;
+}
+
+/* A count that the file cannot hold is found here, before anyone allocates by it. */
+static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
+{
+    const stp_ply_element *vertex = ply->vertex;
+    const bool ascii = ply->header.encoding == STP_PLY_ASCII;
+    const uint64_t left = ply->source.size - ply->source.offset;
+    /* ASCII: a digit and a separator per value; the last separator may be missing. */
+    const uint64_t record = ascii ? 2 * (uint64_t)vertex->property_count : vertex->stride;
+    const uint64_t fit = (left + (ascii ? 1 : 0)) / record;
+    if (vertex->count <= fit)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: the PLY header declares %llu vertices, but the %llu bytes from byte "
+                         "%llu on hold %s%llu: the file was cut or its header is wrong; copy or "
+                         "export it again",
+                         ply->source.path, (unsigned long long)vertex->count,
+                         (unsigned long long)left, (unsigned long long)ply->source.offset,
+                         ascii || vertex->has_lists ? "at most " : "", (unsigned long long)fit);
+}
+
+static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_source_open(&ply->source, path, err));
+    STP_TRY(stp_ply_header_read(&ply->header, &ply->source, err));
+    STP_TRY(find_vertex_element(ply, err));
+    find_face_element(ply);
+    find_edge_element(ply);
+    ply->cursor = (stp_ply_cursor){.source = &ply->source, .encoding = ply->header.encoding};
+    for (const stp_ply_element *e = ply->header.elements; e != ply->vertex; e++)
+        STP_TRY(e->count == 1 && strcmp(e->name, "camera") == 0
+                    ? stp_ply_camera_read(ply, e, err)
+                    : stp_ply_skip_element(&ply->cursor, &ply->header, e, err));
+    find_stations(ply);
+    STP_TRY(check_vertex_count(ply, err));
+    ply->vertex_offset = ply->source.offset;
+    ply->vertex_line = ply->source.line;
+    ply->cursor.element = ply->vertex;
+    ply->cursor.index = 0;
+    STP_TRY(stp_ply_find_depths(ply, err));
+    STP_TRY(stp_ply_grid_read(ply, err));
+done:
+    return status;
+}
+
+stp_status stp_ply_open(stp_ply **out, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ply *ply = NULL;
+    STP_TRY(stp_alloc(&ply, 1, sizeof *ply, "PLY reader", err));
+    ply->source.descriptor = -1;
+    STP_TRY(open_file(ply, path, err));
+    *out = ply;
+    ply = NULL;
+done:
+    stp_ply_close(&ply);
+    return status;
+}
+
+void stp_ply_close(stp_ply **ply)
+{
+    if (!*ply)
+        return;
+    stp_source_close(&(*ply)->source);
+    stp_ply_header_free(&(*ply)->header);
+    free((*ply)->cells);
+    free(*ply);
+    *ply = NULL;
+}
+
+/* Records of one size: column by column, without a branch per value. */
+static stp_status read_fixed(stp_ply *ply, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ply_element *vertex = ply->vertex;
+    const size_t bytes = count * vertex->stride;
+    const unsigned char *data;
+    size_t available;
+    STP_TRY(stp_source_peek(&ply->source, bytes, &data, &available, err));
+    if (available < bytes) {
+        ply->cursor.index += available / vertex->stride;
+        return stp_ply_cut(&ply->cursor, err);
+    }
+    for (size_t i = 0; i < vertex->property_count; i++) {
+        const stp_ply_property *p = &ply->header.properties[vertex->property_first + i];
+        if (p->target != STP_PLY_TARGET_COUNT)
+            stp_ply_load_column(p->type, ply->cursor.encoding, data + p->offset, vertex->stride,
+                                count, ply->columns[p->target]);
+    }
+    stp_source_consume(&ply->source, bytes);
+    ply->cursor.index += count;
+done:
+    return status;
+}
+
+static stp_status read_record(stp_ply *ply, size_t row, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ply_cursor *cursor = &ply->cursor;
+    STP_TRY(stp_ply_record_begin(cursor, err));
+    for (size_t i = 0; i < ply->vertex->property_count; i++) {
+        const stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
+        if (p->target == STP_PLY_TARGET_COUNT)
+            STP_TRY(stp_ply_skip_property(cursor, p, err));
+        else
+            STP_TRY(stp_ply_next_value(cursor, p->type, &ply->columns[p->target][row], err));
+    }
+    STP_TRY(stp_ply_record_end(cursor, err));
+done:
+    return status;
+}
+
+stp_status stp_ply_read_columns(stp_ply *ply, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists)
+        return read_fixed(ply, count, err);
+    for (size_t row = 0; row < count; row++)
+        STP_TRY(read_record(ply, row, err));
+done:
+    return status;
+}
+
+static void set_stations(const stp_ply *ply, stp_point *points, size_t count)
+{
+    const double *numbers = ply->columns[STP_PLY_STATION];
+    for (size_t i = 0; i < count; i++)
+        points[i].station =
+            ply->lone_station ? 1 : stp_ply_stations_find(&ply->header.stations, numbers[i]);
+}
+
+static void columns_to_points(const stp_ply *ply, stp_point *points, size_t count)
+{
+    const double(*c)[STP_PLY_BLOCK_POINTS] = ply->columns;
+    for (size_t i = 0; i < count; i++)
+        points[i] = (stp_point){.position = {c[STP_PLY_X][i], c[STP_PLY_Y][i], c[STP_PLY_Z][i]}};
+    if (ply->attributes & STP_POINT_HAS_NORMAL)
+        for (size_t i = 0; i < count; i++)
+            points[i].normal =
+                stp_unit_normal((stp_dvec3){c[STP_PLY_NX][i], c[STP_PLY_NY][i], c[STP_PLY_NZ][i]});
+    if (ply->attributes & STP_POINT_HAS_COLOUR)
+        for (size_t i = 0; i < count; i++)
+            for (int k = 0; k < 3; k++)
+                points[i].rgb[k] =
+                    stp_value_range_map(c[STP_PLY_RED + k][i], 0.0, ply->colour_scale);
+    if (ply->attributes & STP_POINT_HAS_INTENSITY)
+        for (size_t i = 0; i < count; i++)
+            points[i].intensity =
+                stp_value_range_map(c[STP_PLY_INTENSITY][i], 0.0, ply->intensity_scale);
+    if (ply->attributes & STP_POINT_HAS_CLASS)
+        for (size_t i = 0; i < count; i++)
+            points[i].class_id = stp_class_of(c[STP_PLY_CLASS][i]);
+    if (ply->attributes & STP_POINT_HAS_STATION)
+        set_stations(ply, points, count);
+}
+
+stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,
+                        stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t done_count = 0;
+    while (done_count < capacity && ply->cursor.index < ply->vertex->count) {
+        size_t part = capacity - done_count;
+        const uint64_t left = ply->vertex->count - ply->cursor.index;
+        part = part < STP_PLY_BLOCK_POINTS ? part : STP_PLY_BLOCK_POINTS;
+        part = part < left ? part : (size_t)left;
+        STP_TRY(stp_ply_read_columns(ply, part, err));
+        columns_to_points(ply, points + done_count, part);
+        done_count += part;
+    }
+    *count = done_count;
+done:
+    return status;
+}

@@ -1,0 +1,105 @@
+/* Are wide colours 8-bit values in disguise? Finds out from the data. */
+#include "formats/scan/ply/ply.h"
+#include "formats/scan/value_range.h"
+
+#include <math.h>
+
+#define STP_PLY_SAMPLE_BLOCKS 64u
+#define STP_PLY_SAMPLE_PREFIX 65536u
+
+/* Greatest values met so far. */
+typedef struct depth_maxima {
+    double colour, intensity;
+} depth_maxima;
+
+static double column_maximum(const stp_ply *ply, stp_ply_target target, size_t count, double so_far)
+{
+    for (size_t i = 0; i < count; i++)
+        so_far = fmax(so_far, ply->columns[target][i]); /* fmax passes over NaN */
+    return so_far;
+}
+
+static void add_block(const stp_ply *ply, size_t count, depth_maxima *maxima)
+{
+    if (ply->attributes & STP_POINT_HAS_COLOUR) {
+        maxima->colour = column_maximum(ply, STP_PLY_RED, count, maxima->colour);
+        maxima->colour = column_maximum(ply, STP_PLY_GREEN, count, maxima->colour);
+        maxima->colour = column_maximum(ply, STP_PLY_BLUE, count, maxima->colour);
+    }
+    if (ply->attributes & STP_POINT_HAS_INTENSITY)
+        maxima->intensity = column_maximum(ply, STP_PLY_INTENSITY, count, maxima->intensity);
+}
+
+static stp_status sample_spread(stp_ply *ply, depth_maxima *maxima, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t total = ply->vertex->count;
+    const uint64_t blocks = STP_PLY_SAMPLE_BLOCKS;
+    uint64_t next = 0;
+    for (uint64_t block = 0; block < blocks; block++) {
+        uint64_t first = stp_spread_begin(total, block, blocks);
+        first = first > next ? first : next; /* blocks of small files would overlap */
+        const uint64_t left = total - first;
+        const size_t count = left < STP_PLY_BLOCK_POINTS ? (size_t)left : STP_PLY_BLOCK_POINTS;
+        stp_source_seek(&ply->source, ply->vertex_offset + first * ply->vertex->stride, 0);
+        ply->cursor.index = first;
+        STP_TRY(stp_ply_read_columns(ply, count, err));
+        add_block(ply, count, maxima);
+        next = first + count;
+    }
+done:
+    return status;
+}
+
+static stp_status sample_prefix(stp_ply *ply, depth_maxima *maxima, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t left = ply->vertex->count;
+    left = left < STP_PLY_SAMPLE_PREFIX ? left : STP_PLY_SAMPLE_PREFIX;
+    while (left > 0) {
+        const size_t count = left < STP_PLY_BLOCK_POINTS ? (size_t)left : STP_PLY_BLOCK_POINTS;
+        STP_TRY(stp_ply_read_columns(ply, count, err));
+        add_block(ply, count, maxima);
+        left -= count;
+    }
+done:
+    return status;
+}
+
+static bool is_eight_bit(stp_ply_type type)
+{
+    return stp_ply_type_size(type) == 1;
+}
+
+static double find_scale(stp_ply_type type, double maximum)
+{
+    return stp_value_range_scale(
+        stp_value_range_guess(type >= STP_PLY_FLOAT32, (unsigned)stp_ply_type_size(type), maximum));
+}
+
+static bool is_wide(const stp_ply *ply, stp_ply_target target)
+{
+    const stp_ply_property *property = stp_ply_target_property(ply, target);
+    return property && !is_eight_bit(property->type);
+}
+
+stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
+{
+    stp_status status = STP_OK;
+    depth_maxima maxima = {0.0, 0.0};
+    const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
+    const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
+    const bool colour_wide = (ply->attributes & STP_POINT_HAS_COLOUR) && is_wide(ply, STP_PLY_RED);
+    if (ply->vertex->count > 0 && (colour_wide || is_wide(ply, STP_PLY_INTENSITY))) {
+        const bool fixed = ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists;
+        STP_TRY(fixed ? sample_spread(ply, &maxima, err) : sample_prefix(ply, &maxima, err));
+        stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
+        ply->cursor.index = 0;
+    }
+    if (red)
+        ply->colour_scale = find_scale(red->type, maxima.colour);
+    if (intensity)
+        ply->intensity_scale = find_scale(intensity->type, maxima.intensity);
+done:
+    return status;
+}

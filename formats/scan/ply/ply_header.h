@@ -1,0 +1,101 @@
+/* The header of a PLY file: what follows it, record by record.
+ *
+ * Turk's PLY 1.0: elements in file order, each with scalar and list properties of eight types under
+ * two conventions of names (char or int8, ..., double or float64). Reads ASCII and both byte
+ * orders; lines end in \n or \r\n; obj_info lines and comments other than those of ply_stations.h
+ * are passed over. */
+#ifndef STP_FORMATS_SCAN_PLY_PLY_HEADER_H
+#define STP_FORMATS_SCAN_PLY_PLY_HEADER_H
+
+#include "base/error.h"
+#include "formats/scan/ply/ply_stations.h"
+#include "formats/scan/source.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum stp_ply_encoding {
+    STP_PLY_ASCII,
+    STP_PLY_BINARY_LITTLE_ENDIAN,
+    STP_PLY_BINARY_BIG_ENDIAN
+} stp_ply_encoding;
+
+typedef enum stp_ply_type {
+    STP_PLY_INT8,
+    STP_PLY_UINT8,
+    STP_PLY_INT16,
+    STP_PLY_UINT16,
+    STP_PLY_INT32,
+    STP_PLY_UINT32,
+    STP_PLY_FLOAT32,
+    STP_PLY_FLOAT64
+} stp_ply_type;
+
+/* What a scalar property of a vertex means to us. */
+typedef enum stp_ply_target {
+    STP_PLY_X,
+    STP_PLY_Y,
+    STP_PLY_Z,
+    STP_PLY_NX,
+    STP_PLY_NY,
+    STP_PLY_NZ,
+    STP_PLY_RED,
+    STP_PLY_GREEN,
+    STP_PLY_BLUE,
+    STP_PLY_INTENSITY,
+    STP_PLY_CLASS,
+    STP_PLY_STATION,
+    STP_PLY_RADIUS,      /* half the width of lines through it */
+    STP_PLY_TARGET_COUNT /* also: means nothing */
+} stp_ply_target;
+
+#define STP_PLY_NAME_CHARS 64
+
+typedef struct stp_ply_property {
+    char name[STP_PLY_NAME_CHARS];
+    stp_ply_type type; /* of the scalar, or of a list's entries */
+    bool is_list;
+    stp_ply_type count_type; /* of a list's length */
+    stp_ply_target target;   /* vertex scalars only */
+    size_t offset;           /* in the record, where the element has no lists (binary) */
+} stp_ply_property;
+
+typedef struct stp_ply_element {
+    char name[STP_PLY_NAME_CHARS];
+    uint64_t count;
+    size_t property_first, property_count; /* in the header's properties */
+    bool has_lists;
+    size_t stride; /* bytes of a binary record, lists counted by their length alone */
+} stp_ply_element;
+
+typedef struct stp_ply_header {
+    stp_ply_encoding encoding;
+    stp_ply_element *elements;
+    size_t element_count, element_capacity;
+    stp_ply_property *properties;
+    size_t property_count, property_capacity;
+    stp_ply_stations stations; /* settled */
+    uint64_t grid_size[2];     /* columns and rows of a range image; 0: not told */
+    uint64_t data_offset;      /* first byte after the header */
+    uint64_t header_lines;
+} stp_ply_header;
+
+/* Bytes of one value. */
+size_t stp_ply_type_size(stp_ply_type type);
+
+/* Reads from the start of source up to and with end_header. Errors: IO, CORRUPT (with the line),
+ * UNSUPPORTED (a PLY version or encoding unknown), LIMIT, OUT_OF_MEMORY. */
+stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_error *err);
+void stp_ply_header_free(stp_ply_header *header);
+
+/* The element of this name, or NULL. */
+const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const char *name);
+/* A number property of an element by its name, or NULL. */
+const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,
+                                                const stp_ply_element *element, const char *name);
+/* The list of vertex numbers of a `face` or `tristrips` element, or NULL. */
+const stp_ply_property *stp_ply_index_list(const stp_ply_header *header,
+                                           const stp_ply_element *element);
+
+#endif

@@ -1,0 +1,220 @@
+/* A PLY file as a mesh: all vertices, its polygons or triangle strips as triangles, and its edges.
+ */
+#include "formats/scan/ply/ply.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Turns the vertex numbers of one list after the other into triangles. */
+typedef struct face_builder {
+    stp_point_mesh *mesh;
+    const stp_ply *ply;
+    bool strips;          /* else a fan per list */
+    uint64_t corner;      /* within the polygon or strip */
+    uint32_t first, last; /* fan: first and last corner; strip: last but one and last */
+} face_builder;
+
+static stp_status bad_index(const face_builder *b, double index, stp_error *err)
+{
+    const stp_ply_cursor *c = &b->ply->cursor;
+    const bool ascii = c->encoding == STP_PLY_ASCII;
+    return stp_error_set(
+        err, STP_CORRUPT,
+        "%s: %s %llu: %s %llu names vertex %.17g, but there are %llu (counted from "
+        "0): mend the mesh or export it again",
+        c->source->path, ascii ? "line" : "byte",
+        (unsigned long long)(ascii ? c->source->line : c->source->offset), c->element->name,
+        (unsigned long long)c->index, index, (unsigned long long)b->ply->vertex->count);
+}
+
+static stp_status add_corner(face_builder *b, double value, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (b->strips && value == -1.0) { /* a new strip begins */
+        b->corner = 0;
+        return STP_OK;
+    }
+    if (!(value >= 0.0 && value < (double)b->ply->vertex->count && value <= (double)UINT32_MAX &&
+          value == (double)(uint64_t)value))
+        return bad_index(b, value, err);
+    const uint32_t index = (uint32_t)value;
+    if (b->corner >= 2) {
+        /* Every second triangle of a strip is wound the other way round. */
+        const bool flip = b->strips && b->corner % 2 == 1;
+        STP_TRY(stp_point_mesh_add_triangle(b->mesh, flip ? b->last : b->first,
+                                            flip ? b->first : b->last, index, err));
+    }
+    if (b->corner == 0)
+        b->first = index;
+    else if (b->strips && b->corner >= 2)
+        b->first = b->last;
+    if (b->corner > 0 || !b->strips)
+        b->last = index;
+    b->corner++;
+done:
+    return status;
+}
+
+static stp_status read_index_list(stp_ply *ply, const stp_ply_property *list, face_builder *builder,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t length;
+    double index;
+    STP_TRY(stp_ply_next_length(&ply->cursor, list, &length, err));
+    builder->corner = 0;
+    for (uint64_t i = 0; i < length; i++) {
+        STP_TRY(stp_ply_next_value(&ply->cursor, list->type, &index, err));
+        STP_TRY(add_corner(builder, index, err));
+    }
+done:
+    return status;
+}
+
+static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_point_mesh *mesh,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ply_cursor *cursor = &ply->cursor;
+    const stp_ply_property *list = stp_ply_index_list(&ply->header, element);
+    const size_t first_triangle = mesh->triangle_count;
+    face_builder builder = {
+        .mesh = mesh, .ply = ply, .strips = strcmp(element->name, "tristrips") == 0};
+    cursor->element = element;
+    cursor->index = 0;
+    while (cursor->index < element->count) {
+        STP_TRY(stp_ply_record_begin(cursor, err));
+        for (size_t i = 0; i < element->property_count; i++) {
+            const stp_ply_property *p = &ply->header.properties[element->property_first + i];
+            STP_TRY(p == list ? read_index_list(ply, p, &builder, err)
+                              : stp_ply_skip_property(cursor, p, err));
+        }
+        STP_TRY(stp_ply_record_end(cursor, err));
+    }
+    mesh->face_count = builder.strips ? mesh->triangle_count - first_triangle : element->count;
+done:
+    return status;
+}
+
+/* The properties of an edge that mean something: where it ends, and its colour. */
+typedef struct edge_reader {
+    const stp_ply_property *ends[2], *rgb[3];
+} edge_reader;
+
+static uint32_t vertex_number(double value)
+{
+    bool whole = value >= 0.0 && value < (double)STP_MESH_NO_VERTEX && value == floor(value);
+    return whole ? (uint32_t)value : STP_MESH_NO_VERTEX;
+}
+
+/* Bytes by 257, floats as fractions, wider ones as they are. */
+static uint16_t colour_number(double value, stp_ply_type type)
+{
+    const double scale = type <= STP_PLY_UINT8 ? 257.0 : type >= STP_PLY_FLOAT32 ? 65535.0 : 1.0;
+    const double scaled = value * scale;
+    return (uint16_t)(scaled > 0.0 ? fmin(scaled, 65535.0) + 0.5 : 0.0);
+}
+
+static stp_status read_edge(stp_ply *ply, const edge_reader *reader, stp_point_mesh *mesh,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ply_element *element = ply->edges;
+    stp_mesh_edge edge = {{STP_MESH_NO_VERTEX, STP_MESH_NO_VERTEX}, {0, 0, 0}};
+    double value;
+    STP_TRY(stp_ply_record_begin(&ply->cursor, err));
+    for (size_t i = 0; i < element->property_count; i++) {
+        const stp_ply_property *p = &ply->header.properties[element->property_first + i];
+        if (p->is_list) {
+            STP_TRY(stp_ply_skip_property(&ply->cursor, p, err));
+            continue;
+        }
+        STP_TRY(stp_ply_next_value(&ply->cursor, p->type, &value, err));
+        for (int k = 0; k < 2; k++)
+            if (p == reader->ends[k])
+                edge.vertices[k] = vertex_number(value);
+        for (int k = 0; k < 3; k++)
+            if (p == reader->rgb[k])
+                edge.rgb[k] = colour_number(value, p->type);
+    }
+    STP_TRY(stp_ply_record_end(&ply->cursor, err));
+    STP_TRY(stp_point_mesh_add_edge(mesh, &edge, err));
+done:
+    return status;
+}
+
+static stp_status read_edges(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
+{
+    stp_status status = STP_OK;
+    static const char *const ends[] = {"vertex1", "vertex2"}, *const rgb[] = {"red", "green",
+                                                                              "blue"};
+    edge_reader reader;
+    for (int k = 0; k < 2; k++)
+        reader.ends[k] = stp_ply_number_property(&ply->header, ply->edges, ends[k]);
+    for (int k = 0; k < 3; k++)
+        reader.rgb[k] = stp_ply_number_property(&ply->header, ply->edges, rgb[k]);
+    mesh->edge_colours = reader.rgb[0] && reader.rgb[1] && reader.rgb[2];
+    ply->cursor.element = ply->edges;
+    ply->cursor.index = 0;
+    while (ply->cursor.index < ply->edges->count)
+        STP_TRY(read_edge(ply, &reader, mesh, err));
+done:
+    return status;
+}
+
+/* Half-widths of the points that were read last. */
+static stp_status add_radii(const stp_ply *ply, stp_point_mesh *mesh, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (!ply->edges || !stp_ply_target_property(ply, STP_PLY_RADIUS))
+        return STP_OK;
+    STP_TRY(stp_grow(&mesh->radii, &mesh->radius_capacity, mesh->point_count + count,
+                     sizeof *mesh->radii, "mesh vertices", err));
+    for (size_t i = 0; i < count; i++)
+        mesh->radii[mesh->point_count + i] = (float)ply->columns[STP_PLY_RADIUS][i];
+done:
+    return status;
+}
+
+static stp_status read_vertices(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
+{
+    stp_status status = STP_OK;
+    ply->cursor.element = ply->vertex;
+    ply->cursor.index = 0;
+    for (;;) {
+        size_t count;
+        STP_TRY(stp_point_mesh_reserve(mesh, ply->source.path, STP_PLY_BLOCK_POINTS, err));
+        STP_TRY(
+            stp_ply_read(ply, mesh->points + mesh->point_count, STP_PLY_BLOCK_POINTS, &count, err));
+        if (count == 0)
+            break;
+        STP_TRY(add_radii(ply, mesh, count, err));
+        mesh->point_count += count;
+    }
+done:
+    return status;
+}
+
+stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ply_header *header = &ply->header;
+    const stp_ply_element *last = ply->faces && ply->faces > ply->vertex ? ply->faces : ply->vertex;
+    last = ply->edges && ply->edges > last ? ply->edges : last;
+    mesh->attributes = ply->attributes;
+    stp_source_seek(&ply->source, header->data_offset, header->header_lines);
+    for (const stp_ply_element *e = header->elements; e <= last; e++) {
+        if (e == ply->vertex)
+            STP_TRY(read_vertices(ply, mesh, err));
+        else if (e == ply->faces)
+            STP_TRY(read_faces(ply, e, mesh, err));
+        else if (e == ply->edges)
+            STP_TRY(read_edges(ply, mesh, err));
+        else
+            STP_TRY(stp_ply_skip_element(&ply->cursor, header, e, err));
+    }
+done:
+    return status;
+}

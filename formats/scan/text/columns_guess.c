@@ -1,0 +1,205 @@
+/* Columns by what their numbers are. */
+#include "formats/scan/text/columns.h"
+
+#include <math.h>
+#include <string.h>
+
+/* How far the square of a unit normal's length may be from 1: three digits are enough. */
+#define STP_UNIT_TOLERANCE 0.02
+/* Of the lines, this share must fit a normal. */
+#define STP_UNIT_SHARE 0.99
+
+static bool is_written_whole(stp_field field)
+{
+    for (const char *at = field.begin; at < field.end; at++)
+        if (*at == '.' || *at == ',' || *at == 'e' || *at == 'E')
+            return false;
+    return true;
+}
+
+static uint32_t decimals_of(stp_field field)
+{
+    const char *point = NULL, *last = field.begin;
+    for (const char *at = field.begin; at < field.end; at++) {
+        if (*at == 'e' || *at == 'E')
+            return UINT32_MAX;
+        if (*at == '.' || *at == ',')
+            point = at;
+        last = *at != '0' ? at : last;
+    }
+    return point && last > point ? (uint32_t)(last - point) : 0;
+}
+
+static void add_number(stp_column_range *range, double value, stp_field field)
+{
+    if (!isfinite(value))
+        return;
+    if (range->count++ == 0) {
+        range->min = range->max = value;
+        range->whole = range->written_whole = true;
+    }
+    range->min = fmin(range->min, value);
+    range->max = fmax(range->max, value);
+    range->whole = range->whole && floor(value) == value;
+    range->written_whole = range->written_whole && is_written_whole(field);
+    const uint32_t decimals = decimals_of(field);
+    range->decimals = range->decimals > decimals ? range->decimals : decimals;
+}
+
+void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
+                            const char *end)
+{
+    double values[STP_COLUMNS_MAX];
+    stp_field fields[STP_COLUMNS_MAX] = {{NULL, NULL}}, field;
+    uint32_t count = 0;
+    for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
+        if (count < STP_COLUMNS_MAX)
+            fields[count] = field;
+    if ((count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX) != sample->count)
+        return;
+    sample->rows++;
+    for (uint32_t i = 0; i < sample->count; i++) {
+        if (!stp_field_number(separator, fields[i], &values[i]))
+            values[i] = NAN;
+        add_number(&sample->ranges[i], values[i], fields[i]);
+    }
+    for (uint32_t i = 0; i + 1 < sample->count; i++) {
+        stp_column_range *range = &sample->ranges[i];
+        const double *v = values + i;
+        const double step = fabs(v[0] - v[1]);
+        range->step += isfinite(step) ? step : 0.0;
+        if (i + 2 == sample->count)
+            continue;
+        const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        range->unit += fabs(square - 1.0) <= STP_UNIT_TOLERANCE;
+        range->zero += square == 0.0;
+    }
+}
+
+/* Columns that no one has claimed yet. */
+typedef struct guess {
+    const stp_columns_sample *sample;
+    stp_columns columns;
+    bool is_free[STP_COLUMNS_MAX + 4]; /* numbers without a meaning so far; false behind the last */
+} guess;
+
+static bool three_free(const guess *g, uint32_t first)
+{
+    return g->is_free[first] && g->is_free[first + 1] && g->is_free[first + 2];
+}
+
+static void claim(guess *g, uint32_t place, stp_column column)
+{
+    g->columns.targets[place] = (uint8_t)column;
+    g->is_free[place] = false;
+}
+
+static void claim_three(guess *g, uint32_t first, stp_column column)
+{
+    for (uint32_t k = 0; k < 3; k++)
+        claim(g, first + k, (stp_column)(column + k));
+}
+
+static void guess_normal(guess *g)
+{
+    for (uint32_t i = 0; i < g->sample->count; i++) {
+        const stp_column_range *range = &g->sample->ranges[i];
+        if (!three_free(g, i) || range->unit == 0)
+            continue;
+        if ((double)(range->unit + range->zero) >= STP_UNIT_SHARE * (double)g->sample->rows) {
+            claim_three(g, i, STP_COLUMN_NX);
+            return;
+        }
+    }
+}
+
+static bool within(const stp_column_range *range, double limit)
+{
+    return range->count > 0 && range->min >= 0.0 && range->max <= limit;
+}
+
+static double greatest(const guess *g, uint32_t first)
+{
+    const stp_column_range *r = g->sample->ranges + first;
+    return fmax(fmax(r[0].max, r[1].max), r[2].max);
+}
+
+static bool can_be_colour(const guess *g, uint32_t first)
+{
+    bool whole = true, fractions = true;
+    if (!three_free(g, first))
+        return false;
+    for (uint32_t k = 0; k < 3; k++) {
+        const stp_column_range *range = &g->sample->ranges[first + k];
+        whole = whole && range->whole && within(range, 65535.0);
+        fractions = fractions && within(range, 1.0);
+    }
+    return whole || fractions;
+}
+
+/* Whether the column behind a colour is always its greatest value. */
+static bool is_alpha(const guess *g, uint32_t colour)
+{
+    const stp_column_range *range = &g->sample->ranges[colour + 3];
+    const double limit = greatest(g, colour) <= 1.0 ? 1.0 : 255.0;
+    return g->is_free[colour + 3] && range->count == g->sample->rows &&
+           greatest(g, colour) <= limit && range->min >= limit && range->max <= limit;
+}
+
+/* Of four columns that can be i r g b and r g b i: whether they are the first. */
+static bool is_intensity_first(const guess *g, uint32_t first)
+{
+    const stp_column_range *r = g->sample->ranges + first;
+    if (is_alpha(g, first))
+        return false;
+    if ((greatest(g, first) > 255.0) != (greatest(g, first + 1) > 255.0))
+        return greatest(g, first) > 255.0;
+    return r[0].step >= r[2].step;
+}
+
+static void guess_colour(guess *g, bool intensity_first)
+{
+    uint32_t first = 0;
+    while (first < g->sample->count && !can_be_colour(g, first))
+        first++;
+    if (first == g->sample->count)
+        return;
+    if (can_be_colour(g, first + 1) && (intensity_first || is_intensity_first(g, first)))
+        first++;
+    const bool alpha = is_alpha(g, first);
+    claim_three(g, first, STP_COLUMN_RED);
+    g->is_free[first + 3] = g->is_free[first + 3] && !alpha;
+}
+
+static void guess_intensity(guess *g)
+{
+    uint32_t count = 0, place = 0;
+    for (uint32_t i = 0; i < g->sample->count; i++) {
+        count += g->is_free[i];
+        place = g->is_free[i] ? i : place;
+    }
+    if (count == 1)
+        claim(g, place, STP_COLUMN_INTENSITY);
+}
+
+bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const bool *is_number,
+                       bool intensity_first)
+{
+    guess g = {.sample = sample, .columns = *out};
+    uint32_t axes = 0;
+    g.columns.count = sample->count;
+    memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
+    for (uint32_t i = 0; i < sample->count; i++) {
+        if (is_number[i] && axes < 3)
+            claim(&g, i, (stp_column)(STP_COLUMN_X + axes++));
+        else
+            g.is_free[i] = is_number[i];
+    }
+    if (axes < 3)
+        return false;
+    guess_normal(&g);
+    guess_colour(&g, intensity_first);
+    guess_intensity(&g);
+    *out = g.columns;
+    return true;
+}

@@ -1,0 +1,143 @@
+/* Lists of points with their number before them. */
+#include "formats/scan/text/pts.h"
+
+#include "base/checked.h"
+#include "base/memory.h"
+#include "formats/scan/text/text.h"
+#include "formats/scan/text/text_count.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct pts {
+    stp_text text;
+    uint64_t left; /* points of the list that are still to come */
+} pts;
+
+/* What the first line of points is and where. */
+typedef struct first_point {
+    char text[STP_TEXT_LINE_MAX];
+    size_t length; /* 0: none so far */
+} first_point;
+
+static stp_status keep_first(stp_text *text, first_point *first, uint64_t offset, uint64_t line,
+                             const char *begin, const char *end, stp_error *err)
+{
+    const size_t length = (size_t)(end - begin);
+    if (length > sizeof first->text)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: line %llu has %zu characters, where the first point has at most "
+                             "%zu: is it the right file?",
+                             text->source.path, (unsigned long long)text->source.line, length,
+                             sizeof first->text);
+    memcpy(first->text, begin, length);
+    first->length = length;
+    text->first_offset = offset;
+    text->first_line = line;
+    return STP_OK;
+}
+
+/* Goes through all lists: their points, and the first of them. */
+static stp_status survey(stp_text *text, uint64_t *point_count, first_point *first, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *begin, *end;
+    uint64_t total = 0, count = 0;
+    for (;;) {
+        STP_TRY(stp_text_next_count(text, "the number of points", &count, err));
+        if (count == STP_TEXT_NO_COUNT)
+            break;
+        if (!stp_add_u64(total, count, &total))
+            return stp_text_few_lines(text, text->source.line, count, 0, err);
+        const uint64_t count_line = text->source.line;
+        for (uint64_t i = 0; i < count; i++) {
+            const uint64_t offset = text->source.offset, line = text->source.line;
+            STP_TRY(stp_text_next(text, &begin, &end, err));
+            if (!begin || stp_text_is_count(begin, end))
+                return stp_text_few_lines(text, count_line, count, i, err);
+            if (first->length == 0)
+                STP_TRY(keep_first(text, first, offset, line, begin, end, err));
+        }
+    }
+    *point_count = total;
+done:
+    return status;
+}
+
+static stp_status find_columns(stp_text *text, const first_point *first, const char *list,
+                               stp_columns_sample *sample, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *begin = first->text, *end = begin + first->length;
+    stp_text_rewind(text);
+    if (list) {
+        STP_TRY(stp_text_use_list(text, list, begin, end, err));
+        const uint32_t fields = stp_fields_count(text->columns.separator, begin, end).fields;
+        sample->count = fields < STP_COLUMNS_MAX ? fields : STP_COLUMNS_MAX;
+        STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
+    } else {
+        STP_TRY(stp_text_guess(text, begin, end, true, sample, err));
+    }
+    stp_text_note_columns(text, list ? "as given" : "by content", NULL, NULL, STP_SEPARATOR_SPACE,
+                          sample->count);
+done:
+    return status;
+}
+
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    pts *p = state;
+    stp_text *text = &p->text;
+    first_point *first = NULL;
+    stp_columns_sample *sample = NULL;
+    text->source.descriptor = -1;
+    STP_TRY(stp_alloc(&first, 1, sizeof *first, "lines", err));
+    STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
+    STP_TRY(stp_text_open(text, path, err));
+    const uint64_t start = text->source.offset;
+    STP_TRY(survey(text, &info->point_count, first, err));
+    if (first->length > 0)
+        STP_TRY(find_columns(text, first, params->columns, sample, err));
+    stp_text_settle(text, sample);
+    stp_text_fill_info(text, sample, info);
+    info->format = "PTS";
+    stp_source_seek(&text->source, start, 0);
+done:
+    free(first);
+    free(sample);
+    return status;
+}
+
+static stp_status read_points(void *state, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    pts *p = state;
+    const char *begin, *end;
+    size_t done_count = 0;
+    while (done_count < capacity) {
+        while (p->left == 0)
+            STP_TRY(stp_text_next_count(&p->text, "the number of points", &p->left, err));
+        if (p->left == STP_TEXT_NO_COUNT)
+            break;
+        STP_TRY(stp_text_next(&p->text, &begin, &end, err));
+        if (!begin)
+            return stp_text_few_lines(&p->text, 1, p->left, 0, err);
+        STP_TRY(stp_text_point(&p->text, begin, end, &points[done_count], err));
+        done_count++;
+        p->left--;
+    }
+    *count = done_count;
+done:
+    return status;
+}
+
+static void close_reader(void *state)
+{
+    pts *p = state;
+    stp_text_close(&p->text);
+}
+
+const stp_scan_reader stp_pts_reader = {sizeof(pts), open_reader, read_points, close_reader};

@@ -1,0 +1,382 @@
+/* Lines of text as points. */
+#include "formats/scan/text/text.h"
+
+#include "formats/scan/mesh/point_mesh.h"
+#include "formats/scan/number.h"
+#include "formats/scan/value_range.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define STP_TEXT_SAMPLE_BLOCKS 64u
+#define STP_TEXT_SAMPLE_BYTES 65536u
+
+/* Lines that end in CR alone would be one line. */
+static stp_status check_line_ends(stp_text *text, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned char *bytes;
+    size_t available;
+    STP_TRY(stp_source_peek(&text->source, STP_TEXT_LINE_MAX, &bytes, &available, err));
+    const unsigned char *cr = available > 0 ? memchr(bytes, '\r', available) : NULL;
+    if (cr && cr + 1 < bytes + available && cr[1] != '\n' && !memchr(bytes, '\n', available))
+        status =
+            stp_error_set(err, STP_UNSUPPORTED,
+                          "%s: its lines end in CR alone, as on old Macintoshes: give them \\n "
+                          "(tr '\\r' '\\n')",
+                          text->source.path);
+done:
+    return status;
+}
+
+stp_status stp_text_open(stp_text *text, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned char *bytes;
+    size_t available;
+    STP_TRY(stp_source_open(&text->source, path, err));
+    STP_TRY(stp_source_peek(&text->source, 3, &bytes, &available, err));
+    if (available == 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0)
+        stp_source_consume(&text->source, 3);
+    text->first_offset = text->source.offset;
+    STP_TRY(check_line_ends(text, err));
+done:
+    return status;
+}
+
+void stp_text_close(stp_text *text)
+{
+    stp_source_close(&text->source);
+}
+
+stp_status stp_text_next(stp_text *text, const char **begin, const char **end, stp_error *err)
+{
+    stp_status status = STP_OK;
+    do {
+        STP_TRY(stp_source_line(&text->source, begin, end, err));
+    } while (*begin && !stp_line_counts(*begin, *end));
+done:
+    return status;
+}
+
+void stp_text_rewind(stp_text *text)
+{
+    stp_source_seek(&text->source, text->first_offset, text->first_line);
+}
+
+stp_status stp_text_count(stp_text *text, uint64_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *begin, *end;
+    uint64_t lines = 0;
+    for (;;) {
+        STP_TRY(stp_text_next(text, &begin, &end, err));
+        if (!begin)
+            break;
+        lines++;
+    }
+    *count = lines;
+done:
+    return status;
+}
+
+static stp_status sample_block(stp_text *text, uint64_t offset, uint64_t stop,
+                               stp_separator separator, stp_columns_sample *sample, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *begin, *end;
+    stp_source_seek(&text->source, offset, 0);
+    if (offset > text->first_offset) /* somewhere in a line */
+        STP_TRY(stp_source_line(&text->source, &begin, &end, err));
+    while (text->source.offset < stop) {
+        STP_TRY(stp_text_next(text, &begin, &end, err));
+        if (!begin)
+            break;
+        stp_columns_sample_add(sample, separator, begin, end);
+    }
+done:
+    return status;
+}
+
+stp_status stp_text_sample(stp_text *text, stp_separator separator, stp_columns_sample *sample,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t size = text->source.size - text->first_offset;
+    const uint64_t blocks = STP_TEXT_SAMPLE_BLOCKS;
+    if (size <= blocks * STP_TEXT_SAMPLE_BYTES) {
+        STP_TRY(sample_block(text, text->first_offset, text->source.size, separator, sample, err));
+    } else {
+        for (uint64_t i = 0; i < blocks; i++) {
+            const uint64_t offset = text->first_offset + size / blocks * i;
+            STP_TRY(
+                sample_block(text, offset, offset + STP_TEXT_SAMPLE_BYTES, separator, sample, err));
+        }
+    }
+    stp_text_rewind(text);
+done:
+    return status;
+}
+
+stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bool intensity_first,
+                          stp_columns_sample *sample, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool is_number[STP_COLUMNS_MAX] = {false};
+    stp_field field;
+    double value;
+    uint32_t count = 0, numbers = 0;
+    const stp_separator separator = stp_separator_find(begin, end);
+    for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
+        if (count < STP_COLUMNS_MAX)
+            numbers += is_number[count] = stp_field_number(separator, field, &value);
+    if (numbers < 3)
+        return stp_error_set(err, STP_FORMAT,
+                             "%s: line %llu has %u numbers where a point needs three: give "
+                             "--columns, put # before lines that are no points, or export the file "
+                             "again",
+                             text->source.path, (unsigned long long)text->first_line + 1, numbers);
+    sample->count = count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
+    STP_TRY(stp_text_sample(text, separator, sample, err));
+    text->columns = (stp_columns){.separator = separator, .open_end = count > STP_COLUMNS_MAX};
+    (void)stp_columns_guess(&text->columns, sample, is_number, intensity_first);
+done:
+    return status;
+}
+
+stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin, const char *end,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    text->columns.separator = stp_separator_find(begin, end);
+    STP_TRY(stp_columns_from_list(&text->columns, list, err));
+    const uint32_t fields = stp_fields_count(text->columns.separator, begin, end).fields;
+    if (begin && fields < text->columns.count)
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "--columns %.200s: names %u columns, but the first point of %s has "
+                               "%u: name those alone",
+                               list, text->columns.count, text->source.path, fields);
+done:
+    return status;
+}
+
+static double scale_of(double greatest, bool written_whole)
+{
+    return stp_value_range_scale(stp_value_range_guess(!written_whole, 0, greatest));
+}
+
+static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
+{
+    double greatest = 0.0;
+    bool written_whole = true;
+    for (unsigned k = 0; k < 3; k++) {
+        const uint32_t place = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_RED + k));
+        const stp_column_range *range = &sample->ranges[place];
+        greatest = fmax(greatest, range->max);
+        written_whole = written_whole && (range->written_whole || range->count == 0);
+    }
+    text->colour_scale = scale_of(greatest, written_whole);
+}
+
+static void find_intensity_scale(stp_text *text, const stp_columns_sample *sample)
+{
+    const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_INTENSITY);
+    const stp_column_range *range = &sample->ranges[place];
+    text->intensity_low = 0.0;
+    if (range->min < 0.0) {
+        const bool leica = range->whole && range->min >= -2048.0 && range->max <= 2047.0;
+        const double least = leica ? -2048.0 : range->min;
+        const double extent = leica ? 4095.0 : range->max - range->min;
+        text->intensity_low = least;
+        text->intensity_scale = extent > 0.0 ? 65535.0 / extent : 1.0;
+    } else if (range->max > 65535.0) {
+        text->intensity_scale = 65535.0 / range->max;
+    } else {
+        text->intensity_scale = scale_of(range->max, range->written_whole);
+    }
+}
+
+/* The step of the coordinates where all that were looked at are written with at most three digits
+ * behind the point, as surveys are: 1, 0.1, 0.01 or 0.001; else 0, they are floats. */
+static double step_of(const stp_text *text, const stp_columns_sample *sample)
+{
+    static const double steps[] = {1.0, 0.1, 0.01, 0.001};
+    uint32_t decimals = 0;
+    for (unsigned k = 0; k < 3; k++) {
+        const uint32_t place = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_X + k));
+        if (place == STP_COLUMNS_MAX || sample->ranges[place].count == 0)
+            return 0.0;
+        if (sample->ranges[place].decimals > decimals)
+            decimals = sample->ranges[place].decimals;
+    }
+    return decimals < sizeof steps / sizeof *steps ? steps[decimals] : 0.0;
+}
+
+void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
+{
+    text->attributes = stp_columns_attributes(&text->columns);
+    if (text->attributes & STP_POINT_HAS_COLOUR)
+        find_colour_scale(text, sample);
+    if (text->attributes & STP_POINT_HAS_INTENSITY)
+        find_intensity_scale(text, sample);
+}
+
+/* A header's name as it is written, but for characters that are not plain ones. */
+static void copy_name(char *out, size_t capacity, stp_field field)
+{
+    size_t length = 0;
+    for (const char *at = field.begin; at < field.end && length + 1 < capacity; at++)
+        out[length++] = *at >= ' ' && *at <= '~' ? *at : '?';
+    out[length] = '\0';
+}
+
+void stp_text_note_columns(stp_text *text, const char *from, const char *header,
+                           const char *header_end, stp_separator header_separator,
+                           uint32_t field_count)
+{
+    char name[48];
+    stp_field field;
+    const char *at = header;
+    size_t used = 0;
+    text->left_out = (stp_name_list){{0}};
+    for (uint32_t i = 0; i < field_count || i < text->columns.count; i++) {
+        const uint8_t target =
+            i < text->columns.count ? text->columns.targets[i] : (uint8_t)STP_COLUMN_NONE;
+        const bool read = target < STP_COLUMN_COUNT;
+        const bool named = header && stp_field_next(header_separator, &at, header_end, &field);
+        if (i < text->columns.count)
+            used += (size_t)snprintf(text->order + used, sizeof text->order - used, "%s%s",
+                                     i > 0 ? "," : "",
+                                     read ? stp_column_name((stp_column)target) : "_");
+        if (read)
+            continue;
+        snprintf(name, sizeof name, "column %u", i + 1);
+        if (named && field.begin < field.end)
+            copy_name(name, sizeof name, field);
+        stp_name_list_add(&text->left_out, name);
+    }
+    snprintf(text->order + used, sizeof text->order - used, " (%s)", from);
+}
+
+void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_scan_info *info)
+{
+    info->coordinate_step = sample ? step_of(text, sample) : 0.0;
+    info->attributes = text->attributes;
+    info->note_count = 0;
+    if (text->order[0])
+        text->notes[info->note_count++] = (stp_scan_note){"columns", text->order};
+    if (text->left_out.text[0])
+        text->notes[info->note_count++] = (stp_scan_note){"left_out", text->left_out.text};
+    info->notes = text->notes;
+}
+
+static stp_status few_columns(const stp_text *text, uint32_t count, stp_error *err)
+{
+    const stp_source *s = &text->source;
+    if (s->offset >= s->size)
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: ends at line %llu, after %u of %u columns: the file was cut; copy "
+            "or export it again",
+            s->path, (unsigned long long)s->line, count, text->columns.count);
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: line %llu has %u columns where there should be %u: mend the line or "
+                         "export the file again",
+                         s->path, (unsigned long long)s->line, count, text->columns.count);
+}
+
+static stp_status bad_number(const stp_text *text, uint32_t place, stp_field field, stp_error *err)
+{
+    const int length = field.end - field.begin < 40 ? (int)(field.end - field.begin) : 40;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: line %llu: `%.*s` in column %u (%s) is not a number: mend the line, "
+                         "name the columns with --columns or export the file again",
+                         text->source.path, (unsigned long long)text->source.line, length,
+                         field.begin, place + 1,
+                         stp_column_name((stp_column)text->columns.targets[place]));
+}
+
+/* What has nothing in it but separators is no loss. */
+static bool rest_is_empty(stp_separator separator, const char *at, const char *end)
+{
+    stp_field field;
+    while (stp_field_next(separator, &at, end, &field))
+        if (field.begin < field.end)
+            return false;
+    return true;
+}
+
+/* Whether a line may end before its last column: that is not read, and was begun by a separator. */
+static bool may_miss_last(const stp_columns *columns, const char *begin, const char *end)
+{
+    return columns->targets[columns->count - 1] == STP_COLUMN_NONE && end > begin &&
+           columns->separator != STP_SEPARATOR_SPACE &&
+           end[-1] == stp_separator_character(columns->separator);
+}
+
+/* A number and the separator behind it in one go; NULL where it takes a closer look. */
+static const char *fast_number(stp_separator separator, const char *at, const char *end,
+                               double *value)
+{
+    const bool tabs = separator == STP_SEPARATOR_SPACE;
+    while (at < end && (*at == ' ' || (tabs && *at == '\t')))
+        at++;
+    const char *stop = stp_number_scan(at, end, value);
+    if (!stop || stop == end)
+        return stop;
+    return *stop == stp_separator_character(separator) || (tabs && *stop == '\t') ? stop + 1 : NULL;
+}
+
+static stp_status read_values(const stp_text *text, const char *begin, const char *end,
+                              double *values, stp_error *err)
+{
+    const stp_columns *c = &text->columns;
+    const char *at = begin;
+    for (uint32_t i = 0; i < c->count; i++) {
+        const uint8_t target = c->targets[i];
+        stp_field field;
+        const char *next = NULL;
+        if (target != STP_COLUMN_NONE)
+            next = fast_number(c->separator, at, end, &values[target]);
+        if (next) {
+            at = next;
+            continue;
+        }
+        if (!stp_field_next(c->separator, &at, end, &field)) {
+            if (i + 1 == c->count && may_miss_last(c, begin, end))
+                break;
+            return few_columns(text, i, err);
+        }
+        if (target != STP_COLUMN_NONE && !stp_field_number(c->separator, field, &values[target]))
+            return bad_number(text, i, field, err);
+    }
+    if (at < end && !c->open_end && !rest_is_empty(c->separator, at, end))
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: line %llu has more than the %u columns that there should be: mend "
+            "the line or export the file again",
+            text->source.path, (unsigned long long)text->source.line, c->count);
+    return STP_OK;
+}
+
+stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    double v[STP_COLUMN_COUNT + 1] = {0.0};
+    STP_TRY(read_values(text, begin, end, v, err));
+    *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
+    if (text->attributes & STP_POINT_HAS_NORMAL)
+        out->normal =
+            stp_unit_normal((stp_dvec3){v[STP_COLUMN_NX], v[STP_COLUMN_NY], v[STP_COLUMN_NZ]});
+    if (text->attributes & STP_POINT_HAS_COLOUR)
+        for (int k = 0; k < 3; k++)
+            out->rgb[k] = stp_value_range_map(v[STP_COLUMN_RED + k], 0.0, text->colour_scale);
+    if (text->attributes & STP_POINT_HAS_INTENSITY)
+        out->intensity = stp_value_range_map(v[STP_COLUMN_INTENSITY], text->intensity_low,
+                                             text->intensity_scale);
+    if (text->attributes & STP_POINT_HAS_CLASS)
+        out->class_id = stp_class_of(v[STP_COLUMN_CLASS]);
+done:
+    return status;
+}

@@ -1,0 +1,95 @@
+/* Fields of a line of numbers. */
+#include "formats/scan/text/text_line.h"
+
+#include "formats/scan/number.h"
+
+#include <string.h>
+
+/* Longer than any number that anyone wrote on purpose. */
+#define STP_FIELD_CHARS_MAX 64
+
+static bool separates(stp_separator separator, char c)
+{
+    return c == stp_separator_character(separator) ||
+           (separator == STP_SEPARATOR_SPACE && c == '\t');
+}
+
+/* Blank, and not itself what separates. */
+static bool is_padding(stp_separator separator, char c)
+{
+    return stp_is_blank(c) && (separator != STP_SEPARATOR_TAB || c != '\t');
+}
+
+bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field)
+{
+    const char *begin = *at;
+    if (begin == end)
+        return false;
+    while (begin < end && is_padding(separator, *begin))
+        begin++;
+    if (begin == end && separator == STP_SEPARATOR_SPACE) {
+        *at = end;
+        return false;
+    }
+    const char *stop = begin;
+    if (begin < end && *begin == '"') {
+        const char *close = memchr(begin + 1, '"', (size_t)(end - begin - 1));
+        stop = close ? close : begin;
+    }
+    while (stop < end && !separates(separator, *stop))
+        stop++;
+    *at = stop < end ? stop + 1 : end;
+    while (stop > begin && stp_is_blank(stop[-1]))
+        stop--;
+    if (stop - begin >= 2 && *begin == '"' && stop[-1] == '"') {
+        begin++;
+        stop--;
+    }
+    *field = (stp_field){begin, stop};
+    return true;
+}
+
+bool stp_field_number(stp_separator separator, stp_field field, double *value)
+{
+    const size_t length = (size_t)(field.end - field.begin);
+    if (length == 0)
+        return false;
+    if (stp_number_parse(field.begin, field.end, value))
+        return true;
+    if (separator > STP_SEPARATOR_TAB || length > STP_FIELD_CHARS_MAX)
+        return false;
+    char text[STP_FIELD_CHARS_MAX];
+    memcpy(text, field.begin, length);
+    char *comma = memchr(text, ',', length);
+    if (!comma)
+        return false;
+    *comma = '.';
+    return stp_number_parse(text, text + length, value);
+}
+
+stp_field_count stp_fields_count(stp_separator separator, const char *begin, const char *end)
+{
+    stp_field_count count = {0, 0};
+    stp_field field;
+    double value;
+    for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
+        count.fields++;
+        count.numbers += stp_field_number(separator, field, &value);
+    }
+    return count;
+}
+
+stp_separator stp_separator_find(const char *begin, const char *end)
+{
+    stp_separator best = STP_SEPARATOR_SPACE;
+    stp_field_count most = {0, 0};
+    for (int i = 0; i < STP_SEPARATOR_COUNT; i++) {
+        const stp_field_count count = stp_fields_count((stp_separator)i, begin, end);
+        if (count.numbers > most.numbers ||
+            (count.numbers == most.numbers && count.numbers > 0 && count.fields < most.fields)) {
+            best = (stp_separator)i;
+            most = count;
+        }
+    }
+    return best;
+}

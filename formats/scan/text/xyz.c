@@ -1,0 +1,215 @@
+/* One point a line. */
+#include "formats/scan/text/xyz.h"
+
+#include "base/memory.h"
+#include "formats/scan/text/text.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct line_copy {
+    char text[STP_TEXT_LINE_MAX];
+    const char *end; /* NULL: there is no such line */
+    uint64_t line;
+} line_copy;
+
+/* The lines that say what the columns are. */
+typedef struct beginning {
+    line_copy comment, header, row;
+} beginning;
+
+static stp_status copy_line(const stp_text *text, line_copy *copy, const char *begin,
+                            const char *end, stp_error *err)
+{
+    const size_t length = (size_t)(end - begin);
+    if (length > sizeof copy->text)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: line %llu has %zu characters, where a header or the first point "
+                             "has at most %zu: is it the right file?",
+                             text->source.path, (unsigned long long)text->source.line, length,
+                             sizeof copy->text);
+    memcpy(copy->text, begin, length);
+    copy->end = copy->text + length;
+    copy->line = text->source.line;
+    return STP_OK;
+}
+
+/* The names in a comment. */
+static void copy_comment(const stp_text *text, line_copy *copy, const char *begin, const char *end)
+{
+    while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
+        begin++;
+    if ((size_t)(end - begin) <= sizeof copy->text)
+        (void)copy_line(text, copy, begin, end, NULL);
+}
+
+static bool has_numbers(const line_copy *copy)
+{
+    return stp_fields_count(stp_separator_find(copy->text, copy->end), copy->text, copy->end)
+               .numbers > 0;
+}
+
+/* Reads up to the first line of points and goes back to its begin. */
+static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *begin, *end;
+    while (!b->row.end) {
+        const uint64_t offset = text->source.offset, line = text->source.line;
+        STP_TRY(stp_source_line(&text->source, &begin, &end, err));
+        text->first_offset = offset;
+        text->first_line = line;
+        if (!begin)
+            break;
+        if (!b->header.end && stp_line_is_comment(begin, end))
+            copy_comment(text, &b->comment, begin, end);
+        if (!stp_line_counts(begin, end))
+            continue;
+        STP_TRY(copy_line(text, &b->row, begin, end, err));
+        if (!b->header.end && !has_numbers(&b->row)) {
+            b->header = b->row;
+            b->header.end = b->header.text + (b->row.end - b->row.text);
+            b->row.end = NULL;
+        }
+    }
+    stp_text_rewind(text);
+done:
+    return status;
+}
+
+/* Columns by this header for lines like this row, whose separator may be another; false where it
+ * names no x, y and z or the row does not go with it. */
+static bool match_header(stp_columns *out, stp_separator *header_separator, const line_copy *header,
+                         const line_copy *row)
+{
+    stp_columns columns;
+    uint32_t most = 0;
+    for (int h = 0; h < STP_SEPARATOR_COUNT; h++) {
+        if (!stp_columns_from_header(&columns, (stp_separator)h, header->text, header->end))
+            continue;
+        for (int r = 0; r < STP_SEPARATOR_COUNT; r++) {
+            const stp_field_count count =
+                row->end ? stp_fields_count((stp_separator)r, row->text, row->end)
+                         : (stp_field_count){columns.count, 3};
+            const bool fits = columns.open_end ? count.fields >= columns.count
+                                               : count.fields == columns.count ||
+                                                     count.fields + 1 == columns.count;
+            if (!fits || count.numbers < 3 || count.numbers <= most)
+                continue;
+            most = count.numbers;
+            *out = columns;
+            out->separator = (stp_separator)r;
+            *header_separator = (stp_separator)h;
+        }
+    }
+    return most > 0;
+}
+
+static stp_status wrong_header(const stp_text *text, const beginning *b, stp_error *err)
+{
+    const line_copy *header = &b->header;
+    const int length = header->end - header->text < 60 ? (int)(header->end - header->text) : 60;
+    stp_columns columns;
+    for (int h = 0; h < STP_SEPARATOR_COUNT; h++)
+        if (stp_columns_from_header(&columns, (stp_separator)h, header->text, header->end))
+            return stp_error_set(
+                err, STP_CORRUPT,
+                "%s: the header, line %llu, names %u columns, but line %llu has other ones: mend "
+                "the header, or name the columns with --columns",
+                text->source.path, (unsigned long long)header->line, columns.count,
+                (unsigned long long)b->row.line);
+    return stp_error_set(err, STP_FORMAT,
+                         "%s: line %llu, `%.*s`, is neither numbers nor names of columns with x, y "
+                         "and z among them: name the columns with --columns, or put # before lines "
+                         "that are neither",
+                         text->source.path, (unsigned long long)header->line, length, header->text);
+}
+
+/* How many fields the lines have, as far as they are looked at. */
+static uint32_t row_fields(const stp_text *text, const line_copy *row)
+{
+    const uint32_t count =
+        row->end ? stp_fields_count(text->columns.separator, row->text, row->end).fields : 0;
+    return count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
+}
+
+static stp_status find_columns(stp_text *text, const beginning *b, const char *list,
+                               stp_columns_sample *sample, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_separator separator = STP_SEPARATOR_SPACE;
+    const line_copy *header = b->header.end ? &b->header : &b->comment, *row = &b->row;
+    const char *from = "the header";
+    if (list) {
+        STP_TRY(stp_text_use_list(text, list, row->end ? row->text : NULL, row->end, err));
+        from = "as given";
+    } else if (!header->end || !match_header(&text->columns, &separator, header, row)) {
+        if (b->header.end)
+            return wrong_header(text, b, err);
+        if (row->end)
+            STP_TRY(stp_text_guess(text, row->text, row->end, false, sample, err));
+        from = "by content";
+    }
+    if (row->end && sample->count == 0) {
+        sample->count = row_fields(text, row);
+        STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
+    }
+    const bool named = from[0] == 't';
+    if (row->end || named)
+        stp_text_note_columns(text, from, named ? header->text : NULL, header->end, separator,
+                              row_fields(text, row));
+done:
+    return status;
+}
+
+static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
+                              const stp_scan_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_text *text = state;
+    beginning *b = NULL;
+    stp_columns_sample *sample = NULL;
+    uint64_t count = 0;
+    text->source.descriptor = -1;
+    STP_TRY(stp_alloc(&b, 1, sizeof *b, "lines", err));
+    STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
+    STP_TRY(stp_text_open(text, path, err));
+    STP_TRY(read_beginning(text, b, err));
+    STP_TRY(find_columns(text, b, params->columns, sample, err));
+    stp_text_settle(text, sample);
+    STP_TRY(stp_text_count(text, &count, err));
+    stp_text_rewind(text);
+    stp_text_fill_info(text, sample, info);
+    info->format = "XYZ text";
+    info->point_count = count;
+done:
+    free(b);
+    free(sample);
+    return status;
+}
+
+static stp_status read_points(void *state, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_text *text = state;
+    const char *begin, *end;
+    size_t done_count = 0;
+    while (done_count < capacity) {
+        STP_TRY(stp_text_next(text, &begin, &end, err));
+        if (!begin)
+            break;
+        STP_TRY(stp_text_point(text, begin, end, &points[done_count], err));
+        done_count++;
+    }
+    *count = done_count;
+done:
+    return status;
+}
+
+static void close_reader(void *state)
+{
+    stp_text_close(state);
+}
+
+const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points, close_reader};

@@ -1,0 +1,367 @@
+/* Discs into voxels, the flood, and what it says of each point. */
+#include "preprocess/closed/enclosure.h"
+
+#include "base/memory.h"
+#include "preprocess/closed/openings.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+/* Sides of a voxel, in median spacings: wanted, and at most. */
+#define VOXEL_SPACINGS 1.5
+#define VOXEL_SPACINGS_MOST 2.5
+/* From one try to the next. */
+#define VOXEL_GROWTH 1.2
+/* Empty voxels around the box: discs reach beyond their centres. */
+#define MARGIN 8
+/* Of voxels that are held at once: occupied ones, the outside, and three while openings are sealed.
+ */
+#define SETS 5u
+/* Voxels: a disc of a greater radius closes nothing, for it would cost too much. */
+#define RADIUS_LIMIT 48.0
+/* Voxels from a point to the open ones that are asked about it. */
+#define REACH 8.0
+/* Likewise to the open ones beside a single layer of discs, at most. */
+#define LAYER 1.5
+/* By how much a second layer is farther than the first, at least, if it is to tell a sign. */
+#define LAYER_EXCESS 1.0
+/* Cubes along the longest side of the coarse grid, at most. */
+#define COARSE_LIMIT 48
+/* A scan of fewer points is drawn whole in no time, and the gaps at its edges are many pixels wide.
+ */
+#define POINTS_LEAST 32768u
+/* A closed part of a scan that is smaller is not worth what it may cost. */
+#define CLOSED_SHARE 0.05
+/* A model is closed if more than this share of its points is. */
+#define CLOSED_MODEL_SHARE 0.5
+/* Voxels: if it is not, openings of up to twice as many and one are sealed, the small ones first.
+ * Cubes that are larger than need be fit into no thin part or narrow gap either, and more is taken
+ * for an opening. */
+#define SEAL_REACH_MOST 5
+static const int seal_reaches[] = {1, SEAL_REACH_MOST};
+#define BLOCK_POINTS 65536u
+#define MEDIAN_POINTS 65536u
+
+typedef struct enclosing {
+    stp_cloud *cloud;
+    const stp_enclosure_params *params;
+    stp_voxel_grid grid;
+    stp_dvec3 origin;
+    double voxel;      /* side, world units */
+    bool known_closed; /* most points are */
+    atomic_uint closed_count;
+} enclosing;
+
+static int compare_floats(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Of points spread over the cloud. */
+static stp_status median_spacing(const stp_cloud *cloud, double *out, stp_error *err)
+{
+    uint32_t stride = (cloud->count - 1) / MEDIAN_POINTS + 1, count = 0;
+    float *spacings = NULL;
+    stp_status status = stp_alloc(&spacings, MEDIAN_POINTS, sizeof *spacings, "spacings", err);
+    if (status != STP_OK)
+        return status;
+    for (uint64_t i = 0; i < cloud->count; i += stride, stp_cloud_stride(cloud->spill, i, stride))
+        if (cloud->points[i].spacing > 0.0f)
+            spacings[count++] = cloud->points[i].spacing;
+    qsort(spacings, count, sizeof *spacings, compare_floats);
+    *out = count > 0 ? (double)spacings[count / 2] : 0.0;
+    free(spacings);
+    return STP_OK;
+}
+
+/* A point's disc in voxels. */
+typedef struct voxel_disc {
+    double centre[3], normal[3], radius;
+} voxel_disc;
+
+static voxel_disc disc_of(const enclosing *e, uint32_t i)
+{
+    const stp_cloud_point *p = &e->cloud->points[i];
+    stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(p->position, e->origin), 1.0 / e->voxel);
+    double radius = e->params->lambda * (double)p->spacing / e->voxel;
+    bool flat = stp_has_normal(p) && radius <= RADIUS_LIMIT;
+    return (voxel_disc){{c.x, c.y, c.z},
+                        {(double)p->normal.x, (double)p->normal.y, (double)p->normal.z},
+                        flat ? radius : 0.0};
+}
+
+/* Runs one of the passes over BLOCK_POINTS points. */
+typedef struct pass {
+    enclosing *e;
+    void (*look)(enclosing *, uint32_t point);
+} pass;
+
+static stp_status look_at_block(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const pass *p = context;
+    uint32_t begin = (uint32_t)index * BLOCK_POINTS, left = p->e->cloud->count - begin;
+    (void)worker;
+    (void)err;
+    for (uint32_t i = begin; i < begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS); i++)
+        p->look(p->e, i);
+    return STP_OK;
+}
+
+static stp_status look_at_all(enclosing *e, void (*look)(enclosing *, uint32_t), stp_pool *pool,
+                              stp_error *err)
+{
+    pass p = {e, look};
+    return stp_cloud_run(e->cloud, pool, ((size_t)e->cloud->count - 1) / BLOCK_POINTS + 1,
+                         look_at_block, &p, err);
+}
+
+static void claim(enclosing *e, uint32_t point)
+{
+    voxel_disc d = disc_of(e, point);
+    int low[3], high[3];
+    for (int i = 0; i < 3; i++) {
+        double reach = d.radius * sqrt(stp_max(0.0, 1.0 - d.normal[i] * d.normal[i])) + 1.5;
+        reach += SEAL_REACH_MOST;
+        low[i] = (int)floor(d.centre[i] - reach);
+        high[i] = (int)floor(d.centre[i] + reach);
+    }
+    stp_voxel_grid_claim(&e->grid, low, high);
+}
+
+/* Marks the voxels that the disc's plane meets and whose centres it holds, column by column along
+ * the axis that it lies most across. */
+static void rasterise(enclosing *e, uint32_t point)
+{
+    voxel_disc d = disc_of(e, point);
+    const double *n = d.normal;
+    int home[3];
+    for (int i = 0; i < 3; i++)
+        home[i] = (int)floor(d.centre[i]);
+    stp_voxel_grid_mark(&e->grid, home[0], home[1], home[2]);
+    if (d.radius == 0.0)
+        return;
+    int c = fabs(n[0]) > fabs(n[1]) ? (fabs(n[0]) > fabs(n[2]) ? 0 : 2)
+                                    : (fabs(n[1]) > fabs(n[2]) ? 1 : 2);
+    int a = (c + 1) % 3, b = (c + 2) % 3;
+    double thick = 0.5 * (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) / fabs(n[c]);
+    double reach_a = d.radius * sqrt(stp_max(0.0, 1.0 - n[a] * n[a]));
+    double reach_b = d.radius * sqrt(stp_max(0.0, 1.0 - n[b] * n[b]));
+    for (int i = (int)floor(d.centre[a] - reach_a); i <= (int)floor(d.centre[a] + reach_a); i++)
+        for (int j = (int)floor(d.centre[b] - reach_b); j <= (int)floor(d.centre[b] + reach_b);
+             j++) {
+            double u = i + 0.5 - d.centre[a], v = j + 0.5 - d.centre[b];
+            double w = -(n[a] * u + n[b] * v) / n[c];
+            if (u * u + v * v + w * w > d.radius * d.radius)
+                continue;
+            int low = (int)ceil(d.centre[c] + w - thick - 0.5);
+            int high = (int)floor(d.centre[c] + w + thick - 0.5);
+            for (int k = low; k <= high; k++) {
+                int at[3];
+                at[a] = i, at[b] = j, at[c] = k;
+                stp_voxel_grid_mark(&e->grid, at[0], at[1], at[2]);
+            }
+        }
+}
+
+/* The nearest open voxel on one side of a point; OCCUPIED: there is none in reach. */
+typedef struct flank {
+    stp_voxel voxel;
+    double distance; /* voxels */
+} flank;
+
+static flank flank_of(const enclosing *e, const voxel_disc *d, double sign)
+{
+    for (double t = 1.0; t <= REACH; t += 0.5) {
+        int at[3];
+        for (int i = 0; i < 3; i++)
+            at[i] = (int)floor(d->centre[i] + sign * t * d->normal[i]);
+        stp_voxel v = stp_voxel_grid_at(&e->grid, at[0], at[1], at[2]);
+        if (v != STP_VOXEL_OCCUPIED)
+            return (flank){v, t};
+    }
+    return (flank){STP_VOXEL_OCCUPIED, REACH};
+}
+
+/* Whether the one side is open to the outside and the other one is not. Of a model that is known to
+ * be closed it is enough that the other one is inside, or that there is a second layer of voxels:
+ * thin parts have no voxel inside. A sign that is a guess asks for more: both sides must tell it.
+ */
+static bool is_closed(const enclosing *e, flank front, flank back)
+{
+    bool beside = front.voxel == STP_VOXEL_OUTSIDE && back.voxel == STP_VOXEL_OUTSIDE;
+    double excess = back.distance - front.distance;
+    if (front.voxel == STP_VOXEL_OUTSIDE && back.voxel == STP_VOXEL_INSIDE)
+        return true;
+    if (!e->known_closed)
+        return false;
+    if (e->params->guessed)
+        return beside && front.distance <= LAYER && excess >= LAYER_EXCESS;
+    return back.voxel == STP_VOXEL_INSIDE ||
+           (beside && front.distance <= LAYER && back.distance > LAYER);
+}
+
+static void classify(enclosing *e, uint32_t point)
+{
+    uint8_t *mark = &e->cloud->marks[point];
+    voxel_disc d = disc_of(e, point);
+    double sign = *mark & STP_MARK_TURNED ? -1.0 : 1.0;
+    if (d.radius == 0.0)
+        return;
+    flank front = flank_of(e, &d, sign), back = flank_of(e, &d, -sign);
+    bool closed = is_closed(e, front, back);
+    bool turned = !closed && e->params->guessed && is_closed(e, back, front);
+    if (!closed && !turned)
+        return;
+    *mark |= STP_MARK_CLOSED | STP_MARK_ORIENTED;
+    *mark ^= turned ? STP_MARK_TURNED : 0u;
+    atomic_fetch_add_explicit(&e->closed_count, 1, memory_order_relaxed);
+}
+
+static void unmark(enclosing *e, uint32_t point)
+{
+    uint8_t *mark = &e->cloud->marks[point];
+    *mark &= (uint8_t) ~(STP_MARK_CLOSED | (e->params->guessed ? STP_MARK_ORIENTED : 0u));
+}
+
+/* Blocks along each axis; false if they are too many. */
+static bool measure(enclosing *e, int blocks[3])
+{
+    const stp_dbox *box = &e->cloud->box;
+    const double sides[3] = {box->max.x - box->min.x, box->max.y - box->min.y,
+                             box->max.z - box->min.z};
+    double margin = MARGIN * e->voxel;
+    e->origin = stp_dvec3_sub(box->min, (stp_dvec3){margin, margin, margin});
+    for (int i = 0; i < 3; i++) {
+        double count = ceil((sides[i] / e->voxel + 2 * MARGIN + 1) / STP_VOXEL_BLOCK);
+        if (!(count <= STP_VOXEL_BLOCKS_LIMIT))
+            return false;
+        blocks[i] = (int)count;
+    }
+    return true;
+}
+
+/* A grid whose voxels fit the spacing and whose blocks fit the memory; *found false if there is
+ * none. */
+static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double spacing = 0.0;
+    *found = false;
+    if (e->cloud->count < POINTS_LEAST)
+        return STP_OK;
+    STP_TRY(median_spacing(e->cloud, &spacing, err));
+    if (!(spacing > 0.0))
+        return STP_OK;
+    for (double s = VOXEL_SPACINGS; s <= VOXEL_SPACINGS_MOST && !*found; s *= VOXEL_GROWTH) {
+        int blocks[3];
+        e->voxel = s * spacing;
+        if (!measure(e, blocks))
+            continue;
+        STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, err));
+        STP_TRY(look_at_all(e, claim, pool, err));
+        *found = stp_voxel_grid_claimed(&e->grid) * SETS * sizeof(stp_voxel_bits) <=
+                 e->params->memory_bytes;
+        if (!*found)
+            stp_voxel_grid_clear(&e->grid);
+    }
+    if (*found)
+        STP_TRY(stp_voxel_grid_make(&e->grid, err));
+done:
+    return status;
+}
+
+/* Where an eye is outside, in cubes of 2^n voxels. */
+static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *err)
+{
+    int side = 1, most = 0;
+    for (int i = 0; i < 3; i++)
+        most = e->grid.blocks[i] > most ? e->grid.blocks[i] : most;
+    while (side < STP_VOXEL_BLOCK && most * STP_VOXEL_BLOCK / side > COARSE_LIMIT)
+        side *= 2;
+    for (int i = 0; i < 3; i++)
+        out->cells[i] = e->grid.blocks[i] * STP_VOXEL_BLOCK / side;
+    out->origin = e->origin;
+    out->cell = side * e->voxel;
+    size_t count = (size_t)out->cells[0] * (size_t)out->cells[1] * (size_t)out->cells[2];
+    stp_status status = stp_alloc(&out->outside, count, 1, "a grid", err);
+    for (size_t i = 0; status == STP_OK && i < count; i++) {
+        int x = (int)(i % (size_t)out->cells[0]);
+        int y = (int)(i / (size_t)out->cells[0] % (size_t)out->cells[1]);
+        int z = (int)(i / (size_t)out->cells[0] / (size_t)out->cells[1]);
+        out->outside[i] = stp_voxel_grid_clear_of(&e->grid, x * side, y * side, z * side, side);
+    }
+    return status;
+}
+
+/* Marks closed points anew. */
+static stp_status classify_all(enclosing *e, stp_pool *pool, stp_error *err)
+{
+    stp_status status = look_at_all(e, unmark, pool, err);
+    atomic_store(&e->closed_count, 0);
+    return status == STP_OK ? look_at_all(e, classify, pool, err) : status;
+}
+
+static bool is_mostly_closed(const enclosing *e)
+{
+    return atomic_load(&e->closed_count) >= CLOSED_MODEL_SHARE * e->cloud->count;
+}
+
+/* Seals openings, if so few are left that they can be named. */
+static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool sealed = false;
+    size_t count = 0;
+    stp_opening openings[STP_OPENINGS_LIMIT];
+    stp_outside_clear(out);
+    atomic_store(&e->closed_count, 0);
+    STP_TRY(stp_voxel_grid_seal(&e->grid, reach, &sealed, err));
+    if (sealed)
+        STP_TRY(stp_openings_find(&e->grid, openings, &count, err));
+    if (!sealed || count > STP_OPENINGS_LIMIT)
+        goto done;
+    STP_TRY(classify_all(e, pool, err));
+    STP_TRY(stp_alloc(&out->openings, count, sizeof *out->openings, "openings", err));
+    for (size_t i = 0; i < count; i++)
+        out->openings[i] =
+            (stp_opening){stp_dvec3_add(e->origin, stp_dvec3_scale(openings[i].centre, e->voxel)),
+                          e->voxel * openings[i].radius};
+    out->opening_count = (uint32_t)count;
+done:
+    return status;
+}
+
+stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
+                              const stp_enclosure_params *params, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_outside found = {0};
+    enclosing e = {.cloud = cloud, .params = params};
+    bool fits = false;
+    STP_TRY(fit_grid(&e, pool, &fits, err));
+    if (fits) {
+        STP_TRY(look_at_all(&e, rasterise, pool, err));
+        STP_TRY(stp_voxel_grid_flood(&e.grid, e.grid.occupied, err));
+        STP_TRY(classify_all(&e, pool, err));
+        for (size_t i = 0; i < sizeof seal_reaches / sizeof *seal_reaches && !is_mostly_closed(&e);
+             i++)
+            STP_TRY(seal(&e, seal_reaches[i], &found, pool, err));
+        e.known_closed = is_mostly_closed(&e);
+        if (e.known_closed)
+            STP_TRY(classify_all(&e, pool, err));
+    }
+    found.point_count = atomic_load(&e.closed_count);
+    if ((double)found.point_count < CLOSED_SHARE * (double)cloud->count) {
+        stp_outside_clear(&found);
+        STP_TRY(look_at_all(&e, unmark, pool, err));
+    }
+    if (found.point_count > 0)
+        STP_TRY(find_outside(&e, &found, err));
+    *out = found;
+    found = (stp_outside){0};
+done:
+    stp_voxel_grid_clear(&e.grid);
+    stp_outside_clear(&found);
+    return status;
+}

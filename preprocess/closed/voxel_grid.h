@@ -1,0 +1,104 @@
+/* A grid of voxels, of which some are occupied, and what of the others is outside.
+ *
+ * Bits, in blocks of 32 x 32 x 32 voxels; a block that nobody claims takes five bytes. Everything
+ * beyond the grid is outside. Units: voxels; voxel (i, j, k) is the cube from there to (i + 1, j +
+ * 1, k + 1). Threads: claims and marks from any thread; everything else from one. */
+#ifndef STP_PREPROCESS_CLOSED_VOXEL_GRID_H
+#define STP_PREPROCESS_CLOSED_VOXEL_GRID_H
+
+#include "base/spill.h"
+
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#define STP_VOXEL_BLOCK 32
+/* Most blocks along an axis. */
+#define STP_VOXEL_BLOCKS_LIMIT 128
+
+/* A bit for each voxel of a block: [z][y], bit x. */
+typedef struct stp_voxel_bits {
+    _Atomic uint32_t row[STP_VOXEL_BLOCK][STP_VOXEL_BLOCK];
+} stp_voxel_bits;
+
+typedef struct stp_voxel_grid {
+    int blocks[3];            /* along each axis */
+    _Atomic uint32_t *number; /* by place: 0, or that of the block there, counted from 1 */
+    uint8_t *reached;         /* by place: a block without a number is outside */
+    stp_voxel_bits *occupied, *outside; /* by number - 1 */
+    uint32_t block_count;               /* that have a number */
+    stp_spill *spill;                   /* where blocks lie, borrowed */
+} stp_voxel_grid;
+
+/* Blocks along each axis, 1 to the limit; none is claimed. Errors: OUT_OF_MEMORY. */
+stp_status stp_voxel_grid_create(stp_voxel_grid *out, const int blocks[3], stp_spill *spill,
+                                 stp_error *err);
+void stp_voxel_grid_clear(stp_voxel_grid *grid);
+
+/* Says that voxels in a box may be occupied, ends included; what lies beyond the grid is left out.
+ */
+void stp_voxel_grid_claim(stp_voxel_grid *grid, const int low[3], const int high[3]);
+/* How many blocks are claimed. */
+uint32_t stp_voxel_grid_claimed(const stp_voxel_grid *grid);
+/* Makes the claimed blocks; claim no more. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_voxel_grid_make(stp_voxel_grid *grid, stp_error *err);
+/* Occupies a voxel of a claimed block; one beyond the grid is left out. */
+void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z);
+
+/* Outside is what a way through faces of voxels that are not in `walls` joins to what lies beyond
+ * the grid. walls: by number - 1, none of its voxels in blocks that nobody claimed. Errors:
+ * OUT_OF_MEMORY.
+ */
+stp_status stp_voxel_grid_flood(stp_voxel_grid *grid, const stp_voxel_bits *walls, stp_error *err);
+
+/* Outside becomes what a cube of 2 reach + 1 voxels comes to without touching an occupied one, with
+ * the open voxels that are nearer to that than to where such a cube fits but does not come. So it
+ * ends in every opening that is narrower, if there is room behind. Blocks are to be claimed that
+ * far around occupied voxels. *sealed: there is such room. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_voxel_grid_seal(stp_voxel_grid *grid, int reach, bool *sealed, stp_error *err);
+
+typedef enum stp_voxel { STP_VOXEL_INSIDE, STP_VOXEL_OUTSIDE, STP_VOXEL_OCCUPIED } stp_voxel;
+
+/* After a flood. */
+stp_voxel stp_voxel_grid_at(const stp_voxel_grid *grid, int x, int y, int z);
+/* Whether all voxels of a cube are outside. side: a power of two up to 32 that divides x, y, z. */
+bool stp_voxel_grid_clear_of(const stp_voxel_grid *grid, int x, int y, int z, int side);
+/* Where the inside meets the outside after a seal: voxels inside beside one that is not, three
+ * numbers each, for up to `capacity` of them. Returns how many there are. */
+size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capacity);
+
+/* ---- for passes over all blocks ---- */
+
+static inline size_t stp_voxel_place_count(const stp_voxel_grid *g)
+{
+    return (size_t)g->blocks[0] * (size_t)g->blocks[1] * (size_t)g->blocks[2];
+}
+
+static inline size_t stp_voxel_place(const stp_voxel_grid *g, int x, int y, int z)
+{
+    return ((size_t)z * (size_t)g->blocks[1] + (size_t)y) * (size_t)g->blocks[0] + (size_t)x;
+}
+
+static inline uint32_t stp_voxel_number(const stp_voxel_grid *g, size_t place)
+{
+    return atomic_load_explicit(&g->number[place], memory_order_relaxed);
+}
+
+static inline uint32_t stp_voxel_row(const stp_voxel_bits *bits, int z, int y)
+{
+    return atomic_load_explicit(&bits->row[z][y], memory_order_relaxed);
+}
+
+static inline void stp_voxel_row_set(stp_voxel_bits *bits, int z, int y, uint32_t row)
+{
+    atomic_store_explicit(&bits->row[z][y], row, memory_order_relaxed);
+}
+
+/* Where a place lies. */
+static inline void stp_voxel_place_split(const stp_voxel_grid *g, size_t place, int at[3])
+{
+    at[0] = (int)(place % (size_t)g->blocks[0]);
+    at[1] = (int)(place / (size_t)g->blocks[0] % (size_t)g->blocks[1]);
+    at[2] = (int)(place / (size_t)g->blocks[0] / (size_t)g->blocks[1]);
+}
+
+#endif

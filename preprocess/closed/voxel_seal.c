@@ -1,0 +1,254 @@
+/* Sealing openings: erosion, flood, and growth of the outside against the inside. */
+#include "preprocess/closed/voxel_grid.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BLOCK STP_VOXEL_BLOCK
+/* Rounds of growth, of a voxel each: what is deeper in a crevice stays inside. */
+#define ROUNDS 256
+
+/* A set of voxels of the whole grid: bits of blocks with a number; in others all or nothing. */
+typedef struct set {
+    const stp_voxel_grid *grid;
+    stp_voxel_bits *bits;
+    bool reached,
+        unreached; /* whether blocks without a number that are outside, or not, are in it */
+    bool beyond;   /* whether what lies beyond the grid is */
+} set;
+
+/* Row y of layer z of a block, either of which may lie in the next block. */
+static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
+{
+    const stp_voxel_grid *g = s->grid;
+    int x = at[0] + shift_x;
+    int by = y < 0 ? at[1] - 1 : at[1] + y / BLOCK, bz = z < 0 ? at[2] - 1 : at[2] + z / BLOCK;
+    if (x < 0 || by < 0 || bz < 0 || x >= g->blocks[0] || by >= g->blocks[1] || bz >= g->blocks[2])
+        return s->beyond ? UINT32_MAX : 0u;
+    size_t place = stp_voxel_place(g, x, by, bz);
+    uint32_t number = stp_voxel_number(g, place);
+    if (number == 0)
+        return (g->reached[place] ? s->reached : s->unreached) ? UINT32_MAX : 0u;
+    return stp_voxel_row(&s->bits[number - 1], (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK);
+}
+
+/* The row with what lies up to `reach` voxels beside its set ones along x. */
+static uint32_t widen(const set *s, const int at[3], int z, int y, int reach)
+{
+    uint64_t row = row_at(s, at, 0, z, y), low = row_at(s, at, -1, z, y);
+    uint64_t high = row_at(s, at, 1, z, y), out = row;
+    for (int i = 1; i <= reach; i++) {
+        out |= (row << BLOCK | low) << i >> BLOCK;
+        out |= (high << BLOCK | row) >> i;
+    }
+    return (uint32_t)out;
+}
+
+static uint32_t spread(const set *s, const int at[3], int axis, int z, int y, int reach)
+{
+    uint32_t out = 0;
+    if (axis == 0)
+        return widen(s, at, z, y, reach);
+    for (int i = -reach; i <= reach; i++)
+        out |= row_at(s, at, 0, axis == 2 ? z + i : z, axis == 1 ? y + i : y);
+    return out;
+}
+
+/* Runs over the rows of all blocks with a number. */
+#define EACH_ROW(g, at, number, z, y)                                                              \
+    for (size_t place_ = 0; place_ < stp_voxel_place_count(g); place_++)                           \
+        if (((number) = stp_voxel_number(g, place_)) != 0 &&                                       \
+            (stp_voxel_place_split(g, place_, at), 1))                                             \
+            for (int z = 0; z < BLOCK; z++)                                                        \
+                for (int y = 0; y < BLOCK; y++)
+
+/* Dilates by a cube: x into `a`, y into `b`, z into s->bits, of which only voxels outside of
+ * `without` stay, if it is given. */
+static void dilate(set *s, int reach, const stp_voxel_bits *without, stp_voxel_bits *a,
+                   stp_voxel_bits *b)
+{
+    const stp_voxel_grid *g = s->grid;
+    stp_voxel_bits *const from[3] = {s->bits, a, b}, *const to[3] = {a, b, s->bits};
+    for (int axis = 0; axis < 3; axis++) {
+        set in = *s;
+        int at[3];
+        uint32_t number = 0;
+        in.bits = from[axis];
+        EACH_ROW(g, at, number, z, y)
+        {
+            uint32_t row = spread(&in, at, axis, z, y, reach);
+            if (axis == 2 && without)
+                row &= ~stp_voxel_row(&without[number - 1], z, y);
+            stp_voxel_row_set(&to[axis][number - 1], z, y, row);
+        }
+    }
+}
+
+static void copy(const stp_voxel_grid *g, stp_voxel_bits *to, const stp_voxel_bits *from)
+{
+    memcpy((void *)to, (const void *)from, g->block_count * sizeof *to);
+}
+
+/* Whether a cube fits where none comes; these voxels go to `inside`. */
+static bool find_rooms(const stp_voxel_grid *g, const stp_voxel_bits *walls, stp_voxel_bits *inside)
+{
+    bool any = false;
+    for (size_t i = 0; i < stp_voxel_place_count(g); i++)
+        any |= stp_voxel_number(g, i) == 0 && !g->reached[i];
+    for (uint32_t b = 0; b < g->block_count; b++)
+        for (int i = 0; i < BLOCK * BLOCK; i++) {
+            int z = i / BLOCK, y = i % BLOCK;
+            uint32_t row = ~stp_voxel_row(&walls[b], z, y) & ~stp_voxel_row(&g->outside[b], z, y);
+            stp_voxel_row_set(&inside[b], z, y, row);
+            any |= row != 0;
+        }
+    return any;
+}
+
+/* Outside and inside while they grow towards each other. A round reads them as they were before. */
+typedef struct growth {
+    stp_voxel_grid *grid;
+    set outer, inner;         /* before the round */
+    stp_voxel_bits *inside;   /* grid->outside and this are as they are now */
+    uint32_t *places;         /* by number - 1 */
+    uint8_t *active, *change; /* likewise: may grow in this round; did */
+} growth;
+
+/* One voxel in all directions through faces; of equals the outside comes first. */
+static bool grow_block(growth *w, uint32_t block)
+{
+    int at[3];
+    bool grew = false;
+    stp_voxel_place_split(w->grid, w->places[block], at);
+    for (int i = 0; i < BLOCK * BLOCK; i++) {
+        int z = i / BLOCK, y = i % BLOCK;
+        uint32_t was_out = stp_voxel_row(&w->outer.bits[block], z, y);
+        uint32_t was_in = stp_voxel_row(&w->inner.bits[block], z, y);
+        uint32_t open = ~was_out & ~was_in & ~stp_voxel_row(&w->grid->occupied[block], z, y);
+        uint32_t out = 0, in = 0;
+        if (open == 0)
+            continue;
+        for (int axis = 0; axis < 3; axis++) {
+            out |= spread(&w->outer, at, axis, z, y, 1);
+            in |= spread(&w->inner, at, axis, z, y, 1);
+        }
+        out &= open;
+        in &= open & ~out;
+        stp_voxel_row_set(&w->grid->outside[block], z, y, was_out | out);
+        stp_voxel_row_set(&w->inside[block], z, y, was_in | in);
+        grew |= (out | in) != 0;
+    }
+    return grew;
+}
+
+/* After a round: what grew is what was, and it and the blocks around it may grow in the next one.
+ */
+static void end_round(growth *w)
+{
+    const stp_voxel_grid *g = w->grid;
+    memset(w->active, 0, g->block_count);
+    for (uint32_t b = 0; b < g->block_count; b++) {
+        int at[3];
+        if (!w->change[b])
+            continue;
+        memcpy((void *)&w->outer.bits[b], (void *)&g->outside[b], sizeof g->outside[b]);
+        memcpy((void *)&w->inner.bits[b], (void *)&w->inside[b], sizeof w->inside[b]);
+        w->active[b] = 1;
+        stp_voxel_place_split(g, w->places[b], at);
+        for (int side = 0; side < 6; side++) {
+            int to[3] = {at[0], at[1], at[2]};
+            to[side / 2] += side % 2 ? 1 : -1;
+            if (to[side / 2] < 0 || to[side / 2] >= g->blocks[side / 2])
+                continue;
+            uint32_t number = stp_voxel_number(g, stp_voxel_place(g, to[0], to[1], to[2]));
+            if (number != 0)
+                w->active[number - 1] = 1;
+        }
+    }
+    memset(w->change, 0, g->block_count);
+}
+
+static stp_status grow(stp_voxel_grid *grid, stp_voxel_bits *inside, stp_voxel_bits *a,
+                       stp_voxel_bits *b, stp_error *err)
+{
+    stp_status status = STP_OK;
+    growth w = {.grid = grid,
+                .outer = {.grid = grid, .bits = a, .reached = true, .beyond = true},
+                .inner = {.grid = grid, .bits = b, .unreached = true},
+                .inside = inside};
+    bool grew = true;
+    copy(grid, a, grid->outside);
+    copy(grid, b, inside);
+    STP_TRY(stp_alloc(&w.places, grid->block_count, sizeof *w.places, "a grid", err));
+    STP_TRY(stp_alloc(&w.active, grid->block_count, 1, "a grid", err));
+    STP_TRY(stp_alloc(&w.change, grid->block_count, 1, "a grid", err));
+    for (size_t i = 0; i < stp_voxel_place_count(grid); i++)
+        if (stp_voxel_number(grid, i) != 0)
+            w.places[stp_voxel_number(grid, i) - 1] = (uint32_t)i;
+    memset(w.active, 1, grid->block_count);
+    for (int round = 0; grew && round < ROUNDS; round++) {
+        grew = false;
+        for (uint32_t block = 0; block < grid->block_count; block++)
+            if (w.active[block] && grow_block(&w, block)) {
+                w.change[block] = 1;
+                grew = true;
+            }
+        end_round(&w);
+    }
+done:
+    free(w.change);
+    free(w.active);
+    free(w.places);
+    return status;
+}
+
+stp_status stp_voxel_grid_seal(stp_voxel_grid *grid, int reach, bool *sealed, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_voxel_bits *walls = NULL, *inside = NULL, *a = NULL;
+    const size_t count = grid->block_count, size = sizeof *walls;
+    STP_TRY(stp_spill_alloc(grid->spill, &walls, count, size, "a grid", err));
+    STP_TRY(stp_spill_alloc(grid->spill, &inside, count, size, "a grid", err));
+    STP_TRY(stp_spill_alloc(grid->spill, &a, count, size, "a grid", err));
+    copy(grid, walls, grid->occupied);
+    dilate(&(set){.grid = grid, .bits = walls}, reach, NULL, inside, a);
+    STP_TRY(stp_voxel_grid_flood(grid, walls, err));
+    *sealed = find_rooms(grid, walls, inside);
+    if (!*sealed)
+        goto done;
+    set outer = {.grid = grid, .bits = grid->outside, .reached = true, .beyond = true};
+    set inner = {.grid = grid, .bits = inside, .unreached = true};
+    dilate(&outer, reach, grid->occupied, walls, a);
+    dilate(&inner, reach, grid->occupied, walls, a);
+    STP_TRY(grow(grid, inside, walls, a, err));
+done:
+    stp_spill_free(grid->spill, a);
+    stp_spill_free(grid->spill, inside);
+    stp_spill_free(grid->spill, walls);
+    return status;
+}
+
+size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capacity)
+{
+    const set outer = {.grid = grid, .bits = grid->outside, .reached = true, .beyond = true};
+    int at[3];
+    uint32_t number = 0;
+    size_t count = 0;
+    EACH_ROW(grid, at, number, z, y)
+    {
+        uint32_t row = 0;
+        for (int axis = 0; axis < 3; axis++)
+            row |= spread(&outer, at, axis, z, y, 1);
+        row &= ~stp_voxel_row(&grid->outside[number - 1], z, y) &
+               ~stp_voxel_row(&grid->occupied[number - 1], z, y);
+        for (; row != 0; row &= row - 1, count++)
+            if (count < capacity) {
+                out[3 * count] = at[0] * BLOCK + __builtin_ctz(row);
+                out[3 * count + 1] = at[1] * BLOCK + y;
+                out[3 * count + 2] = at[2] * BLOCK + z;
+            }
+    }
+    return count;
+}

@@ -1,0 +1,189 @@
+/* Boxes over runs of points. */
+#include "preprocess/cloud/box_tree.h"
+
+#include "preprocess/cloud/cloud.h"
+
+#define LEAF_POINTS 256u
+#define FANOUT 16u
+/* Leaves and nodes that a task makes. */
+#define TASK_LEAVES 256u
+
+typedef struct planting {
+    const stp_cloud *cloud;
+    stp_box_tree tree;
+} planting;
+
+static uint32_t parts(uint32_t count, uint32_t size)
+{
+    return count / size + (count % size != 0);
+}
+
+static uint32_t leaf_end(const stp_cloud *cloud, uint32_t leaf)
+{
+    uint32_t begin = leaf * LEAF_POINTS;
+    return cloud->count - begin < LEAF_POINTS ? cloud->count : begin + LEAF_POINTS;
+}
+
+static stp_status make_leaves(void *context, size_t task, unsigned worker, stp_error *err)
+{
+    planting *p = context;
+    uint32_t end = (uint32_t)(task + 1) * TASK_LEAVES;
+    (void)worker;
+    (void)err;
+    for (uint32_t i = (uint32_t)task * TASK_LEAVES; i < end && i < p->tree.begin[1]; i++) {
+        uint32_t begin = i * LEAF_POINTS;
+        p->tree.boxes[i] = stp_points_box(p->cloud->points + begin, leaf_end(p->cloud, i) - begin);
+    }
+    return STP_OK;
+}
+
+static void make_nodes(stp_box_tree *tree)
+{
+    for (unsigned tier = 1; tier < tree->tier_count; tier++) {
+        const stp_dbox *below = tree->boxes + tree->begin[tier - 1];
+        uint32_t below_count = tree->begin[tier] - tree->begin[tier - 1];
+        for (uint32_t i = tree->begin[tier]; i < tree->begin[tier + 1]; i++)
+            tree->boxes[i] = stp_dbox_empty();
+        for (uint32_t i = 0; i < below_count; i++)
+            stp_dbox_join(&tree->boxes[tree->begin[tier] + i / FANOUT], &below[i]);
+    }
+}
+
+stp_status stp_box_tree_create(stp_box_tree *out, const stp_cloud *cloud, stp_pool *pool,
+                               stp_error *err)
+{
+    planting p = {.cloud = cloud};
+    uint32_t count = parts(cloud->count, LEAF_POINTS);
+    for (uint32_t in_tier = count; in_tier > 0;
+         in_tier = in_tier > 1 ? parts(in_tier, FANOUT) : 0) {
+        unsigned tier = p.tree.tier_count++;
+        p.tree.begin[tier + 1] = p.tree.begin[tier] + in_tier;
+    }
+    stp_status status =
+        stp_spill_alloc(cloud->spill, &p.tree.boxes, p.tree.begin[p.tree.tier_count],
+                        sizeof *p.tree.boxes, "boxes", err);
+    if (status == STP_OK)
+        status = stp_cloud_run(cloud, pool, parts(count, TASK_LEAVES), make_leaves, &p, err);
+    if (status != STP_OK) {
+        stp_box_tree_clear(&p.tree, cloud->spill);
+        return status;
+    }
+    make_nodes(&p.tree);
+    *out = p.tree;
+    return STP_OK;
+}
+
+void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill)
+{
+    stp_spill_free(spill, tree->boxes);
+    *tree = (stp_box_tree){0};
+}
+
+/* The children of a tier's i-th node, in the tier below. */
+static uint32_t children_of(const stp_box_tree *tree, unsigned tier, uint32_t i, uint32_t *first)
+{
+    uint32_t below = tree->begin[tier] - tree->begin[tier - 1];
+    *first = i * FANOUT;
+    return below - *first < FANOUT ? below - *first : FANOUT;
+}
+
+typedef struct nearest_search {
+    const stp_cloud *cloud;
+    stp_dvec3 from;
+    double reach; /* squared */
+    stp_nearest_list *list;
+} nearest_search;
+
+static void try_point(nearest_search *s, uint32_t i)
+{
+    stp_dvec3 d = stp_dvec3_sub(s->cloud->points[i].position, s->from);
+    double squared = stp_dvec3_dot(d, d);
+    if (squared == 0.0 || squared > s->reach || stp_cloud_repeats(s->cloud, i))
+        return;
+    stp_nearest_list_insert(s->list, squared, i, s->cloud->points[i].source);
+    s->reach = stp_min(s->reach, stp_nearest_list_reach(s->list));
+}
+
+/* Where all points of a node are at one place, the first of them in the cloud stands for all. */
+static bool is_spot(const stp_dbox *box)
+{
+    return box->min.x == box->max.x && box->min.y == box->max.y && box->min.z == box->max.z;
+}
+
+static uint32_t first_point(unsigned tier, uint32_t i)
+{
+    for (; tier > 0; tier--)
+        i *= FANOUT;
+    return i * LEAF_POINTS;
+}
+
+/* Nearest children first. */
+static void search_node(nearest_search *s, unsigned tier, uint32_t i)
+{
+    const stp_box_tree *tree = &s->cloud->tree;
+    uint32_t order[FANOUT], first = 0;
+    double distances[FANOUT];
+    if (is_spot(&tree->boxes[tree->begin[tier] + i])) {
+        try_point(s, first_point(tier, i));
+        return;
+    }
+    if (tier == 0) {
+        for (uint32_t at = i * LEAF_POINTS; at < leaf_end(s->cloud, i); at++)
+            try_point(s, at);
+        return;
+    }
+    uint32_t count = children_of(tree, tier, i, &first);
+    for (uint32_t c = 0; c < count; c++) {
+        double distance =
+            stp_dbox_distance_squared(&tree->boxes[tree->begin[tier - 1] + first + c], s->from);
+        uint32_t at = c;
+        for (; at > 0 && distance < distances[at - 1]; at--) {
+            distances[at] = distances[at - 1];
+            order[at] = order[at - 1];
+        }
+        distances[at] = distance;
+        order[at] = first + c;
+    }
+    for (uint32_t c = 0; c < count && distances[c] <= s->reach; c++)
+        search_node(s, tier - 1, order[c]);
+}
+
+void stp_box_tree_nearest(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list)
+{
+    nearest_search s = {.cloud = cloud,
+                        .from = cloud->points[self].position,
+                        .reach = stp_nearest_list_reach(list),
+                        .list = list};
+    list->count = 0;
+    if (cloud->tree.tier_count > 0)
+        search_node(&s, cloud->tree.tier_count - 1, 0);
+}
+
+typedef struct walk {
+    const stp_cloud *cloud;
+    bool (*test)(void *, const stp_dbox *);
+    bool (*visit)(void *, uint32_t, uint32_t);
+    void *context;
+} walk;
+
+static bool walk_node(const walk *w, unsigned tier, uint32_t i)
+{
+    const stp_box_tree *tree = &w->cloud->tree;
+    uint32_t first = 0;
+    if (!w->test(w->context, &tree->boxes[tree->begin[tier] + i]))
+        return true;
+    if (tier == 0)
+        return w->visit(w->context, i * LEAF_POINTS, leaf_end(w->cloud, i));
+    uint32_t count = children_of(tree, tier, i, &first);
+    for (uint32_t c = 0; c < count; c++)
+        if (!walk_node(w, tier - 1, first + c))
+            return false;
+    return true;
+}
+
+bool stp_box_tree_walk(const stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
+                       bool (*visit)(void *, uint32_t, uint32_t), void *context)
+{
+    const walk w = {cloud, test, visit, context};
+    return cloud->tree.tier_count == 0 || walk_node(&w, cloud->tree.tier_count - 1, 0);
+}

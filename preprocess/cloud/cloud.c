@@ -1,0 +1,175 @@
+/* The cells of a cloud in Morton order. */
+#include "preprocess/cloud/cloud.h"
+
+#include "base/memory.h"
+#include "preprocess/cloud/morton.h"
+
+#include <stdlib.h>
+
+typedef struct cutter {
+    stp_cloud *cloud;
+    size_t capacity;
+} cutter;
+
+/* A node of an octree over a grid: points of one code down to this depth. */
+typedef struct octant {
+    uint32_t begin, end;
+    int depth;
+} octant;
+
+static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *err)
+{
+    stp_cloud *cloud = c->cloud;
+    stp_status status = stp_grow(&cloud->cells, &c->capacity, (size_t)cloud->cell_count + 1,
+                                 sizeof *cloud->cells, "cells", err);
+    if (status != STP_OK)
+        return status;
+    cloud->cells[cloud->cell_count++] = (stp_cell){.begin = begin, .end = end};
+    return STP_OK;
+}
+
+/* First index in [begin, end) whose octant at this depth is at least `wanted`. */
+static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octant node,
+                             uint32_t begin, uint64_t wanted)
+{
+    unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
+    uint32_t end = node.end;
+    stp_spill_relieve(c->cloud->spill); /* few points, but each on a page of its own */
+    while (begin < end) {
+        uint32_t middle = begin + (end - begin) / 2;
+        uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
+        if ((code >> shift & 7) < wanted)
+            begin = middle + 1;
+        else
+            end = middle;
+    }
+    return begin;
+}
+
+static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err);
+
+/* A pile of points closer than the grid follows its own, as it is sorted. */
+static stp_status cut_pile(cutter *c, octant node, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_dbox box = stp_points_box(c->cloud->points + node.begin, node.end - node.begin);
+    stp_morton_grid grid = stp_morton_grid_of(&box);
+    if (grid.scale > 0.0)
+        return cut(c, &grid, (octant){node.begin, node.end, 0}, err);
+    for (uint32_t at = node.begin; at < node.end && status == STP_OK; at += STP_CELL_POINTS)
+        status =
+            add_cell(c, at, node.end - at < STP_CELL_POINTS ? node.end : at + STP_CELL_POINTS, err);
+    return status;
+}
+
+/* Cuts a node into its octants; octants that fit together stay one cell. */
+static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (node.end - node.begin <= STP_CELL_POINTS)
+        return node.end > node.begin ? add_cell(c, node.begin, node.end, err) : STP_OK;
+    if (node.depth == STP_MORTON_BITS)
+        return cut_pile(c, node, err);
+    uint32_t open = node.begin; /* start of the cell being gathered */
+    uint32_t from = node.begin;
+    for (uint64_t next = 1; next <= 8 && status == STP_OK; next++) {
+        uint32_t to = next == 8 ? node.end : octant_begin(c, grid, node, from, next);
+        if (to - from > STP_CELL_POINTS || to - open > STP_CELL_POINTS) {
+            if (from > open)
+                status = add_cell(c, open, from, err);
+            open = from;
+            if (status == STP_OK && to - from > STP_CELL_POINTS) {
+                status = cut(c, grid, (octant){from, to, node.depth + 1}, err);
+                open = to;
+            }
+        }
+        from = to;
+    }
+    if (status == STP_OK && node.end > open)
+        status = add_cell(c, open, node.end, err);
+    return status;
+}
+
+static stp_status find_cell_box(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_cloud *cloud = context;
+    stp_cell *cell = &cloud->cells[index];
+    (void)worker;
+    (void)err;
+    cell->box = stp_points_box(cloud->points + cell->begin, cell->end - cell->begin);
+    return STP_OK;
+}
+
+stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err)
+{
+    stp_cloud cloud = {.capacity = capacity, .spill = spill};
+    stp_status status =
+        stp_spill_alloc(spill, &cloud.points, capacity, sizeof *cloud.points, "points", err);
+    if (status == STP_OK)
+        *out = cloud;
+    return status;
+}
+
+stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    cutter c = {.cloud = cloud};
+    STP_TRY(stp_morton_sort(cloud->points, cloud->count, cloud->spill, &cloud->box, pool, err));
+    stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
+    STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
+    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));
+    STP_TRY(stp_box_tree_create(&cloud->tree, cloud, pool, err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->sheets, cloud->count, sizeof *cloud->sheets,
+                            "sheets", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->marks, cloud->count, sizeof *cloud->marks,
+                            "marks", err));
+done:
+    return status;
+}
+
+void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell)
+{
+    const size_t count = cell->end - cell->begin;
+    stp_spill_forget(cloud->spill, cloud->points + cell->begin, count * sizeof *cloud->points);
+    stp_spill_forget(cloud->spill, cloud->sheets + cell->begin, count * sizeof *cloud->sheets);
+    stp_spill_forget(cloud->spill, cloud->marks + cell->begin, count * sizeof *cloud->marks);
+}
+
+typedef struct relieved {
+    stp_spill *spill;
+    stp_pool_task *task;
+    void *context;
+} relieved;
+
+static stp_status run_relieved(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const relieved *r = context;
+    stp_spill_relieve(r->spill);
+    return r->task(r->context, index, worker, err);
+}
+
+stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
+                         void *context, stp_error *err)
+{
+    relieved r = {cloud->spill, task, context};
+    return stp_pool_run(pool, count, run_relieved, &r, err);
+}
+
+void stp_cloud_unsort(stp_cloud *cloud)
+{
+    stp_box_tree_clear(&cloud->tree, cloud->spill);
+    stp_spill_free(cloud->spill, cloud->sheets);
+    stp_spill_free(cloud->spill, cloud->marks);
+    free(cloud->cells);
+    cloud->sheets = NULL;
+    cloud->marks = NULL;
+    cloud->cells = NULL;
+    cloud->cell_count = 0;
+}
+
+void stp_cloud_clear(stp_cloud *cloud)
+{
+    stp_cloud_unsort(cloud);
+    stp_spill_free(cloud->spill, cloud->points);
+    *cloud = (stp_cloud){0};
+}

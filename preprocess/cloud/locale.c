@@ -1,0 +1,204 @@
+/* A run of cells with its halo. */
+#include "preprocess/cloud/locale.h"
+
+#include "base/memory.h"
+#include "base/sort.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Points of a cell by which its spacing is guessed, and of their distances the one that is taken:
+ * so many in eight are less. */
+#define PROBES 24u
+#define PROBE_EIGHTHS 7u
+/* More points around than this many times the cells' own, and cells' worth, are too many: halos are
+ * halved, so often at most. */
+#define GREATEST_SHARE 2u
+#define HALVINGS 3
+
+/* Distance of the k-th neighbour, of most points of a cell. */
+static double probe(const stp_cloud *cloud, const stp_cell *cell, unsigned k)
+{
+    double distances[PROBES];
+    uint32_t count = cell->end - cell->begin;
+    for (uint32_t i = 0; i < PROBES; i++) {
+        stp_nearest_list list = {.capacity = k};
+        uint32_t place = cell->begin + (uint32_t)((uint64_t)count * i / PROBES);
+        stp_box_tree_nearest(cloud, place, &list);
+        distances[i] = list.count ? sqrt(list.squared[list.count - 1]) : 0.0;
+    }
+    stp_sort_doubles(distances, PROBES);
+    return distances[PROBES * PROBE_EIGHTHS / 8];
+}
+
+typedef struct gathering {
+    stp_locale *l;
+    size_t limit;
+    stp_status status;
+    stp_error *err;
+} gathering;
+
+static bool box_meets(const stp_dbox *a, const stp_dbox *b, double distance)
+{
+    return a->min.x - distance <= b->max.x && b->min.x - distance <= a->max.x &&
+           a->min.y - distance <= b->max.y && b->min.y - distance <= a->max.y &&
+           a->min.z - distance <= b->max.z && b->min.z - distance <= a->max.z;
+}
+
+static bool box_is_near(void *context, const stp_dbox *box)
+{
+    const stp_locale *l = ((gathering *)context)->l;
+    for (uint32_t c = 0; c < l->cell_count; c++)
+        if (box_meets(&l->cells[c].box, box, l->halos[c]))
+            return true;
+    return false;
+}
+
+static bool is_near(const stp_locale *l, stp_dvec3 p)
+{
+    for (uint32_t c = 0; c < l->cell_count; c++)
+        if (stp_dbox_distance_squared(&l->cells[c].box, p) <= l->halos[c] * l->halos[c])
+            return true;
+    return false;
+}
+
+static bool is_home(const stp_locale *l, uint32_t place)
+{
+    return place >= l->cells[0].begin && place < l->cells[l->cell_count - 1].end;
+}
+
+static bool gather_leaf(void *context, uint32_t begin, uint32_t end)
+{
+    gathering *g = context;
+    stp_locale *l = g->l;
+    g->status = stp_grow(&l->places, &l->capacity, l->count + end - begin, sizeof *l->places,
+                         "neighbours", g->err);
+    if (g->status != STP_OK)
+        return false;
+    for (uint32_t i = begin; i < end; i++)
+        if ((is_home(l, i) || is_near(l, l->cloud->points[i].position)) &&
+            !stp_cloud_repeats(l->cloud, i))
+            l->places[l->count++] = i;
+    return l->count <= g->limit;
+}
+
+/* The cells' own points alone. */
+static stp_status gather_home(stp_locale *l, stp_error *err)
+{
+    uint32_t begin = l->cells[0].begin, end = l->cells[l->cell_count - 1].end;
+    stp_status status =
+        stp_grow(&l->places, &l->capacity, end - begin, sizeof *l->places, "neighbours", err);
+    l->count = 0;
+    for (uint32_t i = begin; status == STP_OK && i < end; i++)
+        if (!stp_cloud_repeats(l->cloud, i))
+            l->places[l->count++] = i;
+    for (uint32_t c = 0; c < l->cell_count; c++)
+        l->halos[c] = -INFINITY;
+    return status;
+}
+
+static stp_status gather(stp_locale *l, stp_error *err)
+{
+    size_t own = l->cells[l->cell_count - 1].end - l->cells[0].begin;
+    gathering g = {.l = l,
+                   .limit = own + GREATEST_SHARE * (own + STP_CELL_POINTS),
+                   .status = STP_OK,
+                   .err = err};
+    for (int halving = 0; halving <= HALVINGS; halving++) {
+        l->count = 0;
+        bool all = stp_box_tree_walk(l->cloud, box_is_near, gather_leaf, &g);
+        if (all || g.status != STP_OK)
+            return g.status;
+        for (uint32_t c = 0; c < l->cell_count; c++)
+            l->halos[c] *= 0.5;
+    }
+    return gather_home(l, err);
+}
+
+static stp_status plant(stp_locale *l, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_dbox bounds = stp_dbox_empty();
+    for (size_t i = 0; i < l->count; i++)
+        stp_dbox_add(&bounds, l->cloud->points[l->places[i]].position);
+    stp_dvec3 origin = stp_dvec3_scale(stp_dvec3_add(bounds.min, bounds.max), 0.5);
+    l->slack = ldexp(stp_dvec3_length(stp_dvec3_sub(bounds.max, bounds.min)), -23);
+    STP_TRY(stp_alloc(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
+    STP_TRY(stp_alloc(&l->within, l->count, sizeof *l->within, "neighbours", err));
+    for (size_t i = 0; i < l->count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(l->cloud->points[l->places[i]].position, origin);
+        l->points[3 * i] = (float)d.x;
+        l->points[3 * i + 1] = (float)d.y;
+        l->points[3 * i + 2] = (float)d.z;
+    }
+    l->tree = l->count > 0 ? stp_kd_tree_create(l->points, l->count) : NULL;
+    if (l->count > 0 && !l->tree)
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
+done:
+    return status;
+}
+
+stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t first, uint32_t end,
+                             unsigned k, double reach, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_locale l = {.cloud = cloud, .cells = &cloud->cells[first], .cell_count = end - first};
+    STP_TRY(stp_alloc(&l.halos, l.cell_count, sizeof *l.halos, "neighbours", err));
+    for (uint32_t c = 0; c < l.cell_count; c++)
+        l.halos[c] = reach * probe(cloud, &l.cells[c], k);
+    STP_TRY(gather(&l, err));
+    STP_TRY(plant(&l, err));
+    *out = l;
+    l = (stp_locale){0};
+done:
+    stp_locale_clear(&l);
+    return status;
+}
+
+void stp_locale_clear(stp_locale *l)
+{
+    stp_kd_tree_destroy(l->tree);
+    free(l->halos);
+    free(l->places);
+    free(l->points);
+    free(l->within);
+    *l = (stp_locale){0};
+}
+
+uint32_t stp_locale_find(const stp_locale *l, uint32_t place, size_t *from)
+{
+    size_t step = 1;
+    size_t low = *from, high = *from;
+    while (high < l->count && l->places[high] < place) { /* near at hand, most often */
+        low = high + 1;
+        high += step;
+        step *= 2;
+    }
+    high = high < l->count ? high : l->count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (l->places[middle] < place)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    *from = low;
+    return low < l->count && l->places[low] == place ? (uint32_t)low : STP_LOCALE_NONE;
+}
+
+/* Distance from the box, below 0 inside: to its nearest face. */
+static double signed_distance(const stp_dbox *b, stp_dvec3 p)
+{
+    double room = stp_min(
+        stp_min(p.x - b->min.x, b->max.x - p.x),
+        stp_min(stp_min(p.y - b->min.y, b->max.y - p.y), stp_min(p.z - b->min.z, b->max.z - p.z)));
+    return room >= 0.0 ? -room : sqrt(stp_dbox_distance_squared(b, p));
+}
+
+bool stp_locale_holds(const stp_locale *l, stp_dvec3 p, double distance)
+{
+    for (uint32_t c = 0; c < l->cell_count; c++)
+        if (distance + signed_distance(&l->cells[c].box, p) <= l->halos[c])
+            return true;
+    return false;
+}

@@ -1,0 +1,90 @@
+/* Crumbs between the sheets. */
+#include "preprocess/orient/crumbs.h"
+
+#include <string.h>
+
+/* Crumbs lie beside crumbs: what settles one may unsettle another. */
+#define SWEEPS 3
+
+typedef struct settling {
+    const stp_sheets *sheets;
+    float *odds; /* by kept point: logarithm, above 0 where its neighbours agree */
+    float *sums; /* by crumb, a piece */
+} settling;
+
+static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)
+{
+    float sum = 0.0f;
+    for (unsigned i = 0; i < s->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+        bool own = stp_sheets_root(s, self) == stp_sheets_root(s, list[i]);
+        if (own || !(s->cloud->marks[list[i]] & STP_MARK_ORIENTED))
+            continue;
+        stp_relation r = stp_relate_marked(s->cloud, self, list[i]);
+        if (r.rank < STP_RANK_NONE)
+            sum += stp_relation_odds(r);
+    }
+    return sum;
+}
+
+/* Whether a kept point may be turned. */
+static bool is_asked(const stp_sheets *s, uint32_t point)
+{
+    return stp_sheets_on_crumb(s, point) && s->cloud->marks[point] & STP_MARK_ORIENTED;
+}
+
+static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const settling *settle = context;
+    const stp_sheets *s = settle->sheets;
+    const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
+    (void)worker;
+    (void)err;
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        at = stp_graph_next_list(at, self, s->k, list);
+        settle->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
+    }
+    return STP_OK;
+}
+
+static void turn_crumbs(const settling *settle)
+{
+    const stp_sheets *s = settle->sheets;
+    memset(settle->sums, 0, s->piece_count * sizeof *settle->sums);
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
+        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
+            if (is_asked(s, s->graphs[c].kept[i]))
+                settle->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
+                    settle->odds[s->kept_begin[c] + i];
+    }
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
+        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
+            uint32_t point = s->graphs[c].kept[i];
+            if (is_asked(s, point) && settle->sums[stp_sheets_root(s, point)] < 0.0f)
+                s->cloud->marks[point] ^= STP_MARK_TURNED;
+        }
+    }
+}
+
+stp_status stp_crumbs_settle(const stp_sheets *s, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_spill *spill = s->cloud->spill;
+    uint32_t cell_count = s->cloud->cell_count, kept = s->kept_begin[cell_count];
+    settling settle = {.sheets = s};
+    STP_TRY(stp_spill_alloc(spill, &settle.odds, kept, sizeof *settle.odds, "pieces", err));
+    STP_TRY(
+        stp_spill_alloc(spill, &settle.sums, s->piece_count, sizeof *settle.sums, "pieces", err));
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &settle, err));
+        turn_crumbs(&settle);
+    }
+done:
+    stp_spill_free(spill, settle.sums);
+    stp_spill_free(spill, settle.odds);
+    return status;
+}

@@ -1,0 +1,101 @@
+/* Normals to the stations that saw their points. */
+#include "preprocess/orient/facing.h"
+
+/* Logarithm of the odds that a normal leans to its station, over the cosine: as measured on the
+ * statue and the sheet, 1 M points each, with several stations. */
+#define ODDS_OF_COSINE 25.0f
+/* Of a point seen more steeply the neighbours are not asked. */
+#define PLAIN_ODDS 12.5f
+/* What settles one point may unsettle another. */
+#define SWEEPS 3
+
+typedef struct settling {
+    const stp_sheets *sheets;
+    const stp_dvec3 *stations;
+    uint8_t *wrong; /* by kept point: turned after the sweep */
+} settling;
+
+double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stations)
+{
+    if (!stations || p->station == 0)
+        return 0.0;
+    stp_dvec3 d = stp_dvec3_sub(stations[p->station - 1], p->position);
+    double cosine = stp_dvec3_dot(stp_dvec3_normalize(d), stp_dvec3_from_float(normal));
+    return isfinite(cosine) ? cosine : 0.0; /* too far away for a double */
+}
+
+static bool is_plain(float odds)
+{
+    return fabsf(odds) >= PLAIN_ODDS;
+}
+
+bool stp_facing_plainly(const stp_cloud_point *p, const stp_dvec3 *stations)
+{
+    return is_plain(ODDS_OF_COSINE * (float)stp_facing(p, p->normal, stations));
+}
+
+static float own_odds(const settling *settle, uint32_t point)
+{
+    const stp_cloud *cloud = settle->sheets->cloud;
+    return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point], stp_cloud_normal(cloud, point),
+                                              settle->stations);
+}
+
+/* What a neighbour says is no surer than the neighbour itself. */
+static float said_odds(const settling *settle, uint32_t self, uint32_t other)
+{
+    stp_relation r = stp_relate_marked(settle->sheets->cloud, self, other);
+    if (r.rank >= STP_RANK_NONE)
+        return 0.0f;
+    float sure = fabsf(own_odds(settle, other)), odds = stp_relation_odds(r);
+    return fmaxf(-sure, fminf(odds, sure));
+}
+
+static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    settling *settle = context;
+    const stp_sheets *s = settle->sheets;
+    const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
+    (void)worker;
+    (void)err;
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        at = stp_graph_next_list(at, self, s->k, list);
+        float sum = own_odds(settle, self);
+        bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
+        for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)
+            sum += said_odds(settle, self, list[n]);
+        settle->wrong[s->kept_begin[index] + i] = asked && sum < 0.0f;
+    }
+    return STP_OK;
+}
+
+static void turn_wrong(const settling *settle)
+{
+    const stp_sheets *s = settle->sheets;
+    for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
+        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
+            if (settle->wrong[s->kept_begin[c] + i])
+                s->cloud->marks[s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
+    }
+}
+
+stp_status stp_facing_settle(const stp_sheets *s, const stp_dvec3 *stations, stp_pool *pool,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t cell_count = s->cloud->cell_count;
+    settling settle = {.sheets = s, .stations = stations};
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &settle.wrong, s->kept_begin[cell_count],
+                            sizeof *settle.wrong, "signs", err));
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &settle, err));
+        turn_wrong(&settle);
+    }
+done:
+    stp_spill_free(s->cloud->spill, settle.wrong);
+    return status;
+}

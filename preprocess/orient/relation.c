@@ -1,0 +1,59 @@
+/* What two points' normals say of each other. */
+#include "preprocess/orient/relation.h"
+
+#define SHEET_COSINE 0.7f
+#define SHEET_OFFSET 0.5f /* spacings off each other's plane */
+#define CRUMB_OFFSET 1.0f /* so far off, a point may be noise on a sheet, or on another sheet */
+
+static float greater(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+/* Signs agree plainly on a smooth piece; across a crease, after reflection in the plane between the
+ * two points, which says the less the nearer the reflected normal is to a right angle with the
+ * other. */
+stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
+{
+    if (!stp_has_normal(p) || !stp_has_normal(q))
+        return (stp_relation){.rank = STP_RANK_NONE};
+    vec3s d = stp_dvec3_to_float(stp_dvec3_sub(q->position, p->position));
+    float cosine = glms_vec3_dot(p->normal, q->normal);
+    float along_p = glms_vec3_dot(p->normal, d), along_q = glms_vec3_dot(q->normal, d);
+    float scale = greater(p->spacing, q->spacing);
+    float offset = greater(fabsf(along_p), fabsf(along_q)) / scale;
+    bool parallel = fabsf(cosine) > SHEET_COSINE;
+    if (parallel && offset <= SHEET_OFFSET) {
+        float badness =
+            greater((1.0f - fabsf(cosine)) / (1.0f - SHEET_COSINE), offset / SHEET_OFFSET);
+        return (stp_relation){(uint16_t)(badness * (float)(STP_RANK_SMOOTH - 1)), cosine < 0.0f,
+                              false};
+    }
+    if (parallel && offset > CRUMB_OFFSET) /* neither side knows of the other */
+        return (stp_relation){.rank = STP_RANK_NONE};
+    float reflected = cosine - 2.0f * along_p * along_q / glms_vec3_norm2(d);
+    float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN, beyond what floats hold: 0 */
+    return (stp_relation){
+        (uint16_t)(STP_RANK_SMOOTH +
+                   (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
+        reflected < 0.0f, parallel};
+}
+
+stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b)
+{
+    stp_relation r = stp_relate(&cloud->points[a], &cloud->points[b]);
+    r.turned ^= ((cloud->marks[a] ^ cloud->marks[b]) & STP_MARK_TURNED) != 0;
+    return r;
+}
+
+/* As measured on the statue, 300 k points with noise of 0.1 spacings. */
+float stp_relation_odds(stp_relation r)
+{
+    float odds = 6.0f;
+    if (r.rank >= STP_RANK_SMOOTH)
+        odds = 4.2f -
+               3.8f * (float)(r.rank - STP_RANK_SMOOTH) / (float)(STP_RANK_NONE - STP_RANK_SMOOTH);
+    else if (r.rank >= STP_RANK_SURE)
+        odds = 5.0f;
+    return r.turned ? -odds : odds;
+}

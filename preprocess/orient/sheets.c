@@ -1,0 +1,227 @@
+/* Sheets out of the pieces of all cells. */
+#include "preprocess/orient/sheets.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+/* Pieces of a cell are numbered after those of the cells before. */
+static stp_status number_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const stp_sheets *s = context;
+    const stp_cell *cell = &s->cloud->cells[index];
+    (void)worker;
+    (void)err;
+    for (uint32_t i = cell->begin; i < cell->end; i++)
+        s->cloud->sheets[i] += s->piece_begin[index];
+    return STP_OK;
+}
+
+static stp_status resolve_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_sheets *s = context;
+    (void)worker;
+    return stp_graph_resolve(&s->graphs[index], s->cloud, &s->cloud->cells[index],
+                             s->piece_begin[index], err);
+}
+
+/* A forest of the pieces of all cells, and edges between them. */
+static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t cell_count = s->cloud->cell_count;
+    STP_TRY(stp_alloc(&s->piece_begin, cell_count, sizeof *s->piece_begin, "pieces", err));
+    STP_TRY(
+        stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces", err));
+    for (uint32_t c = 0; c < cell_count; c++) {
+        s->piece_begin[c] = s->piece_count;
+        s->piece_count += s->graphs[c].piece_count;
+        s->kept_begin[c + 1] = s->kept_begin[c] + s->graphs[c].kept_count;
+    }
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, number_cell, s, err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, resolve_cell, s, err));
+    STP_TRY(stp_forest_create(&s->forest, s->piece_count, s->cloud->spill, err));
+    for (uint32_t c = 0; c < cell_count; c++) {
+        stp_spill_relieve(s->cloud->spill);
+        for (uint32_t i = 0; i < s->graphs[c].piece_count; i++)
+            s->forest.size[s->piece_begin[c] + i] = s->graphs[c].sizes[i];
+    }
+done:
+    return status;
+}
+
+static bool is_crumb(stp_sheets *s, uint32_t piece)
+{
+    uint8_t parity = 0;
+    return s->forest.size[stp_forest_find(&s->forest, piece, &parity)] <= STP_CRUMB_POINTS;
+}
+
+/* Joins the open edges of all cells with ranks below `end`, surest first, of equals those of the
+ * first cells; crumbs_only: no two pieces greater than crumbs, for which narrow edges will do. */
+static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_error *err)
+{
+    const uint32_t cell_count = s->cloud->cell_count;
+    size_t *next = NULL; /* edge, by cell */
+    stp_status status = stp_alloc(&next, cell_count, sizeof *next, "edges", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t rank = 0; rank < end; rank++) {
+        for (uint32_t c = 0; c < cell_count; c++) {
+            const stp_graph *graph = &s->graphs[c];
+            for (; next[c] < graph->edge_count; next[c]++) {
+                stp_edge edge = graph->edges[next[c]];
+                uint32_t own = s->piece_begin[c] + edge.own;
+                if (edge.rank != rank)
+                    break;
+                if (crumbs_only ? is_crumb(s, own) || is_crumb(s, edge.other) : !edge.narrow)
+                    stp_forest_join(&s->forest, own, edge.other, edge.turned);
+            }
+        }
+        stp_spill_relieve(s->cloud->spill);
+    }
+    free(next);
+    return STP_OK;
+}
+
+stp_status stp_sheets_create(stp_sheets *out, stp_cloud *cloud, unsigned k, stp_graph **graphs,
+                             stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t parity = 0;
+    stp_sheets s = {.cloud = cloud, .k = k, .graphs = *graphs};
+    *graphs = NULL;
+    STP_TRY(gather_pieces(&s, pool, err));
+    STP_TRY(join_open(&s, STP_RANK_SURE, false, err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &s.roots, s.piece_count, sizeof *s.roots, "pieces", err));
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &s.crumbs, s.piece_count, sizeof *s.crumbs, "pieces", err));
+    for (uint32_t i = 0; i < s.piece_count; i++, stp_cloud_step(cloud->spill, i)) {
+        s.roots[i] = stp_forest_find(&s.forest, i, &parity);
+        s.crumbs[i] = s.forest.size[s.roots[i]] <= STP_CRUMB_POINTS;
+    }
+    *out = s;
+    s = (stp_sheets){0};
+done:
+    stp_sheets_clear(&s);
+    return status;
+}
+
+stp_status stp_sheets_cross(stp_sheets *s, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t parity = 0;
+    stp_spill *spill = s->cloud->spill;
+    STP_TRY(stp_spill_alloc(spill, &s->parts, s->piece_count, sizeof *s->parts, "pieces", err));
+    STP_TRY(join_open(s, STP_RANK_NONE, true, err));
+    for (uint32_t i = 0; i < s->piece_count; i++, stp_cloud_step(spill, i))
+        s->parts[i] = stp_forest_find(&s->forest, i, &parity);
+    STP_TRY(join_open(s, STP_RANK_NONE, false, err));
+done:
+    return status;
+}
+
+/* The sheet among a point's neighbours whose planes are least far from it on the mean; its own if
+ * there is none. */
+static uint32_t adopt(const stp_sheets *s, uint32_t self, const uint32_t *list)
+{
+    struct {
+        uint32_t root;
+        float offset, count;
+    } candidates[STP_NEIGHBOURS_LIMIT];
+    const stp_cloud_point *p = &s->cloud->points[self];
+    unsigned count = 0, best = 0;
+    for (unsigned i = 0; i < s->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+        const stp_cloud_point *q = &s->cloud->points[list[i]];
+        vec3s d = stp_dvec3_to_float(stp_dvec3_sub(p->position, q->position));
+        if (stp_sheets_on_crumb(s, list[i]))
+            continue;
+        unsigned at = 0;
+        while (at < count && candidates[at].root != stp_sheets_root(s, list[i]))
+            at++;
+        if (at == count) {
+            candidates[at].root = stp_sheets_root(s, list[i]);
+            candidates[at].offset = candidates[at].count = 0.0f;
+            count++;
+        }
+        candidates[at].offset += fabsf(glms_vec3_dot(q->normal, d));
+        candidates[at].count += 1.0f;
+    }
+    for (unsigned i = 1; i < count; i++)
+        if (candidates[i].offset * candidates[best].count <
+            candidates[best].offset * candidates[i].count)
+            best = i;
+    return count ? candidates[best].root : stp_sheets_root(s, self);
+}
+
+typedef struct settling {
+    const stp_sheets *sheets;
+    uint32_t *adopted; /* by kept point */
+} settling;
+
+/* What noise has put off its surface goes with the sheet it lies nearest to: edges would lead from
+ * one side of a thin plate to the other through such points. */
+static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const settling *settle = context;
+    const stp_sheets *s = settle->sheets;
+    const stp_graph *graph = &s->graphs[index];
+    const uint8_t *at = graph->lists;
+    uint32_t list[STP_NEIGHBOURS_LIMIT];
+    (void)worker;
+    (void)err;
+    for (uint32_t i = 0; i < graph->kept_count; i++) {
+        uint32_t self = graph->kept[i];
+        at = stp_graph_next_list(at, self, s->k, list);
+        settle->adopted[s->kept_begin[index] + i] =
+            stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
+    }
+    return STP_OK;
+}
+
+static stp_status settle_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const settling *settle = context;
+    const stp_sheets *s = settle->sheets;
+    const stp_graph *graph = &s->graphs[index];
+    const stp_cell *cell = &s->cloud->cells[index];
+    (void)worker;
+    (void)err;
+    for (uint32_t i = cell->begin; i < cell->end; i++)
+        s->cloud->sheets[i] = stp_sheets_root(s, i);
+    for (uint32_t i = 0; i < graph->kept_count; i++)
+        s->cloud->sheets[graph->kept[i]] = settle->adopted[s->kept_begin[index] + i];
+    for (uint32_t i = cell->begin; i < cell->end; i++)
+        if (!stp_has_normal(&s->cloud->points[i]))
+            s->cloud->sheets[i] = STP_SHEET_NONE;
+    return STP_OK;
+}
+
+stp_status stp_sheets_settle(stp_sheets *s, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    settling settle = {.sheets = s};
+    const uint32_t cell_count = s->cloud->cell_count;
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &settle.adopted, s->kept_begin[cell_count],
+                            sizeof *settle.adopted, "sheets", err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, adopt_cell, &settle, err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, settle_cell, &settle, err));
+done:
+    stp_spill_free(s->cloud->spill, settle.adopted);
+    return status;
+}
+
+void stp_sheets_clear(stp_sheets *s)
+{
+    const stp_cloud *cloud = s->cloud; /* NULL: nothing was made */
+    stp_spill *spill = cloud ? cloud->spill : NULL;
+    for (uint32_t i = 0; cloud && s->graphs && i < cloud->cell_count; i++)
+        stp_graph_clear(&s->graphs[i], spill);
+    free(s->graphs);
+    free(s->piece_begin);
+    free(s->kept_begin);
+    stp_spill_free(spill, s->roots);
+    stp_spill_free(spill, s->crumbs);
+    stp_spill_free(spill, s->parts);
+    stp_forest_clear(&s->forest);
+    *s = (stp_sheets){0};
+}

@@ -1,0 +1,143 @@
+/* Turns pieces by volume, by scanners' positions and by what is seen of them. */
+#include "preprocess/orient/turning.h"
+
+#include "preprocess/orient/facing.h"
+#include "preprocess/orient/visibility.h"
+
+/* A piece whose summed area vectors are below this part of its area is closed. */
+#define CLOSED_RATIO 0.25
+#define CLOSED_POINTS 64u
+
+typedef struct piece {
+    stp_dvec3 area; /* sum of area vectors */
+    stp_dvec3 first;
+    double total, volume;
+    double facing; /* by how much more it faces its points' stations than it turns away */
+    uint32_t count;
+} piece;
+
+/* Of points that are a piece of their own: there may be as many as points. */
+#define LONE UINT32_MAX
+
+/* Numbers by piece of a cell, of the pieces of several points they have come to be part of, in the
+ * order of their roots; returns how many. */
+static uint32_t number_pieces(stp_sheets *s, uint32_t *numbers)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < s->piece_count; i++, stp_cloud_step(s->forest.spill, i)) {
+        uint8_t parity = 0;
+        uint32_t root = stp_forest_find(&s->forest, i, &parity);
+        if (root == i) /* it comes before its other pieces */
+            numbers[i] = s->forest.size[i] > 1 ? count++ : LONE;
+        else
+            numbers[i] = numbers[root];
+    }
+    return count;
+}
+
+static void add_to_piece(piece *c, const stp_cloud_point *p, vec3s normal,
+                         const stp_dvec3 *stations)
+{
+    if (c->count++ == 0)
+        c->first = p->position;
+    double area = (double)p->spacing * (double)p->spacing;
+    stp_dvec3 vector = stp_dvec3_scale(stp_dvec3_from_float(normal), area);
+    c->area = stp_dvec3_add(c->area, vector);
+    c->total += area;
+    c->volume += stp_dvec3_dot(stp_dvec3_sub(p->position, c->first), vector);
+    c->facing += stp_facing(p, normal, stations);
+}
+
+/* Makes signs agree with the piece's first point and sums the pieces up. */
+static void sum_pieces(const stp_sheets *s, const uint32_t *numbers, const stp_dvec3 *stations,
+                       piece *pieces)
+{
+    stp_cloud *cloud = s->cloud;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        uint32_t own = cloud->sheets[i];
+        if (s->forest.parity[own])
+            cloud->marks[i] ^= STP_MARK_TURNED;
+        if (numbers[own] != LONE)
+            add_to_piece(&pieces[numbers[own]], &cloud->points[i], stp_cloud_normal(cloud, i),
+                         stations);
+    }
+}
+
+/* Whether the piece's outside is known, and in *sign, above 0 where its normals point there: by its
+ * points' stations or, where none is known, by its volume, if it is closed. */
+static bool outside_of(const piece *c, double *sign)
+{
+    *sign = c->facing != 0.0 ? c->facing : c->volume;
+    if (c->facing != 0.0)
+        return true;
+    return c->count >= CLOSED_POINTS && stp_dvec3_length(c->area) <= CLOSED_RATIO * c->total;
+}
+
+/* Either sign will do of which nothing is known; octahedral codes are contiguous around +z, not
+ * around -z. */
+static void turn_point(stp_cloud *cloud, uint32_t i, const piece *c, const stp_dvec3 *stations)
+{
+    const stp_cloud_point *p = &cloud->points[i];
+    double sign = stp_facing(p, stp_cloud_normal(cloud, i), stations);
+    bool known = stp_has_normal(p) && (sign != 0.0 || outside_of(c, &sign));
+    if (!known)
+        sign = c->area.z;
+    if (sign < 0.0)
+        cloud->marks[i] ^= STP_MARK_TURNED;
+    if (known)
+        cloud->marks[i] |= STP_MARK_ORIENTED;
+}
+
+stp_status stp_turn_pieces(stp_sheets *s, const stp_dvec3 *stations, stp_turned *out,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = s->cloud;
+    stp_turned turned = {0};
+    uint32_t *numbers = NULL;
+    piece *pieces = NULL;
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &numbers, s->piece_count, sizeof *numbers, "pieces", err));
+    uint32_t piece_count = number_pieces(s, numbers);
+    STP_TRY(stp_spill_alloc(cloud->spill, &pieces, piece_count, sizeof *pieces, "pieces", err));
+    sum_pieces(s, numbers, stations, pieces);
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        uint32_t number = numbers[cloud->sheets[i]];
+        piece lone = {.count = 0};
+        if (number == LONE)
+            add_to_piece(&lone, &cloud->points[i], stp_cloud_normal(cloud, i), stations);
+        turn_point(cloud, i, number == LONE ? &lone : &pieces[number], stations);
+        turned.with_normal += stp_has_normal(&cloud->points[i]);
+        turned.oriented += (cloud->marks[i] & STP_MARK_ORIENTED) != 0;
+    }
+    *out = turned;
+done:
+    stp_spill_free(cloud->spill, pieces);
+    stp_spill_free(cloud->spill, numbers);
+    return status;
+}
+
+/* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
+ * wrong, but what a closed surface shows to the outside is its outside. */
+stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = s->cloud;
+    _Atomic int *votes = NULL;
+    int64_t *sums = NULL;
+    uint32_t stride = stp_visibility_stride(cloud);
+    STP_TRY(stp_spill_alloc(cloud->spill, &votes, (cloud->count - 1) / stride + 1, sizeof *votes,
+                            "votes", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &sums, s->piece_count, sizeof *sums, "votes", err));
+    STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
+    for (uint64_t i = 0; i < cloud->count; i += stride, stp_cloud_stride(cloud->spill, i, stride))
+        if (cloud->marks[i] & STP_MARK_ORIENTED)
+            sums[s->parts[cloud->sheets[i]]] += votes[i / stride];
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (cloud->marks[i] & STP_MARK_ORIENTED && sums[s->parts[cloud->sheets[i]]] < 0)
+            cloud->marks[i] ^= STP_MARK_TURNED;
+done:
+    stp_spill_free(cloud->spill, sums);
+    stp_spill_free(cloud->spill, (void *)votes);
+    return status;
+}

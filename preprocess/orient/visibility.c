@@ -1,0 +1,167 @@
+/* Depth buffers of the cloud from 26 directions. */
+#include "preprocess/orient/visibility.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+/* Each seen from both its ends. */
+#define AXES 13u
+#define PIXELS_LIMIT 2048
+#define PIXEL_SPACINGS 2.5
+/* Of larger clouds every other, third, ... point is drawn, in wider pixels. */
+#define DRAWN_POINTS 1000000u
+#define BLOCK 65536u
+/* Views flatter than this do not tell the sides of a noisy normal apart. */
+#define GRAZING_COSINE 0.25f
+
+/* The nearest drawn points to both viewers of an axis; 0: none, else the point's number from 1. */
+typedef struct pixel {
+    float front_depth, back_depth;
+    uint32_t front, back;
+} pixel;
+
+typedef struct vote_job {
+    _Atomic int *votes;
+    const stp_cloud *cloud;
+    stp_dvec3 centre;
+    double radius;   /* of a ball around the cloud */
+    uint32_t stride; /* points from one drawn to the next */
+    uint32_t drawn_count;
+    vec3s *positions; /* by drawn point: in pixels, from the centre */
+    vec3s *normals;   /* likewise: seen points lie anywhere, and the cloud may not be in memory */
+    pixel **pixels;   /* by worker: all zero between axes */
+    int size;         /* pixels */
+} vote_job;
+
+typedef struct view {
+    vec3s right, up, back;
+} view;
+
+/* Faces, edges and corners of a cube, of each opposed two one: the first of 3 x 3 x 3 places. */
+static view view_along(size_t axis)
+{
+    size_t row = axis / 3, layer = axis / 9;
+    stp_dvec3 back = stp_dvec3_normalize(
+        (stp_dvec3){(double)(axis % 3) - 1.0, (double)(row % 3) - 1.0, (double)layer - 1.0});
+    stp_dvec3 side = fabs(back.x) < 0.8 ? (stp_dvec3){1.0, 0.0, 0.0} : (stp_dvec3){0.0, 1.0, 0.0};
+    stp_dvec3 right = stp_dvec3_normalize(stp_dvec3_cross(side, back));
+    return (view){stp_dvec3_to_float(right), stp_dvec3_to_float(stp_dvec3_cross(back, right)),
+                  stp_dvec3_to_float(back)};
+}
+
+static stp_status place_block(void *context, size_t block, unsigned worker, stp_error *err)
+{
+    vote_job *job = context;
+    uint32_t begin = (uint32_t)block * BLOCK;
+    uint32_t left = job->drawn_count - begin;
+    double scale = 0.5 * (double)job->size / job->radius;
+    (void)worker;
+    (void)err;
+    for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++) {
+        uint32_t at = i * job->stride;
+        stp_dvec3 p = job->cloud->points[at].position;
+        job->positions[i] =
+            stp_dvec3_to_float(stp_dvec3_scale(stp_dvec3_sub(p, job->centre), scale));
+        job->normals[i] = stp_cloud_normal(job->cloud, at);
+        stp_cloud_stride(job->cloud->spill, at, job->stride);
+    }
+    return STP_OK;
+}
+
+static void draw(const vote_job *job, view v, pixel *pixels)
+{
+    float middle = 0.5f * (float)job->size;
+    for (uint32_t i = 0; i < job->drawn_count; i++) {
+        vec3s p = job->positions[i];
+        int x = (int)(glms_vec3_dot(p, v.right) + middle);
+        int y = (int)(glms_vec3_dot(p, v.up) + middle);
+        float z = glms_vec3_dot(p, v.back);
+        if (x < 0 || y < 0 || x >= job->size || y >= job->size)
+            continue;
+        pixel *at = &pixels[(size_t)y * (size_t)job->size + (size_t)x];
+        if (at->front == 0 || z > at->front_depth) {
+            at->front_depth = z;
+            at->front = i + 1;
+        }
+        if (at->back == 0 || z < at->back_depth) {
+            at->back_depth = z;
+            at->back = i + 1;
+        }
+    }
+}
+
+static void vote(const vote_job *job, uint32_t drawn, vec3s towards)
+{
+    float cosine = glms_vec3_dot(job->normals[drawn - 1], towards);
+    if (fabsf(cosine) >= GRAZING_COSINE)
+        atomic_fetch_add_explicit(&job->votes[drawn - 1], cosine > 0.0f ? 1 : -1,
+                                  memory_order_relaxed);
+}
+
+static stp_status vote_task(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    vote_job *job = context;
+    view v = view_along(index);
+    size_t count = (size_t)job->size * (size_t)job->size;
+    if (!job->pixels[worker]) {
+        stp_status status = stp_spill_alloc(job->cloud->spill, &job->pixels[worker], count,
+                                            sizeof *job->pixels[worker], "a depth buffer", err);
+        if (status != STP_OK)
+            return status;
+    }
+    draw(job, v, job->pixels[worker]);
+    for (size_t i = 0; i < count; i++) {
+        pixel *at = &job->pixels[worker][i];
+        if (at->front == 0)
+            continue;
+        vote(job, at->front, v.back);
+        vote(job, at->back, glms_vec3_negate(v.back));
+        *at = (pixel){0};
+    }
+    return STP_OK;
+}
+
+uint32_t stp_visibility_stride(const stp_cloud *cloud)
+{
+    return (cloud->count - 1) / DRAWN_POINTS + 1;
+}
+
+stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    unsigned workers = stp_pool_thread_count(pool);
+    double spacing = 0.0;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        spacing += (double)cloud->points[i].spacing;
+    spacing /= cloud->count;
+    vote_job job = {
+        .votes = votes,
+        .cloud = cloud,
+        .centre = stp_dvec3_scale(stp_dvec3_add(cloud->box.min, cloud->box.max), 0.5),
+        .stride = stp_visibility_stride(cloud),
+        .radius =
+            0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
+    };
+    if (!(job.radius > 0.0) || !(spacing > 0.0))
+        return STP_OK; /* no extent: nothing is seen */
+    double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt(job.stride));
+    job.size = wanted < PIXELS_LIMIT ? (int)wanted + 1 : PIXELS_LIMIT;
+    job.drawn_count = (cloud->count - 1) / job.stride + 1;
+    STP_TRY(stp_spill_alloc(cloud->spill, &job.positions, job.drawn_count, sizeof *job.positions,
+                            "views", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &job.normals, job.drawn_count, sizeof *job.normals,
+                            "views", err));
+    STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
+    STP_TRY(stp_cloud_run(cloud, pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block,
+                          &job, err));
+    STP_TRY(stp_cloud_run(cloud, pool, AXES, vote_task, &job, err));
+done:
+    for (unsigned i = 0; job.pixels && i < workers; i++)
+        stp_spill_free(cloud->spill, job.pixels[i]);
+    free(job.pixels);
+    stp_spill_free(cloud->spill, job.positions);
+    stp_spill_free(cloud->spill, job.normals);
+    return status;
+}

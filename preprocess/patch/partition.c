@@ -1,0 +1,313 @@
+/* Orders points so that patches, and the groups inside them, are runs of neighbours. */
+#include "preprocess/patch/partition.h"
+
+#include "preprocess/patch/pieces.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Sets larger than this are split by position alone. */
+#define NORMAL_SPLIT_COUNT 512u
+/* Normals that differ by more than this on an axis do not share a patch. */
+#define NORMAL_EXTENT 1.1f
+/* Fewer points a sheet, on average, are a thicket; of two sheets never. */
+#define THICKET_POINTS 4u
+/* How far apart, in box diagonals, a normal's unit counts when groups inside a patch are made. */
+#define NORMAL_WEIGHT 0.5f
+
+/* What is halved: runs of `order` are sets of places. */
+typedef struct sets {
+    const stp_place *places;
+    uint32_t *order, *ends;
+    uint64_t *keys; /* of a set while it is halved */
+    uint32_t run_count;
+} sets;
+
+static float key_of(const sets *s, uint32_t index, int axis)
+{
+    return s->places[index].key[axis];
+}
+
+/* A place's key on an axis as a number of the same order, and its index: no two are equal. */
+static uint64_t packed_key(const sets *s, uint32_t index, int axis)
+{
+    float key = key_of(s, index, axis) + 0.0f; /* of the two zeros one */
+    uint32_t bits;
+    memcpy(&bits, &key, sizeof bits);
+    bits ^= bits >> 31 ? UINT32_MAX : 1u << 31;
+    return (uint64_t)bits << 32 | index;
+}
+
+static void swap_keys(uint64_t *a, uint64_t *b)
+{
+    uint64_t t = *a;
+    *a = *b;
+    *b = t;
+}
+
+static void swap(uint32_t *a, uint32_t *b)
+{
+    uint32_t t = *a;
+    *a = *b;
+    *b = t;
+}
+
+/* Quickselect: afterwards the first n keys are the n least. */
+static void select_keys(uint64_t *keys, uint32_t count, uint32_t n)
+{
+    uint32_t low = 0;
+    uint32_t high = count;
+    while (high - low > 1 && n > low && n < high) {
+        uint32_t middle = low + (high - low) / 2;
+        /* median of three as the pivot, moved to the end */
+        if (keys[middle] < keys[low])
+            swap_keys(&keys[middle], &keys[low]);
+        if (keys[high - 1] < keys[low])
+            swap_keys(&keys[high - 1], &keys[low]);
+        if (keys[middle] < keys[high - 1])
+            swap_keys(&keys[middle], &keys[high - 1]);
+        uint64_t pivot = keys[high - 1];
+        uint32_t store = low;
+        for (uint32_t i = low; i < high - 1; i++) { /* no branch: which side is a coin toss */
+            uint64_t key = keys[i];
+            keys[i] = keys[store];
+            keys[store] = key;
+            store += key < pivot;
+        }
+        swap_keys(&keys[store], &keys[high - 1]);
+        if (n <= store)
+            high = store;
+        else
+            low = store + 1;
+    }
+}
+
+/* Afterwards the first n of a set are those with the n least keys on the axis. */
+static void select_first(sets *s, uint32_t *order, uint32_t count, uint32_t n, int axis)
+{
+    for (uint32_t i = 0; i < count; i++)
+        s->keys[i] = packed_key(s, order[i], axis);
+    select_keys(s->keys, count, n);
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = (uint32_t)s->keys[i];
+}
+
+/* Of the first `axes` axes. */
+static void extents(const sets *s, const uint32_t *order, uint32_t count, int axes, float low[6],
+                    float high[6])
+{
+    for (int axis = 0; axis < 6; axis++) {
+        low[axis] = INFINITY;
+        high[axis] = -INFINITY;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const float *key = s->places[order[i]].key;
+        for (int axis = 0; axis < axes; axis++) {
+            low[axis] = key[axis] < low[axis] ? key[axis] : low[axis];
+            high[axis] = key[axis] > high[axis] ? key[axis] : high[axis];
+        }
+    }
+}
+
+static int longest(const float low[6], const float high[6], int first, int last)
+{
+    int best = first;
+    for (int axis = first + 1; axis < last; axis++)
+        if (high[axis] - low[axis] > high[best] - low[best])
+            best = axis;
+    return best;
+}
+
+/* Axis along which a set inside a patch is halved: positions, or normals scaled by the diagonal. */
+static int group_axis(const sets *s, const uint32_t *order, uint32_t count)
+{
+    float low[6], high[6];
+    extents(s, order, count, 6, low, high);
+    float diagonal = 0.0f;
+    for (int axis = 0; axis < 3; axis++)
+        diagonal += (high[axis] - low[axis]) * (high[axis] - low[axis]);
+    diagonal = sqrtf(diagonal);
+    int p = longest(low, high, 0, 3);
+    int n = longest(low, high, 3, 6);
+    return (high[n] - low[n]) * diagonal * NORMAL_WEIGHT > high[p] - low[p] ? n : p;
+}
+
+/* Orders one patch: bounds[0, group_count] are the ends of the groups of some level. */
+static void order_groups(sets *s, uint32_t *order, const uint32_t *bounds, uint32_t group_count)
+{
+    if (group_count < 2)
+        return;
+    uint32_t half = group_count / 2;
+    uint32_t count = bounds[group_count] - bounds[0];
+    uint32_t at = bounds[half] - bounds[0];
+    select_first(s, order, count, at, group_axis(s, order, count));
+    order_groups(s, order, bounds, half);
+    order_groups(s, order + at, bounds + half, group_count - half);
+}
+
+/* Orders the samples under one of level 1 along an axis of their surface: the file stores what is
+ * left of a guess from those before, and it need not store on which side it is. */
+static void order_family(const sets *s, uint32_t *order, uint32_t count)
+{
+    float normal[3] = {0.0f, 0.0f, 0.0f};
+    int main_axis = 0;
+    uint64_t keys[4];
+    for (uint32_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++)
+            normal[axis] += key_of(s, order[i], 3 + axis);
+    for (int axis = 1; axis < 3; axis++)
+        if (fabsf(normal[axis]) > fabsf(normal[main_axis]))
+            main_axis = axis;
+    for (uint32_t i = 0; i < count; i++) {
+        keys[i] = packed_key(s, order[i], (main_axis + 1) % 3);
+        for (uint32_t j = i; j > 0 && keys[j] < keys[j - 1]; j--)
+            swap_keys(&keys[j], &keys[j - 1]);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = (uint32_t)keys[i];
+}
+
+/* Ends of the level's groups in terms of level-0 samples, and ordering, coarse to fine. */
+static void order_patch(sets *s, uint32_t *order, uint32_t count)
+{
+    unsigned counts[STP_LEVEL_COUNT] = {count};
+    for (int level = 1; level < STP_LEVEL_COUNT; level++)
+        counts[level] = stp_level_count_above(counts[level - 1]);
+    uint32_t coarse[STP_PATCH_SAMPLES + 1];
+    uint32_t first[STP_PATCH_SAMPLES + 1]; /* first level-0 sample of each level-1 sample */
+    for (unsigned j = 0; j <= counts[1]; j++)
+        first[j] = stp_level_children_begin(j, counts[1], counts[0]);
+    for (unsigned j = 0; j <= counts[2]; j++)
+        coarse[j] = first[stp_level_children_begin(j, counts[2], counts[1])];
+    order_groups(s, order, coarse, counts[2]);
+    for (unsigned j = 0; j < counts[2]; j++) {
+        unsigned begin = stp_level_children_begin(j, counts[2], counts[1]);
+        unsigned end = stp_level_children_begin(j + 1, counts[2], counts[1]);
+        order_groups(s, order + first[begin], first + begin, end - begin);
+    }
+    for (unsigned j = 0; j < counts[1]; j++)
+        order_family(s, order + first[j], first[j + 1] - first[j]);
+}
+
+/* Moves the places below the limit to the front; returns their number. */
+static uint32_t gather(const sets *s, uint32_t *order, uint32_t count, int axis, float limit)
+{
+    uint32_t front = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (key_of(s, order[i], axis) < limit)
+            swap(&order[i], &order[front++]);
+    return front;
+}
+
+/* Places of the least sheet number to the front; count if there is one sheet only. */
+static uint32_t gather_sheet(const sets *s, uint32_t *order, uint32_t count)
+{
+    uint32_t least = UINT32_MAX;
+    for (uint32_t i = 0; i < count; i++)
+        least = s->places[order[i]].sheet < least ? s->places[order[i]].sheet : least;
+    uint32_t front = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (s->places[order[i]].sheet == least)
+            swap(&order[i], &order[front++]);
+    return front;
+}
+
+static int compare_sheets(const void *a, const void *b)
+{
+    uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
+    return p < q ? -1 : p > q;
+}
+
+static bool one_sheet(const sets *s, const uint32_t *order, uint32_t count)
+{
+    uint32_t differ = 0;
+    for (uint32_t i = 1; i < count; i++)
+        differ |= s->places[order[i]].sheet ^ s->places[order[0]].sheet;
+    return differ == 0;
+}
+
+/* So many crumbs of surface that patches of a sample or two would keep nothing apart. */
+static bool are_crumbs(uint32_t parts, uint32_t count)
+{
+    return parts > 2 && parts * THICKET_POINTS > count;
+}
+
+static bool is_thicket(const sets *s, const uint32_t *order, uint32_t count)
+{
+    uint32_t sheets[NORMAL_SPLIT_COUNT];
+    uint32_t distinct = 1;
+    for (uint32_t i = 0; i < count; i++)
+        sheets[i] = s->places[order[i]].sheet;
+    // cppcheck-suppress uninitvar ; the count that are sorted have been set
+    qsort(sheets, count, sizeof *sheets, compare_sheets);
+    for (uint32_t i = 1; i < count; i++)
+        distinct += sheets[i] != sheets[i - 1];
+    return are_crumbs(distinct, count);
+}
+
+/* Places of the first piece to the front; 0 if there is one only, or nothing but crumbs. */
+static uint32_t gather_piece(const sets *s, uint32_t *order, uint32_t count)
+{
+    uint64_t first = 0;
+    unsigned pieces = stp_pieces_count(s->places, order, count, &first);
+    if (pieces == 1 || are_crumbs(pieces, count))
+        return 0;
+    uint32_t front = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (first >> i & 1)
+            swap(&order[i], &order[front++]);
+    return front;
+}
+
+/* How many of a set are split off, moved to its front; 0: it is one patch. */
+static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
+{
+    bool small = count <= NORMAL_SPLIT_COUNT;
+    float low[6], high[6];
+    uint32_t at = 0;
+    extents(s, order, count, small ? 6 : 3, low, high);
+    if (small && count > 1) {
+        int axis = longest(low, high, 3, 6);
+        if (high[axis] - low[axis] > NORMAL_EXTENT)
+            at = gather(s, order, count, axis, 0.5f * (low[axis] + high[axis]));
+        if ((at == 0 || at == count) && !one_sheet(s, order, count) && !is_thicket(s, order, count))
+            at = gather_sheet(s, order, count);
+        if (at == count)
+            at = 0;
+    }
+    if (at == 0 && count > STP_PATCH_SAMPLES) {
+        uint32_t patches = (count + STP_PATCH_SAMPLES - 1) / STP_PATCH_SAMPLES;
+        uint32_t half = patches / 2;
+        /* full patches in large sets, even ones where a set does not fill its last */
+        at = patches > 8 ? half * STP_PATCH_SAMPLES : (uint32_t)((uint64_t)count * half / patches);
+        select_first(s, order, count, at, longest(low, high, 0, 3));
+    }
+    return at == 0 && count > 1 ? gather_piece(s, order, count) : at;
+}
+
+static void split(sets *s, uint32_t *order, uint32_t count)
+{
+    uint32_t at = split_at(s, order, count);
+    if (at == 0) {
+        order_patch(s, order, count);
+        s->ends[s->run_count++] = (uint32_t)(order - s->order) + count;
+        return;
+    }
+    split(s, order, at);
+    split(s, order + at, count - at);
+}
+
+uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t *order, uint64_t *scratch,
+                       uint32_t *ends)
+{
+    sets s = {.places = places, .order = order};
+    s.ends = ends;
+    s.keys = scratch;
+    for (uint32_t i = 0; i < count; i++)
+        order[i] = i;
+    if (count > 0)
+        split(&s, order, count);
+    return s.run_count;
+}

@@ -1,0 +1,453 @@
+/* One patch: quantised samples, merged levels and their errors. */
+#include "preprocess/patch/patch_build.h"
+
+#include "formats/chunk/measure/surroundings.h"
+
+#include <string.h>
+
+#define LATTICE_MIN (-160)
+#define LATTICE_MAX 160
+/* A bound of so many octaves of steps, and less than one more, has a code. */
+#define BOUND_OCTAVES 14
+
+typedef struct builder {
+    const stp_item *items;
+    const uint32_t *order;
+    unsigned count;
+    const stp_patch_ground *ground;
+    double most_area; /* of all items, however many lie at one place */
+    stp_patch *patch;
+    stp_patch_samples *samples;
+    /* decoded discs and the area of each, per level */
+    stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+    double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
+    stp_merge_error total; /* of the patch vertex */
+} builder;
+
+int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
+{
+    /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
+    double step = spacing / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    if (precision > 0.0)
+        step =
+            step > 0.0 ? stp_min(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
+    double size = stp_max(fabs(position.x), stp_max(fabs(position.y), fabs(position.z)));
+    if (!(step > 0.0)) /* one place only: what a float would keep of it */
+        step = size > 0.0 ? ldexp(size, -24) : 1.0;
+    int exponent = stp_floor_log2(step);
+    if (radius > 0.0 && stp_floor_log2(radius) - BOUND_OCTAVES > exponent)
+        exponent = stp_floor_log2(radius) - BOUND_OCTAVES;
+    return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
+}
+
+int stp_vertex_exponent(double area, double reach, int finest)
+{
+    const double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
+    if (step > 0.0 && stp_floor_log2(step) > finest)
+        finest = stp_floor_log2(step);
+    if (reach > 0.0 && stp_floor_log2(reach) - BOUND_OCTAVES > finest)
+        finest = stp_floor_log2(reach) - BOUND_OCTAVES;
+    return finest;
+}
+
+/* Multiples of a power of two, and how many of the patch's steps that is. */
+typedef struct spacing {
+    double inverse, ratio;
+} spacing;
+
+static spacing spacing_of(const builder *b, int exponent)
+{
+    return (spacing){ldexp(1.0, -exponent), ldexp(1.0, exponent - b->patch->exponent)};
+}
+
+static int32_t lattice_floor(double value, double step)
+{
+    return (int32_t)floor(value / step);
+}
+
+/* Chooses step and origin so that all items, and merges of them on the vertex's coarser lattice,
+ * lie in 16 bits. */
+static bool place(builder *b, int vertex_exponent)
+{
+    stp_dbox box = stp_dbox_empty();
+    int exponent = vertex_exponent;
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        exponent = item->exponent < exponent ? item->exponent : exponent;
+        stp_dbox_add(&box, stp_dvec3_sub(item->disc.centre, b->ground->origin));
+    }
+    double step = ldexp(1.0, exponent);
+    double margin = ldexp(1.0, vertex_exponent);
+    double low[3] = {box.min.x - margin, box.min.y - margin, box.min.z - margin};
+    double high[3] = {box.max.x + margin, box.max.y + margin, box.max.z + margin};
+    b->patch->exponent = (int16_t)exponent;
+    for (int axis = 0; axis < 3; axis++) {
+        if (high[axis] - low[axis] > STP_POSITION_STEPS * step)
+            return false;
+        if (fabs(low[axis]) > STP_ORIGIN_STEPS * step || fabs(high[axis]) > STP_ORIGIN_STEPS * step)
+            return false;
+        b->patch->origin[axis] = lattice_floor(low[axis], step);
+    }
+    return true;
+}
+
+/* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
+static void encode_position(const builder *b, stp_dvec3 p, spacing on, stp_sample *out)
+{
+    double v[3] = {p.x, p.y, p.z};
+    for (int axis = 0; axis < 3; axis++) {
+        double steps =
+            stp_nearest_whole(v[axis] * on.inverse) * on.ratio - (double)b->patch->origin[axis];
+        out->position[axis] = (uint16_t)stp_max(0.0, stp_min(65535.0, steps));
+    }
+}
+
+static uint8_t byte(double value)
+{
+    return (uint8_t)lrint(stp_max(0.0, stp_min(255.0, value)));
+}
+
+/* Quantises a disc into the sample. */
+static void encode(const builder *b, const stp_disc *disc, spacing on, stp_sample *out)
+{
+    encode_position(b, disc->centre, on, out);
+    out->radius = stp_radius_encode(disc->radius, b->patch->exponent);
+    for (int i = 0; i < 3; i++)
+        out->rgb[i] = byte(disc->rgb[i]);
+}
+
+/* What is kept of a disc whose sample reads back as `decoded`: everything after sees that. */
+static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp_sample *sample)
+{
+    disc->centre = decoded->centre;
+    disc->normal = decoded->normal;
+    disc->radius = decoded->radius;
+    for (int i = 0; i < 3; i++)
+        disc->rgb[i] = sample->rgb[i];
+    disc->reach = stp_max(disc->reach, decoded->radius);
+    disc->bound = stp_max(disc->bound, decoded->radius);
+}
+
+/* Quantises a merged disc into the sample, of which `like` holds the rest, and reads it back. */
+static void store(builder *b, int level, unsigned index, const stp_disc *disc, spacing on,
+                  stp_sample like)
+{
+    stp_sample *out = &b->samples->level[level][index];
+    *out = like;
+    encode(b, disc, on, out);
+    if (stp_sample_kind_of(&like) == STP_KIND_SURFACE)
+        stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
+    stp_flat_disc decoded = stp_flat_disc_from_sample(out, b->patch);
+    b->discs[level][index] = *disc;
+    take_decoded(&b->discs[level][index], &decoded, out);
+}
+
+static bool is_copied(const stp_disc *disc, const stp_flat_disc *decoded)
+{
+    return stp_dvec3_equal(disc->centre, decoded->centre) && disc->radius == decoded->radius;
+}
+
+/* Level 0. False where an item that is to be copied would read back as another one. */
+static bool store_items(builder *b)
+{
+    const spacing on = spacing_of(b, b->patch->exponent);
+    stp_sample *samples = b->samples->level[0];
+    stp_sample_lanes lanes;
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        stp_disc *disc = &b->discs[0][i];
+        *disc = item->disc;
+        disc->centre = stp_dvec3_sub(disc->centre, b->ground->origin);
+        samples[i] = (stp_sample){.normal = {item->normal[0], item->normal[1], item->normal[2]},
+                                  .flags = item->flags,
+                                  .intensity = item->intensity,
+                                  .class_id = item->class_id};
+        encode(b, disc, on, &samples[i]);
+        b->areas[0][i] = item->area;
+    }
+    stp_samples_decode(samples, b->count, b->patch, &lanes);
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_flat_disc decoded = stp_flat_disc_from_lanes(&lanes, i);
+        if (b->ground->copied && !is_copied(&b->discs[0][i], &decoded))
+            return false;
+        take_decoded(&b->discs[0][i], &decoded, &samples[i]);
+    }
+    b->patch->counts[0] = (uint8_t)b->count;
+    return true;
+}
+
+/* Area-weighted mean of the finer samples [begin, end); weight r^2 in steps, or equal where all are
+ * 0. What stands for a line keeps its kind, and a tangent for its normal, while it is alone; merged
+ * it is surface. */
+static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
+                      double *area)
+{
+    const stp_disc *finer = b->discs[level - 1];
+    const stp_sample *samples = b->samples->level[level - 1];
+    stp_disc out = {0};
+    double sum = 0.0, intensity = 0.0, largest = -1.0;
+    const double inverse = ldexp(1.0, -b->patch->exponent);
+    stp_dvec3 lead = {0.0, 0.0, 0.0};
+    unsigned fit = STP_FIT_GIVEN, flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL |
+                                          STP_SAMPLE_OUTLIER | STP_SAMPLE_CLOSED;
+    *area = 0.0;
+    for (unsigned i = begin; i < end; i++) {
+        double steps = finer[i].radius * inverse, weight = steps > 0.0 ? steps * steps : 1e-30;
+        bool against =
+            !(samples[i].flags & STP_SAMPLE_ORIENTED) && stp_dvec3_dot(finer[i].normal, lead) < 0.0;
+        out.centre = stp_dvec3_add(out.centre, stp_dvec3_scale(finer[i].centre, weight));
+        out.normal =
+            stp_dvec3_add(out.normal, stp_dvec3_scale(finer[i].normal, against ? -weight : weight));
+        for (int c = 0; c < 3; c++)
+            out.rgb[c] += weight * finer[i].rgb[c];
+        intensity += weight * samples[i].intensity;
+        flags &= samples[i].flags;
+        fit = stp_sample_fit_least(&samples[i], fit);
+        sum += weight;
+        *area += b->areas[level - 1][i];
+        if (i == begin)
+            lead = finer[i].normal;
+        if (weight > largest) {
+            largest = weight;
+            like->class_id = samples[i].class_id;
+        }
+    }
+    *area = stp_min(*area, b->most_area);
+    out.centre = stp_dvec3_scale(out.centre, 1.0 / sum);
+    out.normal = stp_dvec3_normalize(out.normal);
+    for (int c = 0; c < 3; c++)
+        out.rgb[c] /= sum;
+    if (out.normal.x == 0.0 && out.normal.y == 0.0 && out.normal.z == 0.0)
+        flags &= ~(unsigned)STP_SAMPLE_HAS_NORMAL;
+    like->intensity = byte(intensity / sum);
+    like->flags = (uint8_t)(flags | fit << STP_SAMPLE_FIT_SHIFT);
+    if (end - begin == 1 && stp_sample_kind_of(&samples[begin]) != STP_KIND_SURFACE) {
+        like->flags = samples[begin].flags;
+        memcpy(like->normal, samples[begin].normal, sizeof like->normal);
+    }
+    return out;
+}
+
+/* Radius that covers the centres under the disc and its own share of the surface. It is no less
+ * than a step of its lattice, so that it has a code in the chunk above, too. */
+static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
+                            unsigned end, double area, int lattice)
+{
+    const stp_disc *finer = b->discs[level - 1];
+    const bool alone = end - begin == 1; /* nothing merged: the sample itself */
+    double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area);
+    for (unsigned i = begin; i < end && !alone; i++)
+        radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
+    return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
+}
+
+/* The samples [from, to) of a level out of the finer one; returns their worst errors. */
+static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
+{
+    unsigned finer_count = b->patch->counts[level - 1];
+    unsigned count = b->patch->counts[level];
+    const spacing on = spacing_of(b, lattice);
+    stp_merge_error worst = {0};
+    for (unsigned j = from; j < to; j++) {
+        unsigned begin = stp_level_children_begin(j, count, finer_count);
+        unsigned end = stp_level_children_begin(j + 1, count, finer_count);
+        stp_sample like = {0};
+        double area = 0.0;
+        stp_disc disc = merge(b, level, begin, end, &like, &area);
+        disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
+        store(b, level, j, &disc, on, like);
+        unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
+        unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
+        b->areas[level][j] = area;
+        stp_merge_error e =
+            stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
+        worst.error = stp_max(worst.error, e.error);
+        b->total = e;
+    }
+    return worst;
+}
+
+/* Cone of normals and sphere around every disc and what it stands for; false if the sphere is too
+ * large for the patch's lattice. */
+static bool bound(builder *b)
+{
+    stp_patch *patch = b->patch;
+    stp_dvec3 sum = {0.0, 0.0, 0.0};
+    stp_dbox box = stp_dbox_empty();
+    unsigned common = UINT8_MAX; /* flags that all samples have */
+    for (unsigned i = 0; i < b->count; i++) {
+        sum = stp_dvec3_add(sum, b->discs[0][i].normal);
+        stp_dbox_add(&box, b->discs[0][i].centre);
+        common &= b->samples->level[0][i].flags;
+    }
+    if (~common & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
+        patch->flags |= STP_PATCH_TWO_SIDED;
+    if (common & STP_SAMPLE_CLOSED)
+        patch->flags |= STP_PATCH_CLOSED;
+    stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
+    stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
+    double angle = 0.0;
+    double least_cosine = 1.0; /* of the normals that stand for themselves */
+    unsigned count = b->count;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++, count = stp_level_count_above(count)) {
+        for (unsigned i = 0; i < count; i++) {
+            const stp_disc *d = &b->discs[level][i];
+            bool known = d->normal.x != 0.0 || d->normal.y != 0.0 || d->normal.z != 0.0;
+            double cosine = known ? stp_dvec3_dot(d->normal, axis) : -1.0;
+            if (level == 0 && d->cone > 0.0)
+                angle = stp_max(angle, acos(stp_max(-1.0, stp_min(1.0, cosine))) + d->cone);
+            else
+                least_cosine = stp_min(least_cosine, cosine);
+        }
+    }
+    angle = stp_max(angle, acos(stp_max(-1.0, least_cosine)));
+    patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
+    double step = ldexp(1.0, patch->exponent);
+    double middle[3] = {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2,
+                        (box.min.z + box.max.z) / 2};
+    for (int axis_index = 0; axis_index < 3; axis_index++)
+        patch->bound_centre[axis_index] =
+            (uint16_t)stp_max(0.0, stp_min(65535.0, nearbyint(middle[axis_index] / step) -
+                                                        patch->origin[axis_index]));
+    stp_sample centre = {
+        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
+    stp_dvec3 c = stp_sample_position(&centre, patch);
+    double radius = 0.0;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const stp_disc *d = &b->discs[level][i];
+            radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(d->centre, c)) + d->bound);
+            patch->radius[level] = b->samples->level[level][i].radius > patch->radius[level]
+                                       ? b->samples->level[level][i].radius
+                                       : patch->radius[level];
+        }
+    }
+    patch->bound_radius = stp_radius_encode(radius, patch->exponent);
+    return stp_radius_decode(patch->bound_radius, patch->exponent) * (1.0 + 1e-9) >= radius;
+}
+
+/* The lattice of the patch's vertex. Sets the greatest area, too: items that pile up in one place
+ * cover no more than their extent. */
+static int choose_vertex_lattice(builder *b)
+{
+    double area = 0.0, wide = 0.0, greatest = 0.0;
+    int lattice = LATTICE_MAX;
+    stp_dbox box = stp_dbox_empty();
+    /* cppcheck-suppress ctuuninitvar ; what is not set yet is not read here */
+    for (unsigned i = 0; i < b->count; i++) {
+        const stp_item *item = &b->items[b->order[i]];
+        area += item->area;
+        greatest = stp_max(greatest, item->area);
+        wide = stp_max(wide, item->disc.bound);
+        lattice = item->exponent < lattice ? item->exponent : lattice;
+        stp_dbox_add(&box, item->disc.centre);
+    }
+    const double diagonal = stp_dvec3_length(stp_dvec3_sub(box.max, box.min));
+    const double side = diagonal + 2.0 * sqrt(greatest);
+    b->most_area = side * side;
+    lattice = stp_vertex_exponent(stp_min(area, b->most_area), diagonal + 2.0 * wide, lattice);
+    return lattice > b->ground->vertex_least ? lattice : b->ground->vertex_least;
+}
+
+static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
+{
+    const stp_sample *sample = &b->samples->level[STP_LEVEL_COUNT - 1][0];
+    stp_disc disc = b->discs[STP_LEVEL_COUNT - 1][0];
+    const stp_patch *patch = b->patch;
+    disc.centre = stp_dvec3_add(disc.centre, b->ground->origin);
+    disc.low = stp_min(0.0, b->total.low); /* the disc itself is drawn, too */
+    disc.high = stp_max(0.0, b->total.high);
+    disc.reach = stp_max(disc.radius, b->total.reach);
+    disc.bound = stp_max(disc.radius, b->total.bound);
+    disc.cone = b->total.cone;
+    disc.error = stp_error_decode(patch->error[STP_LEVEL_COUNT - 1], patch->exponent);
+    disc.colour_error = patch->colour_error[STP_LEVEL_COUNT - 1];
+    *vertex = (stp_item){.disc = disc,
+                         .area = b->areas[STP_LEVEL_COUNT - 1][0],
+                         .exponent = lattice,
+                         .intensity = sample->intensity,
+                         .class_id = sample->class_id,
+                         .flags = sample->flags,
+                         .normal = {sample->normal[0], sample->normal[1], sample->normal[2]}};
+}
+
+static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
+{
+    a.error = stp_max(a.error, b.error);
+    return a;
+}
+
+/* Level-0 samples [begin, end): what the items bring (inner chunks) or their quantisation error
+ * (originals). */
+static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
+{
+    stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
+    for (unsigned i = begin; i < end; i++)
+        worst.error = stp_max(worst.error, b->discs[0][i].error);
+    return worst;
+}
+
+static void store_errors(stp_patch *patch, int level, stp_merge_error worst)
+{
+    patch->error[level] = stp_error_encode(worst.error, patch->exponent);
+}
+
+/* What levels average of colours; none less than a finer one. */
+static void store_variations(const builder *b)
+{
+    double greatest = 0.0;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        double variation =
+            stp_colour_variation(b->discs[level], b->discs[0], b->patch->counts, level);
+        greatest = stp_max(greatest, variation);
+        b->patch->colour_error[level] = byte(ceil(greatest));
+    }
+}
+
+/* Levels 1 and 2, quarter by quarter, then level 3; no error is less than a finer level's. */
+static void merge_levels(builder *b, int vertex_lattice)
+{
+    stp_patch *patch = b->patch;
+    const uint8_t *counts = patch->counts;
+    stp_merge_error worst[3] = {{0}};
+    for (int level = 1; level < STP_LEVEL_COUNT; level++)
+        patch->counts[level] = (uint8_t)stp_level_count_above(patch->counts[level - 1]);
+    for (unsigned q = 0; q < counts[2]; q++) {
+        stp_merge_error e =
+            item_errors(b, stp_quarter_begin(counts, 0, q), stp_quarter_begin(counts, 0, q + 1));
+        worst[0] = worse(worst[0], e);
+        for (int level = 1; level <= 2; level++) {
+            unsigned from = stp_quarter_begin(counts, level, q);
+            unsigned to = stp_quarter_begin(counts, level, q + 1);
+            e = worse(e, merge_level(b, level, from, to, patch->exponent));
+            patch->quarter_error[level - 1][q] = stp_error_encode(e.error, patch->exponent);
+            worst[level] = worse(worst[level], e);
+        }
+    }
+    for (int level = 0; level <= 2; level++)
+        store_errors(patch, level, worst[level]);
+    store_errors(patch, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
+    store_variations(b);
+}
+
+bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
+                     const stp_patch_ground *ground, stp_patch *patch, stp_patch_samples *samples,
+                     stp_item *vertex)
+{
+    builder b; /* its discs are as many as are built */
+    b.items = items;
+    b.order = order;
+    b.count = count;
+    b.ground = ground;
+    b.patch = patch;
+    b.samples = samples;
+    int vertex_lattice = choose_vertex_lattice(&b);
+    *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
+    if (!place(&b, vertex_lattice) || !store_items(&b))
+        return false;
+    merge_levels(&b, vertex_lattice);
+    if (!bound(&b) && count > 1)
+        return false;
+    fill_vertex(&b, vertex_lattice, vertex);
+    return true;
+}

@@ -1,0 +1,87 @@
+/* Pieces of a patch that no surface joins. */
+#include "preprocess/patch/pieces.h"
+
+#include "base/wide.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+/* A surface joins two places no farther apart than so many spacings, their heights over each
+ * other's planes counted threefold, whose normals differ by at most 60 degrees. */
+#define LINK_SPACINGS 3.0f
+#define HEIGHT_WEIGHT 8.0f /* of squares, beyond the 1 that is in the distance */
+#define LINK_COSINE 0.5f
+
+_Static_assert(STP_PATCH_SAMPLES == 64, "a bit for each place");
+
+/* The places of a patch, as columns. */
+typedef struct lanes {
+    float key[6][STP_PATCH_SAMPLES], spacing[STP_PATCH_SAMPLES];
+    float cosine[STP_PATCH_SAMPLES]; /* that a normal asks of others: less than any without one */
+} lanes;
+
+static void lanes_fill(lanes *l, const stp_place *places, const uint32_t *order, uint32_t count)
+{
+    for (uint32_t i = 0; i < STP_PATCH_SAMPLES; i++) {
+        const stp_place *p = &places[order[i < count ? i : 0]];
+        bool known = p->key[3] != 0.0f || p->key[4] != 0.0f || p->key[5] != 0.0f;
+        for (int c = 0; c < 6; c++)
+            l->key[c][i] = p->key[c];
+        l->spacing[i] = p->spacing;
+        l->cosine[i] = known ? LINK_COSINE : -1.0f;
+    }
+}
+
+/* A bit for each place that a surface joins to the place `a`. */
+STP_WIDE
+static uint64_t linked_to(const lanes *l, unsigned a)
+{
+    float p[6];
+    uint8_t joined[STP_PATCH_SAMPLES];
+    const float spacing = l->spacing[a], least = l->cosine[a];
+    uint64_t bits = 0;
+    for (int c = 0; c < 6; c++)
+        p[c] = l->key[c][a];
+    for (unsigned i = 0; i < STP_PATCH_SAMPLES; i++) {
+        float squared = 0.0f, over_a = 0.0f, over_i = 0.0f, cosine = 0.0f;
+        for (int axis = 0; axis < 3; axis++) {
+            float d = l->key[axis][i] - p[axis], n = l->key[3 + axis][i];
+            squared += d * d;
+            over_a += d * p[3 + axis];
+            over_i += d * n;
+            cosine += p[3 + axis] * n;
+        }
+        over_a = fabsf(over_a);
+        over_i = fabsf(over_i);
+        float height = over_a > over_i ? over_a : over_i;
+        float reach = LINK_SPACINGS * (spacing > l->spacing[i] ? spacing : l->spacing[i]);
+        float asked = least < l->cosine[i] ? least : l->cosine[i];
+        joined[i] =
+            (squared + HEIGHT_WEIGHT * height * height <= reach * reach) & (fabsf(cosine) >= asked);
+    }
+    for (unsigned i = 0; i < STP_PATCH_SAMPLES; i++)
+        bits |= (uint64_t)joined[i] << i;
+    return bits;
+}
+
+unsigned stp_pieces_count(const stp_place *places, const uint32_t *order, uint32_t count,
+                          uint64_t *first)
+{
+    lanes l;
+    uint64_t left = ~(uint64_t)0 >> (STP_PATCH_SAMPLES - count);
+    unsigned pieces = 0;
+    lanes_fill(&l, places, order, count);
+    for (; left; pieces++) {
+        uint64_t piece = left & -left, queue = piece;
+        for (left &= ~piece; queue && left;) {
+            unsigned at = 63 - (unsigned)__builtin_clzll(queue);
+            uint64_t fresh = linked_to(&l, at) & left;
+            left &= ~fresh;
+            piece |= fresh;
+            queue = (queue | fresh) & ~((uint64_t)1 << at);
+        }
+        if (pieces == 0)
+            *first = piece;
+    }
+    return pieces;
+}

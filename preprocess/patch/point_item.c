@@ -1,0 +1,123 @@
+/* Points of a scan as items of a leaf chunk. */
+#include "preprocess/patch/point_item.h"
+
+#include "preprocess/patch/patch_build.h"
+#include "preprocess/patch/world_lattice.h"
+
+#include <limits.h>
+
+/* Points closer to each other than this against their coordinates should be one: rounding holds
+ * them apart. */
+#define ROUNDING_OCTAVES 40
+/* So wide may a chunk be, of the steps of its finest lattice. */
+#define CHUNK_OCTAVES 28
+/* A lattice so much finer than the spacing: 8 x 8 points lie in the 16 bits of a patch. */
+#define FLOAT_OCTAVES 12
+/* A disc smaller than so many octaves of steps, and the bound of a patch around it, have codes. */
+#define RADIUS_OCTAVES 15
+
+/* On which numbers of the inputs come back. */
+static int exact_exponent(double spacing, const stp_resolution *r)
+{
+    int exponent = INT_MAX;
+    if (r->step > 0.0) /* half a step is off by a quarter at most */
+        exponent = stp_floor_log2(0.5 * r->step);
+    if (r->floats && spacing > 0.0 && stp_floor_log2(spacing) - FLOAT_OCTAVES < exponent)
+        exponent = stp_floor_log2(spacing) - FLOAT_OCTAVES;
+    return exponent;
+}
+
+int stp_point_exponent(stp_dvec3 position, double spacing, const stp_point_item_params *params)
+{
+    const int least = params->vertex_least - STP_VERTEX_OCTAVES;
+    const stp_resolution *r = &params->resolution;
+    const double radius = r->exact ? 0.0 : params->lambda * spacing;
+    int exponent = stp_lattice_exponent(spacing, radius, r->precision, position);
+    if (r->exact && exact_exponent(spacing, r) < exponent)
+        exponent = exact_exponent(spacing, r);
+    return exponent > least ? exponent : least;
+}
+
+bool stp_point_is_rounded(stp_dvec3 p, int exponent)
+{
+    const double size = stp_max(fabs(p.x), stp_max(fabs(p.y), fabs(p.z)));
+    return size > 0.0 && exponent < stp_floor_log2(size) - ROUNDING_OCTAVES;
+}
+
+/* A byte holds what the scan uses of its range: 12 bits of 16 would leave 4. */
+static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
+{
+    return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
+}
+
+static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
+{
+    const stp_cloud_point *point = &cloud->points[i];
+    if (point->given == STP_GIVEN_INPUT && !(cloud->marks[i] & STP_MARK_WIDE))
+        return STP_FIT_GIVEN;
+    if (point->given == STP_GIVEN_IMAGE || cloud->marks[i] & STP_MARK_WIDEST)
+        return STP_FIT_WIDEST;
+    return cloud->marks[i] & STP_MARK_WIDE ? STP_FIT_WIDE : STP_FIT_NEAREST;
+}
+
+static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
+{
+    bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
+    return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
+                     (oriented ? STP_SAMPLE_ORIENTED : 0) |
+                     (cloud->marks[i] & STP_MARK_OUTLIER ? STP_SAMPLE_OUTLIER : 0) |
+                     (cloud->marks[i] & STP_MARK_CLOSED ? STP_SAMPLE_CLOSED : 0) |
+                     (unsigned)fit_of(cloud, i) << STP_SAMPLE_FIT_SHIFT);
+}
+
+static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item_params *params)
+{
+    const stp_cloud_point *point = &cloud->points[i];
+    vec3s normal = stp_cloud_normal(cloud, i);
+    const int exponent = stp_point_exponent(point->position, (double)point->spacing, params);
+    double spacing = (double)point->spacing;
+    if (params->resolution.exact)
+        spacing =
+            stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
+    const double radius = params->lambda * spacing;
+    stp_item item = {.area = spacing * spacing,
+                     .exponent = exponent,
+                     .sheet = cloud->sheets[i],
+                     .intensity = intensity_of(point, params->intensity_max),
+                     .class_id = point->class_id,
+                     .flags = flags_of(cloud, i)};
+    item.disc = (stp_disc){.centre = point->position,
+                           .normal = stp_dvec3_from_float(normal),
+                           .radius = radius,
+                           .reach = radius,
+                           .bound = radius};
+    stp_normal_encode(normal, item.normal);
+    for (int c = 0; c < 3; c++)
+        item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
+    return item;
+}
+
+/* Points that rounding holds apart ask for lattices on which no chunk is wide: they get the finest
+ * that takes them all. */
+static void lift_rounding(stp_item *items, uint32_t count)
+{
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t i = 0; i < count; i++)
+        stp_dbox_add(&box, items[i].disc.centre);
+    const double side = stp_dbox_side(&box);
+    if (!(side > 0.0))
+        return;
+    const int finest = stp_floor_log2(side) - CHUNK_OCTAVES;
+    for (uint32_t i = 0; i < count; i++)
+        if (items[i].exponent < finest &&
+            stp_point_is_rounded(items[i].disc.centre, items[i].exponent))
+            items[i].exponent = finest;
+}
+
+void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t count,
+                          const stp_point_item_params *params)
+{
+    for (uint32_t i = 0; i < count; i++)
+        items[i] = item_of(cloud, begin + i, params);
+    lift_rounding(items, count);
+}

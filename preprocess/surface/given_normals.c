@@ -1,0 +1,136 @@
+/* How much given normals differ between near points and between farther ones, and their means. */
+#include "preprocess/surface/given_normals.h"
+
+#include <stdlib.h>
+
+/* Runs of the sorted points that are looked at, evenly spread, and points of each. */
+#define RUNS 64u
+#define RUN_POINTS 512u
+/* The nearest points of a point, and those that count as farther, of FAR_END. */
+#define NEAR_END 4u
+#define FAR_BEGIN 8u
+#define FAR_END 16u
+/* A squared difference counts as no more than that: an edge is no noise. */
+#define MOST_SQUARED 0.2f
+/* Noisy: near differences are at least this part of farther ones, squared. True normals of the
+ * generated surfaces have 0.2 to 0.25, ten overlapping range scans 0.8. */
+#define NOISY_RATIO 0.5f
+/* And squared no less than 2 degrees of noise have (quantised normals), no more than 20 (no
+ * normals of a surface): twice the square of the angle. */
+#define LEAST_NEAR 0.00244f
+#define MOST_NEAR 0.244f
+/* Normals this near to the mean, a cosine, are averaged, */
+#define LIKE 0.9f
+/* of points at most so many spacings over its plane, weighted so by the squared distance in
+ * spacings. */
+#define BESIDE 1.0f
+#define DECAY 0.25f
+#define ROUNDS 2u
+
+typedef struct run_sums {
+    float near, far;
+} run_sums;
+
+static float squared_difference(const stp_cloud_point *a, const stp_cloud_point *b)
+{
+    return fminf(glms_vec3_norm2(glms_vec3_sub(a->normal, b->normal)), MOST_SQUARED);
+}
+
+/* Adds the differences between a point and its nearest ones of the run. */
+static void add_point(run_sums *sums, const stp_cloud_point *run, uint32_t count, uint32_t self)
+{
+    double distances[FAR_END];
+    uint32_t nearest[FAR_END], found = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(run[i].position, run[self].position);
+        double squared = stp_dvec3_dot(d, d);
+        if (i == self || !stp_has_normal(&run[i]) ||
+            (found == FAR_END && squared >= distances[FAR_END - 1]))
+            continue;
+        uint32_t at = found < FAR_END ? found++ : FAR_END - 1;
+        for (; at > 0 && distances[at - 1] > squared; at--) {
+            distances[at] = distances[at - 1];
+            nearest[at] = nearest[at - 1];
+        }
+        distances[at] = squared;
+        nearest[at] = i;
+    }
+    if (found < FAR_END)
+        return;
+    for (uint32_t i = 0; i < NEAR_END; i++)
+        sums->near += squared_difference(&run[self], &run[nearest[i]]) / (float)NEAR_END;
+    for (uint32_t i = FAR_BEGIN; i < FAR_END; i++)
+        sums->far +=
+            squared_difference(&run[self], &run[nearest[i]]) / (float)(FAR_END - FAR_BEGIN);
+}
+
+/* True if the run's normals differ as noisy ones do. */
+static bool run_noisy(const stp_cloud_point *run, uint32_t count)
+{
+    run_sums sums = {0.0f, 0.0f};
+    for (uint32_t i = 0; i < count; i++) {
+        if (run[i].given == STP_GIVEN_INPUT && stp_has_normal(&run[i]))
+            add_point(&sums, run, count, i);
+    }
+    float mean = sums.near / (float)count;
+    return mean >= LEAST_NEAR && mean <= MOST_NEAR && sums.near >= NOISY_RATIO * sums.far;
+}
+
+bool stp_given_noisy(const stp_cloud *cloud)
+{
+    uint32_t step = cloud->count / RUNS, noisy = 0, runs = 0;
+    uint32_t length = step < RUN_POINTS ? step : RUN_POINTS;
+    if (length <= 2 * FAR_END)
+        return false;
+    for (uint32_t r = 0; r < RUNS; r++, runs++)
+        noisy += run_noisy(cloud->points + (size_t)r * step, length);
+    return 2 * noisy > runs;
+}
+
+/* The mean of the normals near a direction, of the point and its neighbours; the direction, if
+ * there are none. */
+static vec3s mean_near(const stp_unit *unit, uint32_t self, vec3s direction, unsigned count)
+{
+    const stp_cloud_point *points = unit->cloud.points;
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
+    const float scale = 1.0f / points[self].spacing;
+    vec3s sum = {{0.0f, 0.0f, 0.0f}};
+    for (unsigned i = 0; i <= count; i++) {
+        const stp_cloud_point *other = &points[i < count ? list[i] : self];
+        stp_dvec3 between = stp_dvec3_sub(other->position, points[self].position);
+        vec3s d = glms_vec3_scale(stp_dvec3_to_float(between), scale);
+        float weight = glms_vec3_dot(direction, other->normal) - LIKE;
+        if (other->given && weight > 0.0f && fabsf(glms_vec3_dot(direction, d)) <= BESIDE)
+            sum = glms_vec3_muladds(other->normal, weight * expf(-DECAY * glms_vec3_norm2(d)), sum);
+    }
+    return glms_vec3_norm2(sum) > 0.0f ? glms_vec3_normalize(sum) : direction;
+}
+
+/* Begins at the mean of all that are on the point's own side, so that a normal that is far off does
+ * not choose its own kind. */
+static vec3s average(const stp_unit *unit, uint32_t self)
+{
+    const stp_cloud_point *points = unit->cloud.points;
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
+    vec3s own = points[self].normal, sum = own;
+    unsigned count = 0;
+    for (; count < unit->neighbours.k && list[count] != STP_NEIGHBOUR_NONE; count++) {
+        const stp_cloud_point *other = &points[list[count]];
+        if (other->given && glms_vec3_dot(own, other->normal) > 0.0f)
+            sum = glms_vec3_add(sum, other->normal);
+    }
+    sum = glms_vec3_normalize(sum);
+    for (unsigned round = 0; round < ROUNDS; round++)
+        sum = mean_near(unit, self, sum, count);
+    return sum;
+}
+
+void stp_given_average(vec3s *out, const stp_unit *unit)
+{
+    const stp_cloud_point *points = unit->cloud.points;
+    for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
+        bool averaged = points[i].given == STP_GIVEN_INPUT && stp_has_normal(&points[i]) &&
+                        points[i].spacing > 0.0f;
+        out[i] = averaged ? average(unit, i) : points[i].normal;
+    }
+}

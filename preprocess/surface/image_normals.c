@@ -1,0 +1,337 @@
+/* Planes through windows of an image. */
+#include "preprocess/surface/image_normals.h"
+
+#include "base/memory.h"
+#include "base/sort.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+/* Pixels of a tile's side, and every how many of them its noise is measured, in windows of this
+ * reach. */
+#define TILE 32u
+#define NOISE_STRIDE 3u
+#define NOISE_REACH 3
+/* A tile wants so many windows at least. */
+#define WINDOWS_LEAST 5u
+/* Windows that noise is measured in take pixels in whose inverse depth is off by this part. */
+#define NEAR 0.2
+/* Noise below this part of the pixels' spacing is left to the planes of near points. */
+#define QUIET 0.25
+/* Pixels to each side: the first window's and the widest one's. A window has 9 x 9 at most. */
+#define FIRST_REACH 2
+#define LAST_REACH 16
+#define WINDOW 81u
+/* A plane wants so many pixels. */
+#define PIXELS_LEAST 6u
+/* Pixels further off are no part of a plane, in deviations. */
+#define OUTSIDE 3.0
+/* Planes that leave this many times the noise are wrong. */
+#define EXCESS 2.0
+/* An angle is sure enough, radians. */
+#define SURE 0.015
+/* Tangent of the greatest angle to the ray: no surface was seen at a more grazing one. */
+#define STEEPEST 5.7
+/* An image has at most so many pixels for each of its points. */
+#define SPARSEST 64u
+
+/* What a pixel's ray meets, about another pixel's: tangents, and depth of that one over its own
+ * depth, less 1. */
+typedef struct sight {
+    double x, y, depth;
+} sight;
+
+/* depth = at_x x + at_y y + offset. */
+typedef struct image_plane {
+    double at_x, at_y, offset;
+    double rms;    /* that it leaves */
+    double unsure; /* deviation of the slope for noise of 1 */
+} image_plane;
+
+/* Axes about the ray through a pixel. */
+typedef struct pixel_axes {
+    stp_dvec3 axes[3]; /* the third is the ray */
+    double distance;
+} pixel_axes;
+
+typedef struct pixel_grid {
+    const stp_file_points *points;
+    stp_dvec3 station;
+    uint32_t columns, rows, tile_columns, tile_rows;
+    uint32_t *at;  /* by pixel: the point's place in the cloud and 1; 0: none */
+    double *noise; /* by tile: of inverse depths, the median of windows */
+    double *most;  /* by tile: likewise, in nearly all windows */
+    double *angle; /* by tile: between pixels, radians */
+    atomic_uint_fast64_t count;
+} pixel_grid;
+
+static const stp_cloud_point *point_at(const pixel_grid *g, int64_t column, int64_t row)
+{
+    if (column < 0 || row < 0 || column >= g->columns || row >= g->rows)
+        return NULL;
+    const uint32_t at = g->at[(size_t)row * g->columns + (size_t)column];
+    return at > 0 ? &g->points->cloud->points[at - 1] : NULL;
+}
+
+/* False where the pixel has no point, or the point no ray. */
+static bool axes_at(const pixel_grid *g, uint32_t column, uint32_t row, pixel_axes *out)
+{
+    const stp_cloud_point *p = point_at(g, column, row);
+    if (!p)
+        return false;
+    const stp_dvec3 d = stp_dvec3_sub(p->position, g->station);
+    out->distance = stp_dvec3_length(d);
+    stp_dvec3_axes(out->axes, stp_dvec3_normalize(d));
+    return out->distance > 0.0 && isfinite(out->distance);
+}
+
+/* False where there is nothing to see in front of the station. */
+static bool see(const pixel_grid *g, const pixel_axes *axes, int64_t column, int64_t row,
+                sight *out)
+{
+    const stp_cloud_point *p = point_at(g, column, row);
+    if (!p)
+        return false;
+    const stp_dvec3 d = stp_dvec3_sub(p->position, g->station);
+    const double depth = stp_dvec3_dot(d, axes->axes[2]);
+    if (!(depth > 0.01 * axes->distance))
+        return false;
+    *out = (sight){.x = stp_dvec3_dot(d, axes->axes[0]) / depth,
+                   .y = stp_dvec3_dot(d, axes->axes[1]) / depth,
+                   .depth = axes->distance / depth - 1.0};
+    return true;
+}
+
+/* All pixels of a window around one, every stride-th to `reach` of them on each side. */
+static unsigned look(const pixel_grid *g, const pixel_axes *axes, uint32_t column, uint32_t row,
+                     int reach, int stride, sight *out)
+{
+    unsigned count = 0;
+    for (int r = -reach; r <= reach; r += stride)
+        for (int c = -reach; c <= reach; c += stride)
+            count += see(g, axes, (int64_t)column + c, (int64_t)row + r, &out[count]);
+    return count;
+}
+
+/* Least squares; false where the pixels are too few, or all in a line. */
+static bool fit_plane(const sight *s, unsigned count, image_plane *out)
+{
+    double x = 0.0, y = 0.0, depth = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, xd = 0.0, yd = 0.0;
+    double left = 0.0;
+    if (count < PIXELS_LEAST)
+        return false;
+    for (unsigned i = 0; i < count; i++) {
+        x += s[i].x / count;
+        y += s[i].y / count;
+        depth += s[i].depth / count;
+    }
+    for (unsigned i = 0; i < count; i++) {
+        const double dx = s[i].x - x, dy = s[i].y - y, dd = s[i].depth - depth;
+        xx += dx * dx;
+        xy += dx * dy;
+        yy += dy * dy;
+        xd += dx * dd;
+        yd += dy * dd;
+    }
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 1e-3 * (xx + yy) * (xx + yy)))
+        return false;
+    out->at_x = (yy * xd - xy * yd) / determinant;
+    out->at_y = (xx * yd - xy * xd) / determinant;
+    out->offset = depth - out->at_x * x - out->at_y * y;
+    out->unsure = sqrt((xx + yy) / determinant);
+    for (unsigned i = 0; i < count; i++) {
+        const double off = s[i].depth - out->offset - out->at_x * s[i].x - out->at_y * s[i].y;
+        left += off * off;
+    }
+    out->rms = sqrt(left / (count - 3));
+    return true;
+}
+
+/* Takes out what is off the plane by more than `most`, and by so much more for each unit of slope
+ * from the middle. */
+static unsigned keep_near(const image_plane *p, double most, double slope, sight *s, unsigned count)
+{
+    unsigned kept = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const double off = s[i].depth - p->offset - p->at_x * s[i].x - p->at_y * s[i].y;
+        if (fabs(off) <= most + slope * sqrt(s[i].x * s[i].x + s[i].y * s[i].y))
+            s[kept++] = s[i];
+    }
+    return kept;
+}
+
+/* Noise and angle of a tile. */
+static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
+{
+    const uint32_t side = (TILE + NOISE_STRIDE - 1) / NOISE_STRIDE;
+    double noises[((TILE + NOISE_STRIDE - 1) / NOISE_STRIDE) *
+                  ((TILE + NOISE_STRIDE - 1) / NOISE_STRIDE)];
+    double angles[sizeof noises / sizeof *noises];
+    const size_t tile = (size_t)tile_row * g->tile_columns + tile_column;
+    unsigned count = 0;
+    for (uint32_t i = 0; i < side * side; i++) {
+        const uint32_t column = tile_column * TILE + i % side * NOISE_STRIDE;
+        const uint32_t row = tile_row * TILE + i / side * NOISE_STRIDE;
+        pixel_axes axes;
+        image_plane plane;
+        sight window[WINDOW], beside = {0.0, 0.0, 0.0};
+        if (!axes_at(g, column, row, &axes) || (!see(g, &axes, (int64_t)column + 1, row, &beside) &&
+                                                !see(g, &axes, column, (int64_t)row + 1, &beside)))
+            continue;
+        unsigned seen = look(g, &axes, column, row, NOISE_REACH, 1, window);
+        seen = keep_near(&(image_plane){.unsure = 0.0}, NEAR, 0.0, window, seen);
+        if (!fit_plane(window, seen, &plane))
+            continue;
+        noises[count] = plane.rms / axes.distance;
+        angles[count++] = hypot(beside.x, beside.y);
+    }
+    stp_sort_doubles(noises, count);
+    stp_sort_doubles(angles, count);
+    g->noise[tile] = count >= WINDOWS_LEAST ? noises[count / 2] : 0.0;
+    g->most[tile] = count >= WINDOWS_LEAST ? noises[count * 4 / 5] : 0.0;
+    g->angle[tile] = count >= WINDOWS_LEAST ? angles[count / 2] : 0.0;
+}
+
+/* The plane at a pixel, in windows that grow; false where there is none. */
+static bool plane_at(const pixel_grid *g, const pixel_axes *axes, uint32_t column, uint32_t row,
+                     double noise, image_plane *out)
+{
+    image_plane best = {.unsure = 0.0};
+    double slope = STEEPEST;
+    bool found = false;
+    for (int reach = FIRST_REACH; reach <= LAST_REACH; reach *= 2) {
+        sight window[WINDOW];
+        image_plane plane;
+        unsigned count = look(g, axes, column, row, reach, reach > 4 ? reach / 4 : 1, window);
+        count = keep_near(&best, OUTSIDE * noise, slope, window, count);
+        if (!fit_plane(window, count, &plane))
+            continue;
+        if (found && plane.rms > EXCESS * noise)
+            break;
+        best = plane;
+        found = true;
+        slope = fmin(OUTSIDE * noise * plane.unsure, STEEPEST);
+        const double squared = plane.at_x * plane.at_x + plane.at_y * plane.at_y;
+        if (noise * plane.unsure <= SURE * sqrt(1.0 + squared))
+            break;
+    }
+    *out = best;
+    return found && 1.0 + best.offset > 0.0;
+}
+
+/* Towards the station, and no more aslant than surfaces are seen. */
+static vec3s normal_of(const pixel_axes *axes, const image_plane *p)
+{
+    const double forward = 1.0 + p->offset;
+    const double tangent = hypot(p->at_x, p->at_y) / forward;
+    const double scale = tangent > STEEPEST ? STEEPEST / tangent : 1.0;
+    const stp_dvec3 n = stp_dvec3_add(stp_dvec3_scale(axes->axes[0], scale * p->at_x),
+                                      stp_dvec3_add(stp_dvec3_scale(axes->axes[1], scale * p->at_y),
+                                                    stp_dvec3_scale(axes->axes[2], forward)));
+    return stp_dvec3_to_float(stp_dvec3_normalize(stp_dvec3_scale(n, -1.0)));
+}
+
+static stp_status measure_row(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    pixel_grid *g = context;
+    (void)worker;
+    (void)err;
+    for (uint32_t tile = 0; tile < g->tile_columns; tile++)
+        measure_tile(g, tile, (uint32_t)index);
+    return STP_OK;
+}
+
+static stp_status set_row(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    pixel_grid *g = context;
+    uint64_t count = 0;
+    (void)worker;
+    (void)err;
+    for (size_t i = 0; i < (size_t)TILE * g->columns; i++) {
+        const uint32_t column = (uint32_t)(i % g->columns);
+        const uint32_t row = (uint32_t)(index * TILE + i / g->columns);
+        const size_t tile = index * g->tile_columns + column / TILE;
+        pixel_axes axes;
+        image_plane plane;
+        if (!(g->noise[tile] > 0.0) || !axes_at(g, column, row, &axes))
+            continue;
+        const double noise = g->noise[tile] * axes.distance;
+        stp_cloud_point *p =
+            &g->points->cloud->points[g->at[(size_t)row * g->columns + column] - 1];
+        if (p->given || !(noise > QUIET * g->angle[tile]) ||
+            !plane_at(g, &axes, column, row, noise, &plane))
+            continue;
+        p->normal = normal_of(&axes, &plane);
+        p->given = STP_GIVEN_IMAGE;
+        count++;
+    }
+    atomic_fetch_add(&g->count, count);
+    return STP_OK;
+}
+
+static stp_status place_points(pixel_grid *g, const stp_scan_grid *grid, stp_error *err)
+{
+    const stp_cloud *cloud = g->points->cloud;
+    const uint32_t count = stp_grid_count(g->points, grid);
+    const stp_status status = stp_spill_alloc(cloud->spill, &g->at, (size_t)g->columns * g->rows,
+                                              sizeof *g->at, "an image", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++, stp_cloud_step(cloud->spill, i)) {
+        stp_grid_point p;
+        if (stp_grid_find(&p, g->points, grid, i))
+            g->at[(size_t)p.row * g->columns + p.column] = p.at + 1;
+    }
+    return status;
+}
+
+/* Where depths come in steps, most windows may lie within one: takes what nearly all windows have,
+ * yet no more than twice what the image has for the most part. */
+static stp_status settle_noise(pixel_grid *g, size_t tiles, stp_error *err)
+{
+    double *sorted = NULL;
+    size_t count = 0;
+    const stp_status status = stp_alloc(&sorted, tiles, sizeof *sorted, "an image", err);
+    if (status != STP_OK)
+        return status;
+    for (size_t i = 0; i < tiles; i++) {
+        sorted[count] = g->noise[i];
+        count += g->angle[i] > 0.0;
+    }
+    stp_sort_doubles(sorted, count);
+    const double middle = count > 0 ? sorted[count / 2] : 0.0;
+    for (size_t i = 0; i < tiles; i++)
+        g->noise[i] = fmax(g->noise[i], fmin(g->most[i], 2.0 * middle));
+    free(sorted);
+    return STP_OK;
+}
+
+stp_status stp_image_normals(const stp_file_points *points, const stp_scan_grid *grid,
+                             stp_dvec3 station, stp_pool *pool, uint64_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    pixel_grid g = {.points = points,
+                    .station = station,
+                    .columns = grid->columns,
+                    .rows = grid->rows,
+                    .tile_columns = (grid->columns - 1) / TILE + 1,
+                    .tile_rows = (grid->rows - 1) / TILE + 1};
+    const uint64_t pixels = (uint64_t)grid->columns * grid->rows;
+    if (grid->rows == 0 || pixels > SPARSEST * (uint64_t)(points->end - points->begin))
+        return STP_OK;
+    const size_t tiles = (size_t)g.tile_columns * g.tile_rows;
+    STP_TRY(place_points(&g, grid, err));
+    STP_TRY(stp_alloc(&g.noise, tiles, sizeof *g.noise, "an image", err));
+    STP_TRY(stp_alloc(&g.most, tiles, sizeof *g.most, "an image", err));
+    STP_TRY(stp_alloc(&g.angle, tiles, sizeof *g.angle, "an image", err));
+    STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, measure_row, &g, err));
+    STP_TRY(settle_noise(&g, tiles, err));
+    STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, set_row, &g, err));
+    *count += atomic_load(&g.count);
+done:
+    free(g.angle);
+    free(g.most);
+    free(g.noise);
+    stp_spill_free(points->cloud->spill, g.at);
+    return status;
+}

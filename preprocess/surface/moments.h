@@ -1,0 +1,42 @@
+/* Sums over points near a point, and the plane through them. Threads: any (pure functions). */
+#ifndef STP_PREPROCESS_SURFACE_MOMENTS_H
+#define STP_PREPROCESS_SURFACE_MOMENTS_H
+
+#include "base/vec.h"
+
+typedef float stp_float4 __attribute__((vector_size(16)));
+
+/* Sum of w q q^T of weighted points with q = (x, y, z, 1), places relative to the point that they
+ * are collected at: the last row is the sum of the places and the weight. */
+typedef struct stp_moments {
+    stp_float4 row[4];
+} stp_moments;
+
+static inline stp_float4 stp_moments_place(float x, float y, float z)
+{
+    return (stp_float4){x, y, z, 1.0f};
+}
+
+static inline void stp_moments_add_point(stp_moments *m, stp_float4 place)
+{
+    for (int r = 0; r < 4; r++)
+        m->row[r] += place[r] * place;
+}
+
+/* Adds, with a weight, what was collected at another place. */
+static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp_float4 place,
+                                   float weight)
+{
+    stp_float4 d = place - (stp_float4){0.0f, 0.0f, 0.0f, 1.0f};
+    stp_float4 t = other->row[3] + 0.5f * other->row[3][3] * d;
+    for (int r = 0; r < 4; r++)
+        m->row[r] += weight * (other->row[r] + d[r] * t + t[r] * d);
+}
+
+/* Direction of least extent of the points; zero where they lie on a line (Hoppe 1992). *variance:
+ * of the heights along it. */
+vec3s stp_moments_normal(const stp_moments *m, float *variance);
+/* The same from a direction that is near, cheaper; its side stays. */
+vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance);
+
+#endif

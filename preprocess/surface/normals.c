@@ -1,0 +1,314 @@
+/* Normals from neighbourhoods. */
+#include "preprocess/surface/normals.h"
+
+#include "base/memory.h"
+#include "preprocess/surface/layer.h"
+#include "preprocess/surface/moments.h"
+
+#include <stdlib.h>
+
+/* Fewer neighbours are no second sheet. */
+#define LAYER_POINTS 4u
+/* Where the noise is less than this part of the spacing, the nearest neighbours do. */
+#define QUIET 0.04f
+/* A plane is widened once where the noise is more than QUIET, and once more where it is more than
+ * this, as it is where scans overlap: each time to about as many points more. */
+#define NOISY 0.12f
+#define ROUNDS 2u
+/* Planes are joined up to this angle, 1 - cosine, and more by this times the squared noise in
+ * spacings, for noise turns planes; and up to this height, in spacings and in noise. */
+#define LEAST_SLACK 0.1f
+#define SLACK 2.05f
+/* But so no farther than this, where the rim of a thin sheet would join its sides; where noise is
+ * so strong that it alone turns planes that far, by the latter. */
+#define MOST_SLACK 0.5f
+#define LOUD_SLACK 0.7f
+#define LEAST_REACH 0.5f
+#define REACH 3.0f
+/* A wide plane is taken where the variance of its heights is this many times that of narrow ones,
+ * and not where it is so many times that: there is a crease, or curvature. */
+#define EXCESS 1.4f
+#define MOST_EXCESS 2.1f
+/* The same above NOISY: few points of overlapping scans lie on one layer, so that a narrow plane
+ * sees less of the distance between layers than a wide one. */
+#define NOISY_EXCESS 3.0f
+#define MOST_NOISY_EXCESS 4.0f
+/* But only where 1 - cosine of the angle between the wide and the narrow plane is at most this
+ * times the variance of the narrow one's heights / spacing^2: folds turn planes more. */
+#define MOST_TURN 0.3f
+/* A point moves to its plane from as many spacings, and REACH times the noise: noise is measured
+ * within layers, and overlapping ones lie farther apart. */
+#define JOIN_REACH 2.0f
+
+/* The plane near a point. */
+typedef struct plane {
+    stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
+    vec3s normal;
+    float variance; /* of their heights, at first */
+    float noise;    /* variance of the noise, where wide */
+    uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: goes beyond the nearest neighbours */
+} plane;
+
+typedef struct estimation {
+    const stp_cloud *cloud;
+    const stp_neighbours *neighbours;
+    double scale; /* of lengths, so that floats hold their squares */
+    plane *planes, *grown;
+    vec3s *normals; /* as fitted */
+} estimation;
+
+static unsigned known_count(const uint32_t *list, unsigned k)
+{
+    unsigned count = 0;
+    while (count < k && list[count] != STP_NEIGHBOUR_NONE)
+        count++;
+    return count;
+}
+
+static stp_float4 place_of(const estimation *e, uint32_t other, uint32_t self)
+{
+    const stp_cloud_point *points = e->cloud->points;
+    stp_dvec3 d =
+        stp_dvec3_scale(stp_dvec3_sub(points[other].position, points[self].position), e->scale);
+    return stp_moments_place((float)d.x, (float)d.y, (float)d.z);
+}
+
+/* About the point itself, which is one of them if with_self. */
+static stp_moments collect(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
+                           bool with_self)
+{
+    stp_moments m = {{{0}}};
+    m.row[3][3] = with_self ? 1.0f : 0.0f;
+    for (unsigned i = 0; i < count; i++)
+        stp_moments_add_point(&m, place_of(e, list[i], self));
+    return m;
+}
+
+/* Least variance of heights of `count` points and the point itself, of which enough for a second
+ * sheet lie beyond a gap: all of them on one side, few or all but a few. */
+static float two_sheet_variance(unsigned count, float gap)
+{
+    float n = (float)count + 1.0f, beyond = LAYER_POINTS;
+    return 0.999f * gap * gap * beyond * (n - beyond) / (n * n);
+}
+
+/* Where the neighbours lie on two sheets, one direction for both, each about its own mean, so that
+ * their distance does not tilt it; keeps the own sheet's moments alone. */
+static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint32_t *list,
+                        unsigned count, float gap)
+{
+    stp_layer layer = stp_layer_find(e->cloud, self, f->normal, list, count, gap / (float)e->scale);
+    uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
+    unsigned same_count = 0, other_count = 0;
+    for (unsigned i = 0; i < count; i++) {
+        if (stp_layer_holds(layer, stp_layer_height(e->cloud, self, f->normal, list[i])))
+            same[same_count++] = list[i];
+        else
+            others[other_count++] = list[i];
+    }
+    if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
+        return;
+    float variance = 0.0f;
+    stp_moments own = collect(e, self, same, same_count, true);
+    stp_moments other = collect(e, self, others, other_count, false), both = own;
+    stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
+    stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
+    f->normal = stp_moments_normal(&both, &variance);
+    f->moments = own;
+}
+
+/* A plane through the nearest neighbours. */
+static plane fit(const estimation *e, uint32_t self)
+{
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    unsigned count = known_count(list, e->neighbours->k);
+    plane f = {.wide = 0};
+    if (count < 3)
+        return f;
+    f.moments = collect(e, self, list, count, true);
+    f.normal = stp_moments_normal(&f.moments, &f.variance);
+    stp_float4 last = place_of(e, list[count - 1], self);
+    float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
+    float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
+    if (f.variance >= two_sheet_variance(count, gap))
+        part_sheets(&f, e, self, list, count, gap);
+    return f;
+}
+
+/* Variance of the noise around a point: the harmonic mean of what its neighbours' own planes leave,
+ * since that is more, not less, at creases. The farther half of them says it as well as all. */
+static float noise_near(const estimation *e, const uint32_t *list, unsigned count)
+{
+    float inverse = 0.0f;
+    for (unsigned i = count / 2; i < count; i++)
+        inverse += 1.0f / e->planes[list[i]].variance;
+    return (float)(count - count / 2) / inverse;
+}
+
+/* Adds the moments of the farther half of the neighbours, those on the same piece of surface. */
+static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
+                         float noise, float spacing)
+{
+    const vec3s n = e->planes[self].normal;
+    const float squared = noise / (spacing * spacing);
+    const float slack =
+        fmaxf(fminf(LEAST_SLACK + SLACK * squared, MOST_SLACK), LEAST_SLACK + LOUD_SLACK * squared);
+    const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
+    stp_moments sums = e->planes[self].moments;
+    for (unsigned i = count / 2; i < count; i++) {
+        const plane *other = &e->planes[list[i]];
+        stp_float4 d = place_of(e, list[i], self);
+        float cosine = fabsf(glms_vec3_dot(n, other->normal));
+        float offset = fabsf(n.x * d[0] + n.y * d[1] + n.z * d[2]);
+        float weight = 1.0f - (1.0f - cosine) / slack;
+        if (weight > 0.0f && offset <= reach)
+            stp_moments_add(&sums, &other->moments, d, weight);
+    }
+    return sums;
+}
+
+/* A point's plane, widened by those of its neighbours if there is noise, more than this part of the
+ * spacing, and what all of them lie off the wide plane is no more than that. */
+static plane grow(const estimation *e, uint32_t self, float least_noise)
+{
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    unsigned count = known_count(list, e->neighbours->k);
+    float spacing = (float)e->scale * e->cloud->points[self].spacing;
+    float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
+    plane f = e->planes[self];
+    if (!(f.variance > 0.25f * quiet)) /* spares to ask the neighbours, most often */
+        return f;
+    float noise = noise_near(e, list, count);
+    if (!(noise > quiet))
+        return f;
+    stp_moments sums = widen(e, self, list, count, noise, spacing);
+    vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
+    bool noisy = noise > NOISY * NOISY * spacing * spacing &&
+                 (1.0f - fabsf(glms_vec3_dot(normal, f.normal))) * spacing * spacing <=
+                     MOST_TURN * f.variance;
+    float least = noisy ? NOISY_EXCESS : EXCESS, most = noisy ? MOST_NOISY_EXCESS : MOST_EXCESS;
+    float share = (most - wide / noise) / (most - least);
+    if (!(share > 0.0f))
+        return f;
+    if (share < 1.0f)
+        normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
+    f.normal = normal;
+    f.moments = sums;
+    f.noise = noise;
+    f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
+    return f;
+}
+
+/* Weight of a neighbour's normal: falls with the distance (squared, in spacings), with the offset
+ * from the tangent plane and with the angle; negative where the signs disagree. */
+static float weight_of(float cosine, float offset, float distance)
+{
+    float closeness = fabsf(cosine) - 0.9f;
+    float beside = fabsf(offset) <= 1.0f ? 10.0f : 0.0f;
+    float x = 0.25f * distance; /* e^-x to a thousandth where neighbours lie */
+    float decay = 1.0f + x * (1.0f + x * (0.5f + x * (1.0f / 6.0f + x / 24.0f)));
+    closeness = closeness > 0.0f ? closeness : 0.0f;
+    return copysignf(closeness, cosine) * beside / decay;
+}
+
+/* Averages a fitted normal with those of neighbours that lie on the same piece of surface. Takes
+ * the noise out of a fit over k points without rounding edges. */
+static vec3s smooth(const estimation *e, uint32_t self)
+{
+    const stp_cloud *cloud = e->cloud;
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    const stp_cloud_point *point = &cloud->points[self];
+    float scale = 1.0f / point->spacing;
+    float dx[STP_NEIGHBOURS_LIMIT], dy[STP_NEIGHBOURS_LIMIT], dz[STP_NEIGHBOURS_LIMIT];
+    float mx[STP_NEIGHBOURS_LIMIT], my[STP_NEIGHBOURS_LIMIT], mz[STP_NEIGHBOURS_LIMIT];
+    unsigned count = known_count(list, e->neighbours->k);
+    for (unsigned i = 0; i < count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[list[i]].position, point->position);
+        vec3s m = e->normals[list[i]];
+        dx[i] = (float)d.x * scale, dy[i] = (float)d.y * scale, dz[i] = (float)d.z * scale;
+        mx[i] = m.x, my[i] = m.y, mz[i] = m.z;
+    }
+    vec3s n = e->normals[self];
+    for (unsigned i = 0; i < count; i++) { /* by columns, for vector instructions */
+        float weight = weight_of(n.x * mx[i] + n.y * my[i] + n.z * mz[i],
+                                 n.x * dx[i] + n.y * dy[i] + n.z * dz[i],
+                                 dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i]);
+        mx[i] *= weight;
+        my[i] *= weight;
+        mz[i] *= weight;
+    }
+    for (unsigned i = 0; i < count; i++)
+        n = (vec3s){{n.x + mx[i], n.y + my[i], n.z + mz[i]}};
+    return glms_vec3_normalize(n);
+}
+
+/* Of lengths, a power of two, so that floats hold the squares of all that the cloud has. */
+static double scale_of(const stp_cloud *whole)
+{
+    double side = stp_dbox_side(&whole->box);
+    return side > 0.0 && isfinite(side) ? ldexp(1.0, -ilogb(side)) : 1.0;
+}
+
+static bool all_given(const stp_unit *unit)
+{
+    uint32_t given = 0;
+    while (given < unit->cloud.count && unit->cloud.points[given].given)
+        given++;
+    return given == unit->cloud.count;
+}
+
+/* The way of a point to its plane. */
+static vec3s shift_of(const estimation *e, uint32_t self)
+{
+    const plane *f = &e->planes[self];
+    if (!f->wide || e->cloud->points[self].given == STP_GIVEN_IMAGE)
+        return glms_vec3_zero();
+    stp_float4 mean = f->moments.row[3] / f->moments.row[3][3];
+    float height = f->normal.x * mean[0] + f->normal.y * mean[1] + f->normal.z * mean[2];
+    float spacing = (float)e->scale * e->cloud->points[self].spacing;
+    if (!(fabsf(height) <= JOIN_REACH * spacing + REACH * sqrtf(f->noise)))
+        return glms_vec3_zero();
+    return glms_vec3_scale(f->normal, height / (float)e->scale);
+}
+
+stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_error *err)
+{
+    stp_status status = STP_OK;
+    estimation e = {
+        .cloud = &unit->cloud, .neighbours = &unit->neighbours, .scale = scale_of(unit->whole)};
+    stp_cloud_point *points = unit->cloud.points;
+    uint32_t count = stp_unit_inner(unit, 1);
+    if (all_given(unit) && !shifts)
+        return STP_OK;
+    STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
+    STP_TRY(stp_alloc(&e.grown, count, sizeof *e.grown, "normals", err));
+    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
+    for (uint32_t i = 0; i < count; i++)
+        e.planes[i] = fit(&e, i);
+    for (unsigned round = 1; round <= ROUNDS; round++) {
+        count = stp_unit_inner(unit, 1 + round);
+        for (uint32_t i = 0; i < count; i++)
+            e.grown[i] = grow(&e, i, round == 1 ? QUIET : NOISY);
+        plane *before = e.planes;
+        e.planes = e.grown;
+        e.grown = before;
+    }
+    STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
+    for (uint32_t i = 0; i < unit->ring_end[0]; i++)
+        unit->wide[i] = points[i].given ? 0 : e.planes[i].wide;
+    for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
+        shifts[i] = shift_of(&e, i);
+    for (uint32_t i = 0; i < count; i++)
+        e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
+    count = stp_unit_inner(unit, 2 + ROUNDS);
+    for (uint32_t i = 0; i < count; i++) {
+        if (points[i].given || glms_vec3_norm2(e.normals[i]) == 0.0f)
+            continue;
+        points[i].normal = points[i].spacing > 0.0f ? smooth(&e, i) : e.normals[i];
+    }
+done:
+    free(e.planes);
+    free(e.grown);
+    free(e.normals);
+    return status;
+}

@@ -1,0 +1,130 @@
+/* Units on the pool. */
+#include "preprocess/surface/surface.h"
+
+#include "base/memory.h"
+#include "preprocess/surface/given_normals.h"
+#include "preprocess/surface/normals.h"
+#include "preprocess/surface/spacing.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+typedef struct finding {
+    stp_cloud *cloud;
+    const stp_surface_params *params;
+    const stp_progress *progress;
+    atomic_uint_fast64_t done_count, grown_count;
+    uint32_t *unit_ends; /* by unit: the cell after its last */
+    uint32_t unit_count;
+    stp_graph *graphs; /* by cell */
+    vec3s *averaged;   /* normals by point, where given ones are noisy: units still read those */
+} finding;
+
+/* Puts cells that follow each other together. */
+static stp_status make_units(finding *f, stp_error *err)
+{
+    const stp_cloud *cloud = f->cloud;
+    stp_status status =
+        stp_alloc(&f->unit_ends, cloud->cell_count, sizeof *f->unit_ends, "cells", err);
+    for (uint32_t c = 0, begin = 0; status == STP_OK && c < cloud->cell_count; c++) {
+        bool last = c + 1 == cloud->cell_count;
+        if (last || cloud->cells[c + 1].end - cloud->cells[begin].begin > f->params->unit_points) {
+            f->unit_ends[f->unit_count++] = c + 1;
+            begin = c + 1;
+        }
+    }
+    return status;
+}
+
+/* Returns how many planes are wide. */
+static uint64_t write_back(stp_cloud *cloud, const stp_unit *unit)
+{
+    uint64_t wide = 0;
+    for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
+        stp_cloud_point *out = &cloud->points[unit->places[i]];
+        out->spacing = unit->cloud.points[i].spacing;
+        if (!out->given)
+            out->normal = unit->cloud.points[i].normal;
+        if (unit->wide && unit->wide[i]) {
+            cloud->marks[unit->places[i]] |= unit->wide[i];
+            wide++;
+        }
+    }
+    return wide;
+}
+
+static stp_status find_unit(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    finding *f = context;
+    stp_unit unit = {0};
+    uint32_t first = index > 0 ? f->unit_ends[index - 1] : 0, end = f->unit_ends[index];
+    unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
+    (void)worker;
+    STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
+    STP_TRY(stp_spacing_smooth(&unit, err));
+    STP_TRY(stp_normals_estimate(
+        &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, err));
+    for (uint32_t c = first; f->graphs && c < end; c++)
+        STP_TRY(
+            stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
+    if (f->averaged)
+        stp_given_average(f->averaged + unit.places[0], &unit);
+    atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
+    uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
+    status = stp_progress_update(f->progress, f->params->shifts ? "layers" : "surface", done,
+                                 f->cloud->count, err);
+done:
+    stp_unit_clear(&unit);
+    return status;
+}
+
+/* Puts the averaged normals in the place of noisy given ones; returns how many. */
+static uint64_t take_averaged(finding *f)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < f->cloud->count; i++) {
+        stp_cloud_step(f->cloud->spill, i);
+        if (f->cloud->points[i].given != STP_GIVEN_INPUT)
+            continue;
+        f->cloud->points[i].normal = f->averaged[i];
+        f->cloud->marks[i] |= STP_MARK_WIDE;
+        count++;
+    }
+    return count;
+}
+
+void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud)
+{
+    for (uint32_t c = 0; *graphs && c < cloud->cell_count; c++)
+        stp_graph_clear(&(*graphs)[c], cloud->spill);
+    free(*graphs);
+    *graphs = NULL;
+}
+
+stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
+                            stp_surface_counts *counts, stp_pool *pool,
+                            const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    finding f = {.cloud = cloud, .params = params, .progress = progress};
+    stp_surface_counts found = {0};
+    STP_TRY(make_units(&f, err));
+    if (params->pieces)
+        STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
+    if (stp_given_noisy(cloud))
+        STP_TRY(stp_spill_alloc(cloud->spill, &f.averaged, cloud->count, sizeof *f.averaged,
+                                "normals", err));
+    STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
+    found.averaged = f.averaged ? take_averaged(&f) : 0;
+    found.grown = atomic_load(&f.grown_count);
+    if (counts)
+        *counts = found;
+    *graphs = f.graphs;
+    f.graphs = NULL;
+done:
+    stp_surface_clear(&f.graphs, cloud);
+    stp_spill_free(cloud->spill, f.averaged);
+    free(f.unit_ends);
+    return status;
+}

@@ -1,0 +1,34 @@
+/* What is found of points by their neighbourhoods: spacings, normals, the pieces of each cell.
+ *
+ * Works unit by unit (unit.h), each of which touches a run of the cloud once. The result is the
+ * same for any number of threads and any size of units. */
+#ifndef STP_PREPROCESS_SURFACE_SURFACE_H
+#define STP_PREPROCESS_SURFACE_SURFACE_H
+
+#include "base/progress.h"
+#include "preprocess/orient/graph.h"
+
+typedef struct stp_surface_params {
+    unsigned k;                /* neighbours of a point, 3 to STP_NEIGHBOURS_LIMIT */
+    bool pieces;               /* are wanted, and graphs */
+    const stp_dvec3 *stations; /* that points will be turned to; NULL for none */
+    uint32_t unit_points;      /* about so many to a unit; 0: one cell */
+    vec3s *shifts;             /* takes of each point the way to its plane (normals.h); NULL */
+} stp_surface_params;
+
+/* What was found because of noise. */
+typedef struct stp_surface_counts {
+    uint64_t grown;    /* points whose normals are from more than their nearest neighbours */
+    uint64_t averaged; /* points whose given normals are averaged (given_normals.h) */
+} stp_surface_counts;
+
+/* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers
+ * of pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs
+ * is NULL. counts may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
+stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
+                            stp_surface_counts *counts, stp_pool *pool,
+                            const stp_progress *progress, stp_error *err);
+/* Frees graphs that nobody took. */
+void stp_surface_clear(stp_graph **graphs, const stp_cloud *cloud);
+
+#endif

@@ -1,0 +1,15 @@
+/* Cells cut where one chunk's lattices do not reach from their finest points to their farthest: a
+ * dense cluster with a few points far around it, say.
+ *
+ * Threads: those of the pool; the same cells for any number. */
+#ifndef STP_PREPROCESS_TREE_CELL_CUT_H
+#define STP_PREPROCESS_TREE_CELL_CUT_H
+
+#include "preprocess/patch/point_item.h"
+
+/* Cuts cells of a cloud whose spacings are known; all but such cells stay as they are. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_cells_cut(stp_cloud *cloud, const stp_point_item_params *params, stp_pool *pool,
+                         stp_error *err);
+
+#endif

@@ -1,0 +1,425 @@
+/* A chunk out of items. */
+#include "preprocess/tree/chunk_build.h"
+
+#include "base/memory.h"
+#include "formats/chunk/measure/overhang.h"
+#include "formats/chunk/patch.h"
+#include "preprocess/patch/partition.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct assembly {
+    stp_dvec3 origin;
+    stp_patch *patches;
+    stp_item *vertices;
+    uint32_t patch_count;
+    size_t patch_capacity, vertex_capacity;
+    stp_sample *samples[STP_LEVEL_COUNT];
+    size_t sample_capacity[STP_LEVEL_COUNT];
+    uint32_t sample_count[STP_LEVEL_COUNT];
+    stp_carry *carry; /* by level-0 sample; of a leaf none */
+    size_t carry_capacity;
+    uint32_t *order; /* of the patches: runs of them are what the parent's patches stand for */
+    int vertex_least;
+    const stp_resolution *resolution; /* of points; else NULL */
+    stp_displacement displacement;
+    bool leaf, linked;
+} assembly;
+
+stp_chunk_extent stp_chunk_extent_none(int vertex_least)
+{
+    return (stp_chunk_extent){.box = stp_dbox_empty(), .finest = INT_MAX, .coarsest = vertex_least};
+}
+
+void stp_chunk_extent_add(stp_chunk_extent *e, stp_dvec3 centre, double area, double bound,
+                          int exponent)
+{
+    stp_dbox_add(&e->box, centre);
+    e->area = stp_max(e->area, area);
+    e->bound = stp_max(e->bound, bound);
+    e->finest = exponent < e->finest ? exponent : e->finest;
+    e->coarsest = exponent > e->coarsest ? exponent : e->coarsest;
+}
+
+/* The chunk's origin is a multiple of this power of two, which is no smaller than any lattice of
+ * the items and of the vertices of patches of them: so lattices of the chunk, its children and its
+ * parent meet. */
+static int unit_exponent(const stp_chunk_extent *e)
+{
+    const double side = stp_dbox_side(&e->box), reach = sqrt(3.0) * side + 2.0 * e->bound;
+    const int lattice = stp_vertex_exponent(STP_PATCH_SAMPLES * e->area, reach, e->coarsest);
+    const int exponent = side > 0.0 && isfinite(side) ? (int)ceil(log2(side)) : lattice;
+    return (exponent > lattice ? exponent : lattice) + 1;
+}
+
+bool stp_chunk_extent_fits(const stp_chunk_extent *e)
+{
+    const double far = 0.5 * (ldexp(1.0, unit_exponent(e)) + stp_dbox_side(&e->box));
+    return far <= (STP_ORIGIN_STEPS - STP_POSITION_STEPS) * ldexp(1.0, e->finest);
+}
+
+static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count, int vertex_least)
+{
+    stp_chunk_extent extent = stp_chunk_extent_none(vertex_least);
+    for (uint32_t g = 0; g < group_count; g++)
+        for (uint32_t i = 0; i < groups[g].count; i++) {
+            const stp_item *item = &groups[g].items[i];
+            stp_chunk_extent_add(&extent, item->disc.centre, item->area, item->disc.bound,
+                                 item->exponent);
+        }
+    const double unit = ldexp(1.0, unit_exponent(&extent));
+    const stp_dvec3 middle = stp_dbox_middle(&extent.box);
+    return (stp_dvec3){nearbyint(middle.x / unit) * unit, nearbyint(middle.y / unit) * unit,
+                       nearbyint(middle.z / unit) * unit};
+}
+
+static stp_status append(assembly *a, const stp_patch *patch, const stp_patch_samples *samples,
+                         const stp_item *vertex, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t needed = (size_t)a->patch_count + 1;
+    STP_TRY(stp_grow(&a->patches, &a->patch_capacity, needed, sizeof *a->patches, "patches", err));
+    STP_TRY(
+        stp_grow(&a->vertices, &a->vertex_capacity, needed, sizeof *a->vertices, "patches", err));
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        size_t count = patch->counts[level];
+        STP_TRY(stp_grow(&a->samples[level], &a->sample_capacity[level],
+                         a->sample_count[level] + count, sizeof(stp_sample), "samples", err));
+        memcpy(a->samples[level] + a->sample_count[level], samples->level[level],
+               count * sizeof(stp_sample));
+        a->sample_count[level] += (uint32_t)count;
+    }
+    a->patches[a->patch_count] = *patch;
+    a->vertices[a->patch_count++] = *vertex;
+done:
+    return status;
+}
+
+/* Keeps what the patch's level-0 samples, in their order, bring from their own chunks. */
+static stp_status append_carry(assembly *a, const stp_item *items, const uint32_t *order,
+                               uint32_t count, stp_error *err)
+{
+    size_t begin = a->sample_count[0] - count;
+    stp_status status = stp_grow(&a->carry, &a->carry_capacity, a->sample_count[0],
+                                 sizeof *a->carry, "errors", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++) {
+        const stp_disc *disc = &items[order[i]].disc;
+        a->carry[begin + i] = (stp_carry){disc->error, disc->tangential_error};
+    }
+    return status;
+}
+
+static stp_status too_far(const stp_item *item, bool leaf, stp_error *err)
+{
+    const stp_dvec3 p = item->disc.centre;
+    return stp_error_set(
+        err, STP_LIMIT,
+        "%s at (%g, %g, %g) is too far from the others to be stored with its precision: drop such "
+        "points (--outliers drop) or give a coarser --precision",
+        leaf ? "a point" : "a patch", p.x, p.y, p.z);
+}
+
+static void measure_displacement(assembly *a, const stp_item *items, const uint32_t *order,
+                                 const stp_patch *patch, const stp_patch_samples *samples)
+{
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        const stp_dvec3 own = stp_sample_position(&samples->level[0][i], patch);
+        stp_displacement_add(&a->displacement, &items[order[i]], stp_dvec3_add(a->origin, own),
+                             a->resolution);
+    }
+}
+
+/* Builds the run as one patch, or halves it until its items fit one lattice. */
+static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
+                            uint32_t count, uint8_t child, stp_error *err)
+{
+    stp_patch patch;
+    stp_patch_samples samples;
+    stp_item vertex;
+    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least};
+    if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
+        patch.child = child;
+        patch.first_below = a->linked ? (uint16_t)order[0] : 0;
+        if (a->resolution)
+            measure_displacement(a, items, order, &patch, &samples);
+        stp_status appended = append(a, &patch, &samples, &vertex, err);
+        return appended == STP_OK && !a->leaf ? append_carry(a, items, order, count, err)
+                                              : appended;
+    }
+    if (count == 1)
+        return too_far(&items[order[0]], a->leaf, err);
+    stp_status status = build_run(a, items, order, count / 2, child, err);
+    if (status == STP_OK)
+        status = build_run(a, items, order + count / 2, count - count / 2, child, err);
+    return status;
+}
+
+static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place *places)
+{
+    for (uint32_t i = 0; i < group->count; i++) {
+        const stp_item *item = &group->items[i];
+        vec3s p = stp_dvec3_to_float(stp_dvec3_sub(item->disc.centre, origin));
+        vec3s n = stp_dvec3_to_float(item->disc.normal);
+        places[i] = (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z},
+                                .spacing = (float)sqrt(item->area),
+                                .sheet = item->sheet};
+    }
+}
+
+/* Orders items so that runs of them become patches: order and ends have room for all of them. */
+static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint32_t *order,
+                            uint32_t *ends, uint32_t *run_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_place *places = NULL;
+    uint64_t *scratch = NULL;
+    STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
+    STP_TRY(stp_alloc(&scratch, group->count, sizeof *scratch, "samples", err));
+    fill_places(group, origin, places);
+    *run_count = stp_partition(places, group->count, order, scratch, ends);
+done:
+    free(scratch);
+    free(places);
+    return status;
+}
+
+static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t child,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *order = NULL, *own_ends = NULL;
+    const uint32_t *ends = group->run_ends;
+    uint32_t run_count = group->run_count;
+    STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
+    for (uint32_t i = 0; i < group->count; i++)
+        order[i] = i;
+    if (ends == NULL) {
+        STP_TRY(stp_alloc(&own_ends, group->count, sizeof *own_ends, "patches", err));
+        STP_TRY(find_runs(group, a->origin, order, own_ends, &run_count, err));
+        ends = own_ends;
+    }
+    for (uint32_t run = 0; run < run_count; run++) {
+        uint32_t begin = run ? ends[run - 1] : 0;
+        STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, err));
+    }
+done:
+    free(own_ends);
+    free(order);
+    return status;
+}
+
+/* Orders the patches so that runs of them, which end at *run_ends, become one patch of the parent
+ * each: what their vertices alone decide. */
+static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_item_group vertices = {.items = a->vertices, .count = a->patch_count};
+    uint32_t *ends = NULL;
+    STP_TRY(stp_alloc(&a->order, a->patch_count, sizeof *a->order, "patches", err));
+    STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
+    STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
+    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: no more */
+    memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
+done:
+    free(ends);
+    return status;
+}
+
+/* What each patch has of an array, patch by patch, in the patches' order. */
+static void gather(void *out, const void *from, size_t item_bytes, const assembly *a,
+                   const uint32_t *from_begin)
+{
+    size_t at = 0;
+    for (uint32_t p = 0; p < a->patch_count; p++) {
+        uint32_t begin = from_begin[a->order[p]];
+        size_t bytes = (from_begin[a->order[p] + 1] - begin) * item_bytes;
+        memcpy((char *)out + at, (const char *)from + begin * item_bytes, bytes);
+        at += bytes;
+    }
+}
+
+/* Where each patch's samples of a level begin, in the order in which patches were built. */
+static void find_begins(const assembly *a, int level, uint32_t *begin)
+{
+    begin[0] = 0;
+    for (uint32_t p = 0; p < a->patch_count; p++)
+        begin[p + 1] = begin[p] + a->patches[p].counts[level];
+}
+
+static stp_status pack(const assembly *a, stp_built_chunk *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    uint32_t *begin = NULL;
+    STP_TRY(stp_chunk_create(&out->chunk, a->patch_count, a->sample_count, 0, err));
+    chunk = out->chunk;
+    chunk->linked = a->linked;
+    STP_TRY(stp_alloc(&begin, (size_t)a->patch_count + 1, sizeof *begin, "patches", err));
+    STP_TRY(stp_alloc(&out->vertices, a->patch_count, sizeof *out->vertices, "patches", err));
+    for (uint32_t p = 0; p < a->patch_count; p++) {
+        chunk->patches[p] = a->patches[a->order[p]];
+        out->vertices[p] = a->vertices[a->order[p]];
+    }
+    stp_patches_place(chunk);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        find_begins(a, level, begin);
+        gather(chunk->samples[level], a->samples[level], sizeof(stp_sample), a, begin);
+    }
+    if (!a->leaf) {
+        find_begins(a, 0, begin);
+        STP_TRY(stp_alloc(&out->carry, a->sample_count[0], sizeof *out->carry, "errors", err));
+        gather(out->carry, a->carry, sizeof *a->carry, a, begin);
+    }
+done:
+    free(begin);
+    return status;
+}
+
+stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built)
+{
+    return (stp_placed_chunk){built->chunk, built->origin, built->carry};
+}
+
+stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
+                                   stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = built->chunk;
+    stp_overhang *overhang = NULL;
+    STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, err));
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        stp_patch *patch = &chunk->patches[p];
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            patch->tangential_error[l] = stp_error_encode(overhang[p].level[l], patch->exponent);
+        for (int l = 0; l < 2; l++)
+            for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+                patch->quarter_tangential_error[l][q] =
+                    stp_error_encode(overhang[p].quarter[l][q], patch->exponent);
+        built->vertices[p].disc.tangential_error =
+            stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
+    }
+done:
+    free(overhang);
+    return status;
+}
+
+static void clear_assembly(assembly *a)
+{
+    free(a->order);
+    free(a->carry);
+    free(a->patches);
+    free(a->vertices);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        free(a->samples[level]);
+}
+
+/* Orders the patches that are there and makes them a chunk. */
+static stp_status finish(assembly *a, stp_built_chunk *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_built_chunk built = {.origin = a->origin, .displacement = a->displacement};
+    STP_TRY(order_patches(a, &built.run_ends, &built.run_count, err));
+    STP_TRY(pack(a, &built, err));
+    built.vertex_count = a->patch_count;
+    *out = built;
+    built = (stp_built_chunk){0};
+done:
+    stp_built_chunk_clear(&built);
+    return status;
+}
+
+static stp_status build_groups(stp_built_chunk *out, assembly *a, const stp_item_group *groups,
+                               uint32_t group_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    a->origin = choose_origin(groups, group_count, a->vertex_least);
+    for (uint32_t g = 0; g < group_count; g++)
+        STP_TRY(build_group(a, &groups[g], a->leaf ? STP_PATCH_NO_CHILD : (uint8_t)g, err));
+    STP_TRY(finish(a, out, err));
+done:
+    clear_assembly(a);
+    return status;
+}
+
+stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *points,
+                                int vertex_least, const stp_resolution *resolution, stp_error *err)
+{
+    assembly a = {.leaf = true, .vertex_least = vertex_least, .resolution = resolution};
+    return build_groups(out, &a, points, 1, err);
+}
+
+stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,
+                                 uint32_t group_count, stp_error *err)
+{
+    assembly a = {.linked = groups[0].run_ends != NULL, .vertex_least = INT_MIN};
+    return build_groups(out, &a, groups, group_count, err);
+}
+
+stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t patch_count,
+                                stp_patch_maker *make, const void *context, stp_error *err)
+{
+    stp_status status = STP_OK;
+    assembly a = {.origin = origin, .leaf = true};
+    for (uint32_t i = 0; i < patch_count; i++) {
+        stp_patch patch;
+        stp_patch_samples samples;
+        stp_item vertex;
+        STP_TRY(make(context, i, origin, &patch, &samples, &vertex, err));
+        STP_TRY(append(&a, &patch, &samples, &vertex, err));
+    }
+    STP_TRY(finish(&a, out, err));
+done:
+    clear_assembly(&a);
+    return status;
+}
+
+/* `from` may be freed: only its place counts. */
+static void *rebase(void *pointer, const void *from, void *to)
+{
+    return pointer ? (char *)to + ((uintptr_t)pointer - (uintptr_t)from) : NULL;
+}
+
+/* All arrays of a chunk are one block, which is the built chunk's from here on. */
+static stp_status stow_arrays(stp_built_chunk *built, stp_error *err)
+{
+    stp_chunk *c = built->chunk;
+    void *from = built->chunk_arrays = c->memory;
+    c->memory = NULL;
+    stp_status status = stp_spill_move(built->spill, &built->chunk_arrays,
+                                       c->memory_bytes - sizeof *c, 1, "chunks", err);
+    c->patches = rebase(c->patches, from, built->chunk_arrays);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
+        c->level_begin[level] = rebase(c->level_begin[level], from, built->chunk_arrays);
+        c->samples[level] = rebase(c->samples[level], from, built->chunk_arrays);
+    }
+    return status;
+}
+
+stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk *c = built->chunk;
+    built->spill = spill;
+    STP_TRY(stow_arrays(built, err));
+    STP_TRY(stp_spill_move(spill, &built->carry,
+                           built->carry ? c->level_begin[0][c->patch_count] : 0,
+                           sizeof *built->carry, "errors", err));
+    STP_TRY(stp_spill_move(spill, &built->vertices, built->vertex_count, sizeof *built->vertices,
+                           "patches", err));
+done:
+    return status;
+}
+
+void stp_built_chunk_clear(stp_built_chunk *built)
+{
+    stp_chunk_destroy(&built->chunk);
+    stp_spill_free(built->spill, built->chunk_arrays);
+    stp_spill_free(built->spill, built->carry);
+    stp_spill_free(built->spill, built->vertices);
+    free(built->run_ends);
+    *built = (stp_built_chunk){0};
+}

@@ -1,0 +1,34 @@
+/* Patches that are to be made, in an order, cut into leaf chunks.
+ *
+ * Threads: one at a time. */
+#ifndef STP_PREPROCESS_TREE_LEAF_CUT_H
+#define STP_PREPROCESS_TREE_LEAF_CUT_H
+
+#include "base/error.h"
+#include "base/vec.h"
+
+#include <stdint.h>
+
+/* Patches of a leaf, at most. */
+#define STP_LEAF_PATCHES 1000u
+
+/* Of patches: the box of their vertices, world, and exponents of their lattices. */
+typedef struct stp_leaf_extent {
+    stp_dbox box;
+    int finest, coarsest;
+} stp_leaf_extent;
+
+/* Patches [begin, end) are a leaf. */
+typedef struct stp_leaf_run {
+    uint32_t begin, end;
+    stp_dvec3 middle, origin; /* of its box; of its chunk, as stp_chunk_build_made wants it */
+} stp_leaf_run;
+
+typedef stp_leaf_extent stp_extent_of(const void *context, uint32_t patch);
+
+/* A leaf ends where it has enough patches, or where the next one's lattice and place do not go with
+ * the others'. *out: free with free(). Errors: OUT_OF_MEMORY. */
+stp_status stp_leaf_cut(stp_leaf_run **out, uint32_t *count, uint32_t patch_count,
+                        stp_extent_of *extent_of, const void *context, stp_error *err);
+
+#endif

@@ -1,0 +1,389 @@
+/* The chunk tree: leaf chunks out of cells, lines and triangles, and parents out of their
+ * children's patch vertices. */
+#include "preprocess/tree/tree.h"
+
+#include "base/memory.h"
+#include "preprocess/patch/world_lattice.h"
+#include "preprocess/tree/cell_cut.h"
+#include "preprocess/tree/chunk_build.h"
+#include "preprocess/tree/leaf_order.h"
+
+#include <limits.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Chunks that are encoded before they are written: bounds the memory of a wave. */
+#define WAVE_CHUNKS 32u
+
+/* A tier of as many chunks as the one below has at most this part of its patches. */
+#define LEAST_MERGE 2u
+
+/* A chunk that is written, as its parent needs it. */
+typedef struct node {
+    stp_item *vertices;
+    uint32_t vertex_count;
+    uint32_t *run_ends;
+    uint32_t run_count;
+    uint32_t handle;
+    uint64_t points_under;
+    uint32_t depth_below; /* leaf 0 */
+} node;
+
+/* Which nodes become one chunk of the next tier. */
+typedef struct span {
+    uint32_t begin, end;
+} span;
+
+typedef struct built {
+    stp_built_chunk chunk;
+    stp_dbox reach; /* of its patches' bounds, world */
+    void *payload;
+    stp_chunk_entry entry;
+    stp_dbox box; /* of a leaf's samples as stored, world */
+} built;
+
+typedef struct tree {
+    stp_chunk_writer *writer;
+    stp_cloud *cloud;
+    const stp_tree_params *params;
+    stp_point_item_params items;
+    stp_pool *pool;
+    const stp_progress *progress;
+    stp_leaf_place *leaves; /* in order */
+    uint32_t leaf_count;
+    uint64_t progress_total;
+    atomic_size_t progress_done; /* leaves built and leaves finished */
+
+    node *below; /* nodes of the tier below; NULL while leaves are made */
+    span *spans;
+    uint32_t span_count;
+    built *tier; /* all chunks of the tier, in order: each is measured against those around it */
+    uint32_t tier_count, wave_begin;
+
+    uint32_t **children; /* by handle */
+    uint32_t *child_counts;
+    size_t children_capacity, child_counts_capacity;
+    stp_dbox box; /* of all samples as stored */
+    stp_tree_stats stats;
+} tree;
+
+static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_item *items = NULL;
+    uint32_t count = cell->end - cell->begin;
+    STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
+    stp_point_items_make(items, t->cloud, cell->begin, count, &t->items);
+    stp_item_group group = {.items = items, .count = count};
+    STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, t->items.vertex_least, &t->items.resolution,
+                                 err));
+done:
+    free(items);
+    return status;
+}
+
+static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint16_t intensity_max = t->params->intensity_max;
+    if (leaf.kind == STP_LEAF_LINES)
+        STP_TRY(stp_line_leaf_build(t->params->lines, leaf.index, intensity_max, &out->chunk, err));
+    else if (leaf.kind == STP_LEAF_TRIANGLES)
+        STP_TRY(stp_triangle_leaf_build(t->params->triangles, leaf.index, intensity_max,
+                                        &out->chunk, err));
+    else
+        STP_TRY(build_cell(t, &t->cloud->cells[leaf.index], out, err));
+    const stp_chunk *chunk = out->chunk.chunk;
+    out->entry.points_under = chunk->level_begin[0][chunk->patch_count];
+    /* quantisation moves points a little: the file's box holds them as they are stored */
+    stp_chunk_box(chunk, out->chunk.origin, &out->box);
+done:
+    return status;
+}
+
+static stp_status build_inner(const tree *t, span children, built *out, stp_error *err)
+{
+    stp_item_group groups[STP_CHUNK_CHILDREN_LIMIT];
+    for (uint32_t i = children.begin; i < children.end; i++) {
+        const node *child = &t->below[i];
+        groups[i - children.begin] = (stp_item_group){.items = child->vertices,
+                                                      .count = child->vertex_count,
+                                                      .run_ends = child->run_ends,
+                                                      .run_count = child->run_count};
+        out->entry.points_under += t->below[i].points_under;
+    }
+    return stp_chunk_build_inner(&out->chunk, groups, children.end - children.begin, err);
+}
+
+static stp_status advance(tree *t, stp_error *err)
+{
+    size_t done = t->below ? t->progress_total : atomic_fetch_add(&t->progress_done, 1) + 1;
+    return stp_progress_update(t->progress, "patches", done, t->progress_total, err);
+}
+
+static stp_status build_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    tree *t = context;
+    built *out = &t->tier[index];
+    (void)worker;
+    *out = (built){.box = stp_dbox_empty()};
+    STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
+                     : build_leaf(t, t->leaves[index], out, err));
+    stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
+    out->reach = stp_placed_chunk_box(&placed);
+    STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
+    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
+        stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
+    STP_TRY(advance(t, err));
+done:
+    return status;
+}
+
+static stp_status find_surroundings(const tree *t, size_t index, stp_surroundings *out,
+                                    stp_error *err)
+{
+    stp_placed_chunk middle = stp_built_chunk_place(&t->tier[index].chunk);
+    stp_status status = stp_surroundings_begin(out, &middle, err);
+    for (uint32_t i = 0; i < t->tier_count && status == STP_OK && !stp_surroundings_full(out);
+         i++) {
+        stp_placed_chunk other = stp_built_chunk_place(&t->tier[i].chunk);
+        if (i != index && stp_dbox_meet(&out->box, &t->tier[i].reach))
+            status = stp_surroundings_add(out, &other, err);
+    }
+    return status;
+}
+
+/* Measures and encodes a chunk of the wave. */
+static stp_status finish_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    tree *t = context;
+    built *out = &t->tier[t->wave_begin + index];
+    stp_surroundings around = {0};
+    (void)worker;
+    STP_TRY(find_surroundings(t, t->wave_begin + index, &around, err));
+    STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
+    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+    out->entry.origin = out->chunk.origin;
+    STP_TRY(advance(t, err));
+done:
+    stp_surroundings_clear(&around);
+    return status;
+}
+
+static void clear_tier(tree *t)
+{
+    for (uint32_t i = 0; t->tier && i < t->tier_count; i++) {
+        stp_built_chunk_clear(&t->tier[i].chunk);
+        free(t->tier[i].payload);
+    }
+    free(t->tier);
+    t->tier = NULL;
+}
+
+/* Appends a finished chunk and keeps its vertices as a node. */
+static stp_status write_one(tree *t, built *b, span children, node *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t handle = 0;
+    STP_TRY(stp_chunk_writer_append(t->writer, b->payload, &b->entry, &handle, err));
+    STP_TRY(stp_grow(&t->children, &t->children_capacity, (size_t)handle + 1, sizeof *t->children,
+                     "chunks", err));
+    STP_TRY(stp_grow(&t->child_counts, &t->child_counts_capacity, (size_t)handle + 1,
+                     sizeof *t->child_counts, "chunks", err));
+    t->children[handle] = NULL;
+    t->child_counts[handle] = 0;
+    t->stats.chunk_count = handle + 1;
+    t->stats.patch_count += b->entry.patch_count;
+    if (!t->below) {
+        stp_dbox_join(&t->box, &b->box);
+        stp_displacement_join(&t->stats.displacement, &b->chunk.displacement);
+    }
+    if (t->below) {
+        uint32_t count = children.end - children.begin;
+        STP_TRY(stp_alloc(&t->children[handle], count, sizeof(uint32_t), "chunks", err));
+        t->child_counts[handle] = count;
+        for (uint32_t i = 0; i < count; i++)
+            t->children[handle][i] = t->below[children.begin + i].handle;
+    }
+    *out = (node){.vertices = b->chunk.vertices,
+                  .vertex_count = b->chunk.vertex_count,
+                  .run_ends = b->chunk.run_ends,
+                  .run_count = b->chunk.run_count,
+                  .handle = handle,
+                  .points_under = b->entry.points_under};
+    b->chunk.vertices = NULL;
+    b->chunk.run_ends = NULL;
+    free(b->payload);
+    b->payload = NULL;
+done:
+    return status;
+}
+
+/* Builds and writes `count` chunks, giving one node each. */
+static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
+    t->tier_count = count;
+    STP_TRY(stp_cloud_run(t->cloud, t->pool, count, build_one, t, err));
+    for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
+        uint32_t left = count - t->wave_begin;
+        uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
+        STP_TRY(stp_cloud_run(t->cloud, t->pool, wave, finish_one, t, err));
+        for (uint32_t at = t->wave_begin; at < t->wave_begin + wave; at++)
+            STP_TRY(write_one(t, &t->tier[at], t->below ? t->spans[at] : (span){0, 0}, &nodes[at],
+                              err));
+    }
+done:
+    clear_tier(t);
+    return status;
+}
+
+/* Runs of nodes that fit one parent: at most 64 children and 64 k patch vertices. Runs follow the
+ * Morton order, so they are near each other. */
+static stp_status group_nodes(tree *t, const node *nodes, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&t->spans, count, sizeof *t->spans, "chunks", err));
+    t->span_count = 0;
+    uint32_t begin = 0;
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (i - begin == STP_CHUNK_CHILDREN_LIMIT ||
+            (i > begin && sum + nodes[i].vertex_count > STP_CHUNK_SAMPLES_LIMIT)) {
+            t->spans[t->span_count++] = (span){begin, i};
+            begin = i;
+            sum = 0;
+        }
+        sum += nodes[i].vertex_count;
+    }
+    t->spans[t->span_count++] = (span){begin, count};
+done:
+    return status;
+}
+
+static uint64_t sum_vertices(const node *nodes, uint32_t count)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++)
+        sum += nodes[i].vertex_count;
+    return sum;
+}
+
+/* A tier that has no fewer chunks than the one below has fewer patches at least: then chunks of the
+ * next one have room for several of them. */
+static stp_status check_growth(const tree *t, const node *above, const node *below, uint32_t count,
+                               stp_error *err)
+{
+    if (t->span_count < count ||
+        sum_vertices(above, count) <= sum_vertices(below, count) / LEAST_MERGE)
+        return STP_OK;
+    return stp_error_set(err, STP_LIMIT,
+                         "the model's patches do not group: its points lie too far apart to be "
+                         "merged");
+}
+
+static void free_nodes(const tree *t, node *nodes, uint32_t count)
+{
+    for (uint32_t i = 0; nodes && i < count; i++) {
+        stp_spill_free(t->cloud->spill, nodes[i].vertices);
+        free(nodes[i].run_ends);
+    }
+    free(nodes);
+}
+
+/* Tiers until one chunk is left; *root is its handle. */
+static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t count = t->leaf_count;
+    node *nodes = NULL;
+    STP_TRY(stp_alloc(&nodes, count, sizeof *nodes, "chunks", err));
+    STP_TRY(write_tier(t, count, nodes, err));
+    while (count > 1) {
+        node *above = NULL;
+        STP_TRY(group_nodes(t, nodes, count, err));
+        STP_TRY(stp_alloc(&above, t->span_count, sizeof *above, "chunks", err));
+        t->below = nodes;
+        status = write_tier(t, t->span_count, above, err);
+        if (status == STP_OK)
+            status = check_growth(t, above, nodes, count, err);
+        free_nodes(t, nodes, count);
+        nodes = above;
+        count = t->span_count;
+        free(t->spans);
+        t->spans = NULL;
+        if (status != STP_OK)
+            goto done;
+    }
+    *root = nodes[0].handle;
+done:
+    free_nodes(t, nodes, count);
+    free(t->spans);
+    t->spans = NULL;
+    return status;
+}
+
+/* The chunks of every tier are at most as wide as the model. */
+static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
+{
+    stp_dbox box = cloud->count > 0 ? cloud->box : stp_dbox_empty();
+    if (params->lines)
+        stp_dbox_join(&box, &params->lines->box);
+    if (params->triangles)
+        stp_dbox_join(&box, &params->triangles->box);
+    const double side = stp_dbox_side(&box);
+    return (stp_point_item_params){.lambda = params->lambda,
+                                   .resolution = params->resolution,
+                                   .intensity_max = params->intensity_max,
+                                   .vertex_least = side > 0.0 && isfinite(side)
+                                                       ? stp_floor_log2(side) - STP_MODEL_OCTAVES
+                                                       : INT_MIN / 2};
+}
+
+stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
+                          const stp_tree_params *params, stp_metadata_maker *metadata,
+                          void *context, stp_pool *pool, const stp_progress *progress,
+                          stp_tree_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t root = 0;
+    tree *t = NULL;
+    char *json = NULL;
+    STP_TRY(stp_alloc(&t, 1, sizeof *t, "tree", err));
+    t->writer = *writer;
+    t->cloud = cloud;
+    t->params = params;
+    t->pool = pool;
+    t->progress = progress;
+    t->box = stp_dbox_empty();
+    t->items = item_params(cloud, params);
+    STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
+    STP_TRY(
+        stp_leaf_order(cloud, params->lines, params->triangles, &t->leaves, &t->leaf_count, err));
+    t->progress_total = 2 * (uint64_t)t->leaf_count;
+    STP_TRY(build_tiers(t, &root, err));
+    json = metadata(context, &t->stats);
+    if (!json) {
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
+        goto done;
+    }
+    STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
+                                    t->child_counts, &t->box, json, &t->stats.file_bytes, err));
+    *stats = t->stats;
+done:
+    free(json);
+    stp_chunk_writer_destroy(writer);
+    for (uint32_t i = 0; t && i < t->stats.chunk_count; i++)
+        free(t->children[i]);
+    if (t) {
+        free(t->children);
+        free(t->child_counts);
+        free(t->leaves);
+    }
+    free(t);
+    return status;
+}

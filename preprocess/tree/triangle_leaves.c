@@ -1,0 +1,243 @@
+/* Leaf chunks out of triangles. */
+#include "preprocess/tree/triangle_leaves.h"
+
+#include "base/memory.h"
+#include "preprocess/cloud/morton.h"
+#include "preprocess/patch/world_lattice.h"
+
+#include <stdlib.h>
+
+/* A patch's diagonal is so many sizes of its triangles, at most: the curve along which they are
+ * sorted jumps. */
+#define PART_SIZES 8.0
+
+typedef struct maker {
+    stp_triangle_leaves out;
+    const stp_triangle_set *set;
+    uint32_t *order; /* the source's */
+    int16_t *exponents;
+    size_t part_capacity;
+    double precision, side;
+} maker;
+
+static const stp_dvec3 *corner(const stp_triangle_set *set, uint32_t t, int k)
+{
+    return &set->vertices[set->triangles[t][k]].position;
+}
+
+static bool is_valid(const stp_triangle_set *set, uint64_t t)
+{
+    for (int k = 0; k < 3; k++)
+        if (set->triangles[t][k] >= set->vertex_count ||
+            !stp_dvec3_finite(set->vertices[set->triangles[t][k]].position))
+            return false;
+    return true;
+}
+
+/* ---- order ---- */
+
+/* Valid triangles along the Morton curve of their box, by their middles. */
+static stp_status sort_triangles(maker *m, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_triangle_set *set = m->set;
+    stp_morton_place *placed = NULL;
+    uint32_t count = 0;
+    m->out.box = stp_dbox_empty();
+    STP_TRY(stp_alloc(&placed, set->triangle_count, sizeof *placed, "triangles", err));
+    for (uint64_t t = 0; t < set->triangle_count; t++) {
+        if (!is_valid(set, t)) {
+            m->out.counts.rejected++;
+            continue;
+        }
+        placed[count++].index = (uint32_t)t;
+        for (int k = 0; k < 3; k++) {
+            const stp_line_vertex *v = &set->vertices[set->triangles[t][k]];
+            stp_dbox_add(&m->out.box, v->position);
+            if (v->intensity > m->out.intensity_max)
+                m->out.intensity_max = v->intensity;
+        }
+    }
+    const stp_morton_grid grid = stp_morton_grid_of(&m->out.box);
+    for (uint32_t i = 0; i < count; i++) {
+        stp_dvec3 sum = {0.0, 0.0, 0.0};
+        for (int k = 0; k < 3; k++)
+            sum = stp_dvec3_add(sum, stp_dvec3_scale(*corner(set, placed[i].index, k), 1.0 / 3.0));
+        placed[i].code = stp_morton_code(&grid, sum);
+    }
+    stp_morton_order(placed, count);
+    STP_TRY(stp_alloc(&m->order, count, sizeof *m->order, "triangles", err));
+    for (uint32_t i = 0; i < count; i++)
+        m->order[i] = placed[i].index;
+    m->out.counts.triangles = count;
+done:
+    free(placed);
+    return status;
+}
+
+/* ---- parts ---- */
+
+static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
+{
+    stp_dbox box = stp_dbox_empty();
+    for (uint32_t t = 0; t < part->count; t++)
+        for (int k = 0; k < 3; k++)
+            stp_dbox_add(&box, *corner(m->set, m->order[part->first + t], k));
+    return box;
+}
+
+/* Corners are kept to 1/1024 of the triangles' mean size and to the precision asked for; coarser
+ * where the part is large. Returns whether it is small enough for that, and its triangles are near
+ * each other. */
+static bool choose_lattice(const maker *m, stp_triangle_part *part)
+{
+    const stp_dbox box = part_box(m, part);
+    double length = 0.0, wide = 0.0;
+    for (uint32_t t = 0; t < part->count; t++)
+        for (int k = 0; k < 3; k++) {
+            const uint32_t at = m->order[part->first + t];
+            const float radius = m->set->vertices[m->set->triangles[at][k]].radius;
+            length += stp_dvec3_length(
+                stp_dvec3_sub(*corner(m->set, at, k), *corner(m->set, at, (k + 1) % 3)));
+            wide = isfinite(radius) ? fmax(wide, (double)radius) : wide;
+        }
+    const double reach = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
+    const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
+    const int wanted = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
+    const int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
+    const stp_lattices settled = stp_lattices_settle(exponent, &box, reach, m->side);
+    part->exponent = part->coarsest = settled.exponent;
+    part->vertex_exponent = settled.vertex_exponent;
+    return part->exponent <= wanted && reach - wide <= PART_SIZES * size;
+}
+
+static stp_status make_parts(maker *m, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_triangle_leaves *out = &m->out;
+    const uint32_t count = (uint32_t)out->counts.triangles;
+    for (uint32_t first = 0; first < count;) {
+        const uint32_t left = count - first;
+        stp_triangle_part part = {
+            .first = first,
+            .count = left < STP_PATCH_TRIANGLE_COUNT ? left : STP_PATCH_TRIANGLE_COUNT};
+        STP_TRY(stp_grow(&out->parts, &m->part_capacity, (size_t)out->part_count + 1,
+                         sizeof *out->parts, "triangles", err));
+        while (!choose_lattice(m, &part) && part.count > 1)
+            part.count = (part.count + 1) / 2;
+        out->parts[out->part_count++] = part;
+        first += part.count;
+    }
+done:
+    return status;
+}
+
+/* Each vertex lies on the coarsest lattice of the parts that it is in; these are no finer than so
+ * many octaves below. */
+static stp_status share_lattices(maker *m, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&m->exponents, m->set->vertex_count, sizeof *m->exponents, "triangles", err));
+    m->out.source = (stp_triangle_source){m->set, m->order, m->exponents};
+    for (uint64_t v = 0; v < m->set->vertex_count; v++)
+        m->exponents[v] = INT16_MIN;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (uint32_t p = 0; p < m->out.part_count; p++) {
+            stp_triangle_part *part = &m->out.parts[p];
+            for (unsigned i = 0; i < 3 * part->count; i++) {
+                int16_t *at = &m->exponents[stp_corner_vertex(&m->out.source, part, i)];
+                if (*at < part->exponent)
+                    *at = (int16_t)part->exponent;
+                if (*at - STP_CORNER_OCTAVES > part->exponent) {
+                    part->exponent = *at - STP_CORNER_OCTAVES;
+                    changed = true;
+                }
+                part->coarsest = *at > part->coarsest ? *at : part->coarsest;
+            }
+            if (part->vertex_exponent < part->exponent)
+                part->vertex_exponent = part->exponent;
+        }
+    }
+    for (uint32_t p = 0; p < m->out.part_count; p++)
+        for (unsigned i = 0; i < 3 * m->out.parts[p].count; i++) {
+            const int at = m->exponents[stp_corner_vertex(&m->out.source, &m->out.parts[p], i)];
+            if (at > m->out.parts[p].coarsest)
+                m->out.parts[p].coarsest = at;
+        }
+done:
+    return status;
+}
+
+/* ---- leaves ---- */
+
+static stp_leaf_extent extent_of(const void *context, uint32_t index)
+{
+    const maker *m = context;
+    const stp_triangle_part *part = &m->out.parts[index];
+    const int vertex = part->vertex_exponent;
+    return (stp_leaf_extent){part_box(m, part), part->exponent,
+                             part->coarsest > vertex ? part->coarsest : vertex};
+}
+
+stp_status stp_triangle_leaves_create(stp_triangle_leaves *out, const stp_triangle_set *set,
+                                      double precision, double side, stp_error *err)
+{
+    stp_status status = STP_OK;
+    maker m = {.set = set, .precision = precision, .side = side};
+    if (set->triangle_count >= UINT32_MAX)
+        return stp_error_set(err, STP_LIMIT,
+                             "%llu triangles are more than a model may have: split it",
+                             (unsigned long long)set->triangle_count);
+    STP_TRY(sort_triangles(&m, err));
+    STP_TRY(make_parts(&m, err));
+    STP_TRY(share_lattices(&m, err));
+    STP_TRY(stp_leaf_cut(&m.out.leaves, &m.out.leaf_count, m.out.part_count, extent_of, &m, err));
+    *out = m.out;
+    m = (maker){0};
+done:
+    m.out.source = (stp_triangle_source){NULL, m.order, m.exponents};
+    stp_triangle_leaves_clear(&m.out);
+    return status;
+}
+
+/* ---- chunks ---- */
+
+typedef struct leaf_context {
+    const stp_triangle_leaves *leaves;
+    uint32_t begin;
+    uint16_t intensity_max;
+} leaf_context;
+
+static stp_status make_patch(const void *context, uint32_t index, stp_dvec3 origin,
+                             stp_patch *patch, stp_patch_samples *samples, stp_item *vertex,
+                             stp_error *err)
+{
+    const leaf_context *c = context;
+    const stp_triangle_source *source = &c->leaves->source;
+    const stp_triangle_part *part = &c->leaves->parts[c->begin + index];
+    const stp_dvec3 p = source->set->vertices[stp_corner_vertex(source, part, 0)].position;
+    if (stp_triangles_build(source, part, c->intensity_max, origin, patch, samples, vertex))
+        return STP_OK;
+    return stp_error_set(err, STP_LIMIT,
+                         "triangles at (%g, %g, %g) are too large, or too far from the others, to "
+                         "be stored: drop what is far away",
+                         p.x, p.y, p.z);
+}
+
+stp_status stp_triangle_leaf_build(const stp_triangle_leaves *leaves, uint32_t leaf,
+                                   uint16_t intensity_max, stp_built_chunk *out, stp_error *err)
+{
+    const stp_leaf_run *l = &leaves->leaves[leaf];
+    const leaf_context context = {leaves, l->begin, intensity_max};
+    return stp_chunk_build_made(out, l->origin, l->end - l->begin, make_patch, &context, err);
+}
+
+void stp_triangle_leaves_clear(stp_triangle_leaves *leaves)
+{
+    free((void *)leaves->source.order);
+    free((void *)leaves->source.exponents);
+    free(leaves->parts);
+    free(leaves->leaves);
+    *leaves = (stp_triangle_leaves){0};
+}

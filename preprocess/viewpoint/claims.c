@@ -1,0 +1,72 @@
+/* Claimed stations against the points; of images, cameras and normals. */
+#include "preprocess/viewpoint/claims.h"
+
+#include "preprocess/surface/image_normals.h"
+#include "preprocess/viewpoint/seen_from.h"
+
+/* An image whose pixels a map does not meet so well is seen as other points are. */
+#define FITTING_LEAST 0.95
+
+static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_stats *stats)
+{
+    for (uint32_t i = points->begin; i < points->end; i++, stp_cloud_step(cloud->spill, i))
+        if (cloud->points[i].station > 0) {
+            cloud->points[i].station = 0;
+            stats->points_unstationed++;
+        }
+}
+
+/* One file: its claim, then its image. */
+static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
+                              const stp_dvec3 *stations, const stp_file_points *points,
+                              stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_image image = {0};
+    const bool one = file->station_count == 1;
+    const stp_dvec3 position = one ? stations[file->station_begin] : (stp_dvec3){0.0, 0.0, 0.0};
+    bool seen = one;
+    if (file->grid.columns > 0)
+        STP_TRY(stp_image_create(&image, points, &file->grid, err));
+    if (one && file->station_word != STP_STATION_TOLD)
+        STP_TRY(stp_seen_from(&seen, points, image.count > 0 ? &image : NULL, position,
+                              file->station_word, err));
+    if (one && !seen) {
+        take_off(cloud, points, stats);
+        stats->stations_off++;
+        stats->stations_refused += file->station_word == STP_STATION_CLAIMED;
+    }
+    if (image.count > 0 && seen)
+        STP_TRY(stp_image_normals(points, &file->grid, position, pool, &stats->normals_seen, err));
+    if (out->why == STP_FIRST_WHOLE && image.count > 0 && seen) {
+        const stp_image_map map = stp_image_fit(&image, position);
+        if (map.fitting >= FITTING_LEAST)
+            *out = stp_image_view_from(&image, &map, position);
+    } else if (out->why == STP_FIRST_WHOLE && image.count > 0) {
+        stp_image_view_along(&image, out);
+    }
+done:
+    stp_image_clear(&image);
+    return status;
+}
+
+stp_status stp_claims_settle(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
+                             stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_file_points points = {.cloud = cloud};
+    *out = (stp_first_camera){0};
+    for (size_t f = 0; f < source->file_count; f++) {
+        const stp_prep_file *file = &source->files[f];
+        const uint64_t next = points.first_place + file->point_count;
+        points.end = f + 1 == source->file_count
+                         ? cloud->count
+                         : stp_find_source(cloud, points.begin, cloud->count, next);
+        if (points.end > points.begin)
+            STP_TRY(settle_file(out, cloud, file, source->stations, &points, pool, stats, err));
+        points.begin = points.end;
+        points.first_place = next;
+    }
+done:
+    return status;
+}

@@ -1,0 +1,243 @@
+/* First cameras: of stations, within interiors. */
+#include "preprocess/viewpoint/first_view.h"
+
+#include "base/memory.h"
+#include "base/sort.h"
+#include "preprocess/viewpoint/interior.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+#define DEGREES (PI / 180.0)
+/* Points whose rays are looked at, and the part of them that may lie beyond each edge of a view; if
+ * more than that are this far from their mean direction, they go all around. */
+#define RAYS 16384u
+#define LEFT_OUT 0.002
+#define NARROW_COSINE 0.4
+/* Of a cloud, so that nothing overflows. */
+#define EXTENT_MOST 1e100
+#define FOVY_LEAST_DEG 1.0
+#define FOVY_MOST_DEG 110.0
+/* A view among rays that go all around: sectors about up, and how steep it is. */
+#define SECTORS 36
+#define STEEPEST_RAD 0.35
+#define AROUND_FOVY_DEG 70.0
+
+/* Unit rays from a position to some of its points: free() them. */
+static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
+                          uint16_t station, stp_dvec3 eye, stp_error *err)
+{
+    const uint32_t stride = cloud->count / RAYS + 1;
+    stp_dvec3 *rays = NULL;
+    stp_status status = stp_alloc(&rays, cloud->count / stride + 1, sizeof *rays, "rays", err);
+    *count = 0;
+    for (uint32_t i = 0; status == STP_OK && i < cloud->count; i += stride) {
+        stp_cloud_stride(cloud->spill, i, stride);
+        const stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, eye);
+        if (cloud->points[i].station == station && stp_dvec3_length(d) > 0.0)
+            rays[(*count)++] = stp_dvec3_normalize(d);
+    }
+    *out = rays;
+    return status;
+}
+
+static stp_dvec3 mean_of(const stp_dvec3 *rays, uint32_t count)
+{
+    stp_dvec3 sum = {0.0, 0.0, 0.0};
+    for (uint32_t i = 0; i < count; i++)
+        sum = stp_dvec3_add(sum, rays[i]);
+    return stp_dvec3_normalize(sum);
+}
+
+/* Between which tangents, along an axis across the view, nearly all rays lie. */
+static void spread_along(double out[2], const stp_dvec3 *rays, uint32_t count, stp_dvec3 forward,
+                         stp_dvec3 axis, double *room)
+{
+    for (uint32_t i = 0; i < count; i++)
+        room[i] = stp_dvec3_dot(rays[i], axis) / fmax(stp_dvec3_dot(rays[i], forward), 1e-3);
+    stp_sort_doubles(room, count);
+    const uint32_t left = (uint32_t)(LEFT_OUT * (count - 1));
+    out[0] = room[left];
+    out[1] = room[count - 1 - left];
+}
+
+/* Turns a camera about its eye, from the mean ray to the middle of the rays, and opens it for them.
+ * Errors: OUT_OF_MEMORY. */
+static stp_status take_in(stp_first_camera *camera, stp_dvec3 *forward, const stp_dvec3 *rays,
+                          uint32_t count, stp_error *err)
+{
+    double *room = NULL, wide[2], high[2];
+    const stp_status status = stp_alloc(&room, count, sizeof *room, "rays", err);
+    if (status != STP_OK)
+        return status;
+    for (int turn = 0; turn < 2; turn++) {
+        const stp_dvec3 right = stp_dvec3_normalize(stp_dvec3_cross(*forward, camera->up));
+        const stp_dvec3 above = stp_dvec3_cross(right, *forward);
+        spread_along(wide, rays, count, *forward, right, room);
+        spread_along(high, rays, count, *forward, above, room);
+        if (turn == 0)
+            *forward = stp_dvec3_normalize(stp_dvec3_add(
+                *forward, stp_dvec3_add(stp_dvec3_scale(right, 0.5 * (wide[0] + wide[1])),
+                                        stp_dvec3_scale(above, 0.5 * (high[0] + high[1])))));
+    }
+    free(room);
+    const double half = fmax(fabs(high[0]), fabs(high[1]));
+    camera->fovy_deg = fmin(fmax(2.0 * atan(half) / DEGREES, FOVY_LEAST_DEG), FOVY_MOST_DEG);
+    camera->aspect = fmax(fabs(wide[0]), fabs(wide[1])) / tan(0.5 * camera->fovy_deg * DEGREES);
+    return STP_OK;
+}
+
+static bool is_narrow(const stp_dvec3 *rays, uint32_t count, stp_dvec3 mean)
+{
+    uint32_t within = 0;
+    for (uint32_t i = 0; i < count; i++)
+        within += stp_dvec3_dot(rays[i], mean) > NARROW_COSINE;
+    return within >= (1.0 - 4.0 * LEFT_OUT) * count;
+}
+
+/* Across a direction, as near to what is wanted as can be. */
+static stp_dvec3 up_across(stp_dvec3 forward, stp_dvec3 wanted)
+{
+    if (fabs(stp_dvec3_dot(forward, wanted)) > 0.99)
+        wanted = fabs(forward.z) < 0.9 ? (stp_dvec3){0.0, 0.0, 1.0} : (stp_dvec3){0.0, 1.0, 0.0};
+    return wanted;
+}
+
+/* How far the surface is along the view; as far as the box where none is met. */
+static double distance_along(const stp_space *s, stp_dvec3 eye, stp_dvec3 forward)
+{
+    double d = 0.0, before = INFINITY;
+    for (;;) { /* up to the grid, in steps that cannot pass it */
+        const stp_dvec3 at = stp_dvec3_add(eye, stp_dvec3_scale(forward, d));
+        const double away = sqrt(stp_dbox_distance_squared(&s->box, at));
+        if (!(away > 0.5 * s->side && away < before))
+            break;
+        before = away;
+        d += away;
+    }
+    const stp_space_hit hit =
+        stp_space_cast(s, stp_dvec3_add(eye, stp_dvec3_scale(forward, d)), forward);
+    return fmax(d + (hit.solid ? hit.distance : 0.5 * hit.distance), s->side);
+}
+
+/* The level direction with the most voxels of surface around it, each by the square of its cosine,
+ * and as steep as these lie. */
+static stp_dvec3 largest_surface(const stp_space *s, stp_dvec3 eye, stp_dvec3 up)
+{
+    double area[SECTORS] = {0.0}, height[SECTORS] = {0.0}, best = -1.0, angle = 0.0, slope = 0.0;
+    const stp_dvec3 other =
+        fabs(up.x) < 0.9 ? (stp_dvec3){1.0, 0.0, 0.0} : (stp_dvec3){0.0, 1.0, 0.0};
+    const stp_dvec3 b = stp_dvec3_normalize(stp_dvec3_cross(up, other));
+    const stp_dvec3 a = stp_dvec3_cross(b, up);
+    for (int z = 0; z < s->size[2]; z++)
+        for (int y = 0; y < s->size[1]; y++)
+            for (int x = 0; x < s->size[0]; x++) {
+                if (s->count[stp_space_at(s, x, y, z)] == 0)
+                    continue;
+                const stp_dvec3 d = stp_dvec3_sub(stp_space_middle(s, x, y, z), eye);
+                const double turn = atan2(stp_dvec3_dot(d, b), stp_dvec3_dot(d, a)) / (2.0 * PI);
+                const int sector = (int)floor((turn + 1.0) * SECTORS) % SECTORS;
+                area[sector] += 1.0;
+                height[sector] +=
+                    atan2(stp_dvec3_dot(d, up), hypot(stp_dvec3_dot(d, a), stp_dvec3_dot(d, b)));
+            }
+    for (int middle = 0; middle < SECTORS; middle++) {
+        double sum = 0.0, heights = 0.0;
+        for (int i = 0; i < SECTORS; i++) {
+            const double cosine = cos(2.0 * PI * (i - middle) / SECTORS);
+            const double weight = cosine > 0.0 ? cosine * cosine : 0.0;
+            sum += weight * area[i];
+            heights += weight * height[i];
+        }
+        if (sum > best) {
+            best = sum;
+            angle = 2.0 * PI * (middle + 0.5) / SECTORS;
+            slope = sum > 0.0 ? fmin(fmax(heights / sum, -STEEPEST_RAD), STEEPEST_RAD) : 0.0;
+        }
+    }
+    const stp_dvec3 level =
+        stp_dvec3_add(stp_dvec3_scale(a, cos(angle)), stp_dvec3_scale(b, sin(angle)));
+    return stp_dvec3_add(stp_dvec3_scale(level, cos(slope)), stp_dvec3_scale(up, sin(slope)));
+}
+
+/* Of a station that says nothing of its up axis: z where that is the height, else as a box's shape
+ * tells; along y of a depth camera's own axes, y being downwards, where its rays go along z. */
+static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_station_word word)
+{
+    if (heights)
+        return (stp_dvec3){0.0, 0.0, 1.0};
+    if (word != STP_STATION_TOLD && mean.z > 0.8)
+        return (stp_dvec3){0.0, -1.0, 0.0};
+    return stp_dbox_up(&s->box);
+}
+
+static stp_status view_from_station(stp_first_camera *out, const stp_cloud *cloud,
+                                    const stp_prep_source *source, uint16_t station, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_space space = {0};
+    stp_dvec3 *rays = NULL;
+    uint32_t count = 0;
+    stp_station_word word = STP_STATION_TOLD;
+    const stp_dvec3 eye = source->stations[station - 1];
+    stp_dvec3 up =
+        source->station_ups ? source->station_ups[station - 1] : (stp_dvec3){0.0, 0.0, 0.0};
+    for (size_t f = 0; f < source->file_count; f++)
+        if (station - 1u - source->files[f].station_begin < source->files[f].station_count)
+            word = source->files[f].station_word;
+    STP_TRY(stp_space_create(&space, cloud, station, err));
+    STP_TRY(rays_of(&rays, &count, cloud, station, eye, err));
+    if (count == 0)
+        goto done;
+    const stp_dvec3 mean = mean_of(rays, count);
+    const bool narrow = is_narrow(rays, count, mean);
+    if (stp_dvec3_length(up) > 0.0)
+        up = stp_dvec3_normalize(up);
+    else
+        up = narrow ? guess_up(&space, source->heights, mean, word) : (stp_dvec3){0.0, 0.0, 1.0};
+    stp_first_camera camera = {
+        .why = STP_FIRST_SCANNER, .eye = eye, .aspect = 1.0, .fovy_deg = AROUND_FOVY_DEG};
+    stp_dvec3 forward = narrow ? mean : largest_surface(&space, eye, up);
+    camera.up = up_across(forward, up);
+    if (narrow)
+        STP_TRY(take_in(&camera, &forward, rays, count, err));
+    camera.look =
+        stp_dvec3_add(eye, stp_dvec3_scale(forward, distance_along(&space, eye, forward)));
+    *out = camera;
+done:
+    free(rays);
+    stp_space_clear(&space);
+    return status;
+}
+
+/* The first that any point is left of; 0 if there is none. */
+static uint16_t first_station(const stp_cloud *cloud, uint32_t station_count)
+{
+    uint16_t first = 0;
+    for (uint32_t i = 0; i < cloud->count && first != 1; i++, stp_cloud_step(cloud->spill, i)) {
+        const uint16_t station = cloud->points[i].station;
+        if (station > 0 && station <= station_count && (first == 0 || station < first))
+            first = station;
+    }
+    return first;
+}
+
+stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,
+                                    const stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_space space = {0};
+    if (out->why != STP_FIRST_WHOLE || !(stp_dbox_side(&cloud->box) < EXTENT_MOST))
+        return STP_OK;
+    const uint16_t station = source->stations ? first_station(cloud, source->station_count) : 0;
+    if (station > 0)
+        return view_from_station(out, cloud, source, station, err);
+    STP_TRY(stp_space_create(&space, cloud, 0, err));
+    const stp_interior interior = stp_interior_find(cloud, &space);
+    if (interior.found)
+        *out = stp_interior_camera(&interior, &space);
+done:
+    stp_space_clear(&space);
+    return status;
+}

@@ -1,0 +1,190 @@
+/* Voxels, distances and rays. */
+#include "preprocess/viewpoint/free_space.h"
+
+#include "base/memory.h"
+#include "base/sort.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define SAMPLE 16384u
+#define FAR_OUT 100u
+/* A normal within 20 degrees of an axis is along it, one so near to its plane across it. */
+#define ALONG_COSINE 0.94f
+#define ACROSS_COSINE 0.34f
+/* Free voxels around the points. */
+#define MARGIN 1
+#define GOLDEN_RAD 2.39996322972865332
+
+static bool is_counted(const stp_cloud_point *p, uint16_t station)
+{
+    return station == 0 || p->station == station;
+}
+
+static double coordinate(stp_dvec3 p, int axis)
+{
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
+/* The box without what is far out. */
+static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t station, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double *values = NULL, ends[3][2];
+    const uint32_t stride = cloud->count / SAMPLE + 1;
+    STP_TRY(stp_alloc(&values, cloud->count / stride + 1, sizeof *values, "coordinates", err));
+    for (int axis = 0; axis < 3; axis++) {
+        size_t count = 0;
+        for (uint32_t i = 0; i < cloud->count; i += stride) {
+            stp_cloud_stride(cloud->spill, i, stride);
+            if (is_counted(&cloud->points[i], station))
+                values[count++] = coordinate(cloud->points[i].position, axis);
+        }
+        if (count == 0)
+            values[count++] = coordinate(cloud->points[0].position, axis);
+        stp_sort_doubles(values, count);
+        ends[axis][0] = values[count / FAR_OUT];
+        ends[axis][1] = values[count - 1 - count / FAR_OUT];
+    }
+    *out = (stp_dbox){.min = {ends[0][0], ends[1][0], ends[2][0]},
+                      .max = {ends[0][1], ends[1][1], ends[2][1]}};
+done:
+    free(values);
+    return status;
+}
+
+/* False for a position outside the grid. */
+static bool voxel_of(const stp_space *s, stp_dvec3 position, int at[3])
+{
+    const stp_dvec3 p = stp_dvec3_scale(stp_dvec3_sub(position, s->origin), 1.0 / s->side);
+    for (int axis = 0; axis < 3; axis++) {
+        const double v = coordinate(p, axis);
+        if (!(v >= 0.0 && v < s->size[axis]))
+            return false;
+        at[axis] = (int)v;
+    }
+    return true;
+}
+
+static void count_one(uint16_t *count)
+{
+    if (*count < UINT16_MAX)
+        (*count)++;
+}
+
+static void count_points(stp_space *s, const stp_cloud *cloud, uint16_t station)
+{
+    int at[3];
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        const stp_cloud_point *p = &cloud->points[i];
+        if (!is_counted(p, station) || !voxel_of(s, p->position, at))
+            continue;
+        const size_t voxel = stp_space_at(s, at[0], at[1], at[2]);
+        count_one(&s->count[voxel]);
+        for (int axis = 1; axis < 3 && stp_has_normal(p); axis++) {
+            const float cosine = fabsf(p->normal.raw[axis]);
+            if (cosine > ALONG_COSINE)
+                count_one(&s->level[axis][voxel]);
+            else if (cosine < ACROSS_COSINE)
+                count_one(&s->upright[axis][voxel]);
+        }
+    }
+}
+
+/* One pass of a chamfer over the voxels, forwards or backwards: 8, 11 and 14 for steps along one,
+ * two and three axes. */
+static void spread(stp_space *s, int way)
+{
+    for (int k = 0; k < s->size[2]; k++)
+        for (int j = 0; j < s->size[1]; j++)
+            for (int i = 0; i < s->size[0]; i++) {
+                const int x = way > 0 ? i : s->size[0] - 1 - i;
+                const int y = way > 0 ? j : s->size[1] - 1 - j;
+                const int z = way > 0 ? k : s->size[2] - 1 - k;
+                uint16_t *room = &s->room[stp_space_at(s, x, y, z)];
+                for (int n = 0; n < 13; n++) { /* the neighbours that came before */
+                    const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
+                    const int a = x + way * dx, b = y + way * dy, c = z + way * dz;
+                    if (a < 0 || b < 0 || c < 0 || a >= s->size[0] || b >= s->size[1] ||
+                        c >= s->size[2])
+                        continue;
+                    const int step = 5 + 3 * ((dx != 0) + (dy != 0) + (dz != 0));
+                    const int by = s->room[stp_space_at(s, a, b, c)] + step;
+                    *room = by < *room ? (uint16_t)by : *room;
+                }
+            }
+}
+
+static void find_room(stp_space *s, size_t voxels)
+{
+    for (size_t i = 0; i < voxels; i++)
+        s->room[i] = s->count[i] > 0 ? 0 : UINT16_MAX;
+    spread(s, 1);
+    spread(s, -1);
+}
+
+stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t station,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_space s = {0};
+    size_t voxels = 1;
+    STP_TRY(find_box(&s.box, cloud, station, err));
+    s.side = stp_dbox_side(&s.box) / (STP_SPACE_SIDE - 2 * MARGIN - 1);
+    const double least = 1e-9 * (stp_dvec3_length(s.box.min) + stp_dvec3_length(s.box.max));
+    s.side = s.side > least ? s.side : fmax(least, 1e-30);
+    const stp_dvec3 size = stp_dvec3_scale(stp_dvec3_sub(s.box.max, s.box.min), 1.0 / s.side);
+    for (int axis = 0; axis < 3; axis++) {
+        s.size[axis] = (int)coordinate(size, axis) + 1 + 2 * MARGIN;
+        voxels *= (size_t)s.size[axis];
+    }
+    s.origin =
+        stp_dvec3_sub(s.box.min, stp_dvec3_scale((stp_dvec3){1.0, 1.0, 1.0}, MARGIN * s.side));
+    STP_TRY(stp_alloc(&s.count, voxels, sizeof *s.count, "voxels", err));
+    STP_TRY(stp_alloc(&s.room, voxels, sizeof *s.room, "voxels", err));
+    for (int axis = 1; axis < 3; axis++) {
+        STP_TRY(stp_alloc(&s.level[axis], voxels, sizeof *s.level[axis], "voxels", err));
+        STP_TRY(stp_alloc(&s.upright[axis], voxels, sizeof *s.upright[axis], "voxels", err));
+    }
+    count_points(&s, cloud, station);
+    find_room(&s, voxels);
+    *out = s;
+    s = (stp_space){0};
+done:
+    stp_space_clear(&s);
+    return status;
+}
+
+void stp_space_clear(stp_space *s)
+{
+    free(s->count);
+    free(s->room);
+    for (int axis = 1; axis < 3; axis++) {
+        free(s->level[axis]);
+        free(s->upright[axis]);
+    }
+    *s = (stp_space){0};
+}
+
+stp_space_hit stp_space_cast(const stp_space *s, stp_dvec3 from, stp_dvec3 direction)
+{
+    stp_space_hit hit = {0};
+    int at[3];
+    if (!(stp_dvec3_length(direction) > 0.5))
+        return hit;
+    for (double d = 0.0;; d += 0.5 * s->side) {
+        if (!voxel_of(s, stp_dvec3_add(from, stp_dvec3_scale(direction, d)), at))
+            return hit;
+        hit.distance = d;
+        hit.voxel = stp_space_at(s, at[0], at[1], at[2]);
+        hit.solid = s->count[hit.voxel] > 0;
+        if (hit.solid)
+            return hit;
+    }
+}
+
+stp_dvec3 stp_space_direction(int i, int count)
+{
+    const double z = 1.0 - (2.0 * i + 1.0) / count, across = sqrt(1.0 - z * z);
+    return (stp_dvec3){across * cos(GOLDEN_RAD * i), across * sin(GOLDEN_RAD * i), z};
+}

@@ -1,0 +1,216 @@
+/* Insides of rooms. */
+#include "preprocess/viewpoint/interior.h"
+
+#include <math.h>
+
+#define PI 3.14159265358979323846
+/* Rays of a place that is considered, and of the one that is taken. */
+#define RAYS_FEW 64
+#define RAYS 512
+#define STEP 3 /* voxels from place to place */
+/* How far from the middle an eye may be, in parts of the box; its height from the floor. */
+#define MIDDLE_PART 0.3
+#define LOWEST_PART 0.3
+#define HIGHEST_PART 0.6
+#define OFF_MIDDLE 0.3 /* what a length off the middle costs, in lengths of room */
+/* Sampled points, and rays from each to see whether it is seen from outside. */
+#define POINTS 4096u
+#define OUTSIDE_RAYS 48
+#define OUTSIDE_MOST 3
+#define GIVEN_LEAST 64u
+/* How much more floor and ceiling there must be along y: most scans of interiors are surveys. */
+#define UPWARDS 1.4
+/* The rule. */
+#define ENCLOSED_LEAST 0.8
+#define ROOM_LEAST 0.15 /* of the height */
+#define LEVEL_LEAST 0.55
+#define UPRIGHT_LEAST 0.4
+#define WITHIN_LEAST 0.1
+#define FLAT_MOST 0.8
+#define AGREED 0.8
+/* The view. */
+#define FANS 72
+#define FAN_RAD 0.25
+#define FAN_RAYS 9
+#define FOVY_DEG 72.0
+#define TILT 0.06
+
+static double along(stp_dvec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/* Voxels of floor and ceiling: level ones in the lowest and the highest fifth of the box. */
+static double floors(const stp_space *s, int axis)
+{
+    double found = 0.0;
+    for (int z = 0; z < s->size[2]; z++)
+        for (int y = 0; y < s->size[1]; y++)
+            for (int x = 0; x < s->size[0]; x++) {
+                const size_t at = stp_space_at(s, x, y, z);
+                const int height = axis == 1 ? y : z;
+                const bool end = 5 * height < s->size[axis] || 5 * height >= 4 * s->size[axis];
+                found += end && s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at];
+            }
+    return found;
+}
+
+static double enclosed_from(const stp_space *s, stp_dvec3 eye, int rays)
+{
+    int solid = 0;
+    for (int i = 0; i < rays; i++)
+        solid += stp_space_cast(s, eye, stp_space_direction(i, rays)).solid;
+    return (double)solid / rays;
+}
+
+/* Whether an eye may be here, as far as the box says. */
+static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis)
+{
+    const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
+    const stp_dvec3 from = stp_dvec3_sub(p, s->box.min);
+    for (int axis = 0; axis < 3; axis++) {
+        const double part = along(from, axis) / fmax(along(size, axis), 1e-300);
+        if (axis == up_axis ? part < LOWEST_PART || part > HIGHEST_PART
+                            : fabs(part - 0.5) > MIDDLE_PART)
+            return false;
+    }
+    return true;
+}
+
+/* An enclosed place goes before one that is not; then room counts, and being in the middle. */
+static void find_eye(stp_interior *in, const stp_space *s)
+{
+    const stp_dvec3 middle = stp_dbox_middle(&s->box);
+    double best = -INFINITY;
+    in->eye = middle;
+    for (int z = 0; z < s->size[2]; z += STEP)
+        for (int y = 0; y < s->size[1]; y += STEP)
+            for (int x = 0; x < s->size[0]; x += STEP) {
+                const stp_dvec3 p = stp_space_middle(s, x, y, z);
+                const double room = s->room[stp_space_at(s, x, y, z)] / STP_SPACE_ROOM * s->side;
+                if (room < 2.0 * s->side || !is_central(s, p, in->up_axis))
+                    continue;
+                const double off = stp_dvec3_length(stp_dvec3_sub(p, middle));
+                const bool closed = enclosed_from(s, p, RAYS_FEW) >= ENCLOSED_LEAST;
+                const double score =
+                    room - OFF_MIDDLE * off + (closed ? 2.0 * stp_dbox_side(&s->box) : 0.0);
+                if (score > best) {
+                    best = score;
+                    in->eye = p;
+                    in->room = room;
+                }
+            }
+}
+
+/* What rays from the eye meet. */
+static void look_around(stp_interior *in, const stp_space *s)
+{
+    int below = 0, level = 0, around = 0, upright = 0, solid = 0;
+    for (int i = 0; i < RAYS; i++) {
+        const stp_dvec3 d = stp_space_direction(i, RAYS);
+        const stp_space_hit hit = stp_space_cast(s, in->eye, d);
+        const double up = along(d, in->up_axis);
+        if (!hit.solid)
+            continue;
+        solid++;
+        below += up < -0.6;
+        level += up < -0.6 && 2 * s->level[in->up_axis][hit.voxel] > s->count[hit.voxel];
+        around += fabs(up) < 0.4;
+        upright += fabs(up) < 0.4 && 2 * s->upright[in->up_axis][hit.voxel] > s->count[hit.voxel];
+    }
+    in->enclosed = (double)solid / RAYS;
+    in->level = below > 0 ? (double)level / below : 0.0;
+    in->upright = around > 0 ? (double)upright / around : 0.0;
+}
+
+/* Whether few rays from the point leave the cloud; they begin a little off its own surface. */
+static bool is_within(const stp_space *s, stp_dvec3 p)
+{
+    int left = 0;
+    for (int i = 0; i < OUTSIDE_RAYS && left <= OUTSIDE_MOST; i++) {
+        const stp_dvec3 d = stp_space_direction(i, OUTSIDE_RAYS);
+        left += !stp_space_cast(s, stp_dvec3_add(p, stp_dvec3_scale(d, 2.5 * s->side)), d).solid;
+    }
+    return left <= OUTSIDE_MOST;
+}
+
+static void ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s)
+{
+    uint32_t count = 0, within = 0, given = 0, facing = 0;
+    const uint32_t stride = cloud->count / POINTS + 1;
+    for (uint32_t i = 0; i < cloud->count; i += stride) {
+        stp_cloud_stride(cloud->spill, i, stride);
+        const stp_cloud_point *p = &cloud->points[i];
+        const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
+        count++;
+        within += is_within(s, p->position);
+        if (!p->given)
+            continue;
+        const stp_space_hit hit = stp_space_cast(s, in->eye, stp_dvec3_normalize(d));
+        if (!hit.solid || fabs(hit.distance - stp_dvec3_length(d)) > 2.0 * s->side)
+            continue;
+        given++;
+        facing += stp_dvec3_dot(d, stp_dvec3_from_float(p->normal)) < 0.0;
+    }
+    in->within = (double)within / count;
+    in->facing = given >= GIVEN_LEAST ? (double)facing / given : 0.5;
+}
+
+stp_interior stp_interior_find(const stp_cloud *cloud, const stp_space *s)
+{
+    stp_interior in = {.up_axis = floors(s, 1) > UPWARDS * floors(s, 2) ? 1 : 2};
+    const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
+    in.height = along(size, in.up_axis);
+    in.width = fmax(size.x, in.up_axis == 1 ? size.z : size.y);
+    find_eye(&in, s);
+    look_around(&in, s);
+    ask_points(&in, cloud, s);
+    const bool built = in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
+                       (in.within >= WITHIN_LEAST || in.height <= FLAT_MOST * in.width);
+    in.found = in.room >= ROOM_LEAST * in.height && in.room > 0.0 &&
+               in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
+               (built || in.facing >= AGREED);
+    return in;
+}
+
+/* A level direction. */
+static stp_dvec3 level_direction(int up_axis, double angle)
+{
+    return up_axis == 1 ? (stp_dvec3){cos(angle), 0.0, sin(angle)}
+                        : (stp_dvec3){cos(angle), sin(angle), 0.0};
+}
+
+/* How far one sees on the whole within a fan about a level direction. */
+static double free_way(const stp_interior *in, const stp_space *s, double angle)
+{
+    double sum = 0.0;
+    for (int i = 0; i < FAN_RAYS; i++) {
+        const double turned = angle + FAN_RAD * (2.0 * i / (FAN_RAYS - 1) - 1.0);
+        const stp_space_hit hit = stp_space_cast(s, in->eye, level_direction(in->up_axis, turned));
+        sum += hit.solid ? hit.distance : 0.5 * hit.distance; /* nothing is to be seen there */
+    }
+    return sum;
+}
+
+stp_first_camera stp_interior_camera(const stp_interior *in, const stp_space *s)
+{
+    double best = -1.0, angle = 0.0;
+    const stp_dvec3 up = {0.0, in->up_axis == 1, in->up_axis == 2};
+    for (int i = 0; i < FANS; i++) {
+        const double way = free_way(in, s, 2.0 * PI * i / FANS);
+        if (way > best) {
+            best = way;
+            angle = 2.0 * PI * i / FANS;
+        }
+    }
+    const stp_dvec3 forward = stp_dvec3_normalize(
+        stp_dvec3_sub(level_direction(in->up_axis, angle), stp_dvec3_scale(up, TILT)));
+    const double distance = stp_space_cast(s, in->eye, forward).distance;
+    return (stp_first_camera){
+        .why = STP_FIRST_INTERIOR,
+        .eye = in->eye,
+        .look = stp_dvec3_add(in->eye, stp_dvec3_scale(forward, fmax(distance, s->side))),
+        .up = up,
+        .fovy_deg = FOVY_DEG,
+        .aspect = 1.0};
+}

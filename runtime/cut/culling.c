@@ -1,0 +1,87 @@
+/* Whether backs are hidden from this eye. */
+#include "runtime/cut/culling.h"
+
+#include "runtime/cut/model.h"
+#include "runtime/draw/filter.h"
+
+#include <math.h>
+
+static double depth_of(const stp_view *view, stp_dvec3 position)
+{
+    return -stp_dvec3_dot(view->back, stp_dvec3_sub(position, view->eye));
+}
+
+/* Whether the near plane, or a host's, may cut the model open. */
+static bool may_cut(const stp_view *view, const stp_ball *ball)
+{
+    double nearest = depth_of(view, ball->centre) - ball->radius;
+    if (view->ndc[1] == 0.0)
+        return view->orthographic && nearest <= view->near_depth;
+    if (nearest <= view->near_depth)
+        return true;
+    double z = view->orthographic ? view->ndc[0] + view->ndc[1] * nearest
+                                  : view->ndc[0] + view->ndc[1] / nearest;
+    return !(fabs(z) <= 1.0);
+}
+
+/* Whether all that the picture shows is seen from outside the model's closed surfaces. */
+static bool is_outside(const stp_view *view, const stp_model *model)
+{
+    if (may_cut(view, &model->ball))
+        return false;
+    if (view->orthographic)
+        return true;
+    double width = view->width + 2.0 * fabs(view->offset[0]);
+    double height = view->height + 2.0 * fabs(view->offset[1]);
+    double corner = sqrt(1.0 + (width * width + height * height) / (4.0 * view->f * view->f));
+    return stp_outside_holds(&model->outside, view->eye, corner * view->near_depth);
+}
+
+/* Adds a model's openings; false if there is no room for them. */
+static bool add_openings(stp_gpu_frame *frame, const stp_outside *outside, stp_dvec3 eye)
+{
+    if ((uint32_t)frame->modes[3] + outside->opening_count > STP_OPENINGS_LIMIT)
+        return false;
+    for (uint32_t i = 0; i < outside->opening_count; i++) {
+        const stp_opening *o = &outside->openings[i];
+        stp_dvec3 at = stp_dvec3_sub(o->centre, eye);
+        float *out = frame->openings[frame->modes[3]++];
+        out[0] = (float)at.x;
+        out[1] = (float)at.y;
+        out[2] = (float)at.z;
+        out[3] = (float)(o->radius * (1.0 + 1e-5) + 1e-6 * stp_dvec3_length(at));
+    }
+    return true;
+}
+
+/* Whether closed backs are hidden from the eye, but for those behind the openings that are named.
+ */
+static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
+                       const stp_scene *scene)
+{
+    if (params->clip.enabled || stp_filter_hides_classes(params))
+        return false;
+    for (size_t i = 0; i < scene->model_count; i++) {
+        const stp_model *model = scene->models[i].model;
+        if (params->hidden_models >> i & 1 || model->outside.point_count == 0)
+            continue;
+        if (!is_outside(view, model) || !add_openings(frame, &model->outside, view->eye))
+            return false;
+    }
+    return true;
+}
+
+void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
+                       const stp_scene *scene)
+{
+    const int known = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+    frame->modes[1] = frame->modes[3] = 0;
+    if (params->cull == STP_CULL_BACK)
+        frame->modes[1] = known;
+    else if (are_hidden(frame, params, view, scene))
+        frame->modes[1] = known | STP_SAMPLE_CLOSED;
+    if (params->cull == STP_CULL_NONE && frame->modes[1] != 0) {
+        frame->modes[1] |= STP_BACKS_DRAWN;
+        frame->modes[3] = 0;
+    }
+}

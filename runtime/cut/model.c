@@ -1,0 +1,135 @@
+/* Opens a chunk file and takes its whole directory into memory. */
+#include "runtime/cut/model.h"
+
+#include "base/memory.h"
+#include "formats/chunk/convert.h"
+#include "formats/chunk/verify/verify_tree.h"
+#include "runtime/camera/camera_json.h"
+#include "runtime/stream/object_texture.h"
+
+#include <stdlib.h>
+
+/* Around the boxes of the leaves, which lie closer than the corners of the whole box; not smaller
+ * than what their samples may be off by, as where all points are one. */
+static stp_ball ball_around(const stp_model *model)
+{
+    stp_ball ball = stp_ball_from_box(&model->info->box);
+    double radius = 0.0, error = 0.0;
+    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
+        const stp_chunk_entry *e = &model->entries[id];
+        for (int i = 0; e->child_count == 0 && i < 8; i++) {
+            stp_dvec3 corner = {(double)(i & 1 ? e->box_max.x : e->box_min.x),
+                                (double)(i & 2 ? e->box_max.y : e->box_min.y),
+                                (double)(i & 4 ? e->box_max.z : e->box_min.z)};
+            corner = stp_dvec3_sub(stp_dvec3_add(e->origin, corner), ball.centre);
+            radius = fmax(radius, stp_dvec3_length(corner));
+        }
+        error = fmax(error, e->child_count == 0 ? (double)e->error[0] : 0.0);
+    }
+    if (radius > 0.0 && radius < ball.radius)
+        ball.radius = radius;
+    ball.radius = fmax(ball.radius, error);
+    return ball;
+}
+
+/* The up axis and the first view that the metadata gives; what is none is passed over. */
+static void read_view(stp_model *model)
+{
+    const stp_chunk_file_info *info = model->info;
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *json = cJSON_GetObjectItemCaseSensitive(metadata, "first_view");
+    stp_camera camera = {0};
+    stp_view view;
+    double aspect = 1.0, up[3] = {0.0};
+    model->has_first =
+        cJSON_IsObject(json) && stp_camera_read(&camera, json, "first_view", NULL) == STP_OK &&
+        stp_json_numbers(json, "aspect", &aspect, 1, "first_view", NULL) == STP_OK &&
+        aspect > 0.0 && stp_view_create(&view, &camera, &model->ball, 1, 1, NULL) == STP_OK;
+    if (cJSON_IsObject(metadata) && stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK &&
+        up[0] == 0.0 && up[1] + up[2] == 1.0 && up[1] * up[2] == 0.0)
+        model->up = (stp_dvec3){up[0], up[1], up[2]};
+    model->first = camera;
+    model->first_aspect = aspect;
+    cJSON_Delete(metadata);
+}
+
+stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height)
+{
+    bool whole = home == STP_HOME_WHOLE || !model->has_first;
+    if (whole && stp_dvec3_length(model->up) > 0.0)
+        return stp_camera_whole(&model->ball, model->up, width, height);
+    if (whole)
+        return stp_camera_default(&model->info->box, &model->ball, width, height);
+    return stp_camera_widened(&model->first, model->first_aspect, width, height);
+}
+
+stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
+{
+    return stp_model_open_at(out, path, NULL, err);
+}
+
+stp_status stp_model_open_at(stp_model **out, const char *path,
+                             const stp_byte_source_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_model *model = NULL;
+    STP_TRY(stp_alloc(&model, 1, sizeof *model, "a model", err));
+    STP_TRY(stp_chunk_file_open_at(&model->file, path, params, err));
+    model->info = stp_chunk_file_get_info(model->file);
+    STP_TRY(stp_alloc(&model->entries, model->info->chunk_count, sizeof *model->entries,
+                      "a directory of chunks", err));
+    for (uint32_t id = 0; id < model->info->chunk_count; id++)
+        STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
+    STP_TRY(stp_verify_tree_entries(model->file, model->entries, err));
+    model->ball = ball_around(model);
+    STP_TRY(stp_outside_read(&model->outside, model->info->metadata_json,
+                             model->info->metadata_bytes, err));
+    read_view(model);
+    *out = model;
+    model = NULL;
+done:
+    stp_model_close(&model);
+    return status;
+}
+
+void stp_model_close(stp_model **model)
+{
+    if (*model == NULL)
+        return;
+    stp_chunk_file_close(&(*model)->file);
+    stp_outside_clear(&(*model)->outside);
+    free((*model)->entries);
+    free(*model);
+    *model = NULL;
+}
+
+stp_ball stp_model_ball(const stp_model *model)
+{
+    return model->ball;
+}
+
+stp_dbox stp_model_box(const stp_model *model)
+{
+    return model->info->box;
+}
+
+uint64_t stp_model_point_count(const stp_model *model)
+{
+    return model->info->point_count;
+}
+
+uint64_t stp_model_gpu_bytes(const stp_model *model)
+{
+    uint64_t bytes = 0;
+    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
+        bytes += model->entries[id].patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            bytes += model->entries[id].sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
+    }
+    return bytes;
+}
+
+stp_shade stp_model_shade(const stp_model *model)
+{
+    return stp_chunk_file_unlit(model->info) ? STP_SHADE_UNLIT : STP_SHADE_PHONG;
+}

@@ -1,0 +1,27 @@
+/* A chunk file opened for drawing: its directory in memory and a ball around it. What host
+ * applications may do with it stands in runtime/stipple.h.
+ * Threads: read-only after opening, so any. */
+#ifndef STP_RUNTIME_CUT_MODEL_H
+#define STP_RUNTIME_CUT_MODEL_H
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/outside.h"
+#include "runtime/stipple.h"
+
+struct stp_model {
+    stp_chunk_file *file;
+    const stp_chunk_file_info *info;
+    stp_chunk_entry *entries; /* by chunk id */
+    stp_ball ball;
+    stp_outside outside; /* of its closed surfaces */
+    stp_camera first;    /* where has_first */
+    stp_dvec3 up;        /* y or z, if the file says which; else zero */
+    double first_aspect; /* width / height of what it shows */
+    bool has_first;
+};
+
+/* stp_model_open with what stp_chunk_file_open_at takes for addresses. */
+stp_status stp_model_open_at(stp_model **out, const char *path,
+                             const stp_byte_source_params *params, stp_error *err);
+
+#endif

@@ -1,0 +1,265 @@
+/* Culls patches against children and parents that are drawn, frustum and cone of normals. */
+#include "runtime/cut/sight.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct look {
+    stp_sight *sight;
+    const stp_sight_params *params;
+    const stp_draw *draws;
+    size_t *found[STP_SIGHT_COUNT]; /* of each draw */
+    float *radius_px;               /* of each draw: the greatest */
+} look;
+
+/* Marks the tiles that a ball in eye space may cover. */
+static void mark_tiles(const stp_sight_params *params, unsigned worker, const float eye[3],
+                       float radius)
+{
+    const stp_gpu_frame *frame = params->frame;
+    float f = frame->viewport[2], depth = -eye[2];
+    float scale = f, reach = radius * f;
+    if (frame->modes[0] == 0) {
+        if (depth - radius <= frame->viewport[3]) {
+            stp_tiles_mark_all(params->tiles, worker);
+            return;
+        }
+        scale = f / depth;
+        float x = eye[0] / depth, y = eye[1] / depth;
+        reach *= sqrtf(1.0f + x * x + y * y) / (depth - radius);
+    }
+    stp_tiles_mark(params->tiles, worker, frame->centre[0] + eye[0] * scale,
+                   frame->centre[1] + eye[1] * scale, reach);
+}
+
+static bool has_bit(uint64_t bits, unsigned k)
+{
+    return k < 64 && (bits >> k & 1) != 0;
+}
+
+/* A patch's links; NULL where it names patches that the child has not: then it is drawn. */
+static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw *draw,
+                      const stp_patch_brief *brief)
+{
+    const stp_chunk_entry *child = &scene->entries[scene->entries[draw->chunk].first_child];
+    size_t begin = draw->links + brief->first_below;
+    for (unsigned k = 0; k < brief->child; k++)
+        begin += child[k].patch_count;
+    return brief->first_below + brief->below_count <= child[brief->child].patch_count
+               ? s->below + begin
+               : NULL;
+}
+
+/* Whether the parent's patch that stands for a patch, if there is one, leaves it to be drawn. */
+static bool is_left(const stp_sight *s, const stp_draw *draw, uint32_t patch)
+{
+    return draw->parent_link == STP_LINK_NONE || s->below[draw->parent_link + patch];
+}
+
+bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, const stp_draw *draw,
+                        const stp_patch_brief *briefs, uint32_t patch)
+{
+    float eye[3];
+    const stp_patch_brief *brief = &briefs[patch];
+    stp_gpu_chunk chunk =
+        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    stp_rule_bound bound = stp_patch_bound(brief, &chunk);
+    bool refined = has_bit(draw->drawn_children, brief->child);
+    if (refined && has_bit(draw->linked_children, brief->child)) {
+        const bool *links = links_of(s, params->scene, draw, brief);
+        refined = links != NULL && *links;
+    }
+    return !refined && is_left(s, draw, patch) && stp_rule_visible(params->frame, &bound, eye);
+}
+
+/* Whether a patch in sight is left to its child, whose patches are told then. */
+static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
+                           const stp_patch_brief *brief, const stp_rule_bound *bound)
+{
+    const stp_sight_params *params = l->params;
+    if (!has_bit(draw->drawn_children, brief->child))
+        return false;
+    if (!has_bit(draw->linked_children, brief->child))
+        return true;
+    stp_rule_sight sight = stp_rule_look(params->frame, bound);
+    bool *links = links_of(l->sight, params->scene, draw, brief);
+    if (links == NULL || stp_finest_does(params->frame, &sight, patch, draw->finest))
+        return false;
+    memset(links, true, brief->below_count);
+    return true;
+}
+
+/* Greatest projected radius of the samples that a patch for which its vertex does not do may be
+ * drawn with: of the finest level, or of a coarser one, which the rule caps. */
+static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                             const stp_gpu_patch *patch, unsigned finest)
+{
+    float greatest = patch->radius[finest], cap = frame->quality[1] / sight->scale;
+    if (sight->scale < 0.0f)
+        return INFINITY;
+    for (unsigned l = finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
+        float coarser = patch->radius[l] < cap ? patch->radius[l] : cap;
+        greatest = coarser > greatest ? coarser : greatest;
+    }
+    return greatest * sight->scale;
+}
+
+/* Draws of one depth, after their parents. */
+typedef struct tier {
+    const look *look;
+    const size_t *draws;
+} tier;
+
+/* Adds to what was found of a draw. */
+static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
+{
+    const stp_sight_list *list = &l->sight->lists[kind];
+    list->items[list->begin[draw] + l->found[kind][draw]++] = item;
+}
+
+static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_t patch)
+{
+    uint32_t item = r->placement.patches.begin + patch;
+    add(l, STP_SIGHT_PATCHES, draw, item);
+    if (r->briefs[patch].shape == STP_PATCH_STRIP)
+        add(l, STP_SIGHT_STRIPS, draw, item);
+    else if (r->briefs[patch].shape == STP_PATCH_TRIANGLES)
+        add(l, STP_SIGHT_TRIANGLES, draw, item);
+}
+
+static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
+{
+    (void)err;
+    const tier *t = context;
+    const look *l = t->look;
+    size_t index = t->draws[at];
+    const stp_sight_params *params = l->params;
+    const stp_draw *draw = &l->draws[index];
+    const stp_resident *r =
+        stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
+    stp_gpu_chunk chunk =
+        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    float greatest = 0.0f;
+    for (uint32_t i = 0; i < r->placement.patches.count; i++) {
+        float eye[3];
+        const stp_patch_brief *brief = &r->briefs[i];
+        if (!is_left(l->sight, draw, i))
+            continue;
+        stp_rule_bound bound = stp_patch_bound(brief, &chunk);
+        if (!stp_rule_visible(params->frame, &bound, eye) ||
+            leave_to_child(l, draw, &r->patches[i], brief, &bound))
+            continue;
+        mark_tiles(params, worker, eye, bound.radius);
+        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
+        float radius_px = brief->vertex_radius * sight.scale;
+        if (params->vertices && stp_vertex_does(params->frame, &sight, brief)) {
+            add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
+        } else {
+            add_patch(l, index, r, i);
+            radius_px =
+                patch_radius_px(params->frame, &sight, &r->patches[i], (unsigned)draw->finest);
+        }
+        greatest = radius_px > greatest ? radius_px : greatest;
+    }
+    l->radius_px[index] = greatest;
+    return STP_OK;
+}
+
+/* Tier by tier, each on all threads. */
+static stp_status look_at_tiers(const look *l, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *entries = l->params->scene->entries;
+    size_t *draws = NULL, looked = 0;
+    STP_TRY(stp_alloc(&draws, count + 1, sizeof *draws, "a list of chunks", err));
+    for (unsigned depth = 0; looked < count; depth++) {
+        size_t found = 0;
+        for (size_t i = 0; i < count; i++)
+            if (entries[l->draws[i].chunk].depth == depth)
+                draws[found++] = i;
+        STP_TRY(stp_pool_run(l->params->pool, found, look_at_draw, &(tier){l, draws}, err));
+        looked += found;
+    }
+done:
+    free(draws);
+    return status;
+}
+
+/* Makes room for what each draw may have at most. */
+static stp_status reserve(stp_sight_list *list, const stp_sight_params *params,
+                          const stp_draw *draws, size_t count, bool used, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t most = 0;
+    STP_TRY(stp_grow(&list->begin, &list->begin_capacity, count + 1, sizeof *list->begin,
+                     "a list of patches", err));
+    for (size_t i = 0; i < count; i++) {
+        list->begin[i] = most;
+        most += used ? params->scene->entries[draws[i].chunk].patch_count : 0;
+    }
+    STP_TRY(stp_grow(&list->items, &list->item_capacity, most + 1, sizeof *list->items,
+                     "a list of patches", err));
+done:
+    return status;
+}
+
+/* Moves what was found together. */
+static void close_gaps(stp_sight_list *list, const size_t *found, size_t count)
+{
+    size_t end = 0;
+    for (size_t i = 0; i < count; i++) {
+        memmove(list->items + end, list->items + list->begin[i], found[i] * sizeof *list->items);
+        list->begin[i] = end;
+        end += found[i];
+    }
+    list->begin[count] = end;
+}
+
+stp_status stp_sight_begin(stp_sight *s, const stp_cut *cut, stp_error *err)
+{
+    stp_status status = stp_grow(&s->below, &s->below_capacity, cut->link_count + 1,
+                                 sizeof *s->below, "a list of patches", err);
+    if (status == STP_OK)
+        memset(s->below, false, cut->link_count * sizeof *s->below);
+    return status;
+}
+
+stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const stp_draw *draws,
+                          size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t *found = NULL;
+    look l = {.sight = s, .params = params, .draws = draws};
+    unsigned shapes = stp_scene_shapes(params->scene);
+    const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_PATCH_STRIP) != 0,
+                                        (shapes & STP_PATCH_TRIANGLES) != 0};
+    STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));
+    for (int i = 0; i < STP_SIGHT_COUNT; i++) {
+        l.found[i] = found + (size_t)i * count;
+        STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
+    }
+    STP_TRY(stp_alloc(&l.radius_px, count + 1, sizeof *l.radius_px, "lists of patches", err));
+    STP_TRY(look_at_tiers(&l, count, err));
+    s->radius_px = 0.0f;
+    for (size_t i = 0; i < count; i++)
+        s->radius_px = fmaxf(s->radius_px, l.radius_px[i]);
+    for (int i = 0; i < STP_SIGHT_COUNT; i++)
+        close_gaps(&s->lists[i], l.found[i], count);
+done:
+    free(l.radius_px);
+    free(found);
+    return status;
+}
+
+void stp_sight_destroy(stp_sight *s)
+{
+    for (int i = 0; i < STP_SIGHT_COUNT; i++) {
+        free(s->lists[i].items);
+        free(s->lists[i].begin);
+    }
+    free(s->below);
+    *s = (stp_sight){0};
+}

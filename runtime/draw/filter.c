@@ -1,0 +1,67 @@
+/* Clip box, hidden classes, overlay and eye-dome lighting. */
+#include "runtime/draw/filter.h"
+
+#include <float.h>
+#include <string.h>
+
+stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
+{
+    const stp_dbox *box = &params->clip.box;
+    if (params->clip.enabled && stp_dbox_is_empty(box))
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "the clip box from %.9g,%.9g,%.9g to %.9g,%.9g,%.9g is inverted or not "
+            "a number: give the least corner first",
+            box->min.x, box->min.y, box->min.z, box->max.x, box->max.y, box->max.z);
+    if (!(params->overlay >= 0.0 && params->overlay <= 1.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "an overlay of %g is not between 0 and 1",
+                             params->overlay);
+    if (!(params->edl >= 0.0) || !isfinite(params->edl))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "a strength of %g for eye-dome lighting is negative or not a number",
+                             params->edl);
+    if (!(params->fade >= 0.0 && params->fade < 1.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%g of a level change cannot fade: give 0 or more, but less than 1",
+                             params->fade);
+    return STP_OK;
+}
+
+/* A float, however far away the coordinate is. */
+static float clamped(double x)
+{
+    return (float)stp_max((double)-FLT_MAX, stp_min((double)FLT_MAX, x));
+}
+
+static void set_corner(float out[4], stp_dvec3 corner, const stp_dvec3 *eye)
+{
+    out[0] = clamped(corner.x - eye->x);
+    out[1] = clamped(corner.y - eye->y);
+    out[2] = clamped(corner.z - eye->z);
+    out[3] = 0.0f;
+}
+
+void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_dvec3 *eye)
+{
+    frame->modes[2] = params->clip.enabled;
+    if (params->clip.enabled) {
+        set_corner(frame->clip_min, params->clip.box.min, eye);
+        set_corner(frame->clip_max, params->clip.box.max, eye);
+    }
+    memcpy(frame->hidden, params->hidden_classes, sizeof frame->hidden);
+    frame->colour_range[2] = (float)params->overlay;
+    frame->colour_range[3] = (float)params->edl;
+}
+
+bool stp_filter_hides_classes(const stp_draw_params *params)
+{
+    for (int i = 0; i < STP_CLASS_WORDS; i++)
+        if (params->hidden_classes[i] != 0)
+            return true;
+    return false;
+}
+
+bool stp_filter_has_overlay(const stp_draw_params *params)
+{
+    return params->overlay > 0.0 && params->shade >= STP_SHADE_LEVEL;
+}

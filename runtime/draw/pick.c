@@ -1,0 +1,331 @@
+/* Picking: a pixel of level 0 to a place in the world and the sample drawn there. */
+#include "runtime/draw/pick.h"
+
+#include "base/memory.h"
+#include "runtime/draw/pixel_read.h"
+#include "runtime/gl/gl_context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Samples are looked for in so many pixels around at most. */
+#define REACH_LIMIT_PX 64
+/* A disc seen more edge-on than this has no place where the ray meets it. */
+#define LEAST_COSINE 1e-3
+/* What floats may get wrong of a depth. */
+#define DEPTH_TOLERANCE 1e-5
+
+/* Texels of shaders/reconstruct/pixel.glsl. */
+typedef struct texels {
+    GLuint shape[4], paint[4];
+} texels;
+
+/* shaders/reconstruct/pixel.glsl, in eye space. */
+typedef struct pixel {
+    stp_dvec3 normal, centre; /* of the disc */
+    double radius, z_min, z_max;
+    double rgb[3];
+    int tag;
+} pixel;
+
+/* ---- a pixel ---- */
+
+static double float_of(GLuint bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
+}
+
+/* The point at a depth that is seen at window coordinates. */
+static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
+{
+    double scale = (frame->modes[0] != 0 ? 1.0 : depth) / (double)frame->viewport[2];
+    return (stp_dvec3){(u - (double)frame->centre[0]) * scale,
+                       (v - (double)frame->centre[1]) * scale, -depth};
+}
+
+/* The pixel at (x, y) of level 0. */
+static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
+{
+    pixel p = {.normal = stp_direction_unpack(t->paint[0]),
+               .radius = float_of(t->shape[2]),
+               .z_min = float_of(t->paint[1]),
+               .z_max = float_of(t->shape[3]),
+               .rgb = {(t->paint[2] & 0xffffu) / 65535.0, (t->paint[2] >> 16) / 65535.0,
+                       (t->paint[3] & 0xffffu) / 65535.0},
+               .tag = (int)(t->paint[3] >> 16 & 511)}; /* without the mark */
+    p.centre =
+        place(frame, x + 0.5 + float_of(t->shape[0]), y + 0.5 + float_of(t->shape[1]), p.z_min);
+    return p;
+}
+
+/* Where the ray through the middle of pixel (x, y) meets the disc's plane, no farther from its
+ * centre along the axis than the interval is deep. */
+static stp_dvec3 meet(const stp_gpu_frame *frame, const pixel *p, int x, int y)
+{
+    double extent = p->z_max - p->z_min, depth = p->z_min;
+    stp_dvec3 near_point = place(frame, x + 0.5, y + 0.5, depth);
+    stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0}
+                                         : stp_dvec3_scale(near_point, 1.0 / depth);
+    double cosine = stp_dvec3_dot(p->normal, way);
+    if (!stp_tag_is_tube(p->tag) && fabs(cosine) > LEAST_COSINE * stp_dvec3_length(way)) {
+        double on = stp_dvec3_dot(p->normal, stp_dvec3_sub(p->centre, near_point)) / cosine;
+        depth += fmin(fmax(on, -extent), extent);
+    }
+    return place(frame, x + 0.5, y + 0.5, depth);
+}
+
+static void read_texels(const GLuint textures[STP_TARGET_COUNT], int x, int y, texels *out)
+{
+    glGetTextureSubImage(textures[STP_TARGET_SHAPE], 0, x, y, 0, 1, 1, 1, GL_RGBA_INTEGER,
+                         GL_UNSIGNED_INT, sizeof out->shape, out->shape);
+    glGetTextureSubImage(textures[STP_TARGET_PAINT], 0, x, y, 0, 1, 1, 1, GL_RGBA_INTEGER,
+                         GL_UNSIGNED_INT, sizeof out->paint, out->paint);
+}
+
+/* ---- the sample ---- */
+
+/* Pixels around the one that was picked. */
+typedef struct surrounding {
+    int x, y, width, height;
+    GLuint (*shape)[4], (*paint)[4];
+    GLuint *sample;
+} surrounding;
+
+/* Where a pixel of some pyramid level can have its values from. */
+static surrounding around(const stp_pick_params *params, int source)
+{
+    int reach = source == 0 ? 0 : source < 5 ? 2 << source : REACH_LIMIT_PX;
+    int x0 = params->x - reach, y0 = params->y - reach;
+    int x1 = params->x + reach, y1 = params->y + reach;
+    x0 = x0 < 0 ? 0 : x0;
+    y0 = y0 < 0 ? 0 : y0;
+    x1 = x1 < params->pyramid->width ? x1 : params->pyramid->width - 1;
+    y1 = y1 < params->pyramid->height ? y1 : params->pyramid->height - 1;
+    return (surrounding){.x = x0, .y = y0, .width = x1 - x0 + 1, .height = y1 - y0 + 1};
+}
+
+static stp_status read_surrounding(const stp_pick_params *params, surrounding *s, stp_error *err)
+{
+    const stp_pyramid_level *level = &params->pyramid->levels[0];
+    size_t count = (size_t)s->width * (size_t)s->height;
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&s->shape, count, sizeof *s->shape, "pixels", err));
+    STP_TRY(stp_alloc(&s->paint, count, sizeof *s->paint, "pixels", err));
+    STP_TRY(stp_alloc(&s->sample, count, sizeof *s->sample, "pixels", err));
+    glGetTextureSubImage(level->pulled[STP_TARGET_SHAPE], 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->shape),
+                         s->shape);
+    glGetTextureSubImage(level->pulled[STP_TARGET_PAINT], 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RGBA_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->paint),
+                         s->paint);
+    glGetTextureSubImage(params->pyramid->nearest, 0, s->x, s->y, 0, s->width, s->height, 1,
+                         GL_RED_INTEGER, GL_UNSIGNED_INT, (GLsizei)(count * sizeof *s->sample),
+                         s->sample);
+done:
+    return status;
+}
+
+static void free_surrounding(surrounding *s)
+{
+    free(s->shape);
+    free(s->paint);
+    free(s->sample);
+}
+
+/* A sample drawn, as level 0 has it: its number in the Object Texture, UINT32_MAX: not known; and
+ * whether a segment or a triangle begins with it (runtime/gl/gpu_layout.h). */
+typedef struct drawn_sample {
+    GLuint name;
+    stp_dvec3 centre; /* eye space */
+    double radius;    /* 0 where there is no sample at all */
+} drawn_sample;
+
+/* The sample whose centre is nearest to a place. */
+static drawn_sample nearest_sample(const stp_pick_params *params, const surrounding *s,
+                                   stp_dvec3 at)
+{
+    double least = INFINITY;
+    drawn_sample found = {.name = UINT32_MAX};
+    for (int i = 0; i < s->width * s->height; i++) {
+        texels t;
+        memcpy(t.shape, s->shape[i], sizeof t.shape);
+        memcpy(t.paint, s->paint[i], sizeof t.paint);
+        pixel p = unpack(params->frame, &t, s->x + i % s->width, s->y + i / s->width);
+        double distance = stp_dvec3_length(stp_dvec3_sub(p.centre, at));
+        if (p.tag == 0 || !(distance < least))
+            continue;
+        least = distance;
+        found = (drawn_sample){s->sample[i], p.centre, p.radius};
+    }
+    return found;
+}
+
+/* Reads item `index` of a buffer that holds `count`; false if it has none such. */
+static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size_t bytes)
+{
+    if (index >= count)
+        return false;
+    glGetNamedBufferSubData(buffer, (GLintptr)(index * bytes), (GLsizeiptr)bytes, out);
+    return true;
+}
+
+/* A sample of the Object Texture with what it is part of. */
+typedef struct stored_sample {
+    stp_sample sample;
+    stp_gpu_patch patch;
+    stp_gpu_chunk chunk;
+} stored_sample;
+
+static bool read_sample(const stp_object_texture *texture, GLuint index, stored_sample *out)
+{
+    GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
+    return read_item(texture->samples, index, samples, &out->sample, sizeof out->sample) &&
+           read_item(texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) &&
+           read_item(texture->patches, patch_index, texture->patch_ranges.capacity, &out->patch,
+                     sizeof out->patch) &&
+           read_item(texture->chunks, out->patch.slot, texture->slot_capacity, &out->chunk,
+                     sizeof out->chunk);
+}
+
+static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)
+{
+    double depth = 0.0;
+    for (int i = 0; i < 3; i++)
+        depth -=
+            (double)frame->axis_back[i] * ((double)s->chunk.offset[i] + (double)s->patch.origin[i] +
+                                           (double)s->patch.step * s->sample.position[i]);
+    return depth;
+}
+
+static unsigned corners_of(GLuint name)
+{
+    return name & STP_NAME_SEGMENT ? 2 : name & STP_NAME_TRIANGLE ? 3 : 1;
+}
+
+/* Says what a sample of the Object Texture is, if it still is the one that was drawn; of a segment
+ * or a triangle the one it begins with. */
+static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
+{
+    stored_sample first, corner;
+    GLuint index = drawn->name & STP_NAME_SAMPLE;
+    if (!read_sample(params->texture, index, &first))
+        return;
+    double depth = -drawn->centre.z, least = depth_of(params->frame, &first), greatest = least;
+    for (unsigned i = 1; i < corners_of(drawn->name); i++) {
+        if (!read_sample(params->texture, index + i, &corner))
+            return;
+        double at = depth_of(params->frame, &corner);
+        least = fmin(least, at);
+        greatest = fmax(greatest, at);
+    }
+    double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
+    int level = 0;
+    while (level < STP_LEVEL_COUNT &&
+           !(index - first.patch.first[level] < first.patch.count[level]))
+        level++;
+    if (!(depth >= least - tolerance && depth <= greatest + tolerance) || level == STP_LEVEL_COUNT)
+        return;
+    out->chunk = first.chunk.id;
+    out->level = level;
+    out->class_id = first.sample.class_id;
+    out->intensity = first.sample.intensity / 255.0;
+}
+
+/* A place on the ray through `at` that lies in the ball of a sample, or of the ball the point
+ * nearest to the ray; what lies in it already stays. */
+static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, stp_dvec3 at)
+{
+    stp_dvec3 away = stp_dvec3_sub(at, sample->centre);
+    if (stp_dvec3_length(away) <= sample->radius)
+        return at;
+    stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(at);
+    double along = stp_dvec3_dot(away, way);
+    stp_dvec3 aside = stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* nearest of the ray */
+    double distance = stp_dvec3_length(aside), radius = sample->radius;
+    if (distance >= radius)
+        aside = stp_dvec3_scale(aside, distance > 0.0 ? radius / distance : 0.0);
+    else
+        aside = stp_dvec3_add(
+            aside,
+            stp_dvec3_scale(way, copysign(sqrt(radius * radius - distance * distance), along)));
+    return stp_dvec3_add(sample->centre, aside);
+}
+
+/* Asks the sample next to `at` what it is, and moves `at` to no farther from its centre than its
+ * radius: ellipses hang over outlines, and their planes come far forward where they are grazing. */
+static stp_status find_sample(const stp_pick_params *params, stp_dvec3 *at, stp_pick *out,
+                              stp_error *err)
+{
+    surrounding s = around(params, out->pyramid_level);
+    stp_status status = read_surrounding(params, &s, err);
+    if (status == STP_OK) {
+        drawn_sample sample = nearest_sample(params, &s, *at);
+        describe(params, &sample, out);
+        if (sample.radius > 0.0) {
+            *at = hold(params->frame, &sample, *at);
+            out->radius = sample.radius;
+        }
+    }
+    free_surrounding(&s);
+    return status;
+}
+
+/* ---- the whole ---- */
+
+bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
+{
+    enum { REACH = STP_PICK_REACH_PX, SIDE = 2 * REACH + 1 };
+    float depths[SIDE * SIDE];
+    int x0 = *x < REACH ? 0 : *x - REACH, y0 = *y < REACH ? 0 : *y - REACH;
+    int x1 = *x + REACH < pyramid->width ? *x + REACH : pyramid->width - 1;
+    int y1 = *y + REACH < pyramid->height ? *y + REACH : pyramid->height - 1;
+    int width = x1 - x0 + 1, height = y1 - y0 + 1, found = -1;
+    double least = INFINITY;
+    glGetTextureSubImage(pyramid->picture_depth, 0, x0, y0, 0, width, height, 1, GL_RED, GL_FLOAT,
+                         sizeof depths, depths);
+    for (int i = 0; i < width * height; i++) {
+        int dx = x0 + i % width - *x, dy = y0 + i / width - *y;
+        double away = hypot(dx, dy);
+        if (!(depths[i] > 0.0f) || away > REACH || away > least ||
+            (away == least && depths[i] >= depths[found]))
+            continue;
+        least = away;
+        found = i;
+    }
+    if (found < 0)
+        return false;
+    *x = x0 + found % width;
+    *y = y0 + found / width;
+    return true;
+}
+
+stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pyramid_level *level = &params->pyramid->levels[0];
+    stp_pick pick = {.chunk = STP_PICK_NO_CHUNK, .level = -1};
+    texels t;
+    read_texels(params->finished ? level->finished : level->pulled, params->x, params->y, &t);
+    pixel p = unpack(params->frame, &t, params->x, params->y);
+    if (p.tag != 0) {
+        stp_dvec3 seen = stp_pixel_normal(params->frame, p.normal, p.tag, params->x, params->y);
+        stp_dvec3 at = meet(params->frame, &p, params->x, params->y);
+        pick.hit = true;
+        pick.depth = p.z_min;
+        pick.depth_end = p.z_max;
+        pick.normal = stp_direction_to_world(params->frame, seen);
+        for (int i = 0; i < 3; i++)
+            pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
+        pick.radius = p.radius;
+        pick.pyramid_level = (p.tag - 1) >> 4;
+        pick.interpolated = pick.pyramid_level > 0;
+        STP_TRY(find_sample(params, &at, &pick, err));
+        pick.position = stp_dvec3_add(params->eye, stp_direction_to_world(params->frame, at));
+    }
+    STP_TRY(stp_gl_check("picking", err));
+    *out = pick;
+done:
+    return status;
+}

@@ -1,0 +1,359 @@
+/* The roads of projection. */
+#include "runtime/draw/project.h"
+
+#include "base/memory.h"
+#include "runtime/gl/shader.h"
+
+#include <stdlib.h>
+
+/* A program that takes patches, if it is not there yet. */
+static stp_status prepare_patches(GLuint *program, const char *geometry, const char *fragment,
+                                  const char *folder, const char *defines, stp_error *err)
+{
+    if (*program != 0)
+        return STP_OK;
+    return stp_program_create(program,
+                              &(stp_program_params){.vertex = "patch.vert",
+                                                    .geometry = geometry,
+                                                    .fragment = fragment,
+                                                    .defines = defines,
+                                                    .folder = folder},
+                              err);
+}
+
+static stp_status prepare_shapes(stp_project *p, const stp_variant *variant, const char *folder,
+                                 const char *defines, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *fragment = variant->splat ? "shape_front.frag" : "shape.frag";
+    if (variant->lines && !variant->splat)
+        STP_TRY(prepare_patches(&p->strip_program, "strip.geom", fragment, folder, defines, err));
+    if (variant->lines)
+        STP_TRY(
+            prepare_patches(&p->wide_program, "strip_wide.geom", fragment, folder, defines, err));
+    if (variant->triangles)
+        STP_TRY(
+            prepare_patches(&p->triangle_program, "triangle.geom", fragment, folder, defines, err));
+done:
+    return status;
+}
+
+static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder,
+                                 const char *defines, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_program_params samples = {
+        .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
+    if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
+        STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
+    if (lod == STP_LOD_COMPUTE && p->scatter.depth == 0)
+        STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
+    if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
+        STP_TRY(stp_program_create(&p->sample_program, &samples, err));
+    if (lod == STP_LOD_GEOMETRY)
+        STP_TRY(prepare_patches(&p->patch_program, "patch.geom", "id.frag", folder, defines, err));
+done:
+    return status;
+}
+
+stp_status stp_project_prepare(stp_project *p, const stp_variant *variant, stp_lod lod,
+                               const char *folder, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    stp_variant_defines(variant, defines);
+    if (p->index_buffer == 0)
+        glCreateBuffers(1, &p->index_buffer);
+    STP_TRY(prepare_shapes(p, variant, folder, defines, err));
+    if (!variant->splat)
+        return prepare_pixels(p, lod, folder, defines, err);
+    if (p->runs.program == 0)
+        STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
+    if (p->splat.list == 0)
+        STP_TRY(stp_splat_create(&p->splat, folder, defines, err));
+done:
+    return status;
+}
+
+void stp_project_destroy(stp_project *p)
+{
+    glDeleteProgram(p->patch_program);
+    glDeleteProgram(p->sample_program);
+    stp_scatter_destroy(&p->scatter);
+    glDeleteProgram(p->strip_program);
+    glDeleteProgram(p->wide_program);
+    glDeleteProgram(p->triangle_program);
+    stp_runs_destroy(&p->runs);
+    stp_splat_destroy(&p->splat);
+    if (p->index_buffer != 0)
+        glDeleteBuffers(1, &p->index_buffer);
+    free(p->indices);
+    free(p->spans);
+    *p = (stp_project){0};
+}
+
+static stp_status append_run(stp_project *p, uint32_t first, uint32_t count, stp_error *err)
+{
+    stp_status status = stp_grow(&p->indices, &p->index_capacity, p->index_count + count,
+                                 sizeof *p->indices, "a list of samples", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++)
+        p->indices[p->index_count++] = first + i;
+    return status;
+}
+
+/* What the roads that choose on the CPU read of one draw. */
+typedef struct seen_draw {
+    const stp_resident *resident;
+    const uint32_t *patches; /* in sight */
+    size_t count;
+    stp_gpu_chunk chunk;
+} seen_draw;
+
+static seen_draw see(const stp_project_params *params, size_t i)
+{
+    const stp_sight_list *patches = &params->sight->lists[STP_SIGHT_PATCHES];
+    uint32_t slot = stp_chunk_cache_slot(params->cache, params->draws[i].chunk);
+    return (seen_draw){stp_chunk_cache_get(params->cache, slot), patches->items + patches->begin[i],
+                       patches->begin[i + 1] - patches->begin[i],
+                       stp_gpu_chunk_from_draw(&params->scene->entries[params->draws[i].chunk],
+                                               &params->draws[i], params->eye)};
+}
+
+static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
+{
+    return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
+}
+
+/* Chooses the patches of one chunk and lists the samples. */
+static stp_status list_samples(stp_project *p, const stp_project_params *params,
+                               const seen_draw *seen, stp_error *err)
+{
+    for (size_t i = 0; i < seen->count; i++) {
+        const stp_gpu_patch *patch = seen_patch(seen, i);
+        stp_range parts[STP_PATCH_QUARTERS];
+        stp_levels levels = stp_levels_choose(params->frame, &seen->chunk, patch);
+        if (stp_levels_shape(patch, &levels) != 0)
+            continue;
+        unsigned part_count = stp_levels_select(patch, &levels, parts);
+        for (unsigned k = 0; k < part_count; k++) {
+            stp_status status = append_run(p, parts[k].begin, parts[k].count, err);
+            if (status != STP_OK)
+                return status;
+        }
+    }
+    return STP_OK;
+}
+
+/* A driver whose vertex and geometry shaders are one thread and whose rasteriser others (llvmpipe)
+ * gets its parts early by a flush: of so many points at least, in so many parts at most. It keeps
+ * some 300 bytes of each point until it is rasterised: so many parts may wait for that. */
+#define FLUSH_POINTS 2048
+#define FLUSH_PARTS 16
+#define PARTS_AHEAD 4
+#define PART_WAIT_NS UINT64_C(1000000000)
+
+/* Waits for the part that lies PARTS_AHEAD before part i, which was just drawn. */
+static void wait_for_parts(GLsync fences[PARTS_AHEAD], size_t i)
+{
+    GLsync *fence = &fences[i % PARTS_AHEAD];
+    if (*fence != NULL) {
+        glClientWaitSync(*fence, 0, PART_WAIT_NS);
+        glDeleteSync(*fence);
+    }
+    *fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+}
+
+/* Draws these numbers as points of a vertex array with the program in use. waits: as of the
+ * params; a frame that does not wait for the GPU does not wait for parts either. */
+static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count,
+                        bool waits)
+{
+    GLsync fences[PARTS_AHEAD] = {NULL};
+    size_t part = count / FLUSH_PARTS > FLUSH_POINTS ? count / FLUSH_PARTS : FLUSH_POINTS;
+    glBindVertexArray(array);
+    glNamedBufferData(p->index_buffer, (GLsizeiptr)(count * sizeof *items), items, GL_STREAM_DRAW);
+    glVertexArrayElementBuffer(array, p->index_buffer);
+    for (size_t i = 0, k = 0; i < count; i += part, k++) {
+        glDrawElements(GL_POINTS, (GLsizei)(count - i < part ? count - i : part), GL_UNSIGNED_INT,
+                       (const void *)(i * sizeof *items));
+        if (waits)
+            wait_for_parts(fences, k);
+        glFlush();
+    }
+    for (int i = 0; i < PARTS_AHEAD; i++)
+        glDeleteSync(fences[i]); /* of none, nothing */
+}
+
+static void use_samples(const stp_project *p, bool vertices)
+{
+    glUseProgram(p->sample_program);
+    glUniform1i(STP_UNIFORM_VERTICES, vertices);
+}
+
+static void draw_vertices(stp_project *p, const stp_project_params *params)
+{
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
+    use_samples(p, true);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, vertices->items,
+                vertices->begin[params->draw_count], params->waits);
+}
+
+/* Draws what a program makes of the patches listed. */
+static void draw_patches(stp_project *p, const stp_project_params *params, GLuint program,
+                         stp_sight_kind kind)
+{
+    const stp_sight_list *patches = &params->sight->lists[kind];
+    glUseProgram(program);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->empty_array, patches->items,
+                patches->begin[params->draw_count], params->waits);
+}
+
+/* Lists the samples that all chunks' patches choose. */
+static stp_status list_chosen(stp_project *p, const stp_project_params *params, stp_error *err)
+{
+    p->index_count = 0;
+    for (size_t i = 0; i < params->draw_count; i++) {
+        seen_draw seen = see(params, i);
+        stp_status status = list_samples(p, params, &seen, err);
+        if (status != STP_OK)
+            return status;
+    }
+    return STP_OK;
+}
+
+/* And draws them at once. */
+static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
+                              stp_error *err)
+{
+    stp_status status = list_chosen(p, params, err);
+    if (status != STP_OK)
+        return status;
+    use_samples(p, false);
+    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
+                params->waits);
+    *points += p->index_count + params->sight->lists[STP_SIGHT_VERTICES].begin[params->draw_count];
+    return STP_OK;
+}
+
+/* Runs of samples of one chunk's patches, of the finest level there: one out of sight ends a run.
+ */
+static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
+{
+    uint32_t level = seen->chunk.finest, end = UINT32_MAX;
+    const stp_levels levels = {{(int)level, (int)level, (int)level, (int)level}};
+    p->span_count = 0;
+    for (size_t i = 0; i < seen->count; i++) {
+        const stp_gpu_patch *patch = seen_patch(seen, i);
+        if (stp_levels_shape(patch, &levels) != 0)
+            continue;
+        if (patch->first[level] != end) {
+            stp_status status = stp_grow(&p->spans, &p->span_capacity, p->span_count + 1,
+                                         sizeof *p->spans, "a list of runs", err);
+            if (status != STP_OK)
+                return status;
+            p->spans[p->span_count++] = (stp_range){patch->first[level], patch->count[level]};
+        } else {
+            p->spans[p->span_count - 1].count += patch->count[level];
+        }
+        end = patch->first[level] + patch->count[level];
+        *points += patch->count[level];
+    }
+    return STP_OK;
+}
+
+/* Every sample of patches in sight; they stand one after the other, so runs are few. */
+static stp_status draw_full(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    use_samples(p, false);
+    glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
+    for (size_t i = 0; i < params->draw_count; i++) {
+        seen_draw seen = see(params, i);
+        stp_status status = list_runs(p, &seen, points, err);
+        if (status != STP_OK)
+            return status;
+        for (size_t k = 0; k < p->span_count; k++)
+            glDrawArrays(GL_POINTS, (GLint)p->spans[k].begin, (GLsizei)p->spans[k].count);
+    }
+    return STP_OK;
+}
+
+stp_status stp_project_draw(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    if (params->lod == STP_LOD_FULL)
+        return draw_full(p, params, points, err);
+    if (params->lod == STP_LOD_COMPUTE)
+        return stp_scatter_draw(&p->scatter, &p->runs, params, points, err);
+    draw_vertices(p, params);
+    if (params->lod == STP_LOD_CPU)
+        return draw_listed(p, params, points, err);
+    draw_patches(p, params, p->patch_program, STP_SIGHT_PATCHES);
+    return STP_OK;
+}
+
+void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
+{
+    GLenum planes = params->frame->modes[2] != 0 ? 6 : 0;             /* the clip box's */
+    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* after tiles */
+    for (GLenum i = 0; i < planes; i++)
+        glEnable(GL_CLIP_DISTANCE0 + i);
+    if (p->strip_program != 0)
+        draw_patches(p, params, p->strip_program, STP_SIGHT_STRIPS);
+    if (p->wide_program != 0)
+        draw_patches(p, params, p->wide_program, STP_SIGHT_STRIPS);
+    if (p->triangle_program != 0)
+        draw_patches(p, params, p->triangle_program, STP_SIGHT_TRIANGLES);
+    for (GLenum i = 0; i < planes; i++)
+        glDisable(GL_CLIP_DISTANCE0 + i);
+}
+
+/* Lists every sample of patches in sight. */
+static stp_status list_full(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    p->index_count = 0;
+    for (size_t i = 0; i < params->draw_count; i++) {
+        seen_draw seen = see(params, i);
+        stp_status status = list_runs(p, &seen, points, err);
+        for (size_t k = 0; k < p->span_count && status == STP_OK; k++)
+            status = append_run(p, p->spans[k].begin, p->spans[k].count, err);
+        if (status != STP_OK)
+            return status;
+    }
+    return STP_OK;
+}
+
+/* Lists what the CPU chooses, and the vertices that were listed apart. */
+static stp_status list_all(stp_project *p, const stp_project_params *params, uint64_t *points,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
+    if (params->lod == STP_LOD_FULL)
+        return list_full(p, params, points, err);
+    STP_TRY(list_chosen(p, params, err));
+    for (size_t i = 0; i < vertices->begin[params->draw_count]; i++)
+        STP_TRY(append_run(p, vertices->items[i], 1, err));
+    *points += p->index_count;
+done:
+    return status;
+}
+
+stp_status stp_project_list(stp_project *p, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
+    if (params->lod == STP_LOD_CPU || params->lod == STP_LOD_FULL) {
+        STP_TRY(list_all(p, params, points, err));
+        stp_runs_take(&p->runs, p->indices, p->index_count);
+    } else {
+        STP_TRY(stp_runs_choose(&p->runs, params, vertices->items,
+                                vertices->begin[params->draw_count], true, points, err));
+        stp_stage_end(params->clock, STP_STAGE_CHOOSE);
+    }
+    STP_TRY(stp_splat_list(&p->splat, &p->runs, params->pyramid, err));
+done:
+    return status;
+}

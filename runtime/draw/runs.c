@@ -1,0 +1,169 @@
+/* Runs of samples out of patches, and lists of samples. */
+#include "runtime/draw/runs.h"
+
+#include "runtime/draw/project.h"
+#include "runtime/gl/gpu_layout.h"
+#include "runtime/gl/shader.h"
+
+/* As in shaders/project/runs.glsl and the shaders' bindings. */
+#define GROUP_PATCHES 64u
+#define GROUP_SAMPLES 64u
+#define RUN_SAMPLES 4
+#define DROP_COUNTERS 64
+#define DROP_STRIDE 16
+#define SAMPLES_LIMIT (UINT32_C(1) << 29)
+enum { UNIT_RUNS = 9 };
+
+/* Groups of invocations: more than 65535 in a row are too many for some. */
+#define RUNS_GROUPS_LIMIT 1024
+#define ROW_GROUPS 128u
+
+/* The runs' buffer begins with this; the groups of the indirect dispatch stand first. */
+typedef struct runs_head {
+    GLuint groups_x, groups_y, groups_z;
+    GLuint run_count, points_listed, unused;
+    GLuint dropped[DROP_COUNTERS * DROP_STRIDE];
+} runs_head;
+
+stp_status stp_runs_create(stp_runs *out, const char *folder, const char *defines, stp_error *err)
+{
+    stp_program_params params = {.compute = "runs.comp", .defines = defines, .folder = folder};
+    stp_runs r = {0};
+    stp_status status = stp_program_create(&r.program, &params, err);
+    if (status != STP_OK)
+        return status;
+    glCreateBuffers(1, &r.patches);
+    glCreateBuffers(1, &r.listed);
+    *out = r;
+    return STP_OK;
+}
+
+void stp_runs_destroy(stp_runs *r)
+{
+    const GLuint buffers[4] = {r->patches, r->listed, r->runs, r->lattices};
+    glDeleteProgram(r->program);
+    if (r->patches != 0)
+        glDeleteBuffers(4, buffers);
+    if (r->textures[0] != 0)
+        glDeleteTextures(2, r->textures);
+    *r = (stp_runs){0};
+}
+
+/* Gives a buffer at least so many bytes, and a texture of it. */
+static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capacity, size_t bytes)
+{
+    if (bytes <= *capacity)
+        return;
+    if (*buffer != 0) {
+        glDeleteBuffers(1, buffer);
+        glDeleteTextures(1, texture);
+    }
+    *capacity = bytes + bytes / 2;
+    glCreateBuffers(1, buffer);
+    glNamedBufferStorage(*buffer, (GLsizeiptr)*capacity, NULL, GL_DYNAMIC_STORAGE_BIT);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, texture);
+    glTextureBuffer(*texture, format, *buffer);
+}
+
+/* Runs there can be at most: of each quarter its samples, the last of them in a run that is not
+ * full. */
+static size_t most_runs(const stp_project_params *params)
+{
+    size_t runs =
+        STP_PATCH_QUARTERS * params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
+    for (size_t i = 0; i < params->draw_count; i++) {
+        const stp_draw *draw = &params->draws[i];
+        runs += params->scene->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
+    }
+    return runs;
+}
+
+/* Chooses levels: fills runs and lattices. */
+static void make_runs(stp_runs *r, const stp_project_params *params)
+{
+    static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};
+    size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
+    size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
+    reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
+            sizeof head + most_runs(params) * 2 * sizeof(uint32_t));
+    reserve(&r->lattices, &r->textures[1], GL_RGBA32F, &r->lattice_bytes,
+            patches * 4 * sizeof(float));
+    glNamedBufferSubData(r->runs, 0, sizeof head, &head);
+    glNamedBufferData(r->patches,
+                      (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
+                      params->sight->lists[STP_SIGHT_PATCHES].items, GL_STREAM_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LISTED, r->patches);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_RUNS, r->runs);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LATTICES, r->lattices);
+    glUseProgram(r->program);
+    glUniform1ui(STP_UNIFORM_SETTING, (GLuint)patches);
+    glDispatchCompute((GLuint)(groups < RUNS_GROUPS_LIMIT ? groups : RUNS_GROUPS_LIMIT), 1, 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                    GL_BUFFER_UPDATE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+}
+
+void stp_runs_take(stp_runs *r, const uint32_t *listed, size_t count)
+{
+    glNamedBufferData(r->listed, (GLsizeiptr)(count * sizeof *listed), listed, GL_STREAM_DRAW);
+    r->listed_count = count;
+    r->chosen = false;
+    r->run_count = 0;
+}
+
+stp_status stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32_t *listed,
+                           size_t count, bool counts, uint64_t *points, stp_error *err)
+{
+    runs_head head;
+    if (stp_chunk_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "compute shaders count to %u samples: give a smaller --gpu-memory",
+                             SAMPLES_LIMIT);
+    stp_runs_take(r, listed, count);
+    *points += count;
+    if (params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count] == 0)
+        return STP_OK;
+    make_runs(r, params);
+    r->chosen = true;
+    if (counts) {
+        glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
+        r->run_count = head.run_count;
+        *points += head.points_listed;
+    }
+    return STP_OK;
+}
+
+uint64_t stp_runs_count_drawn(const stp_runs *r)
+{
+    runs_head head;
+    if (!r->chosen)
+        return 0;
+    glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
+    uint64_t drawn = head.points_listed;
+    for (int i = 0; i < DROP_COUNTERS; i++)
+        drawn -= head.dropped[i * DROP_STRIDE];
+    return drawn;
+}
+
+size_t stp_runs_places(const stp_runs *r)
+{
+    return RUN_SAMPLES * r->run_count + r->listed_count;
+}
+
+void stp_runs_each(const stp_runs *r, GLint first)
+{
+    size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
+    if (r->chosen) {
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_RUNS, r->runs);
+        glBindTextures(UNIT_RUNS, 2, r->textures);
+        glUniform1ui(STP_UNIFORM_VERTICES, 0);
+        glUniform1ui(first, 0);
+        glDispatchComputeIndirect(0);
+    }
+    if (r->listed_count > 0) {
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LISTED, r->listed);
+        glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)r->listed_count);
+        glUniform1ui(first, (GLuint)(RUN_SAMPLES * r->run_count));
+        glDispatchCompute(ROW_GROUPS, (GLuint)((r->listed_count + row - 1) / row), 1);
+    }
+}

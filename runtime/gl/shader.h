@@ -1,0 +1,61 @@
+/* Shaders: their texts, compiled into the program or read from a folder, and programs made of them.
+ *
+ * A text may say #include "name.glsl"; each file is taken once. Compile errors name file and line.
+ * Threads: the render thread, with a current context. */
+#ifndef STP_RUNTIME_GL_SHADER_H
+#define STP_RUNTIME_GL_SHADER_H
+
+#include "base/error.h"
+
+#include <epoxy/gl.h>
+#include <stdbool.h>
+
+typedef struct stp_shader_file {
+    const char *name;  /* no two files have the same */
+    const char *place; /* the name behind its folder in shaders/: "splat/splat.comp" */
+    const char *text;
+} stp_shader_file;
+
+/* The embedded files; the last has no name. */
+extern const stp_shader_file stp_shader_files[];
+
+/* What a program is compiled for. */
+typedef struct stp_variant {
+    bool orthographic, box;
+    int template_px;     /* side of the window, where templates reconstruct; else 0 */
+    bool splat;          /* samples are drawn as splats */
+    bool lines;          /* there are ribbons and tubes */
+    bool triangles;      /* there are some */
+    bool openings;       /* of closed surfaces: there are some */
+    bool clip, classes;  /* a clip box; hidden classes */
+    bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
+    bool edges;          /* a pass that smooths them: no macro, no program but its own */
+    bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */
+    int colour, palette; /* stp_colour, stp_palette but OWN */
+    int shade;           /* STP_SHADE_* */
+    int geometry_invocations;
+    bool fade; /* pixels are marked by level, and fade.frag is there */
+} stp_variant;
+
+#define STP_VARIANT_DEFINES_BYTES 640
+
+/* The variant as lines for stp_program_params.defines. */
+void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);
+bool stp_variant_equal(const stp_variant *a, const stp_variant *b);
+
+typedef struct stp_program_params {
+    const char *vertex, *geometry, *fragment, *compute; /* file names; NULL: no such stage */
+    const char *defines;                                /* lines put before the text; may be NULL */
+    const char *folder;   /* its files win over the embedded ones; may be NULL */
+    const char *captured; /* a varying for transform feedback; may be NULL */
+} stp_program_params;
+
+/* The text of a file with its includes, as GLSL 4.50 core; free with free(). Errors: NOT_FOUND,
+ * OUT_OF_MEMORY, LIMIT (more than 32 files). */
+stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
+                           stp_error *err);
+
+/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's words). */
+stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err);
+
+#endif

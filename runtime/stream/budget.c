@@ -1,0 +1,130 @@
+/* Parts the budgets. */
+#include "runtime/stream/budget.h"
+
+#include "runtime/cut/level_choice.h"
+#include "runtime/stream/object_texture.h"
+#include "runtime/stream/payload_store.h"
+
+/* What decoding a chunk takes, with Draco's tables, in decoded chunks: an estimate, not measured.
+ */
+#define DECODING_CHUNKS 3
+#define RING_LEAST_CHUNKS 1
+#define RING_MOST_BYTES (UINT64_C(32) << 20)
+#define PAYLOADS_LEAST 2
+/* Of what a whole scene takes, where there is room: for gaps, and for a chunk's finer version
+ * beside the one that is drawn. */
+#define SCENE_SHARE 1.25
+/* Slots beside one for each chunk, for the same: where all chunks are there, some coarse. */
+#define SPARE_SLOTS 16
+#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
+
+/* Sums and maxima over a scene's chunks. */
+typedef struct demand {
+    uint64_t samples, patches, payloads;
+    uint64_t most_samples, most_patches, most_payload, most_decoded;
+} demand;
+
+static uint64_t larger(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+static uint64_t smaller(uint64_t a, uint64_t b)
+{
+    return a < b ? a : b;
+}
+
+static demand measure(const stp_scene *scene)
+{
+    demand d = {0};
+    for (uint32_t id = 0; id < scene->chunk_count; id++) {
+        const stp_chunk_entry *e = &scene->entries[id];
+        uint64_t samples = 0, payload = e->segment_end[STP_SEGMENT_COUNT - 1];
+        payload += STP_PAYLOAD_UNIT_BYTES;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            samples += e->sample_count[l];
+        d.samples += samples;
+        d.patches += e->patch_count;
+        d.payloads += payload;
+        d.most_samples = larger(d.most_samples, samples);
+        d.most_patches = larger(d.most_patches, e->patch_count);
+        d.most_payload = larger(d.most_payload, payload);
+        d.most_decoded = larger(d.most_decoded, stp_chunk_memory_bytes(e, 0));
+    }
+    return d;
+}
+
+static uint64_t texture_bytes(uint64_t samples, uint64_t patches)
+{
+    return samples * STP_OBJECT_TEXTURE_SAMPLE_BYTES + patches * STP_OBJECT_TEXTURE_PATCH_BYTES;
+}
+
+/* The least of each budget that would do, by what two chunks need. */
+static stp_status refuse(const stp_scene *scene, const char *which, uint64_t bytes, uint64_t needed,
+                         stp_error *err)
+{
+    return stp_error_set(err, STP_LIMIT,
+                         "%s: a %s memory of %llu bytes holds not even two chunks: give "
+                         "--%s-memory %lluM or more",
+                         stp_chunk_file_path(scene->models[0].model->file),
+                         which[0] == 'g' ? "GPU" : "CPU", (unsigned long long)bytes, which,
+                         1 + (((unsigned long long)needed) >> 20));
+}
+
+/* A decoder each, as long as a quarter of the budget holds what they work in. */
+static unsigned choose_decoders(uint64_t each, uint64_t cpu, unsigned wanted)
+{
+    uint64_t fit = cpu / 4 / larger(each, 1);
+    return (unsigned)larger(1, smaller(wanted, fit));
+}
+
+/* Room for the scene, or for as much of it as both budgets hold. gpu_fixed, cpu_fixed: what they
+ * hold besides. */
+static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const demand *d,
+                               const uint64_t given[2], const uint64_t fixed[2], stp_error *err)
+{
+    static const char *const names[2] = {"gpu", "cpu"};
+    double least = fmin(1.0, 2.0 * fmax((double)d->most_samples / (double)d->samples,
+                                        (double)d->most_patches / (double)d->patches));
+    double whole[2] = {(double)texture_bytes(d->samples, d->patches),
+                       (double)(d->patches * PATCH_MIRROR_BYTES)};
+    double share = SCENE_SHARE + least;
+    for (int i = 0; i < 2; i++) {
+        double holds = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) / whole[i] : 0.0;
+        if (holds < least)
+            return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
+        share = fmin(share, holds);
+    }
+    b->slot_capacity = scene->chunk_count + SPARE_SLOTS;
+    b->sample_capacity = (uint32_t)fmin(share * (double)d->samples, (double)(UINT32_MAX - 1));
+    b->patch_capacity = (uint32_t)fmin(share * (double)d->patches, (double)(UINT32_MAX - 1));
+    b->gpu_bytes = fixed[0] + texture_bytes(b->sample_capacity, b->patch_capacity);
+    return STP_OK;
+}
+
+stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu, uint64_t cpu,
+                           unsigned decoders, stp_error *err)
+{
+    stp_budget b = {0};
+    demand d = measure(scene);
+    uint64_t given[2] = {gpu != 0 ? gpu : STP_BUDGET_DEFAULT_BYTES,
+                         cpu != 0 ? cpu : STP_BUDGET_DEFAULT_BYTES};
+    uint64_t piece = texture_bytes(d.most_samples, d.most_patches) + STP_PAYLOAD_UNIT_BYTES;
+    b.ring_bytes = larger(piece, smaller(RING_MOST_BYTES, given[0] / 16));
+    b.ring_bytes = smaller(b.ring_bytes, (scene->chunk_count + 1) * piece);
+    uint64_t decoding = DECODING_CHUNKS * d.most_decoded;
+    b.decoder_count = choose_decoders(decoding, given[1], decoders);
+    uint64_t decoded = b.decoder_count * decoding + scene->chunk_count * sizeof(stp_chunk_entry);
+    uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, d.payloads);
+    const uint64_t fixed[2] = {b.ring_bytes +
+                                   (scene->chunk_count + SPARE_SLOTS) * sizeof(stp_gpu_chunk),
+                               decoded + least_payloads};
+    stp_status status = plan_texture(&b, scene, &d, given, fixed, err);
+    if (status != STP_OK)
+        return status;
+    uint64_t mirror = b.patch_capacity * (uint64_t)PATCH_MIRROR_BYTES;
+    b.payload_bytes = smaller(given[1] - decoded - mirror, d.payloads);
+    b.cpu_bytes = decoded + mirror + b.payload_bytes;
+    *out = b;
+    return STP_OK;
+}

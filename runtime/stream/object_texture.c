@@ -1,0 +1,166 @@
+/* The GPU's memory of samples and patches. */
+#include "runtime/stream/object_texture.h"
+
+#include "base/memory.h"
+#include "runtime/gl/gl_context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static GLuint create_buffer(uint64_t bytes)
+{
+    GLuint buffer = 0;
+    glCreateBuffers(1, &buffer);
+    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    return buffer;
+}
+
+static void create_sample_array(stp_object_texture *t)
+{
+    glCreateVertexArrays(1, &t->empty_array);
+    glCreateVertexArrays(1, &t->sample_array);
+    glVertexArrayVertexBuffer(t->sample_array, 0, t->samples, 0, sizeof(stp_sample));
+    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_sample, 0, sizeof(uint32_t));
+    glVertexArrayAttribIFormat(t->sample_array, 0, 4, GL_UNSIGNED_INT, 0);
+    glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_INT, 0);
+    for (GLuint i = 0; i < 2; i++) {
+        glVertexArrayAttribBinding(t->sample_array, i, i);
+        glEnableVertexArrayAttrib(t->sample_array, i);
+    }
+}
+
+stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
+                                     uint32_t patch_capacity, uint32_t slot_capacity,
+                                     stp_error *err)
+{
+    stp_object_texture t = {.slot_capacity = slot_capacity};
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    if ((uint32_t)limit > STP_NAME_SAMPLE)
+        limit = (GLint)STP_NAME_SAMPLE;
+    if (sample_capacity > (uint32_t)limit ||
+        patch_capacity > (uint32_t)limit / (sizeof(stp_gpu_patch) / sizeof(stp_sample)))
+        return stp_error_set(err, STP_GL,
+                             "%u samples do not fit in a texture of this OpenGL (%d): give a "
+                             "smaller --gpu-memory",
+                             sample_capacity, limit);
+    t.sample_ranges.capacity = sample_capacity;
+    t.patch_ranges.capacity = patch_capacity;
+    t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample));
+    t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t));
+    t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch));
+    t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
+    const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples, t.patches, t.chunks, t.patch_of_sample};
+    glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES, t.textures);
+    for (int i = 0; i < STP_OBJECT_TEXTURES; i++)
+        glTextureBuffer(t.textures[i], i < 3 ? GL_RGBA32UI : GL_R32UI, buffers[i]);
+    create_sample_array(&t);
+    stp_status status = stp_gl_check("making the Object Texture", err);
+    if (status == STP_OK)
+        *out = t;
+    else
+        stp_object_texture_destroy(&t);
+    return status;
+}
+
+void stp_object_texture_destroy(stp_object_texture *t)
+{
+    const GLuint buffers[4] = {t->samples, t->patch_of_sample, t->patches, t->chunks};
+    const GLuint arrays[2] = {t->sample_array, t->empty_array};
+    if (t->samples != 0) {
+        glDeleteVertexArrays(2, arrays);
+        glDeleteTextures(STP_OBJECT_TEXTURES, t->textures);
+        glDeleteBuffers(4, buffers);
+    }
+    stp_range_pool_destroy(&t->sample_ranges);
+    stp_range_pool_destroy(&t->patch_ranges);
+    *t = (stp_object_texture){0};
+}
+
+bool stp_object_texture_place(stp_object_texture *t, const stp_chunk_entry *entry, int finest_level,
+                              stp_placement *out, stp_status *status, stp_error *err)
+{
+    stp_placement p = {0};
+    uint32_t count = 0;
+    for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
+        count += entry->sample_count[l];
+    if (!stp_range_pool_take(&t->sample_ranges, count, &p.samples, status, err))
+        return false;
+    if (!stp_range_pool_take(&t->patch_ranges, entry->patch_count, &p.patches, status, err)) {
+        stp_range_pool_give(&t->sample_ranges, p.samples);
+        return false;
+    }
+    uint32_t begin = p.samples.begin;
+    for (int l = STP_LEVEL_COUNT - 1; l >= finest_level; l--) {
+        p.level_begin[l] = begin;
+        begin += entry->sample_count[l];
+    }
+    *out = p;
+    return true;
+}
+
+void stp_object_texture_release(stp_object_texture *t, const stp_placement *placement)
+{
+    stp_range_pool_give(&t->sample_ranges, placement->samples);
+    stp_range_pool_give(&t->patch_ranges, placement->patches);
+}
+
+static void fill_errors(stp_gpu_patch *out, const stp_patch *patch)
+{
+    const uint8_t *of[2] = {patch->error, patch->tangential_error};
+    for (int kind = 0; kind < 2; kind++) {
+        out->vertex_error[kind] = (float)stp_error_decode(of[kind][3], patch->exponent);
+        out->finest_error[kind] = (float)stp_error_decode(of[kind][0], patch->exponent);
+    }
+    for (int level = 1; level <= 2; level++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++) {
+            float *errors = out->quarter_error[2 - level][0];
+            errors[q] =
+                (float)stp_error_decode(patch->quarter_error[level - 1][q], patch->exponent);
+            errors[STP_PATCH_QUARTERS + q] = (float)stp_error_decode(
+                patch->quarter_tangential_error[level - 1][q], patch->exponent);
+        }
+}
+
+static stp_gpu_patch gpu_patch(const stp_patch *patch)
+{
+    double step = ldexp(1.0, patch->exponent);
+    vec3s axis = stp_normal_decode(patch->cone_axis);
+    double angle = stp_cone_angle_decode(patch->cone_angle);
+    stp_gpu_patch out = {
+        .step = (float)step,
+        .bound_radius = (float)stp_radius_decode(patch->bound_radius, patch->exponent),
+        .cone_axis = {axis.x, axis.y, axis.z},
+        .cone_cos = angle >= 3.14159 ? -1.0f : (float)cos(angle),
+        .flags = patch->flags,
+    };
+    for (int i = 0; i < 3; i++) {
+        out.origin[i] = (float)(patch->origin[i] * step);
+        out.bound_centre[i] = (float)((patch->origin[i] + (double)patch->bound_centre[i]) * step);
+    }
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        out.radius[l] = (float)stp_radius_decode(patch->radius[l], patch->exponent);
+        out.count[l] = patch->counts[l];
+        out.colour_error[l] = patch->colour_error[l];
+    }
+    fill_errors(&out, patch);
+    return out;
+}
+
+void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
+                          const stp_placement *placement, uint32_t slot, unsigned shapes)
+{
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        out[i] = gpu_patch(&chunk->patches[i]);
+        out[i].slot = slot;
+        for (int k = 0; k < 3; k++)
+            out[i].order[k] = (uint8_t)(chunk->id >> 8 * k);
+        out[i].flags &= (uint8_t)(shapes | ~(unsigned)STP_PATCH_SHAPES);
+        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+            bool present = l >= chunk->finest_level;
+            out[i].first[l] =
+                present ? placement->level_begin[l] + chunk->level_begin[l][i] : UINT32_MAX;
+            out[i].count[l] = present ? out[i].count[l] : 0;
+        }
+    }
+}

@@ -1,0 +1,52 @@
+/* Memory through which chunks reach the GPU: a buffer that stays mapped, so that decoding threads
+ * write into it while frames are drawn. A piece of it is free again when a fence behind its copy is
+ * passed. Threads: the render thread; what lies in a piece that was taken may be written by any. */
+#ifndef STP_RUNTIME_STREAM_UPLOAD_RING_H
+#define STP_RUNTIME_STREAM_UPLOAD_RING_H
+
+#include "base/error.h"
+#include "runtime/stream/range_pool.h"
+
+#include <epoxy/gl.h>
+
+#define STP_UPLOAD_UNIT_BYTES 256u
+/* Fences not passed yet: so many frames that copied something; then taking waits for the oldest. */
+#define STP_UPLOAD_FENCES_LIMIT 8
+/* Pieces copied and not free yet. */
+#define STP_UPLOAD_COPIED_LIMIT 256
+
+typedef struct stp_upload_ring {
+    GLuint buffer;
+    uint8_t *memory;
+    stp_range_pool ranges; /* units */
+    stp_range copied[STP_UPLOAD_COPIED_LIMIT];
+    size_t copied_count;
+    struct {
+        GLsync sync;
+        size_t count; /* of copied, after those of the fences before */
+    } fences[STP_UPLOAD_FENCES_LIMIT];
+    size_t fence_count, fenced_count; /* fenced: pieces behind fences */
+} stp_upload_ring;
+
+/* Errors: GL (no memory). */
+stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, stp_error *err);
+void stp_upload_ring_destroy(stp_upload_ring *ring);
+
+/* False where no piece is free. Errors go to *status: OUT_OF_MEMORY. */
+bool stp_upload_ring_take(stp_upload_ring *ring, uint64_t bytes, stp_range *out, stp_status *status,
+                          stp_error *err);
+/* Where a piece begins, in memory and in the buffer. */
+uint8_t *stp_upload_ring_memory(const stp_upload_ring *ring, stp_range piece);
+uint64_t stp_upload_ring_offset(stp_range piece);
+/* A piece that nothing was copied out of. */
+void stp_upload_ring_give(stp_upload_ring *ring, stp_range piece);
+/* A piece whose copy was just issued: free once the next fence is passed. */
+void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece);
+/* Puts a fence behind the copies issued since the last; frees what passed fences stood for. */
+void stp_upload_ring_fence(stp_upload_ring *ring);
+/* Waits for the oldest fence; false if there is none. */
+bool stp_upload_ring_wait(stp_upload_ring *ring);
+/* Whether one more piece may be copied before the next fence. */
+bool stp_upload_ring_may_copy(const stp_upload_ring *ring);
+
+#endif

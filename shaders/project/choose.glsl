@@ -1,0 +1,105 @@
+// The level of a patch: level_rule.glsl on what patch_texture holds. runtime/cut/level_choice.c is the
+// same in C, and tests/gl/test_gl_level.c compares the two. Needs patch.glsl.
+
+#define STP_RULE
+#define STP_SQRT sqrt
+#define STP_MAX max
+#define STP_MIN min
+#define STP_ABS abs
+#include "level_rule.glsl"
+
+#define STP_LEVEL_SKIP -1
+
+// How a patch stands to the eye.
+struct stp_sight {
+    float scale, sin_alpha, weight;
+};
+
+bool stp_fits(stp_sight s, float error, float tangential_error, float radius, float variation)
+{
+    return stp_rule_fits(stp_rule_error(s.scale, s.sin_alpha, error, tangential_error), s.scale * radius, variation,
+                         s.weight, terms.x, quality.x, quality.y);
+}
+
+bvec4 stp_fit(stp_sight s, vec4 error, vec4 tangential_error, float radius, float variation)
+{
+    return bvec4(stp_fits(s, error.x, tangential_error.x, radius, variation),
+                 stp_fits(s, error.y, tangential_error.y, radius, variation),
+                 stp_fits(s, error.z, tangential_error.z, radius, variation),
+                 stp_fits(s, error.w, tangential_error.w, radius, variation));
+}
+
+// The level of each quarter of a patch in sight, not below the finest resident one; STP_LEVEL_SKIP for
+// quarters that are not there. Level 3 stands for the whole patch, in quarter 0.
+ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
+{
+    const ivec4 skip = ivec4(STP_LEVEL_SKIP);
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
+    vec3 centre = stp_to_eye(p.bound_centre);
+    float range = length(centre);
+    float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
+    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
+    float cos_phi = clamp(dot(direction, p.cone_axis), -1.0, 1.0);
+    bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(p.count[2]));
+    ivec4 finest = mix(ivec4(chunk.finest), skip, absent);
+    float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
+                                 orthographic);
+    if (quality.x <= 0.0 || scale < 0.0)
+        return finest;
+    float sin_alpha = stp_rule_sin_alpha(cos_phi, p.cone_cos, sin_beta);
+    stp_sight sight = stp_sight(scale, sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
+    if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
+        return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
+    stp_quarter_errors e = stp_quarter_errors_fetch(index);
+    ivec4 levels = mix(ivec4(0), ivec4(1), stp_fit(sight, e.error_1, e.tangential_1, p.radius[1], p.variation[1]));
+    levels = mix(levels, ivec4(2), stp_fit(sight, e.error_2, e.tangential_2, p.radius[2], p.variation[2]));
+    return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
+}
+
+// What a patch of this level is drawn as: segments, triangles, or, 0, points. All quarters of a strip or of triangles
+// choose the same level.
+uint stp_shape_of(stp_patch p, int level)
+{
+#if STP_LINES
+    if ((p.flags & STP_PATCH_STRIP) != 0u && p.count[max(level, 0)] >= 2u)
+        return STP_PATCH_STRIP;
+#endif
+#if STP_TRIANGLES
+    if ((p.flags & STP_PATCH_TRIANGLES) != 0u && level == 0)
+        return STP_PATCH_TRIANGLES;
+#endif
+    return 0u;
+}
+
+// A patch and the levels chosen of it; whether it is drawn as this shape then.
+bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
+{
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(index));
+    p = stp_patch_fetch(index, chunk.offset);
+    levels = stp_choose_levels(index, p, chunk);
+    return stp_shape_of(p, levels.x) == shape;
+}
+
+// The samples of a patch at the levels chosen: quarter q has those from first[q] on in the Object
+// Texture, and with the quarters before it end[q] in all.
+struct stp_selection {
+    uvec4 first, end;
+};
+
+stp_selection stp_select(stp_patch p, ivec4 levels)
+{
+    if (levels.x == 3)
+        return stp_selection(uvec4(p.first[3]), uvec4(1u)); // the others have none
+    uvec4 end_2 = uvec4(1u, 2u, 3u, 4u);
+    uvec4 end_1 = stp_children_end(end_2, p.count[2], p.count[1]);
+    uvec4 end_0 = stp_children_end(end_1, p.count[1], p.count[0]);
+    bvec4 at_1 = equal(levels, ivec4(1)), at_2 = equal(levels, ivec4(2));
+    uvec4 end = mix(mix(end_0, end_1, at_1), end_2, at_2);
+    uvec4 begin = mix(mix(uvec4(0u, end_0.xyz), uvec4(0u, end_1.xyz), at_1), uvec4(0u, end_2.xyz), at_2);
+    uvec4 count = mix(end - begin, uvec4(0u), lessThan(levels, ivec4(0)));
+    uvec4 first = begin + mix(mix(uvec4(p.first[0]), uvec4(p.first[1]), at_1), uvec4(p.first[2]), at_2);
+    count.y += count.x;
+    count.zw += count.y;
+    count.w += count.z - count.y;
+    return stp_selection(first, count);
+}

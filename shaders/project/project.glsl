@@ -1,0 +1,147 @@
+// A sample becomes a pixel. Needs patch.glsl.
+
+// Unit ray from the eye through an eye-space position.
+vec3 stp_ray_through(vec3 position)
+{
+    return STP_ORTHOGRAPHIC != 0 ? vec3(0.0, 0.0, -1.0) : normalize(position);
+}
+
+// Unit ray through window coordinates, pixels.
+vec3 stp_ray(vec2 window)
+{
+    if (STP_ORTHOGRAPHIC != 0)
+        return vec3(0.0, 0.0, -1.0);
+    return normalize(vec3((window - centre.xy) / viewport.z, -1.0));
+}
+
+// Pixels that a world unit facing the eye covers at a depth.
+float stp_pixels_per_unit(float depth)
+{
+    return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
+}
+
+// Depth as the depth buffer has it: 1 at the near plane, 0 far away; and back.
+float stp_depth_encode(float depth)
+{
+    return STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
+}
+
+float stp_depth_decode(float z)
+{
+    return STP_ORTHOGRAPHIC != 0 ? (1.0 - z) * 2.0 * quality.w : viewport.w / z;
+}
+
+bool stp_class_hidden(uint class_id)
+{
+#if STP_HIDE_CLASSES
+    return (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) != 0u;
+#else
+    return false;
+#endif
+}
+
+// Whether a place relative to the eye, world axes, is cut off.
+bool stp_clipped(vec3 from_eye)
+{
+#if STP_CLIP
+    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz));
+#else
+    return false;
+#endif
+}
+
+// Whether the line of sight to some place in a ball goes through an opening of a closed surface. from_eye: the ball's
+// centre relative to the eye.
+bool stp_seen_through(vec3 from_eye, float radius)
+{
+#if STP_OPENINGS
+    for (int i = 0; i < modes.w; i++) {
+        vec4 ball = openings[i];
+        ball.w += radius;
+#if STP_ORTHOGRAPHIC
+        vec3 off = ball.xyz - from_eye;
+        float nearer = dot(off, axis_back.xyz);
+        off -= nearer * axis_back.xyz;
+        if (nearer >= -ball.w && dot(off, off) <= ball.w * ball.w)
+            return true;
+#else
+        float part = clamp(dot(ball.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
+        vec3 off = ball.xyz - part * from_eye;
+        if (dot(off, off) <= ball.w * ball.w)
+            return true;
+#endif
+    }
+#endif
+    return false;
+}
+
+// The same for a patch: if false, it is so for none of its samples.
+bool stp_patch_opened(stp_patch p)
+{
+    return stp_seen_through(p.bound_centre, p.bound_radius * 1.00001);
+}
+
+// Cosine: samples that are seen from behind more flatly are drawn, for outlines are made of them, too. As in
+// runtime/cut/level_choice.c.
+#define STP_CULL_COSINE 0.1
+
+// Whether a sample is left out because its back is turned to the eye (docs/closed.md). opened: of its patch, or true.
+bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
+{
+    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
+    float away = dot(normal, ray);
+    bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
+                  away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
+    if (culled && opened)
+        culled = !stp_seen_through(from_eye, 0.0);
+    return culled;
+}
+
+// The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
+// away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
+// of a hidden class, or culled. opened: as of stp_culled. Runs for every sample, so it normalises nothing.
+bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, out float z)
+{
+    vec3 from_eye = stp_sample_position(texel, origin, step);
+    vec3 position = stp_to_eye(from_eye);
+    float depth = -position.z;
+    vec2 window = centre.xy + position.xy * stp_pixels_per_unit(depth);
+    vec2 pixel = floor(window);
+    bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
+                 all(lessThan(pixel, viewport.xy));
+    drawn = drawn && !stp_culled(texel, from_eye, opened) && !stp_clipped(from_eye) &&
+            !stp_class_hidden(texel.z >> 24);
+    at = ivec2(pixel);
+    z = stp_depth_encode(depth);
+    return drawn;
+}
+
+#define STP_ORDER_VERTEX 0u
+#define STP_ORDER_SAMPLE 1u
+#define STP_ORDER_SHAPE 2u
+
+// Patches' vertices are drawn before other samples, segments and triangles after these: each has its own last two
+// bits in its depths, so that none ties with another and who wins a pixel does not depend on what was drawn at once.
+float stp_depth_apart(float z, uint order)
+{
+    return uintBitsToFloat(floatBitsToUint(min(z, 0.99999976)) & ~3u | order);
+}
+
+// Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
+// volume if the sample is not drawn.
+vec4 stp_project(uvec4 texel, vec3 origin, float step, bool opened)
+{
+    ivec2 at;
+    float z;
+    bool drawn = stp_place(texel, origin, step, opened, at, z);
+    return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+}
+
+// Clip position of a place in eye space, for what is rasterised as it is.
+vec4 stp_clip_position(vec3 position)
+{
+    float depth = -position.z;
+    float w = STP_ORTHOGRAPHIC != 0 ? 1.0 : depth;
+    float z = STP_ORTHOGRAPHIC != 0 ? stp_depth_encode(depth) : viewport.w;
+    return vec4(2.0 * (centre.xy * w + position.xy * viewport.z) / viewport.xy - w, z, w);
+}

@@ -1,0 +1,31 @@
+// The runs of samples that runs.comp lists and other compute shaders draw (listed.glsl); runtime/draw/runs.c makes
+// the buffers.
+
+#define STP_GROUP_PATCHES 64u
+#define STP_RUN_SAMPLES 4u
+#define STP_GROUP_RUNS 16u
+#define STP_DROP_COUNTERS 64u // each in a cache line of its own
+#define STP_DROP_STRIDE 16u
+#define STP_RUN_HEAD (3u + STP_DROP_COUNTERS * STP_DROP_STRIDE / 2u) // of the size of runs
+#define STP_RUN_OPENED 0x80000000u // of a patch that may be seen through an opening (stp_patch_opened)
+
+layout(std430, binding = 2) buffer stp_runs_block {
+    uint groups_x; // of the dispatch over them: x is given
+    uint groups_y;
+    uint groups_z;
+    uint run_count;
+    uint points_listed;
+    uint unused;
+    uint dropped[STP_DROP_COUNTERS * STP_DROP_STRIDE]; // of these samples, those that are not drawn: their sum
+    uvec2 runs[]; // first sample | (samples - 1) << 29, which patch in sight | STP_RUN_OPENED
+};
+
+// Of the patches in sight: origin relative to the eye, step.
+layout(std430, binding = 3) buffer stp_lattices_block {
+    vec4 lattices[];
+};
+
+uvec2 stp_run_pack(uint first, uint count, uint listed, bool opened)
+{
+    return uvec2(first | count - 1u << 29, listed | (opened ? STP_RUN_OPENED : 0u));
+}

@@ -1,0 +1,7 @@
+/* Every call of every command fails once. */
+#include "tests/fixtures/injection_commands.h"
+
+int main(void)
+{
+    return injection_main(true);
+}

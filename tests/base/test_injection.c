@@ -1,0 +1,7 @@
+/* Every call fails once: a sample of the points that long_injection tries. */
+#include "tests/fixtures/injection_commands.h"
+
+int main(void)
+{
+    return injection_main(false);
+}

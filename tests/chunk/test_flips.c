@@ -1,0 +1,74 @@
+/* A single flipped bit is named by verify, wherever it is: every bit of a small file, padding
+ * included, and some of a large one (long_flips.c takes all of that). */
+#include "tests/fixtures/flip_fixture.h"
+
+#include "tests/fixtures/size.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+
+#include <cmocka.h>
+
+static stp_pool *make_pool(unsigned threads)
+{
+    stp_pool *pool = NULL;
+    assert_int_equal(stp_pool_create(&pool, threads, NULL), STP_OK);
+    return pool;
+}
+
+/* One line that says which file, what and where. */
+static void assert_named(const flip_file *f, size_t bit, stp_pool *pool)
+{
+    stp_error err = {0};
+    stp_status status = flip_and_verify(f, bit, pool, &err);
+    if (status == STP_OK)
+        print_error("bit %zu of byte %zu is not found\n", bit % 8, bit / 8);
+    assert_true(status == STP_CORRUPT || (bit < 64 && status == STP_FORMAT) ||
+                (bit >= 64 && bit < 80 && status == STP_VERSION));
+    assert_int_equal(strncmp(err.message, f->path, strlen(f->path)), 0);
+    assert_null(strchr(err.message, '\n'));
+    assert_true(bit < 80 || strstr(err.message, "byte"));
+}
+
+static void test_every_bit(void **state)
+{
+    (void)state;
+    for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
+        fixture_tree tree;
+        stp_pool *pool = make_pool(1);
+        const char *path = fixture_path("small.stipple");
+        fixture_tree_of_seven(&tree, 2, TEST_SIZE(6, 2));
+        assert_int_equal(fixture_write(&tree, path, (stp_codec)codec, NULL), STP_OK);
+        fixture_destroy(&tree);
+        flip_file f = flip_file_open(path);
+        for (size_t bit = 0; bit < 8 * f.size; bit++)
+            assert_named(&f, bit, pool);
+        assert_int_equal(flip_verify(f.path, pool, NULL), STP_OK);
+        flip_file_close(&f);
+        stp_pool_destroy(&pool);
+    }
+}
+
+static void test_some_bits(void **state)
+{
+    (void)state;
+    stp_pool *pool = make_pool(2);
+    flip_file f = flip_large_file();
+    assert_true(f.size > 900000 && f.size < 1400000);
+    assert_int_equal(flip_verify(f.path, pool, NULL), STP_OK);
+    for (uint64_t i = 0; i < TEST_SIZE(40, 4); i++)
+        assert_named(&f, (size_t)(stp_random_u64(3, i) % (8 * f.size)), pool);
+    assert_int_equal(flip_verify(f.path, pool, NULL), STP_OK);
+    flip_file_close(&f);
+    stp_pool_destroy(&pool);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_bit),
+        cmocka_unit_test(test_some_bits),
+    };
+    return cmocka_run_group_tests_name("flips", tests, NULL, fixture_remove_folder);
+}

@@ -1,0 +1,213 @@
+#!/usr/bin/env bash
+# Models on a real web server, nginx: all commands, ranges off, compression, https, a slow line, the
+# cache, and a file that is replaced.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+nginx=$(command -v nginx || ls /usr/sbin/nginx 2>/dev/null) || skip_test "nginx is not installed"
+unset http_proxy https_proxy all_proxy ALL_PROXY HTTPS_PROXY
+
+root=$FOLDER/www
+mkdir -p "$root/a b"
+"$STIPPLE" gen bumpy -n 200000 -o "$FOLDER/a.ply" --quiet || fail "no scan"
+"$STIPPLE" prep "$FOLDER/a.ply" -o "$root/a b/é.stipple" --quiet || fail "no model"
+model=$root/a\ b/é.stipple
+ln "$model" "$root/m.stipple"
+bytes=$(stat -c %s "$model")
+
+# ---- the server: on a free port, as whoever runs this ----
+
+secure=
+if openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost \
+    -addext subjectAltName=IP:127.0.0.1 -keyout "$FOLDER/key.pem" -out "$FOLDER/cert.pem" \
+    2>/dev/null; then
+    secure=yes
+fi
+
+write_conf() { # port, port of https
+    cat >"$FOLDER/nginx.conf" <<CONF
+worker_processes 1;
+daemon off;
+pid $FOLDER/nginx.pid;
+error_log $FOLDER/nginx.log;
+$([ "$(id -u)" = 0 ] && echo "user root;")
+events { worker_connections 64; }
+http {
+    access_log $FOLDER/access.log;
+    client_body_temp_path $FOLDER/t1; proxy_temp_path $FOLDER/t2; fastcgi_temp_path $FOLDER/t3;
+    uwsgi_temp_path $FOLDER/t4; scgi_temp_path $FOLDER/t5;
+    server {
+        listen 127.0.0.1:$1;
+        ${secure:+listen 127.0.0.1:$2 ssl; ssl_certificate $FOLDER/cert.pem; ssl_certificate_key $FOLDER/key.pem;}
+        root $root;
+        location /slow/ { alias $root/; limit_rate 200k; }
+        location /whole/ { alias $root/; max_ranges 0; }
+        location /moved/ { return 302 /m.stipple; }
+        location /secret/ { return 403; }
+        location /busy/ { return 503; }
+    }
+}
+CONF
+}
+
+start_server() {
+    local try
+    for try in 1 2 3 4 5 6 7 8; do
+        port=$((20000 + (RANDOM * 32768 + RANDOM) % 12000 * 2))
+        write_conf $port $((port + 1))
+        "$nginx" -p "$FOLDER" -c "$FOLDER/nginx.conf" -e "$FOLDER/nginx.log" 2>"$FOLDER/started" &
+        server=$!
+        for _ in $(seq 100); do
+            [ -s "$FOLDER/nginx.pid" ] && return 0
+            kill -0 "$server" 2>/dev/null || break
+            sleep 0.05
+        done
+        kill "$server" 2>/dev/null
+        wait "$server"
+    done
+    return 1
+}
+
+start_server || skip_test "nginx does not start: $(head -1 "$FOLDER/started")"
+trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$FOLDER"' EXIT
+web=http://127.0.0.1:$port
+
+# Requests and bytes of bodies since the log was emptied.
+log_begin() { : >"$FOLDER/access.log"; }
+log_bytes() { awk '{ n += $10 } END { print n + 0 }' "$FOLDER/access.log"; }
+expect_requests() { # nginx writes its log a moment after its answer
+    local requests
+    for _ in $(seq 40); do
+        requests=$(wc -l <"$FOLDER/access.log")
+        [ "$requests" -ge "$1" ] && break
+        sleep 0.05
+    done
+    [ "$requests" = "$1" ] || fail "$command: $requests requests, expected $1"
+}
+
+# ---- opening ----
+
+log_begin
+run "$STIPPLE" info "$web/a b/é.stipple" --json
+expect_code 0
+expect_empty err
+expect_requests 2
+[ "$(log_bytes)" -lt $((bytes / 2)) ] || fail "info took $(log_bytes) of $bytes bytes"
+sed 's/"file":.*//' "$FOLDER/out" >"$FOLDER/far"
+"$STIPPLE" info "$model" --json | sed 's/"file":.*//' | cmp -s - "$FOLDER/far" ||
+    fail "info says other things of the far model"
+
+run "$STIPPLE" verify "$web/m.stipple" --quiet
+expect_code 0
+run "$STIPPLE" export "$web/moved/x" -o "$FOLDER/far.ply" --quiet
+expect_code 0
+"$STIPPLE" export "$model" -o "$FOLDER/near.ply" --quiet
+cmp -s "$FOLDER/far.ply" "$FOLDER/near.ply" || fail "export of the far model differs"
+
+run "$STIPPLE" convert "$web/a b/é.stipple" -o "$FOLDER/far.stipple" --codec zstd --threshold 2 --quiet
+expect_code 0
+"$STIPPLE" convert "$model" -o "$FOLDER/near.stipple" --codec zstd --threshold 2 --quiet
+cmp -s "$FOLDER/far.stipple" "$FOLDER/near.stipple" || fail "convert of the far model differs"
+run "$STIPPLE" convert "$web/nowhere.stipple" -o "$FOLDER/none.stipple"
+expect_failure "check the address"
+[ ! -e "$FOLDER/none.stipple" ] || fail "convert of a model that is not there left a file"
+
+# ---- what goes wrong, each in one sentence ----
+
+truncate -s 256M "$root/large.stipple"
+log_begin
+run "$STIPPLE" info "$web/whole/large.stipple"
+expect_failure "no byte ranges"
+expect_requests 1
+[ "$(log_bytes)" -lt 100000000 ] || fail "a server without ranges sent $(log_bytes) bytes"
+run "$STIPPLE" info "$web/nowhere.stipple"
+expect_failure "check the address"
+run "$STIPPLE" info "http://me:sesame@${web#http://}/secret/m.stipple?key=opens"
+expect_failure "refuses access (403)"
+! grep -q -e sesame -e opens "$FOLDER/err" || fail "a password is printed"
+run "$STIPPLE" info "$web/busy/m.stipple"
+expect_failure "answers 503"
+: >"$root/empty.stipple"
+run "$STIPPLE" info "$web/empty.stipple"
+expect_failure "not a stipple chunk file"
+head -c 1000 "$model" >"$root/cut.stipple"
+run "$STIPPLE" info "$web/cut.stipple"
+expect_failure "cut"
+cp "$FOLDER/a.ply" "$root/a.ply"
+run "$STIPPLE" info "$web/a.ply"
+expect_failure "not a stipple chunk file"
+run "$STIPPLE" verify --repair "$web/m.stipple" -o "$FOLDER/r.stipple"
+expect_usage "copy the file here"
+
+# ---- https: certificates are checked ----
+
+if [ -n "$secure" ]; then
+    run "$STIPPLE" info "https://127.0.0.1:$((port + 1))/m.stipple"
+    expect_failure "certificate is not trusted"
+    run env CURL_CA_BUNDLE="$FOLDER/cert.pem" "$STIPPLE" info \
+        "https://127.0.0.1:$((port + 1))/m.stipple"
+    expect_code 0
+fi
+
+# ---- pictures ----
+
+"$STIPPLE" --help | grep -q '^  render ' || end_test
+render() { # model, picture, options...
+    run "$STIPPLE" render "$1" -o "$FOLDER/$2" --size 128x128 --force \
+        --stats "$FOLDER/stats.json" "${@:3}"
+    expect_code 0
+}
+same() { cmp -s "$FOLDER/$1" "$FOLDER/$2" || fail "$1 and $2 differ"; }
+
+render "$model" near.png
+render "$web/m.stipple" far.png
+expect_empty err
+same near.png far.png
+[ "$(field retries)" = 0 ] && [ "$(field requests)" -gt 2 ] || fail "the stats are not those of a server"
+render "$web/slow/m.stipple" slow.png
+same near.png slow.png
+
+# The cache: the second picture costs one request, and a damaged range is fetched again.
+cache=$FOLDER/cache\ folder
+render "$web/m.stipple" first.png --cache "$cache" --cache-size 1M
+log_begin
+render "$web/m.stipple" second.png --cache "$cache" --cache-size 1M
+same near.png second.png
+expect_requests 1
+victim=$(ls "$cache"/*.range | head -1)
+printf 'damage' | dd of="$victim" bs=1 seek=100 conv=notrunc status=none
+render "$web/m.stipple" third.png --cache "$cache" --cache-size 1M
+same near.png third.png
+[ "$(field cache_damaged)" = 1 ] || fail "the damage was not counted"
+render "$web/m.stipple" fourth.png --cache "$cache" --cache-size 100K
+same near.png fourth.png
+total=$(cat "$cache"/*.range 2>/dev/null | wc -c)
+[ "$total" -le $((100 * 1024)) ] || fail "the cache has $total bytes, its budget is 102400"
+
+# A folder that does not do is told once, and the picture is right.
+render "$web/m.stipple" fifth.png --cache "$FOLDER/a.ply"
+same near.png fifth.png
+expect_lines err 1
+expect_text err "warning: $FOLDER/a.ply: nothing can be kept there"
+
+# Another file under the same name: nothing of the old one is taken.
+"$STIPPLE" gen torus -n 100000 -o "$FOLDER/b.ply" --quiet
+"$STIPPLE" prep "$FOLDER/b.ply" -o "$FOLDER/b.stipple" --quiet
+render "$FOLDER/b.stipple" torus.png
+cp "$FOLDER/b.stipple" "$root/new" && mv -f "$root/new" "$root/m.stipple"
+render "$web/m.stipple" far_torus.png --cache "$cache"
+same torus.png far_torus.png
+
+# A chunk damaged on the server costs that chunk only.
+chunks=$("$STIPPLE" info "$model" | sed -n 's/^chunks *\([0-9]*\) .*/\1/p')
+cp "$model" "$root/bad.stipple"
+printf 'damage' | dd of="$root/bad.stipple" bs=1 seek=10000 conv=notrunc status=none
+run "$STIPPLE" render "$web/bad.stipple" -o "$FOLDER/bad.png" --size 128x128 --threshold 0
+if [ "$chunks" -gt 1 ]; then
+    expect_failure "--allow-damage"
+    [ ! -e "$FOLDER/bad.png" ] || fail "a picture that lacks a chunk"
+    run "$STIPPLE" render "$web/bad.stipple" -o "$FOLDER/bad.png" --size 128x128 --threshold 0 \
+        --allow-damage --quiet
+    expect_code 0
+    expect_text err "its parent is drawn instead"
+fi
+end_test

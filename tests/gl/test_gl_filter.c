@@ -1,0 +1,266 @@
+/* Clip box and hidden classes: exactly the samples that should be are drawn, every road draws the
+ * same, what lies outside the box is not even loaded, and wrong boxes are refused. */
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/prep_fixture.h"
+#include "tests/fixtures/scan_fixture.h"
+#include "tests/support/views.h"
+
+enum { COUNT = 60000, SIZE = 200, PIXELS = SIZE * SIZE };
+
+/* Georeferenced: floats would not know the box from its neighbour. */
+static const stp_dvec3 centre = {500000.0, 4.5e6, 300.0};
+static const double radius = 20.0;
+
+/* All above the middle but one corner; ground, vegetation and noise by turns. */
+static const stp_clip upper = {
+    true, {{500000.0 - 30.0, 4.5e6 - 30.0, 300.0}, {500000.0 + 9.0, 4.5e6 + 30.0, 330.0}}};
+static const uint8_t classes[4] = {2, 5, 7, 200};
+
+static void hide(stp_draw_params *params, unsigned class_id)
+{
+    params->hidden_classes[class_id / 32] |= UINT32_C(1) << class_id % 32;
+}
+
+static bool hidden(const stp_draw_params *params, unsigned class_id)
+{
+    return params->hidden_classes[class_id / 32] >> class_id % 32 & 1;
+}
+
+static bool inside(const stp_clip *clip, stp_dvec3 p)
+{
+    return !clip->enabled || stp_dbox_distance_squared(&clip->box, p) == 0.0;
+}
+
+static void build(const char *path)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = prep_cloud_wavy(COUNT, centre, radius);
+    for (uint32_t i = 0; i < COUNT; i++)
+        cloud.points[i].class_id = classes[i % 4];
+    check_ok(prep_cloud_run(&cloud, path, 2, NULL, &stats, err));
+    free(cloud.points);
+}
+
+static int open_model(void **state)
+{
+    static gl_fixture f;
+    *state = &f;
+    if (scan_fixture_enter(state) != 0)
+        return 1;
+    build("filter.stipple");
+    gl_fixture_open(&f, "filter.stipple", NULL);
+    *state = &f;
+    return 0;
+}
+
+static int close_model(void **state)
+{
+    gl_fixture_close(*state);
+    return scan_fixture_leave(state);
+}
+
+static stp_view view_from(const gl_fixture *f, int direction)
+{
+    return views_get(direction, &f->model->ball, NULL, 0, SIZE, SIZE);
+}
+
+/* Every level-0 sample that passes, by double, as a mask of the pixels they fall on. */
+static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
+                        uint8_t *mask)
+{
+    reference_pyramid reference;
+    const stp_gpu_frame frame = {.modes = {0, 0, 0, 0}}; /* of a cut surface no back is left out */
+    check_ok(reference_create(&reference, view, false, 0, err));
+    for (uint32_t id = 0; id < f->model->info->chunk_count; id++) {
+        const stp_chunk_entry *entry = &f->model->entries[id];
+        stp_chunk *chunk = NULL;
+        check_ok(stp_chunk_file_read(f->model->file, id, 0, &chunk, err));
+        for (uint32_t p = 0; entry->child_count == 0 && p < chunk->patch_count; p++)
+            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
+                const stp_sample *sample = &chunk->samples[0][i];
+                stp_dvec3 at =
+                    stp_dvec3_add(entry->origin, stp_sample_position(sample, &chunk->patches[p]));
+                reference_disc disc =
+                    gl_fixture_disc(entry, &chunk->patches[p], sample, view, &frame);
+                if (inside(&params->clip, at) && !hidden(params, sample->class_id))
+                    reference_project(&reference, &disc, 1);
+            }
+        stp_chunk_destroy(&chunk);
+    }
+    for (size_t i = 0; i < PIXELS; i++)
+        mask[i] = reference.levels[0].pulled[i].tag != 0;
+    reference_destroy(&reference);
+}
+
+static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
+enum { ROADS = sizeof roads / sizeof *roads };
+
+/* Single pixels, drawn by every road, are those of the samples that pass. */
+static void exact(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t rgba[4 * PIXELS], mask[PIXELS];
+    for (int variant = 0; variant < 3; variant++) {
+        stp_draw_params params = {.reconstruct = STP_RECONSTRUCT_POINTS, .every_sample = true};
+        if (variant != 1)
+            params.clip = upper;
+        if (variant != 0) {
+            hide(&params, 7);
+            hide(&params, 200);
+        }
+        stp_view view = view_from(f, 18 + 2 * variant);
+        expect_mask(f, &view, &params, mask);
+        for (int r = 0; r < ROADS; r++) {
+            size_t differing = 0;
+            params.lod = roads[r];
+            gl_fixture_draw(f, &view, &params, NULL, rgba);
+            for (size_t i = 0; i < PIXELS; i++)
+                differing += mask[i] != (rgba[4 * i + 3] != 0);
+            assert_true(gl_fixture_covered(rgba, PIXELS) > PIXELS / 20);
+            if (differing > 4) /* floats round a sample into the next pixel */
+                fail_msg("road %d, variant %d: %zu components differ", r, variant, differing);
+        }
+    }
+}
+
+/* With levels chosen and reconstructed, all roads make one picture. */
+static void roads_agree(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t first[4 * PIXELS], rgba[4 * PIXELS], whole[4 * PIXELS];
+    for (int reconstruct = 0; reconstruct <= STP_RECONSTRUCT_LAST; reconstruct++)
+        for (int every = 0; every < 2; every++) {
+            stp_draw_params params = {.reconstruct = (stp_reconstruct)reconstruct,
+                                      .every_sample = every,
+                                      .threshold_px = 2.0};
+            stp_view view = view_from(f, 18 + reconstruct);
+            view.orthographic = reconstruct == 1;
+            if (view.orthographic)
+                view.f = 0.4 * SIZE / radius;
+            gl_fixture_draw(f, &view, &params, NULL, whole);
+            params.clip = upper;
+            hide(&params, 2);
+            hide(&params, 5);
+            gl_fixture_draw(f, &view, &params, NULL, first);
+            assert_true(gl_fixture_covered(first, PIXELS) > PIXELS / 50 &&
+                        gl_fixture_covered(first, PIXELS) < gl_fixture_covered(whole, PIXELS));
+            for (int r = 1; r < (every ? ROADS : ROADS - 1); r++) {
+                size_t differing = 0;
+                params.lod = roads[r];
+                gl_fixture_draw(f, &view, &params, NULL, rgba);
+                for (size_t i = 0; i < 4 * PIXELS; i++)
+                    differing += rgba[i] != first[i];
+                if (differing > 0)
+                    fail_msg("reconstruct %d, road %d: %zu pixels differ", reconstruct, r,
+                             differing);
+            }
+        }
+}
+
+/* A clipped picture covers what one of the points clipped beforehand covers, but for its edge. */
+static void as_clipped_before(void **state)
+{
+    gl_fixture *f = *state, other = {0};
+    static uint8_t rgba[4 * PIXELS], before[4 * PIXELS];
+    stp_prep_stats stats;
+    prep_cloud cloud = prep_cloud_wavy(COUNT, centre, radius);
+    size_t kept = 0;
+    for (size_t i = 0; i < COUNT; i++)
+        if (inside(&upper, cloud.points[i].position))
+            cloud.points[kept++] = cloud.points[i];
+    cloud.count = kept;
+    check_ok(prep_cloud_run(&cloud, "before.stipple", 2, NULL, &stats, err));
+    gl_fixture_open(&other, "before.stipple", NULL);
+    stp_view view = view_from(f, 22);
+    stp_draw_params params = {.cull = STP_CULL_NONE}; /* orientations are found anew */
+    gl_fixture_draw(&other, &view, &params, NULL, before);
+    params.clip = upper;
+    gl_fixture_draw(f, &view, &params, NULL, rgba);
+    size_t both = 0, either = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        both += rgba[4 * i + 3] && before[4 * i + 3];
+        either += rgba[4 * i + 3] || before[4 * i + 3];
+    }
+    print_message("clipped and clipped before share %zu of %zu pixels\n", both, either);
+    assert_true(either > PIXELS / 20 && both * 100 >= either * 99);
+    gl_fixture_close(&other);
+    free(cloud.points);
+}
+
+/* What is outside is neither read nor projected. */
+static void culled(void **state)
+{
+    (void)state;
+    gl_fixture f = {0};
+    static uint8_t rgba[4 * PIXELS];
+    stp_draw_stats small, whole;
+    gl_fixture_open(&f, "filter.stipple", NULL);
+    stp_view view = view_from(&f, 21);
+    stp_draw_params params = {.every_sample = true, .clip = {.enabled = true}};
+    params.clip.box.min = (stp_dvec3){centre.x - 3.0, centre.y - 3.0, centre.z};
+    params.clip.box.max = (stp_dvec3){centre.x + 3.0, centre.y + 3.0, INFINITY};
+    gl_fixture_draw(&f, &view, &params, &small, rgba);
+    uint64_t bytes = stp_renderer_bytes_read(f.renderer);
+    params.clip.enabled = false;
+    gl_fixture_draw(&f, &view, &params, &whole, rgba);
+    assert_true(small.points_drawn > 0 && small.points_drawn * 10 < whole.points_drawn);
+    assert_true(bytes < stp_renderer_bytes_read(f.renderer) || whole.chunks_drawn == 1);
+    gl_fixture_close(&f);
+}
+
+/* Nothing to draw is an empty picture, by every road. */
+static void nothing(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t rgba[4 * PIXELS];
+    stp_view view = view_from(f, 0);
+    for (int r = 0; r < ROADS; r++) {
+        stp_draw_params params = {.lod = roads[r], .clip = {.enabled = true}};
+        params.clip.box = (stp_dbox){centre, stp_dvec3_add(centre, (stp_dvec3){1.0, 1.0, 1.0})};
+        gl_fixture_draw(f, &view, &params, NULL, rgba); /* the surface is hollow */
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
+        params.clip.box = (stp_dbox){{1e300, 1e300, 1e300}, {1e301, 1e301, 1e301}};
+        gl_fixture_draw(f, &view, &params, NULL, rgba);
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
+        params = (stp_draw_params){.lod = roads[r]};
+        memset(params.hidden_classes, 255, sizeof params.hidden_classes);
+        gl_fixture_draw(f, &view, &params, NULL, rgba);
+        assert_int_equal(gl_fixture_covered(rgba, PIXELS), 0);
+    }
+}
+
+static void refused(void **state)
+{
+    gl_fixture *f = *state;
+    stp_view view = view_from(f, 0);
+    const stp_draw_params wrong[] = {
+        {.clip = {true, {{0.0, 0.0, NAN}, {1.0, 1.0, 1.0}}}},
+        {.clip = {true, {{0.0, 2.0, 0.0}, {1.0, 1.0, 1.0}}}},
+        {.overlay = 1.5},
+        {.overlay = NAN},
+        {.edl = -1.0},
+        {.edl = INFINITY},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        stp_error err = {0};
+        assert_int_equal(stp_renderer_draw(f->renderer, &view, &wrong[i], NULL, &err),
+                         STP_INVALID_ARGUMENT);
+        assert_true(strlen(err.message) > 20);
+    }
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(exact),
+        cmocka_unit_test(roads_agree),
+        cmocka_unit_test(as_clipped_before),
+        cmocka_unit_test(culled),
+        cmocka_unit_test(nothing),
+        cmocka_unit_test(refused),
+    };
+    int failed = cmocka_run_group_tests(tests, open_model, close_model);
+    stp_gl_context_destroy(&context);
+    return failed;
+}

@@ -1,0 +1,277 @@
+/* The packed layouts of shaders/layout.glsl and patch.glsl against the C structs of
+ * runtime/gl/gpu_layout.h: the uniform block by the driver's own offsets, patches, chunks and
+ * samples by letting a shader decode them out of the textures. */
+#include "runtime/gl/shader.h"
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/scan_fixture.h"
+
+#include <stddef.h>
+#include <sys/stat.h>
+
+static const stp_variant variant = {.geometry_invocations = 1};
+
+#define FOLDER "layout-shaders"
+
+/* Writes a shader file and compiles it as a compute shader with the project's includes. */
+static GLuint compute_program(const char *text)
+{
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    char *source = NULL, log[4096] = "";
+    GLint good = 0;
+    mkdir(FOLDER, 0777);
+    scan_fixture_text(FOLDER "/decode.comp", text);
+    stp_variant_defines(&variant, defines);
+    check_ok(stp_shader_text(&source, "decode.comp", defines, FOLDER, err));
+    GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, (const char *const *)&source);
+    glGetProgramiv(program, GL_LINK_STATUS, &good);
+    glGetProgramInfoLog(program, sizeof log, NULL, log);
+    free(source);
+    if (!good)
+        fail_msg("%s", log);
+    return program;
+}
+
+static const char decode[] =
+    "#include \"layout.glsl\"\n"
+    "#include \"patch.glsl\"\n"
+    "layout(local_size_x = 1) in;\n"
+    "layout(std430, binding = 0) buffer result { float found[]; };\n"
+    "int at = 0;\n"
+    "void put(float v) { found[at++] = v; }\n"
+    "void put3(vec3 v) { put(v.x); put(v.y); put(v.z); }\n"
+    "void put4(vec4 v) { put3(v.xyz); put(v.w); }\n"
+    "void main()\n{\n"
+    "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(centre); "
+    "put4(frustum[0]);\n"
+    "    put4(frustum[1]);\n"
+    "    put4(quality); put4(terms); put4(colour_range); put4(vec4(modes)); put4(clip_min); "
+    "put4(clip_max);\n"
+    "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
+    "    put4(openings[0]); put4(openings[127]);\n"
+    "    stp_chunk c = stp_chunk_fetch(1u);\n"
+    "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
+    "    put(float(c.depth));\n"
+    "    stp_patch p = stp_patch_fetch(1u, vec3(0.0));\n"
+    "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
+    "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
+    "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
+    "put(float(stp_patch_slot(1u))); put(float(stp_patch_order(1u)));\n"
+    "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
+    "put(float(STP_PATCH_TRIANGLES));\n"
+    "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
+    "put(float(STP_NAME_RIBBON));\n"
+    "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
+    "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        stp_disc d = stp_disc_decode(texelFetch(object_texture, i), vec3(0.0), 0.5);\n"
+    "        put3(d.position); put3(d.normal); put(d.radius); put3(d.colour);\n"
+    "        put(float(d.kind)); put(d.has_normal ? 1.0 : 0.0); put(d.oriented ? 1.0 : 0.0);\n"
+    "    }\n"
+    "    put(float(at));\n"
+    "}\n";
+
+/* What is expected, in the order the shader writes. */
+typedef struct expectation {
+    double values[256];
+    int count;
+} expectation;
+
+static void want(expectation *e, double value)
+{
+    e->values[e->count++] = value;
+}
+
+static void want_floats(expectation *e, const float *values, int count)
+{
+    for (int i = 0; i < count; i++)
+        want(e, (double)values[i]);
+}
+
+static stp_gpu_frame make_frame(void)
+{
+    stp_gpu_frame frame = {
+        .axis_right = {1, 0, 0, 101},
+        .axis_up = {0, 1, 0, 102},
+        .axis_back = {0, 0, 1, 103},
+        .viewport = {4, 5, 6, 7},
+        .centre = {31, 32, 33, 34},
+        .frustum = {{8, 9, 10, 11}, {35, 36, 37, 38}},
+        .quality = {12, 13, 14, 15},
+        .terms = {94, 95, 96, 97},
+        .colour_range = {71, 72, 73, 74},
+        .modes = {16, 17, 18, 19},
+        .clip_min = {75, 76, 77, 78},
+        .clip_max = {79, 80, 81, 82},
+        .hidden = {83, 84, 85, 86, 87, 88, 89, 90},
+        .openings = {[0] = {91, 92, 93, 94}, [STP_OPENINGS_LIMIT - 1] = {95, 96, 97, 98}}};
+    return frame;
+}
+
+static stp_gpu_patch make_patch(void)
+{
+    return (stp_gpu_patch){.origin = {21, 22, 23},
+                           .step = 24,
+                           .bound_centre = {25, 26, 27},
+                           .bound_radius = 28,
+                           .cone_axis = {29, 30, 31},
+                           .cone_cos = 32,
+                           .vertex_error = {33, 34},
+                           .finest_error = {35, 36},
+                           .quarter_error = {{{51, 52, 53, 54}, {55, 56, 57, 58}},
+                                             {{59, 60, 61, 62}, {63, 64, 65, 66}}},
+                           .radius = {41, 42, 43, 44},
+                           .first = {45, 46, 47, 48},
+                           .count = {64, 16, 4, 1},
+                           .slot = 49,
+                           .flags = 30,
+                           .order = {91, 92, 93},
+                           .colour_error = {98, 99, 100, 255}};
+}
+
+static void want_sample(expectation *e, const stp_sample *sample)
+{
+    static const stp_patch lattice = {.exponent = -1};
+    stp_dvec3 p = stp_sample_position(sample, &lattice);
+    vec3s n = stp_normal_decode(sample->normal);
+    const unsigned both = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+    want(e, p.x);
+    want(e, p.y);
+    want(e, p.z);
+    want_floats(e, n.raw, 3);
+    want(e, stp_sample_radius(sample, &lattice));
+    for (int k = 0; k < 3; k++)
+        want(e, sample->rgb[k] / 255.0);
+    want(e, (sample->flags & STP_SAMPLE_KIND_MASK) >> STP_SAMPLE_KIND_SHIFT);
+    want(e, (sample->flags & STP_SAMPLE_HAS_NORMAL) != 0);
+    want(e, (sample->flags & both) == both);
+}
+
+static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                              const stp_gpu_patch *patch, const stp_sample *samples)
+{
+    expectation e = {.count = 0};
+    want_floats(&e, frame->axis_right, 4);
+    want_floats(&e, frame->axis_up, 4);
+    want_floats(&e, frame->axis_back, 4);
+    want_floats(&e, frame->viewport, 4);
+    want_floats(&e, frame->centre, 4);
+    want_floats(&e, frame->frustum[0], 4);
+    want_floats(&e, frame->frustum[1], 4);
+    want_floats(&e, frame->quality, 4);
+    want_floats(&e, frame->terms, 4);
+    want_floats(&e, frame->colour_range, 4);
+    for (int i = 0; i < 4; i++)
+        want(&e, frame->modes[i]);
+    want_floats(&e, frame->clip_min, 4);
+    want_floats(&e, frame->clip_max, 4);
+    for (int i = 0; i < STP_CLASS_WORDS; i++)
+        want(&e, frame->hidden[i]);
+    want_floats(&e, frame->openings[0], 4);
+    want_floats(&e, frame->openings[STP_OPENINGS_LIMIT - 1], 4);
+    want_floats(&e, chunk->offset, 3);
+    want(&e, chunk->finest);
+    want(&e, chunk->id);
+    want(&e, chunk->depth);
+    want_floats(&e, patch->origin, 3);
+    want(&e, (double)patch->step);
+    want_floats(&e, patch->bound_centre, 3);
+    want(&e, (double)patch->bound_radius);
+    want_floats(&e, patch->cone_axis, 3);
+    want(&e, (double)patch->cone_cos);
+    want_floats(&e, patch->vertex_error, 2);
+    want_floats(&e, patch->finest_error, 2);
+    want_floats(&e, patch->radius, 4);
+    for (int i = 0; i < 4; i++)
+        want(&e, patch->first[i]);
+    for (int i = 0; i < 4; i++)
+        want(&e, patch->count[i]);
+    want(&e, patch->slot);
+    want(&e, patch->order[0] + 256 * (patch->order[1] + 256 * patch->order[2]));
+    for (int i = 0; i < 4; i++)
+        want(&e, patch->colour_error[i]);
+    want(&e, patch->flags);
+    want(&e, STP_PATCH_STRIP);
+    want(&e, STP_PATCH_TRIANGLES);
+    want(&e, STP_NAME_SEGMENT);
+    want(&e, STP_NAME_TRIANGLE);
+    want(&e, STP_NAME_RIBBON);
+    want_floats(&e, patch->quarter_error[0][0], 16);
+    for (int i = 0; i < 3; i++)
+        want_sample(&e, &samples[i]);
+    want(&e, e.count);
+    return e;
+}
+
+static GLuint texture_of(const void *data, size_t bytes, GLuint unit)
+{
+    GLuint buffer = 0, texture = 0;
+    glCreateBuffers(1, &buffer);
+    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, 0);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
+    glTextureBuffer(texture, GL_RGBA32UI, buffer);
+    glBindTextureUnit(unit, texture);
+    return buffer;
+}
+
+static void shaders_read_what_c_writes(void **state)
+{
+    (void)state;
+    stp_gpu_frame frame = make_frame();
+    stp_gpu_chunk chunks[2] = {{.finest = 9},
+                               {.offset = {51, 52, 53}, .finest = 2, .id = 56, .depth = 57}};
+    stp_gpu_patch patches[2] = {{.step = 9}, make_patch()};
+    stp_sample samples[3] = {{{1, 65535, 3},
+                              200,
+                              STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
+                              {1, 2, 3},
+                              5,
+                              {255, 1, 128},
+                              7},
+                             {{65535, 2, 40000},
+                              0,
+                              STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
+                              {250, 240, 230},
+                              255,
+                              {0, 200, 3},
+                              255},
+                             {{9, 8, 7},
+                              255,
+                              STP_SAMPLE_ORIENTED | 1u << STP_SAMPLE_KIND_SHIFT,
+                              {0, 255, 15},
+                              0,
+                              {9, 8, 7},
+                              0}};
+    GLuint buffers[5];
+    float found[256];
+    GLuint program = compute_program(decode);
+    buffers[0] = texture_of(samples, sizeof samples, STP_UNIT_OBJECT_TEXTURE);
+    buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES);
+    buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS);
+    glCreateBuffers(2, buffers + 3);
+    glNamedBufferStorage(buffers[3], sizeof frame, &frame, 0);
+    glNamedBufferStorage(buffers[4], sizeof found, NULL, 0);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffers[3]);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffers[4]);
+    glUseProgram(program);
+    glDispatchCompute(1, 1, 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(buffers[4], 0, sizeof found, found);
+    check_ok(stp_gl_check("decoding", err));
+    expectation e = expect_all(&frame, &chunks[1], &patches[1], samples);
+    for (int i = 0; i < e.count; i++)
+        if (!(fabs((double)found[i] - e.values[i]) <= 1e-6 * fmax(1.0, fabs(e.values[i]))))
+            fail_msg("value %d is %.9g, expected %.9g", i, (double)found[i], e.values[i]);
+    glDeleteBuffers(5, buffers);
+    glDeleteProgram(program);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(shaders_read_what_c_writes),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}

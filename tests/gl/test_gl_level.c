@@ -1,0 +1,146 @@
+/* The geometry shader and the CPU choose the same levels of every patch, by quarter: 26 directions
+ * and ten close views, five thresholds, all terms of the rule, a close cap on radii and a far one
+ * by turns. Where they differ a threshold, cap or cone 1e-5 off must explain it; such ties are
+ * counted. */
+#include "tests/fixtures/gl_levels.h"
+#include "tests/fixtures/model_fixture.h"
+#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/size.h"
+#include "tests/support/views.h"
+
+#define TIE 1e-5f
+
+enum {
+    COUNT = TEST_SIZE(200000, 50000),
+    SIZE = TEST_SIZE(512, 256) /* as many samples a pixel with either */
+};
+
+typedef struct choices {
+    size_t patches, skipped, mixed, ties, levels[STP_LEVEL_COUNT]; /* levels: by quarter */
+} choices;
+
+/* Whether the CPU chooses what the GPU did with thresholds, or with a cone of normals, that are
+ * next to these: whether a silhouette may be there is asked of the cone. */
+static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
+                   const stp_gpu_patch *patch, int quarter, int gpu)
+{
+    for (int k = 0; k < 6; k++) {
+        const float factor = 1.0f + (k % 2 == 0 ? TIE : -TIE);
+        stp_gpu_frame frame = *look->frame;
+        stp_gpu_patch near = *patch;
+        for (int i = 0; i < 2 && k < 2; i++)
+            frame.quality[i] *= factor;
+        if (k == 2 || k == 3)
+            near.cone_cos *= factor;
+        for (int i = 0; i < 3 && k >= 4; i++) /* where it is the ray, its sine has few digits */
+            near.cone_axis[i] *= factor;
+        if (stp_levels_choose(&frame, chunk, &near).of[quarter] == gpu)
+            return true;
+    }
+    return false;
+}
+
+static void compare_chunk(const gl_levels *levels, size_t draw, int view, choices *sum)
+{
+    stp_gpu_chunk chunk;
+    const stp_resident *resident = gl_fixture_resident(&levels->fixture, draw, &chunk);
+    stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
+    uint32_t count = levels->fixture.model->entries[chunk.id].patch_count;
+    for (uint32_t p = 0; p < count; p++) {
+        const stp_gpu_patch *patch = &resident->patches[p];
+        stp_levels gpu = gl_levels_drawn(levels, resident, p);
+        stp_levels cpu;
+        memset(&cpu, STP_LEVEL_SKIP, sizeof cpu);
+        sum->patches++;
+        if (stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw], resident->briefs,
+                               p))
+            cpu = stp_levels_choose(look.frame, &chunk, patch);
+        else
+            sum->skipped++;
+        bool mixed = false;
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++) {
+            if (cpu.of[q] != STP_LEVEL_SKIP)
+                sum->levels[cpu.of[q]]++;
+            mixed |= cpu.of[q] != STP_LEVEL_SKIP && cpu.of[q] != cpu.of[0];
+            if (gpu.of[q] == cpu.of[q])
+                continue;
+            /* where one drew the vertex, the other quarters tell nothing more */
+            if (!is_tie(&look, &chunk, patch, q, gpu.of[q]) &&
+                !(gpu.of[0] != cpu.of[0] && (gpu.of[0] == 3 || cpu.of[0] == 3)))
+                fail_msg("view %d, threshold %g: chunk %u patch %u quarter %d is drawn at level "
+                         "%d, the CPU says %d",
+                         view, (double)look.frame->quality[0], chunk.id, p, q, gpu.of[q],
+                         cpu.of[q]);
+            sum->ties++;
+        }
+        sum->mixed += mixed;
+    }
+}
+
+static void judge_model(const char *name, const model_recipe *recipe, bool orthographic)
+{
+    static const double thresholds[] = {0.5, 1.0, 2.0, 4.0, 8.0};
+    gl_levels levels = {0};
+    promise_disc *leaves = NULL;
+    size_t leaf_count = 0;
+    choices sum = {0};
+    model_fixture_build("level.stipple", recipe);
+    gl_levels_open(&levels, "level.stipple");
+    const stp_model *model = levels.fixture.model;
+    check_ok(promise_load_leaves(model->file, &leaves, &leaf_count, err));
+    for (int v = 0; v < VIEWS_COUNT; v++) {
+        stp_view view = views_get(v, &model->ball, leaves, leaf_count, SIZE, SIZE);
+        view.orthographic = orthographic;
+        if (orthographic)
+            view.f = (v % 3 + 1) * 0.4 * SIZE / model->ball.radius;
+        for (size_t t = 0; t < sizeof thresholds / sizeof *thresholds; t++) {
+            stp_draw_params params = {.threshold_px = thresholds[t],
+                                      /* far: so that level 3 is met, too */
+                                      .radius_cap_px = v % 2 == 0 ? 1000.0 : 3.0,
+                                      .terms =
+                                          STP_TERM_RADIUS | STP_TERM_COLOUR | STP_TERM_SILHOUETTE,
+                                      .reconstruct = STP_RECONSTRUCT_POINTS};
+            gl_levels_draw(&levels, &view, &params);
+            stp_inspection look = stp_renderer_inspect(levels.fixture.renderer);
+            for (size_t i = 0; i < look.cut->draw_count; i++)
+                compare_chunk(&levels, i, v, &sum);
+        }
+    }
+    print_message("%s: %zu patches (%zu skipped, %zu of several levels); %zu, %zu, %zu quarters of "
+                  "levels 0 to 2 and %zu of level 3; %zu ties\n",
+                  name, sum.patches, sum.skipped, sum.mixed, sum.levels[0], sum.levels[1],
+                  sum.levels[2], sum.levels[3], sum.ties);
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        assert_true(sum.levels[level] > 100);
+    assert_true(sum.mixed > 100);
+    assert_true(sum.skipped > 100);
+    free(leaves);
+    gl_levels_close(&levels);
+}
+
+static void bumpy(void **state)
+{
+    (void)state;
+    judge_model("bumpy",
+                &(model_recipe){.shape = GEN_BUMPY, .point_count = COUNT, .noise_spacings = 0.1},
+                false);
+}
+
+static void statue_orthographic(void **state)
+{
+    (void)state;
+    judge_model("statue, orthographic", &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT},
+                true);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bumpy),
+        cmocka_unit_test(statue_orthographic),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}

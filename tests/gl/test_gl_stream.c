@@ -1,0 +1,335 @@
+/* A flight while chunks stream: at every frame each part of the surface is drawn exactly once,
+ * memory stays within what was given, nothing that was covered is uncovered while the camera rests,
+ * and every stop ends at the bytes of a picture that waited. */
+#include "formats/chunk/repair/repair.h"
+#include "preprocess/tree/rebuild.h"
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/model_fixture.h"
+#include "tests/fixtures/model_layers.h"
+#include "tests/fixtures/size.h"
+#include "tests/support/views.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+enum { SIZE = 256, PIXELS = SIZE * SIZE, FRAMES_LIMIT = 20000, STOPS = 5, STEPS = 6 };
+
+static const char path[] = "stream.stipple";
+
+typedef struct flight {
+    stp_model *model;
+    model_layer *layers; /* by chunk */
+    size_t parted;       /* leaf patches that a patch above stood for while their chunk was drawn */
+    size_t parted_passes; /* cuts in passes of which that may be so */
+    stp_renderer *streaming, *waiting;
+    stp_renderer_params params;
+} flight;
+
+static void take_off(flight *f, uint64_t gpu_bytes, uint64_t cpu_bytes)
+{
+    f->params = (stp_renderer_params){.model = f->model,
+                                      .gpu_memory_bytes = gpu_bytes,
+                                      .cpu_memory_bytes = cpu_bytes,
+                                      .thread_count = 2};
+    check_ok(stp_renderer_create(&f->streaming, &f->params, err));
+    check_ok(stp_renderer_create(&f->waiting, &(stp_renderer_params){.model = f->model}, err));
+}
+
+static void land(flight *f)
+{
+    stp_renderer_destroy(&f->streaming);
+    stp_renderer_destroy(&f->waiting);
+}
+
+/* ---- the cut ---- */
+
+/* The draw of each chunk, NULL for none; free with free(). */
+static const stp_draw **list_draws(const stp_model *model, const stp_cut *cut)
+{
+    const stp_draw **draws = calloc(model->info->chunk_count, sizeof *draws);
+    assert_non_null(draws);
+    for (size_t i = 0; i < cut->draw_count; i++) {
+        assert_null(draws[cut->draws[i].chunk]);
+        draws[cut->draws[i].chunk] = &cut->draws[i];
+    }
+    return draws;
+}
+
+/* How often the surface of a leaf's patch is drawn: by itself, and by patches that stand for it. */
+static unsigned times_drawn(const flight *f, const stp_draw *const *draws, uint32_t chunk,
+                            uint32_t patch, unsigned *above)
+{
+    stp_inspection look = stp_renderer_inspect(f->streaming);
+    unsigned times = 0;
+    *above = 0;
+    for (bool leaf = true; chunk != STP_CHUNK_NONE; leaf = false) {
+        const model_layer *l = &f->layers[chunk];
+        bool drawn = draws[chunk] != NULL &&
+                     stp_patch_in_sight(look.sight, &look.looked, draws[chunk], l->briefs, patch);
+        times += drawn;
+        *above += drawn && !leaf;
+        patch = l->above[patch];
+        chunk = f->model->entries[chunk].parent;
+    }
+    return times;
+}
+
+/* Whether some point of a leaf's patch is in the picture and turned to the eye. */
+static bool is_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk, const model_layer *l,
+                       uint32_t patch)
+{
+    float eye[3];
+    for (uint32_t i = l->first_point[patch]; i < l->first_point[patch + 1]; i++) {
+        stp_patch_brief point = {.bound = l->points[i]};
+        stp_rule_bound bound = stp_patch_bound(&point, chunk);
+        if (stp_rule_visible(frame, &bound, eye))
+            return true;
+    }
+    return false;
+}
+
+/* What of a leaf is in sight is drawn once, and nothing twice. */
+static void check_leaf(flight *f, const stp_draw *const *draws, uint32_t id)
+{
+    const stp_chunk_entry *e = &f->model->entries[id];
+    stp_inspection look = stp_renderer_inspect(f->streaming);
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(e, &(stp_draw){.chunk = id}, look.eye);
+    for (uint32_t p = 0; p < e->patch_count; p++) {
+        unsigned above;
+        unsigned times = times_drawn(f, draws, id, p, &above);
+        assert_true(times == 1 ||
+                    (times == 0 && !is_visible(look.frame, &chunk, &f->layers[id], p)));
+        f->parted += above > 0 && draws[id] != NULL;
+    }
+}
+
+static void check_cut(flight *f, uint32_t passes)
+{
+    stp_inspection now = stp_renderer_inspect(f->streaming);
+    const stp_draw **draws = list_draws(f->model, now.cut);
+    for (uint32_t id = 0; id < f->model->info->chunk_count; id++)
+        if (f->model->entries[id].child_count == 0)
+            check_leaf(f, draws, id);
+    for (size_t i = 0; passes == 1 && i < now.cut->draw_count; i++)
+        assert_true(stp_chunk_cache_finest(now.cache, now.cut->draws[i].chunk) <=
+                    now.cut->draws[i].finest);
+    free(draws);
+}
+
+static void check_memory(const flight *f)
+{
+    stp_memory_use use = stp_renderer_memory(f->streaming);
+    assert_true(use.gpu_used <= use.gpu_allotted);
+    assert_true(use.gpu_allotted <= f->params.gpu_memory_bytes);
+    assert_true(use.cpu_allotted <= f->params.cpu_memory_bytes);
+}
+
+/* ---- pictures ---- */
+
+static size_t count_covered(const uint8_t *rgba)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < PIXELS; i++)
+        count += rgba[4 * i + 3] != 0;
+    return count;
+}
+
+static void draw(stp_renderer *r, const stp_view *view, const stp_draw_params *params,
+                 uint8_t *rgba, stp_draw_stats *stats)
+{
+    check_ok(stp_renderer_draw(r, view, params, stats, err));
+    check_ok(stp_renderer_read(r, rgba, err));
+}
+
+/* Frames at one view until nothing changes; the bytes must be those of the picture that waited. */
+static void stop(flight *f, const stp_view *view, const stp_draw_params *params,
+                 const stp_draw_params *waiting, bool every)
+{
+    static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
+    stp_draw_stats stats = {0}, whole;
+    draw(f->waiting, view, waiting, expected, &whole);
+    size_t covered = count_covered(expected);
+    /* of a chunk that is drawn whole, the first frame may keep it a little longer */
+    for (int frame = 0; frame < 2 || !(every ? stats.every_sample : stats.cut_complete); frame++) {
+        assert_true(frame < FRAMES_LIMIT);
+        draw(f->streaming, view, params, found, &stats);
+        check_memory(f);
+        assert_int_equal(stats.load_ms, 0.0);
+        size_t now = count_covered(found);
+        assert_true(20 * now >= 19 * covered && 19 * now <= 20 * covered);
+        if (stats.chunks_loading > 0)
+            usleep(1000);
+    }
+    assert_memory_equal(found, expected, sizeof found);
+    f->parted_passes += stats.passes > 1 && stp_renderer_inspect(f->streaming).cut->link_count > 0;
+    draw(f->streaming, view, params, found, &stats); /* and stays */
+    assert_memory_equal(found, expected, sizeof found);
+}
+
+static stp_view view_at(const flight *f, double t)
+{
+    stp_camera camera = stp_camera_around(&f->model->ball, (stp_dvec3){sin(t), 0.3, cos(t)},
+                                          (stp_dvec3){0.0, 1.0, 0.0}, 45.0, SIZE, SIZE);
+    stp_view view;
+    camera.eye = stp_dvec3_add(camera.look, stp_dvec3_scale(stp_dvec3_sub(camera.eye, camera.look),
+                                                            0.55 + 0.4 * cos(1.7 * t)));
+    check_ok(stp_view_create(&view, &camera, &f->model->ball, SIZE, SIZE, err));
+    return view;
+}
+
+static void fly(flight *f, const stp_draw_params *params, const stp_draw_params *waiting)
+{
+    static uint8_t rgba[4 * PIXELS];
+    stp_draw_stats stats;
+    double t = 0.0;
+    for (int i = 0; i < STOPS; i++) {
+        for (int k = 0; k < STEPS; k++, t += 0.07) {
+            stp_view view = view_at(f, t);
+            check_ok(stp_renderer_draw(f->waiting, &view, waiting, NULL, err));
+            draw(f->streaming, &view, params, rgba, &stats);
+            check_cut(f, stats.passes);
+            check_memory(f);
+        }
+        t += 0.9; /* a jump */
+        stp_view view = view_at(f, t);
+        stop(f, &view, params, waiting, false);
+    }
+}
+
+/* Over one model, with budgets from roomy to less than one cut, which then comes in passes. */
+static void fly_budgets(flight *f)
+{
+    static const uint64_t budgets[][2] = {{256, 256}, {24, 24}, {TEST_SIZE(10, 8), 16}};
+    f->layers = model_layers_load(f->model);
+    for (size_t i = 0; i < sizeof budgets / sizeof *budgets; i++) {
+        stp_draw_params params = {.threshold_px = TEST_SIZE(0.5, 2.0),
+                                  .radius_cap_px = TEST_SIZE(0.0, 100.0), /* 0: the usual */
+                                  .stream = true};
+        stp_draw_params waiting = params;
+        waiting.stream = false;
+        take_off(f, budgets[i][0] << 20, budgets[i][1] << 20);
+        fly(f, &params, &waiting);
+        land(f);
+    }
+    model_layers_free(f->model, f->layers);
+    print_message("%zu times a leaf's patch was left to one above it; %zu such cuts in passes\n",
+                  f->parted, f->parted_passes);
+}
+
+static void flights(void **state)
+{
+    flight f = {.model = *state};
+    assert_true(f.model->info->depth >= TEST_SIZE(3, 2));
+    for (uint32_t id = 0; id < f.model->info->chunk_count; id++)
+        assert_int_equal((f.model->entries[id].flags & STP_CHUNK_LINKED) != 0,
+                         f.model->entries[id].child_count > 0);
+    fly_budgets(&f);
+    assert_true(f.parted > 1000);
+    assert_true(f.parted_passes > 0);
+}
+
+/* Rebuilds an inner chunk, and with it those above: they are not linked then, others are. */
+static void rebuild_one(const stp_model *model, uint32_t id, const char *output)
+{
+    static const uint8_t garbage[16] = {0x5a, 0xa5, 0x5a, 0xa5, 0x5a, 0xa5, 0x5a, 0xa5};
+    stp_pool *pool = NULL;
+    stp_repair_result result;
+    char command[300];
+    snprintf(command, sizeof command, "cp '%s' damaged.stipple", path);
+    assert_int_equal(system(command), 0);
+    int file = open("damaged.stipple", O_WRONLY);
+    assert_int_equal(pwrite(file, garbage, sizeof garbage, (off_t)model->entries[id].offset + 64),
+                     sizeof garbage);
+    close(file);
+    check_ok(stp_pool_create(&pool, 2, err));
+    const stp_repair_params params = {
+        .output = output, .force = true, .build_parent = stp_rebuild_parent, .pool = pool};
+    check_ok(stp_chunk_file_repair("damaged.stipple", &params, &result, err));
+    stp_pool_destroy(&pool);
+}
+
+/* The same over a file of which some chunks are not linked. */
+static void repaired(void **state)
+{
+    flight f = {0};
+    uint32_t linked = 0, unlinked = 0;
+    const stp_model *sound = *state;
+    rebuild_one(sound, TEST_SIZE(1, 0), "repaired.stipple");
+    check_ok(stp_model_open(&f.model, "repaired.stipple", err));
+    for (uint32_t id = 0; id < f.model->info->chunk_count; id++) {
+        linked += (f.model->entries[id].flags & STP_CHUNK_LINKED) != 0;
+        unlinked += f.model->entries[id].child_count > 0 &&
+                    !(f.model->entries[id].flags & STP_CHUNK_LINKED);
+    }
+    assert_int_equal(unlinked, TEST_SIZE(2, 1));
+    assert_in_range(linked, TEST_SIZE(1, 0), f.model->info->chunk_count);
+    fly_budgets(&f);
+    stp_model_close(&f.model);
+}
+
+/* A picture at rest goes on to every sample, and says so. */
+static void refined(void **state)
+{
+    flight f = {.model = *state};
+    stp_draw_params params = {.threshold_px = 2.0, .stream = true, .refine = true};
+    stp_draw_params waiting = {.lod = STP_LOD_FULL};
+    take_off(&f, 10 << 20, 16 << 20);
+    stp_view view = view_at(&f, 1.0);
+    stop(&f, &view, &params, &waiting, true);
+    view = view_at(&f, 1.1);
+    stp_draw_stats stats;
+    check_ok(stp_renderer_draw(f.streaming, &view, &params, &stats, err));
+    assert_false(stats.every_sample);
+    land(&f);
+}
+
+/* Several models in one scene: the picture of both is, pixel by pixel, one of the two, and hiding
+ * one leaves the other's bytes. */
+static void scenes(void **state)
+{
+    static uint8_t one[4 * PIXELS], both[4 * PIXELS];
+    stp_model *other = NULL;
+    flight f = {.model = *state};
+    stp_draw_params params = {.threshold_px = 1.0};
+    model_fixture_build("other.stipple", &(model_recipe){.shape = GEN_TORUS, .point_count = 60000});
+    check_ok(stp_model_open(&other, "other.stipple", err));
+    take_off(&f, 256 << 20, 256 << 20);
+    stp_view view = view_at(&f, 0.5);
+    draw(f.waiting, &view, &params, one, NULL);
+    const stp_model *models[] = {f.model, other};
+    check_ok(stp_renderer_set_models(f.waiting, models, 2, err));
+    params.hidden_models = 2;
+    draw(f.waiting, &view, &params, both, NULL);
+    assert_memory_equal(one, both, sizeof one);
+    params.hidden_models = 0;
+    draw(f.waiting, &view, &params, both, NULL);
+    assert_true(count_covered(both) >= count_covered(one));
+    assert_memory_not_equal(one, both, sizeof one);
+    check_ok(stp_renderer_set_models(f.waiting, models, 1, err));
+    draw(f.waiting, &view, &params, both, NULL);
+    assert_memory_equal(one, both, sizeof one);
+    assert_int_equal(stp_renderer_set_models(f.waiting, models, 0, NULL), STP_INVALID_ARGUMENT);
+    draw(f.waiting, &view, &params, both, NULL);
+    assert_memory_equal(one, both, sizeof one);
+    land(&f);
+    stp_model_close(&other);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    stp_model *model = NULL;
+    model_fixture_build(
+        path, &(model_recipe){.shape = GEN_BUMPY, .point_count = TEST_SIZE(3000000, 250000)});
+    check_ok(stp_model_open(&model, path, err));
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_prestate(flights, model),
+        cmocka_unit_test_prestate(repaired, model),
+        cmocka_unit_test_prestate(refined, model),
+        cmocka_unit_test_prestate(scenes, model),
+    };
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    stp_model_close(&model);
+    stp_gl_context_destroy(&context);
+    return failed;
+}

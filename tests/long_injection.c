@@ -1,7 +1,0 @@
-/* Every call of every command fails once. */
-#include "tests/injection_commands.h"
-
-int main(void)
-{
-    return injection_main(true);
-}

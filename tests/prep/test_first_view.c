@@ -1,0 +1,518 @@
+/* First views: which positions of scanners are believed, and where a model is first seen from. */
+#include "base/sort.h"
+#include "tests/fixtures/first_view_fixture.h"
+
+#include "preprocess/viewpoint/seen_from.h"
+#include "runtime/camera/camera.h"
+#include "tests/fixtures/prep_fixture.h"
+
+#define ORIGIN ((stp_dvec3){0.0, 0.0, 0.0})
+#define Z_AXIS ((stp_dvec3){0.0, 0.0, 1.0})
+
+static stp_view view_of(const stp_first_camera *first, int width, int height)
+{
+    const stp_camera camera = {
+        .eye = first->eye, .look = first->look, .up = first->up, .fovy_deg = first->fovy_deg};
+    const stp_ball ball = {first->look, 10.0};
+    stp_view view;
+    assert_int_equal(stp_view_create(&view, &camera, &ball, width, height, NULL), STP_OK);
+    return view;
+}
+
+/* Each point is drawn at its own pixel of the camera's image. */
+static void expect_image(const stp_first_camera *first, const positions *p, const depth_camera *c)
+{
+    const stp_view view = view_of(first, (int)c->width, (int)c->height);
+    double *off = malloc(p->count * sizeof *off);
+    size_t count = 0;
+    assert_non_null(off);
+    assert_int_equal(first->why, STP_FIRST_SCANNER);
+    for (size_t i = 0; i < p->count; i++) {
+        if (!stp_dvec3_finite(p->at[i]))
+            continue;
+        const stp_dvec3 at = stp_view_project(&view, p->at[i]);
+        assert_true(at.z > 0.0);
+        off[count++] = hypot(at.x - ((double)(i % c->width) + 0.5),
+                             at.y - ((double)(c->height - 1 - i / c->width) + 0.5));
+    }
+    stp_sort_doubles(off, count);
+    if (!(off[count / 2] < 0.25 && off[count - 1] < 1.0))
+        fail_msg("pixels are off by %g, at most %g", off[count / 2], off[count - 1]);
+    free(off);
+}
+
+static stp_prep_stats prep_depth(const positions *p, size_t height, const char *viewpoint)
+{
+    depth_write("depth.pcd", p, height, viewpoint);
+    return first_prep("depth.pcd", 2);
+}
+
+/* In the camera's own axes: by the default, and whatever a quaternion says. */
+static void images_about_the_origin(void **state)
+{
+    (void)state;
+    static const char *const viewpoints[] = {NULL, "0 0 0 1 0 0 0", "0 0 0 0 1 0 0"};
+    positions p = depth_image(&depth_small, false, ORIGIN, Z_AXIS, 0.0);
+    for (size_t i = 0; i < 3; i++) {
+        const stp_prep_stats stats = prep_depth(&p, depth_small.height, viewpoints[i]);
+        expect_image(&stats.first, &p, &depth_small);
+        assert_true(stp_dvec3_equal(stats.first.eye, ORIGIN));
+        assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
+        assert_int_equal(stats.stations_refused, 0);
+    }
+    free(p.at);
+}
+
+/* In the world's axes: the right position is believed, the origin and a wrong one are not. */
+static void images_in_the_world(void **state)
+{
+    (void)state;
+    const stp_dvec3 place = {103.0, -52.0, 7.5}, axis = {0.6, 0.7, -0.3};
+    positions p = depth_image(&depth_small, false, place, axis, 2.1);
+    stp_prep_stats stats = prep_depth(&p, depth_small.height, "103 -52 7.5 1 0 0 0");
+    expect_image(&stats.first, &p, &depth_small);
+    assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    stats = prep_depth(&p, depth_small.height, "0 0 0 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_WHOLE);
+    assert_int_not_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    assert_int_equal(stats.stations_refused, 0);
+    assert_int_equal(stats.points_unstationed, 0);
+    stats = prep_depth(&p, depth_small.height, "103.3 -52 7.5 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_WHOLE);
+    assert_int_not_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    assert_int_equal(stats.stations_refused, 1);
+    free(p.at);
+}
+
+/* Rows from the bottom: the picture stands upright all the same. */
+static void rows_may_go_up(void **state)
+{
+    (void)state;
+    positions p = depth_image(&depth_small, false, ORIGIN, Z_AXIS, 0.0), up = {0};
+    for (size_t row = depth_small.height; row-- > 0;)
+        for (size_t column = 0; column < depth_small.width; column++) {
+            const stp_dvec3 at = p.at[row * depth_small.width + column];
+            positions_add(&up, at.x, at.y, at.z);
+        }
+    const stp_prep_stats stats = prep_depth(&up, depth_small.height, NULL);
+    expect_image(&stats.first, &p, &depth_small);
+    free(up.at);
+    free(p.at);
+}
+
+/* A plane speaks for no position; one that is claimed may be so. */
+static void a_wall_says_nothing(void **state)
+{
+    (void)state;
+    positions p = depth_image(&depth_small, true, ORIGIN, Z_AXIS, 0.0);
+    stp_prep_stats stats = prep_depth(&p, depth_small.height, "0 0 0 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_WHOLE);
+    stats = prep_depth(&p, depth_small.height, "0 0 0 0 1 0 0");
+    expect_image(&stats.first, &p, &depth_small);
+    free(p.at);
+}
+
+/* Without rows: a camera at the origin is found by what nothing hides, and elsewhere not. */
+static void points_without_rows(void **state)
+{
+    (void)state;
+    const depth_camera fine = {320, 240, 280.0, 160.0, 120.0};
+    positions p = depth_image(&fine, false, ORIGIN, Z_AXIS, 0.0);
+    stp_prep_stats stats = prep_depth(&p, 1, "0 0 0 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_SCANNER);
+    assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    assert_true(stp_dvec3_equal(stats.first.eye, ORIGIN));
+    assert_true(stats.first.up.y < -0.9); /* y of a depth camera is downwards */
+    const stp_view view = view_of(&stats.first, 320, 240);
+    for (size_t i = 0; i < p.count; i += 97) {
+        const stp_dvec3 at = stp_view_project(&view, p.at[i]);
+        assert_true(!stp_dvec3_finite(p.at[i]) ||
+                    (at.z > 0.0 && fabs(at.x - 160.0) < 190.0 && fabs(at.y - 120.0) < 140.0));
+    }
+    for (size_t i = 0; i < p.count; i++)
+        p.at[i].x += 1.0;
+    stats = prep_depth(&p, 1, "0 0 0 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_WHOLE);
+    assert_int_not_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    stats = prep_depth(&p, 1, "1 0 0 1 0 0 0");
+    assert_int_equal(stats.first.why, STP_FIRST_SCANNER);
+    free(p.at);
+}
+
+/* Hills with houses, seen from above. */
+static positions survey(stp_dvec3 middle)
+{
+    positions p = {0};
+    for (size_t i = 0; i < 60000; i++) {
+        const double x = 300.0 * (stp_random_unit(21, i) - 0.5);
+        const double y = 300.0 * (stp_random_unit(22, i) - 0.5);
+        const bool house = fabs(remainder(x, 60.0)) < 9.0 && fabs(remainder(y, 75.0)) < 7.0;
+        const double z = 6.0 * sin(0.03 * x) * cos(0.025 * y) + (house ? 8.0 : 0.0);
+        positions_add(&p, middle.x + x, middle.y + y, middle.z + z);
+    }
+    return p;
+}
+
+/* A survey's 0 0 0 is no scanner, far from it or amid it. */
+static void surveys_at_the_origin(void **state)
+{
+    (void)state;
+    const stp_dvec3 middles[] = {{513000.0, 5403000.0, 300.0}, {0.0, 0.0, 0.0}, {10.0, 5.0, -30.0}};
+    for (size_t i = 0; i < sizeof middles / sizeof *middles; i++) {
+        positions p = survey(middles[i]);
+        const stp_prep_stats stats = prep_depth(&p, 1, "0 0 0 1 0 0 0");
+        if (stats.first.why != STP_FIRST_WHOLE || stats.orientation == STP_ORIENTATION_POSITION)
+            fail_msg("survey %zu is seen from the origin", i);
+        free(p.at);
+    }
+}
+
+/* ---- images of parallel rays ---- */
+
+/* A range image of a dome, 40 x 30 millimetres, its rows upwards. */
+static void parallel_rays(void **state)
+{
+    (void)state;
+    const size_t columns = 80, rows = 60;
+    FILE *file = fopen("range.ply", "w");
+    size_t count = 0;
+    assert_non_null(file);
+    for (int pass = 0; pass < 3; pass++) {
+        if (pass == 1)
+            fprintf(file,
+                    "ply\nformat ascii 1.0\nobj_info num_cols %zu\nobj_info num_rows %zu\n"
+                    "element vertex %zu\nproperty float x\nproperty float y\nproperty float z\n"
+                    "element range_grid %zu\nproperty list uchar int vertex_indices\nend_header\n",
+                    columns, rows, count, columns * rows);
+        if (pass > 0)
+            count = 0;
+        for (size_t i = 0; i < columns * rows; i++) {
+            const double x = 0.5 * (double)(i % columns) - 20.0;
+            const double y = 0.5 * (double)(i / columns) - 15.0;
+            const double square = x * x + y * y / 0.5;
+            if (square < 400.0 && pass == 1)
+                fprintf(file, "%g %g %g\n", x, y, 0.5 * sqrt(400.0 - square));
+            if (pass == 2 && square < 400.0)
+                fprintf(file, "1 %zu\n", count);
+            else if (pass == 2)
+                fprintf(file, "0\n");
+            count += square < 400.0;
+        }
+    }
+    fclose(file);
+    const stp_first_camera first = first_prep("range.ply", 2).first;
+    const stp_dvec3 forward = stp_dvec3_normalize(stp_dvec3_sub(first.look, first.eye));
+    assert_int_equal(first.why, STP_FIRST_SCANNER);
+    assert_true(forward.z < -0.99);
+    assert_true(first.up.y > 0.99);
+    const stp_view view = view_of(&first, 400, 300);
+    assert_true(fabs(stp_view_project(&view, (stp_dvec3){0.0, 0.0, 10.0}).x - 200.0) < 5.0);
+    assert_true(stp_view_project(&view, (stp_dvec3){0.0, 14.0, 0.0}).y <= 301.0);
+    assert_true(stp_view_project(&view, (stp_dvec3){0.0, 14.0, 0.0}).y > 250.0);
+}
+
+/* ---- scanners that say where they stood ---- */
+
+/* A scan of a room's walls from within, by a scanner that leans; the wall at high x is the largest
+ * surface that it sees. */
+static void scanners_that_look_around(void **state)
+{
+    (void)state;
+    FILE *file = fopen("around.ptx", "w");
+    const double lean = 0.1, s = sin(lean), c = cos(lean);
+    const stp_dvec3 up = {s, 0.0, c};
+    positions p = {0};
+    assert_non_null(file);
+    room_box(&p, (stp_dvec3){-1.0, -1.0, -1.0}, (stp_dvec3){1.0, 1.0, 1.0}, 2u);
+    room_face(&p, (stp_dvec3){6.0, -8.0, -3.0}, (stp_dvec3){0.0, 16.0, 0.0},
+              (stp_dvec3){0.0, 0.0, 8.0});
+    fprintf(
+        file,
+        "%zu\n1\n50 60 70\n%g 0 %g\n0 1 0\n%g 0 %g\n%g 0 %g 0\n0 1 0 0\n%g 0 %g 0\n50 60 70 1\n",
+        p.count, c, -s, s, c, c, -s, s, c);
+    for (size_t i = 0; i < p.count; i++) { /* into the scanner's axes */
+        const stp_dvec3 v = p.at[i];
+        fprintf(file, "%.9g %.9g %.9g 0.5\n", c * v.x - s * v.z, v.y, s * v.x + c * v.z);
+    }
+    fclose(file);
+    const stp_first_camera first = first_prep("around.ptx", 2).first;
+    const stp_dvec3 forward = stp_dvec3_normalize(stp_dvec3_sub(first.look, first.eye));
+    assert_int_equal(first.why, STP_FIRST_SCANNER);
+    assert_true(stp_dvec3_equal(first.eye, (stp_dvec3){50.0, 60.0, 70.0}));
+    assert_true(stp_dvec3_dot(first.up, up) > 0.9999);
+    assert_true(forward.x > 0.9);
+    assert_true(first.look.x > 55.0); /* the pivot lies on the wall */
+    free(p.at);
+}
+
+/* A range map with the camera that saw it. */
+static void range_maps_with_a_camera(void **state)
+{
+    (void)state;
+    positions p = depth_image(&depth_small, false, (stp_dvec3){5.0, 6.0, 7.0},
+                              (stp_dvec3){1.0, 0.0, 0.0}, 0.4);
+    FILE *file = fopen("map.ply", "w");
+    size_t count = 0;
+    assert_non_null(file);
+    for (size_t i = 0; i < p.count; i++)
+        count += stp_dvec3_finite(p.at[i]);
+    fprintf(file,
+            "ply\nformat ascii 1.0\nelement camera 1\nproperty float view_px\n"
+            "property float view_py\nproperty float view_pz\nproperty float y_axisx\n"
+            "property float y_axisy\nproperty float y_axisz\nproperty float focal\n"
+            "element vertex %zu\nproperty float x\nproperty float y\nproperty float z\n"
+            "end_header\n5 6 7 0 %g %g 14\n",
+            count, -cos(0.4), -sin(0.4));
+    for (size_t i = 0; i < p.count; i++)
+        if (stp_dvec3_finite(p.at[i]))
+            fprintf(file, "%.9g %.9g %.9g\n", p.at[i].x, p.at[i].y, p.at[i].z);
+    fclose(file);
+    const stp_prep_stats stats = first_prep("map.ply", 2);
+    const stp_view view = view_of(&stats.first, 160, 120);
+    assert_int_equal(stats.first.why, STP_FIRST_SCANNER);
+    assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
+    assert_true(stp_dvec3_equal(stats.first.eye, (stp_dvec3){5.0, 6.0, 7.0}));
+    /* The first row of the image is above the last one, the first column left of the last one. */
+    const stp_dvec3 first = stp_view_project(&view, p.at[0]);
+    const stp_dvec3 last = stp_view_project(&view, p.at[p.count - 1]);
+    assert_true(first.y > last.y + 90.0 && first.x < last.x - 120.0);
+    free(p.at);
+}
+
+/* ---- interiors ---- */
+
+static void write_points(const char *path, const positions *p, const stp_dvec3 *normals)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file,
+            "ply\nformat ascii 1.0\nelement vertex %zu\nproperty float x\n"
+            "property float y\nproperty float z\n",
+            p->count);
+    if (normals)
+        fprintf(file, "property float nx\nproperty float ny\nproperty float nz\n");
+    fprintf(file, "end_header\n");
+    for (size_t i = 0; i < p->count; i++) {
+        fprintf(file, "%.9g %.9g %.9g", p->at[i].x, p->at[i].y, p->at[i].z);
+        if (normals)
+            fprintf(file, " %.6g %.6g %.6g", normals[i].x, normals[i].y, normals[i].z);
+        fprintf(file, "\n");
+    }
+    fclose(file);
+}
+
+/* In the room's own axes: the eye stands free, upright, and looks along the room. */
+static void expect_inside(const stp_first_camera *first, const positions *room, stp_dvec3 axis,
+                          double angle)
+{
+    const stp_dvec3 eye = stp_dvec3_rotate(first->eye, axis, -angle);
+    const stp_dvec3 look = stp_dvec3_rotate(first->look, axis, -angle);
+    const stp_dvec3 up = stp_dvec3_rotate(first->up, axis, -angle);
+    const stp_dvec3 forward = stp_dvec3_normalize(stp_dvec3_sub(look, eye));
+    double nearest = INFINITY;
+    assert_int_equal(first->why, STP_FIRST_INTERIOR);
+    for (size_t i = 0; i < room->count; i++)
+        nearest = fmin(nearest, stp_dvec3_length(stp_dvec3_sub(room->at[i], first->eye)));
+    assert_true(nearest > 0.4);
+    assert_true(fabs(eye.x - 10.0) < 2.0 && fabs(eye.y - 20.0) < 1.3);
+    assert_true(eye.z > 0.7 && eye.z < 1.9);
+    assert_true(up.z > 0.999);
+    assert_true(fabs(forward.x) > 0.75);
+    assert_true(fabs(forward.z) < 0.2);
+    /* What it looks at is a wall. */
+    assert_true(fmin(fabs(look.x - 7.0), fabs(look.x - 13.0)) < 0.3 ||
+                fmin(fabs(look.y - 18.0), fabs(look.y - 22.0)) < 0.3);
+    assert_true(first->fovy_deg >= 70.0 && first->fovy_deg <= 75.0);
+}
+
+static void rooms_are_seen_from_inside(void **state)
+{
+    (void)state;
+    const stp_dvec3 axes[] = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}};
+    const double angles[] = {0.0, 0.5, -M_PI / 2.0}; /* the last: y upwards */
+    for (int furnished = 0; furnished < 2; furnished++)
+        for (size_t i = 0; i < 3; i++) {
+            positions p = room_scan(furnished > 0);
+            room_turn(&p, axes[i], angles[i]);
+            write_points("room.ply", &p, NULL);
+            const stp_first_camera first = first_prep("room.ply", 2).first;
+            expect_inside(&first, &p, axes[i], angles[i]);
+            free(p.at);
+        }
+}
+
+/* By the file's normals, a chest is seen from outside, and a room that has none of a room's looks
+ * from inside. */
+static void given_normals_decide(void **state)
+{
+    (void)state;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        positions p = {0};
+        stp_dvec3 *normals = malloc(40000 * sizeof *normals);
+        assert_non_null(normals);
+        for (size_t i = 0; i < 40000; i++) {
+            const double z = 2.0 * stp_random_unit(31, i) - 1.0;
+            const double a = 2.0 * M_PI * stp_random_unit(32, i), across = sqrt(1.0 - z * z);
+            positions_add(&p, 4.0 * across * cos(a), 3.0 * across * sin(a), 2.0 * z);
+            normals[i] =
+                stp_dvec3_scale(stp_dvec3_normalize((stp_dvec3){across * cos(a) / 4.0,
+                                                                across * sin(a) / 3.0, z / 2.0}),
+                                sign);
+        }
+        write_points("egg.ply", &p, normals);
+        assert_int_equal(first_prep("egg.ply", 2).first.why,
+                         sign < 0 ? STP_FIRST_INTERIOR : STP_FIRST_WHOLE);
+        free(normals);
+        free(p.at);
+    }
+}
+
+/* What is no interior: balls, a cube, a crate's four walls, hills, a cloud of leaves. */
+static void objects_are_seen_whole(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 5; kind++) {
+        positions p = {0};
+        if (kind == 1)
+            room_box(&p, (stp_dvec3){-1.0, -1.0, -1.0}, (stp_dvec3){1.0, 1.0, 1.0}, 0);
+        if (kind == 2)
+            room_box(&p, (stp_dvec3){-2.0, -1.0, -1.0}, (stp_dvec3){2.0, 1.0, 1.0}, 32u | 16u);
+        if (kind == 3)
+            p = survey((stp_dvec3){40.0, 0.0, 100.0});
+        for (size_t i = 0; i < 40000 && (kind == 0 || kind == 4); i++) {
+            const double z = 2.0 * stp_random_unit(41, i) - 1.0;
+            const double a = 2.0 * M_PI * stp_random_unit(42, i);
+            const double r = kind == 0 ? 1.0 : cbrt(stp_random_unit(43, i));
+            const double across = r * sqrt(1.0 - z * z);
+            positions_add(&p, across * cos(a), 0.8 * across * sin(a), 0.6 * r * z);
+        }
+        write_points("object.ply", &p, NULL);
+        if (first_prep("object.ply", 2).first.why != STP_FIRST_WHOLE)
+            fail_msg("kind %d is not seen whole", kind);
+        free(p.at);
+    }
+}
+
+/* ---- the file ---- */
+
+/* The same bytes for any number of threads, and the camera in the metadata. */
+static void the_file_says_it(void **state)
+{
+    (void)state;
+    positions p = room_scan(true);
+    uint8_t *bytes[2] = {NULL, NULL};
+    size_t size[2];
+    write_points("room.ply", &p, NULL);
+    for (int run = 0; run < 2; run++) {
+        first_prep("room.ply", run == 0 ? 1 : 4);
+        bytes[run] = prep_file_bytes("first.stipple", &size[run]);
+    }
+    assert_int_equal(size[0], size[1]);
+    assert_memory_equal(bytes[0], bytes[1], size[0]);
+    stp_chunk_file *file = prep_open_verified("first.stipple");
+    const char *json = stp_chunk_file_get_info(file)->metadata_json;
+    assert_non_null(strstr(json, "\"first_view\":{\"eye\":["));
+    assert_non_null(strstr(json, "\"why\":\"interior\""));
+    stp_chunk_file_close(&file);
+    free(bytes[0]);
+    free(bytes[1]);
+    free(p.at);
+}
+
+/* Few points, on a line, or all in one place. */
+static void odd_clouds(void **state)
+{
+    (void)state;
+    const double sizes[] = {0.0, 1e-12, 1.0, 1e6};
+    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
+        for (size_t count = 1; count <= 1000; count = 10 * count) {
+            positions p = {0};
+            for (size_t i = 0; i < count; i++)
+                positions_add(&p, sizes[s] * (double)i, sizes[s] * (double)(i % 7), 0.0);
+            prep_depth(&p, 1, "0 0 0 1 0 0 0");
+            prep_depth(&p, 1, "1 2 3 1 0 0 0");
+            if (count % 10 == 0)
+                prep_depth(&p, 10, "0 0 0 1 0 0 0");
+            free(p.at);
+        }
+}
+
+/* What a wall hides of another one behind it: all of it from before, nothing from between. */
+static void hidden_shares(void **state)
+{
+    (void)state;
+    positions p = {0};
+    double before, between;
+    for (size_t i = 0; i < 20000; i++)
+        positions_add(&p, stp_random_unit(51, i) - 0.5, stp_random_unit(52, i) - 0.5,
+                      i % 2 ? 2.0 : 3.0);
+    assert_int_equal(stp_hidden_share(&before, p.at, (uint32_t)p.count, ORIGIN, NULL), STP_OK);
+    assert_int_equal(
+        stp_hidden_share(&between, p.at, (uint32_t)p.count, (stp_dvec3){0.0, 0.0, 2.5}, NULL),
+        STP_OK);
+    assert_true(before > 0.4 && before < 0.51);
+    assert_true(between < 0.05);
+    free(p.at);
+}
+
+/* Real scans: whose scanner is believed, which is a room, and what is seen whole. */
+static void real_scans(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        stp_first_why why;
+        bool by_position; /* its normals are turned to the scanner */
+    } cases[] = {
+        {"grids/office1.pcd", STP_FIRST_SCANNER, true},
+        {"grids/milk_cartoon_all_small_clorox.pcd", STP_FIRST_SCANNER, true},
+        {"stanford/bun000.ply", STP_FIRST_SCANNER, false},
+        {"meshlab-rangemaps/lato315.ply", STP_FIRST_SCANNER, false},
+        {"rooms/room-3.23M-rgb.ply", STP_FIRST_INTERIOR, false},
+        {"open3d/fragment.pcd", STP_FIRST_WHOLE, false},
+        {"lidar/FSite8_orig-utm.pcd", STP_FIRST_WHOLE, false},
+        {"lidar/CSite2_orig-utm.pcd", STP_FIRST_WHOLE, false},
+        {"lidar/autzen_trim_7.las", STP_FIRST_WHOLE, false},
+        {"odd/ColouredCubeFloat.e57", STP_FIRST_WHOLE, false},
+        {"stanford/bun_zipper.ply", STP_FIRST_WHOLE, false},
+        {"stanford-dragon/dragon_vrip.ply", STP_FIRST_WHOLE, false},
+        {"lion/lion_takanawa_342k_rgb_n.ply", STP_FIRST_WHOLE, false},
+        {"tree/tls-spruce-83k.las", STP_FIRST_WHOLE, false},
+        {"tree/eztree_oak_large.obj", STP_FIRST_WHOLE, false},
+    };
+    char path[4096];
+    if (!scan_fixture_has_real())
+        skip();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        if (!scan_fixture_real(cases[i].name, path))
+            continue;
+        const stp_prep_stats stats = first_prep(path, 2);
+        if (stats.first.why != cases[i].why ||
+            (stats.orientation == STP_ORIENTATION_POSITION) != cases[i].by_position)
+            fail_msg("%s: first view %d, orientation %d", cases[i].name, (int)stats.first.why,
+                     (int)stats.orientation);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(images_about_the_origin),
+        cmocka_unit_test(images_in_the_world),
+        cmocka_unit_test(rows_may_go_up),
+        cmocka_unit_test(a_wall_says_nothing),
+        cmocka_unit_test(points_without_rows),
+        cmocka_unit_test(surveys_at_the_origin),
+        cmocka_unit_test(parallel_rays),
+        cmocka_unit_test(scanners_that_look_around),
+        cmocka_unit_test(range_maps_with_a_camera),
+        cmocka_unit_test(rooms_are_seen_from_inside),
+        cmocka_unit_test(given_normals_decide),
+        cmocka_unit_test(objects_are_seen_whole),
+        cmocka_unit_test(the_file_says_it),
+        cmocka_unit_test(odd_clouds),
+        cmocka_unit_test(hidden_shares),
+        cmocka_unit_test(real_scans),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}

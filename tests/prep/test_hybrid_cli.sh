@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# A mesh of large and small faces as a hybrid surface, by the command line.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+
+# A floor of two large triangles about a fine dome.
+awk 'BEGIN {
+    n = 60
+    print "v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nf 1 2 3\nf 1 3 4"
+    for (y = 0; y <= n; y++) for (x = 0; x <= n; x++) {
+        u = x / n * 4 - 2; v = y / n * 4 - 2; print "v", u, v, 3 * exp(-u * u - v * v) }
+    for (y = 0; y < n; y++) for (x = 0; x < n; x++) {
+        a = 5 + y * (n + 1) + x; b = a + n + 1
+        print "f", a, a + 1, b; print "f", a + 1, b + 1, b } }' >"$FOLDER/dome.obj"
+
+run "$STIPPLE" prep "$FOLDER/dome.obj" -o "$FOLDER/d.stipple" --hybrid --stats "$FOLDER/stats.json"
+expect_code 0
+expect_text err "3721 points read, 3721 stored"
+expect_text err "2 triangles are stored"
+grep -q '"triangles":[[:space:]]*2,$' "$FOLDER/stats.json" || fail "stats: triangles"
+run "$STIPPLE" verify "$FOLDER/d.stipple"
+expect_code 0
+run "$STIPPLE" info "$FOLDER/d.stipple"
+expect_text out "triangles      2; 6 of the points are their corners"
+expect_text out "version        1.2"
+run "$STIPPLE" export "$FOLDER/d.stipple" -o "$FOLDER/d.ply" --quiet
+expect_code 0
+grep -aqx "element vertex 3727" "$FOLDER/d.ply" || fail "export: vertices"
+grep -aqx "element face 2" "$FOLDER/d.ply" || fail "export: faces"
+
+# Sampled; all faces large; the same bytes for any threads.
+run "$STIPPLE" prep "$FOLDER/dome.obj" -o "$FOLDER/s.stipple" --hybrid --sample 20000
+expect_code 0
+expect_text err "2 triangles are stored"
+run "$STIPPLE" verify "$FOLDER/s.stipple"
+expect_code 0
+for threads in 1 3; do
+    run "$STIPPLE" prep "$FOLDER/dome.obj" -o "$FOLDER/a$threads.stipple" --hybrid --threads $threads \
+        --sample 100000000 --quiet
+    expect_code 0
+done
+cmp "$FOLDER/a1.stipple" "$FOLDER/a3.stipple" || fail "threads change the file"
+run "$STIPPLE" info "$FOLDER/a1.stipple"
+expect_text out "triangles      7202;"
+run "$STIPPLE" verify "$FOLDER/a1.stipple"
+expect_code 0
+
+# A damaged one is repaired, and what stands in is sound.
+cp "$FOLDER/a1.stipple" "$FOLDER/hurt.stipple"
+printf 'damage' | dd of="$FOLDER/hurt.stipple" bs=1 seek=100000 conv=notrunc status=none
+run "$STIPPLE" verify "$FOLDER/hurt.stipple" --repair -o "$FOLDER/mended.stipple"
+run "$STIPPLE" verify "$FOLDER/mended.stipple"
+expect_code 0
+
+run "$STIPPLE" gen sphere -n 100 -o "$FOLDER/points.ply" --quiet
+run "$STIPPLE" prep "$FOLDER/points.ply" -o "$FOLDER/p.stipple" --hybrid
+expect_failure "has no faces to make a hybrid surface of"
+end_test

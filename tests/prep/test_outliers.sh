@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# prep --outliers: what is planted is marked or dropped and accounted for by file and index, in the same
+# bytes for any threads and memory; marks are exported, counted and drawn.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+mkdir "$FOLDER/in"
+"$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$FOLDER/in/b.ply" --quiet || fail "no scan"
+
+# A file before and one after the statue, of points far from it and from each other.
+far() { # name, points a line
+    local lines
+    lines=$(cat)
+    {
+        printf 'ply\nformat ascii 1.0\nelement vertex %s\n' "$(wc -l <<<"$lines")"
+        printf 'property float x\nproperty float y\nproperty float z\nend_header\n%s\n' "$lines"
+    } >"$FOLDER/in/$1"
+}
+far a.ply <<<$'9 0 0\nnan 1 1\n0 9 0\n0 0 9'
+far c.ply <<<$'-9 0 0\n0 -9 0'
+
+# The same bytes: plain memory, and files of points where it is small.
+check_bytes() { # drop or mark
+    "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/$1.stipple" --outliers "$1" --threads 1 --quiet ||
+        fail "$1: no model"
+    for options in "--threads 2" "--threads 2 --memory 130M" "--threads 4 --memory 210M"; do
+        # shellcheck disable=SC2086
+        "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers "$1" $options --quiet
+        cmp -s "$FOLDER/$1.stipple" "$FOLDER/m.stipple" || fail "$1 $options: other bytes"
+    done
+    "$STIPPLE" verify "$FOLDER/$1.stipple" --quiet || fail "$1: verify"
+}
+check_bytes drop
+check_bytes mark
+
+number() { # of a key of the statistics
+    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
+}
+
+run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers drop \
+    --rejects "$FOLDER/rejects.csv" --stats "$FOLDER/stats.json"
+expect_code 0
+expect_text err "200006 points read, 200000 stored, 6 rejected (1 not finite, 5 outliers)"
+expect_text err "outliers: 5 dropped (0.0025 %), more than 3 local spacings from everything else"
+expect_text err "  outliers "
+[ "$(number points_out)" = 200000 ] || fail "points_out"
+[ "$(number outlier)" = 5 ] || fail "rejected outliers"
+{
+    echo file,index,reason
+    echo "\"$FOLDER/in/a.ply\",1,not_finite"
+    for i in 0 2 3; do echo "\"$FOLDER/in/a.ply\",$i,outlier"; done
+    for i in 0 1; do echo "\"$FOLDER/in/c.ply\",$i,outlier"; done
+} >"$FOLDER/expected.csv"
+cmp "$FOLDER/rejects.csv" "$FOLDER/expected.csv" || fail "rejects"
+run "$STIPPLE" info "$FOLDER/m.stipple"
+expect_text out "outliers       5 dropped, more than 3 local spacings"
+"$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet
+! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property without marks"
+
+run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers mark \
+    --outlier-distance 4 --stats "$FOLDER/stats.json"
+expect_code 0
+expect_text err "200005 stored, 1 rejected (1 not finite)"
+expect_text err "outliers: 5 marked (0.0025 %), more than 4 local spacings from everything else"
+[ "$(number outliers_marked)" = 5 ] || fail "outliers_marked"
+run "$STIPPLE" info "$FOLDER/m.stipple"
+expect_text out "attributes     normal colour outlier"
+expect_text out "outliers       5 marked, more than 4 local spacings"
+
+# The property, last of each vertex: 1 five times.
+"$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --force --quiet
+[ "$(head -20 "$FOLDER/m.ply" | grep -acx "property uchar outlier")" = 1 ] || fail "no property"
+header=$(head -20 "$FOLDER/m.ply" | grep -abo end_header | cut -d: -f1)
+ones=$(tail -c +$((header + 12)) "$FOLDER/m.ply" | od -An -v -tu1 -w28 |
+    awk '{ ones += $28 == 1; other += $28 > 1 } END { print ones + 0, other + 0, NR }')
+[ "$ones" = "5 0 200005" ] || fail "marks: $ones"
+
+# Without it nothing is looked for.
+run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force
+! grep -q outliers "$FOLDER/err" || fail "outliers without being asked"
+[ "$("$STIPPLE" info "$FOLDER/m.stipple" | grep -c outlier)" = 0 ] || fail "info says outliers"
+
+usage() { # text, options
+    local text=$1
+    shift
+    run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/n.stipple" "$@"
+    expect_usage "$text"
+}
+usage "--outliers" --outliers burn
+usage "give --outliers mark or drop" --outlier-distance 3
+usage "give 1 or more" --outliers drop --outlier-distance 0.5
+usage "--outlier-distance" --outliers drop --outlier-distance nan
+
+if "$STIPPLE" --help | grep -q '^  render '; then
+    run "$STIPPLE" render "$FOLDER/m.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
+    [ "$code" = 1 ] || fail "drew marks that are not there"
+    expect_text err "prepare it with --outliers mark"
+    run "$STIPPLE" render "$FOLDER/mark.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
+    expect_code 0
+fi
+end_test

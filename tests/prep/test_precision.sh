@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# How far stored points are from those read: said by prep, its figures, the file and info, with what to
+# do where that is more than the scan resolves.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+model="$FOLDER/m.stipple"
+
+# A square of 20 m in millimetres, and if far=1 points kilometres around it.
+survey() {
+    awk -v far="$1" 'BEGIN {
+        for (i = 0; i < 4000; i++) printf "%.3f %.3f %.3f\n", i % 63 * 0.317, int(i / 63) * 0.313, i % 7 * 0.011
+        for (i = 0; i < 40 * far; i++) printf "%.3f %.3f %.3f\n", i * 711.123 % 9001, i * i * 377.421 % 9001, i % 9 * 33.017
+    }' >"$2"
+}
+survey 0 "$FOLDER/near.xyz"
+survey 1 "$FOLDER/far.xyz"
+
+# displacement FILE: "greatest" of it
+of_stats() {
+    sed -n "/\"displacement\"/,/}/s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json"
+}
+holds() { # an expression of awk
+    awk "BEGIN { exit !($1) }" || fail "$command: $1"
+}
+prepared() {
+    run "$STIPPLE" prep "$@" -o "$model" --force --stats "$FOLDER/stats.json"
+    expect_code 0
+    expect_text err "stored positions are off by at most "
+    for key in greatest mean beyond changed; do
+        [ -n "$(of_stats $key)" ] || fail "$*: stats without displacement.$key"
+    done
+    "$STIPPLE" verify "$model" --quiet || fail "$*: verify"
+    "$STIPPLE" info "$model" >"$FOLDER/info"
+    grep -q '^displacement   of stored points: .* at most, .* on average' "$FOLDER/info" || fail "$*: info"
+    "$STIPPLE" info "$model" --json >"$FOLDER/info.json"
+    [ "$(grep -c '"displacement":' "$FOLDER/info.json")" = 2 ] || fail "$*: info --json, its own and metadata's"
+}
+
+prepared "$FOLDER/near.xyz"
+holds "$(of_stats greatest) <= 0.0005 && $(of_stats mean) > 0 && $(of_stats beyond) == 0"
+grep -q 'off by more than' "$FOLDER/err" && fail "a remark where nothing is lost"
+prepared "$FOLDER/far.xyz"
+holds "$(of_stats greatest) > 0.001 && $(of_stats beyond) > 0"
+expect_text err "of them are off by more than 0.0005, half the input's own scale"
+expect_text err "give --precision exact"
+grep -q 'are farther off than the input resolves' "$FOLDER/info" || fail "info: points beyond"
+prepared "$FOLDER/far.xyz" --precision 0.0001
+expect_text err "of them are off by more than 0.0001, the precision given"
+prepared "$FOLDER/far.xyz" --precision exact
+holds "$(of_stats greatest) <= 0.0005 && $(of_stats changed) == 0 && $(of_stats beyond) == 0"
+expect_text err "every stored position rounds to the very number that was read"
+grep -q '"exact":[[:space:]]*true' "$FOLDER/info.json" || fail "metadata: exact"
+# Exported, the numbers are those of the file.
+"$STIPPLE" export "$model" -o "$FOLDER/out.ply" --quiet
+head -c 300 "$FOLDER/out.ply" | grep -aq 'property double x' || fail "export: floats for millimetres over kilometres"
+# Doubles of sixteen digits: more than a patch has bits for, which is said.
+awk 'BEGIN { for (i = 0; i < 3000; i++) printf "%.15f %.15f %.15f\n", sin(i), cos(i), sin(i * 0.7) }' >"$FOLDER/digits.xyz"
+prepared "$FOLDER/digits.xyz" --precision exact
+expect_text err "stored positions do not round to the very numbers that were read"
+
+for length in 0 -1 1mm exactly; do
+    run "$STIPPLE" prep "$FOLDER/near.xyz" -o "$FOLDER/new.stipple" --precision="$length"
+    expect_failure "--precision $length: give a positive length, or exact"
+done
+
+# Overlapping scans on the surface they share: how far that moves points is said, stored and bounded.
+"$STIPPLE" gen sphere -n 20000 --noise 0.5 -o "$FOLDER/noisy.ply" --quiet
+prepared "$FOLDER/noisy.ply" --layers joined
+expect_text err "layers are joined: points were moved by at most "
+grep -q '^layers         joined: points were moved by .* at most, .* on average' "$FOLDER/info" || fail "info: joined"
+"$STIPPLE" export "$model" -o "$FOLDER/joined.ply" --quiet
+[ "$(strings -n 3 "$FOLDER/joined.ply" | grep -m1 'element vertex')" = "element vertex 20000" ] || fail "joined: points"
+prepared "$FOLDER/noisy.ply"
+grep -q '^layers' "$FOLDER/info" && fail "info: joined without --layers"
+run "$STIPPLE" prep "$FOLDER/noisy.ply" -o "$FOLDER/none.stipple" --layers joined --precision exact
+expect_code 2
+expect_text err "--layers joined moves points, --precision exact keeps them"
+end_test

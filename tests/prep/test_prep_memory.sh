@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# prep in the memory it is given: the same bytes for any threads and any memory, temporary files said
+# beforehand and gone afterwards, and sentences where memory or room are too few.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+scan="$FOLDER/scan.ply"
+mkdir "$FOLDER/models" "$FOLDER/temp ö"
+"$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
+"$STIPPLE" prep "$scan" -o "$FOLDER/reference.stipple" --threads 1 --quiet || fail "no reference"
+
+# The same bytes; in files where the points do not fit into the memory.
+check_bytes() { # threads, memory, temporary files (yes or no)
+    run "$STIPPLE" prep "$scan" -o "$FOLDER/models/m.stipple" --threads "$1" --memory "$2" \
+        --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force
+    expect_code 0
+    cmp -s "$FOLDER/models/m.stipple" "$FOLDER/reference.stipple" ||
+        fail "$1 threads, $2: other bytes"
+    if [ "$3" = yes ]; then
+        expect_text err "temporary files: about 0."
+        expect_text err "in $FOLDER/temp ö"
+        [ "$(field temporary_bytes)" -gt 11200000 ] || fail "$2: no temporary files"
+        # a third more than the points' own size, and what looking at them takes
+        [ "$(field temporary_bytes)" -lt $((200000 * 82 + 33554432)) ] ||
+            fail "$2: more than was said"
+    else
+        [ "$(field temporary_bytes)" = 0 ] || fail "$2: temporary files without need"
+    fi
+    [ -z "$(ls -A "$FOLDER/temp ö")" ] || fail "$2: left $(ls -A "$FOLDER/temp ö")"
+    [ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "$2: left $(ls -A "$FOLDER/models")"
+}
+
+check_bytes 1 90M yes
+check_bytes 2 130M yes
+check_bytes 4 210M yes
+check_bytes 2 256M yes
+check_bytes 1 1G no
+check_bytes 4 8G no
+rm -f "$FOLDER/models"/*
+
+refuse() { # text, further words
+    local text=$1
+    shift
+    run "$STIPPLE" prep "$scan" -o "$FOLDER/models/m.stipple" --threads 1 "$@"
+    expect_failure "$text"
+    [ -z "$(ls -A "$FOLDER/models")" ] || fail "$command: wrote $(ls -A "$FOLDER/models")"
+}
+
+refuse "of memory are too few" --memory 10M
+refuse "no folder for temporary files" --memory 90M --temp "$FOLDER/none"
+
+# A full disk, where a small one can be had: for temporary files, and for the output.
+if mkdir "$FOLDER/small" && mount -t tmpfs -o size=4M stipple-test "$FOLDER/small" 2>/dev/null; then
+    trap 'umount "$FOLDER/small"; rm -rf "$FOLDER"' EXIT
+    refuse "of temporary files are needed" --memory 90M --temp "$FOLDER/small"
+    run "$STIPPLE" gen statue -n 1000000 -o "$FOLDER/large.ply" --quiet
+    run "$STIPPLE" prep "$FOLDER/large.ply" -o "$FOLDER/small/m.stipple" --quiet
+    expect_failure "the disk is full"
+    [ -z "$(ls -A "$FOLDER/small")" ] || fail "a full disk: left $(ls -A "$FOLDER/small")"
+fi
+end_test

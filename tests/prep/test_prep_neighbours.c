@@ -1,0 +1,177 @@
+/* The neighbour search against brute force, on sets that trip searches up. */
+#include "base/random.h"
+#include "preprocess/cloud/unit.h"
+#include "tests/fixtures/cloud_fixture.h"
+#include "tests/fixtures/size.h"
+
+/* The first of the points at this one's position, by source. */
+static bool is_first(const stp_cloud *cloud, uint32_t i)
+{
+    stp_dvec3 p = cloud->points[i].position;
+    for (uint32_t j = i; j-- > 0;) {
+        stp_dvec3 q = cloud->points[j].position;
+        if (p.x != q.x || p.y != q.y || p.z != q.z)
+            return true;
+        if (cloud->points[j].source < cloud->points[i].source)
+            return false;
+    }
+    return true;
+}
+
+/* By the definition: other positions by distance, then source. */
+static unsigned brute_force(const stp_cloud *cloud, const uint8_t *first, uint32_t self, unsigned k,
+                            uint32_t *out)
+{
+    double nearest[STP_NEIGHBOURS_LIMIT];
+    unsigned count = 0;
+    for (uint32_t i = 0; i < cloud->count; i++) {
+        stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, cloud->points[self].position);
+        double squared = stp_dvec3_dot(d, d);
+        if (!first[i] || squared == 0.0 || (count == k && squared > nearest[k - 1]))
+            continue;
+        unsigned at = count;
+        while (at > 0 && (squared < nearest[at - 1] ||
+                          (squared == nearest[at - 1] &&
+                           cloud->points[i].source < cloud->points[out[at - 1]].source)))
+            at--;
+        if (at == k)
+            continue;
+        count += count < k;
+        for (unsigned j = count - 1; j > at; j--) {
+            nearest[j] = nearest[j - 1];
+            out[j] = out[j - 1];
+        }
+        nearest[at] = squared;
+        out[at] = i;
+    }
+    return count;
+}
+
+/* Compares every stride-th point's list, in units of so many cells; frees the cloud. */
+static void check_units(stp_cloud *cloud, unsigned k, uint32_t stride, uint32_t unit_cells)
+{
+    stp_error err = {0};
+    stp_pool *pool = NULL;
+    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
+    assert_int_equal(stp_cloud_sort(cloud, pool, &err), STP_OK);
+    uint8_t *first = malloc(cloud->count);
+    assert_non_null(first);
+    for (uint32_t i = 0; i < cloud->count; i++)
+        first[i] = is_first(cloud, i);
+    for (uint32_t c = 0; c < cloud->cell_count; c += unit_cells) {
+        uint32_t end = cloud->cell_count - c < unit_cells ? cloud->cell_count : c + unit_cells;
+        stp_unit unit;
+        assert_int_equal(stp_unit_create(&unit, cloud, c, end, k, 1, &err), STP_OK);
+        for (uint32_t i = 0; i < unit.ring_end[0]; i += stride) {
+            uint32_t expected[STP_NEIGHBOURS_LIMIT];
+            unsigned count = brute_force(cloud, first, unit.places[i], k, expected);
+            for (unsigned j = 0; j < k; j++) {
+                uint32_t found = unit.neighbours.indices[(size_t)i * k + j];
+                assert_int_equal(found == STP_NEIGHBOUR_NONE ? found : unit.places[found],
+                                 j < count ? expected[j] : STP_NEIGHBOUR_NONE);
+            }
+        }
+        stp_unit_clear(&unit);
+    }
+    free(first);
+    stp_cloud_clear(cloud);
+    stp_pool_destroy(&pool);
+}
+
+static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
+{
+    check_units(cloud, k, stride, 1);
+}
+
+/* Two clusters of very different density and a few points far away: halos are never right. */
+static void uneven_density(void **state)
+{
+    (void)state;
+    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(150000, 70000));
+    for (uint32_t i = 0; i < cloud.count; i++) {
+        double size = i % 500 == 0 ? 1000.0 : i % TEST_SIZE(3, 30) == 0 ? 1.0 : 0.01;
+        cloud.points[i].position =
+            (stp_dvec3){size * stp_random_unit(1, i), size * stp_random_unit(2, i),
+                        size * stp_random_unit(3, i)};
+    }
+    check(&cloud, 16, 601);
+}
+
+/* Shuffled, so that source order is not place order: dozens tie for the k-th place. */
+static void lattice_ties(void **state)
+{
+    (void)state;
+    const uint32_t side = TEST_SIZE(42, 16);
+    stp_cloud cloud = cloud_fixture_make(side * side * side);
+    for (uint32_t i = 0; i < cloud.count; i++) {
+        uint32_t j = (uint32_t)((uint64_t)i * 48271u % cloud.count);
+        cloud.points[i].position = (stp_dvec3){j % side, j / side % side, j / side / side};
+    }
+    assert_int_not_equal(cloud.count % 48271u, 0);
+    check(&cloud, 16, 331);
+}
+
+/* Flat lattice on the borders of cells, far from the origin. */
+static void flat_lattice_far_away(void **state)
+{
+    (void)state;
+    const uint32_t side = TEST_SIZE(400, 300);
+    stp_cloud cloud = cloud_fixture_make(side * side);
+    for (uint32_t i = 0; i < cloud.count; i++)
+        cloud.points[i].position =
+            (stp_dvec3){4e6 + 0.001 * (i % side), -5e5 + 0.001 * (i / side), 77.0};
+    check(&cloud, 10, 397);
+}
+
+static void duplicates(void **state)
+{
+    (void)state;
+    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(120000, 80000));
+    for (uint32_t i = 0; i < cloud.count; i++) {
+        uint32_t j = (uint32_t)(stp_random_u64(9, i) % TEST_SIZE(7000, 1000));
+        cloud.points[i].position = (stp_dvec3){stp_random_unit(1, j), stp_random_unit(2, j), 0.0};
+    }
+    check(&cloud, 64, 509);
+}
+
+static void fewer_points_than_neighbours(void **state)
+{
+    (void)state;
+    for (uint32_t count = 1; count < 20; count++) {
+        stp_cloud cloud = cloud_fixture_make(count);
+        for (uint32_t i = 0; i < count; i++)
+            cloud.points[i].position.x = i / 2;
+        check(&cloud, 16, 1);
+    }
+}
+
+/* All on a sphere around one point: it has thousands at one distance. */
+static void thousands_at_one_distance(void **state)
+{
+    (void)state;
+    stp_cloud cloud = cloud_fixture_make(5000);
+    for (uint32_t i = 1; i < cloud.count; i++) {
+        int axis = (int)(i % 3);
+        double v[3] = {0.0, 0.0, 0.0};
+        v[axis] = i % 2 ? 1.0 : -1.0;
+        cloud.points[i].position = (stp_dvec3){v[0], v[1], v[2]};
+        if (i > 6) {
+            double a = 2.0 * M_PI * stp_random_unit(4, i);
+            cloud.points[i].position = (stp_dvec3){cos(a), sin(a), 0.0};
+        }
+    }
+    check(&cloud, 16, TEST_SIZE(1, 5));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uneven_density),
+        cmocka_unit_test(lattice_ties),
+        cmocka_unit_test(flat_lattice_far_away),
+        cmocka_unit_test(duplicates),
+        cmocka_unit_test(fewer_points_than_neighbours),
+        cmocka_unit_test(thousands_at_one_distance),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

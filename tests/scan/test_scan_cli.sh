@@ -1,0 +1,188 @@
+#!/usr/bin/env bash
+# Scans of every kind through prep, info, verify and export; hostile ones and outputs in one
+# sentence, with nothing left behind.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+
+ply() { # number of vertices; then their lines on stdin
+    printf 'ply\nformat ascii 1.0\nelement vertex %s\n' "$1"
+    printf 'property float x\nproperty float y\nproperty float z\nend_header\n'
+    cat
+}
+
+# A bowl of 20 by 20 vertices: as OBJ, OFF and STL by $1.
+bowl() {
+    awk -v kind="$1" '
+        function height(i, j) { return ((i - 9.5) ^ 2 + (j - 9.5) ^ 2) / 40 }
+        function vertex(n) { return int(n / 20) " " n % 20 " " height(int(n / 20), n % 20) }
+        function face(a, b, c) {
+            if (kind == "obj")
+                print "f", a + 1, b + 1, c + 1
+            else if (kind == "off")
+                print 3, a, b, c
+            else
+                printf "facet normal 0 0 0\nouter loop\nvertex %s\nvertex %s\nvertex %s\n" \
+                    "endloop\nendfacet\n", vertex(a), vertex(b), vertex(c)
+        }
+        BEGIN {
+            if (kind == "off")
+                print "OFF\n400 722 0"
+            if (kind == "stl")
+                print "solid bowl"
+            for (n = 0; n < 400 && kind != "stl"; n++)
+                print (kind == "obj" ? "v " : "") vertex(n)
+            for (i = 0; i < 19; i++)
+                for (j = 0; j < 19; j++) {
+                    face(20 * i + j, 20 * i + j + 20, 20 * i + j + 21)
+                    face(20 * i + j, 20 * i + j + 21, 20 * i + j + 1)
+                }
+            if (kind == "stl")
+                print "endsolid bowl"
+        }' </dev/null
+}
+
+# prepared INPUT POINTS ORIENTATION options...: what comes out has that many points.
+prepared() {
+    local input=$1 points=$2 orientation=$3
+    shift 3
+    run "$STIPPLE" prep "$input" -o "$FOLDER/m.stipple" --quiet --force "$@"
+    expect_code 0
+    expect_empty out
+    expect_empty err
+    run "$STIPPLE" info "$FOLDER/m.stipple" --json
+    expect_code 0
+    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"points\":$points," || fail "$input $*: not $points points"
+    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"orientation\":\"$orientation\"," ||
+        fail "$input $*: orientation is not $orientation"
+    run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
+    expect_code 0
+    run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
+    expect_code 0
+    head -c 1000 "$FOLDER/m.ply" | grep -aqx "element vertex $points" || fail "$input $*: export"
+    rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
+}
+
+# refused INPUT TEXT options...: one sentence with the text, and no output.
+refused() {
+    local input=$1 text=$2
+    shift 2
+    run "$STIPPLE" prep "$input" -o "$FOLDER/m.stipple" --quiet "$@"
+    expect_failure "$text"
+    expect_no_litter
+}
+
+expect_no_litter() {
+    ls -A "$FOLDER" | grep -E 'm\.stipple|\.part$' && fail "$command left files"
+}
+
+for kind in obj off stl; do
+    bowl $kind >"$FOLDER/bowl.$kind"
+    prepared "$FOLDER/bowl.$kind" 400 file
+    prepared "$FOLDER/bowl.$kind" 1234 file --sample 1234
+done
+# The bowl's vertices alone: as XYZ, with a header and as PTS, and in an order that is given.
+bowl obj | sed -n 's/^v //p' >"$FOLDER/bowl.xyz"
+prepared "$FOLDER/bowl.xyz" 400 unknown
+{ echo 'Easting;Northing;Elevation' && tr ' .' ';,' <"$FOLDER/bowl.xyz"; } >"$FOLDER/bowl.csv"
+prepared "$FOLDER/bowl.csv" 400 unknown
+{ echo 400 && cat "$FOLDER/bowl.xyz"; } >"$FOLDER/bowl.pts"
+prepared "$FOLDER/bowl.pts" 400 unknown
+prepared "$FOLDER/bowl.xyz" 400 position --orient 9.5,9.5,100
+awk '{ print NR, $3, $2, $1, "bowl" }' "$FOLDER/bowl.xyz" >"$FOLDER/turned.txt"
+prepared "$FOLDER/turned.txt" 400 unknown --columns _,z,y,x
+refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,colour
+refused "$FOLDER/bowl.obj" "says itself what its numbers are" --columns x,y,z
+sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
+refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"
+# Without the faces nothing says which side of an open surface is outside.
+prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals
+prepared "$FOLDER/bowl.off" 1000 unknown --recompute-normals --sample 1000
+mkdir "$FOLDER/été à côté"
+cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
+prepared "$FOLDER/été à côté/nuage de points.off" 400 file
+
+# A ball has no height, but z is up in surveyors' files.
+for format in las ply; do
+    run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/up.$format" --quiet
+    expect_code 0
+    run "$STIPPLE" prep "$FOLDER/up.$format" -o "$FOLDER/up-$format.stipple" --quiet
+    expect_code 0
+    run "$STIPPLE" info "$FOLDER/up-$format.stipple" --json
+    expect_code 0
+    expect_text out '"lambda"'
+    count=0
+    [ $format = ply ] || count=1
+    [ "$(grep -c '"up":.*\[0, 0, 1\]' "$FOLDER/out")" = $count ] || fail "up of $format: $(grep '"up"' "$FOLDER/out")"
+done
+
+# Points that a LAS file withholds are rejects, by their places.
+run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/held.las" --quiet
+expect_code 0
+for place in 0 7 999; do # records of 36 bytes behind a header of 375, flags at 15
+    printf '\004' | dd of="$FOLDER/held.las" bs=1 seek=$((375 + 36 * place + 15)) conv=notrunc 2>/dev/null
+done
+prepared "$FOLDER/held.las" 997 unknown --rejects "$FOLDER/held.csv"
+printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las",999,invalid\n' |
+    cmp -s - <(sed "s|$FOLDER/||" "$FOLDER/held.csv") || fail "withheld points are not the rejects: $(head -5 "$FOLDER/held.csv")"
+head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
+refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
+
+# A sparse survey far from the origin, whose centimetres no float holds, comes back to half a one.
+awk 'BEGIN { for (i = 0; i < 400; i++)
+    printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
+    ply 400 >"$FOLDER/far.ply"
+run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force
+expect_code 0
+run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
+expect_code 0
+LC_ALL=C sed -n '/^property/p; /^end_header/q' "$FOLDER/m.ply" | grep -aqx 'property double y' ||
+    fail "coordinates of six digits and two were written as floats"
+header=$(LC_ALL=C sed '/^end_header/q' "$FOLDER/m.ply" | wc -c)
+# A point has 36 bytes: every other one begins where a double may, from either of two begins.
+back=$({
+    od -An -v -w72 -tf8 -j "$header" "$FOLDER/m.ply"
+    od -An -v -w72 -tf8 -j $((header + 36)) "$FOLDER/m.ply"
+} | awk '
+    function far(value, from) { value -= from; value -= 40 * int(value / 40 + 0.5)
+        return value > 0.00501 || value < -0.00501 }
+    !far($1, 600000.37) && !far($2, 800000.01)' | wc -l)
+[ "$back" = 400 ] || fail "$back of 400 points came back where they were"
+rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
+
+# Squares of these distances are beyond what floats hold.
+awk 'BEGIN { for (i = 1; i <= 40; i++)
+    printf "%d.25e30 %d.5e30 %d.125e30\n", i * 7 % 11, i * 5 % 13, i * 3 % 17 }' |
+    ply 40 >"$FOLDER/huge.ply"
+run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+expect_code 0
+expect_text err "40 points read, 40 stored, 0 rejected"
+run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
+expect_code 0
+rm -f "$FOLDER/m.stipple"
+
+: >"$FOLDER/empty.ply"
+refused "$FOLDER/empty.ply" "0 bytes"
+ply 0 </dev/null >"$FOLDER/none.ply"
+refused "$FOLDER/none.ply" "none.ply"
+ply 2 >"$FOLDER/nan.ply" <<<$'nan 0 0\n0 inf 0'
+refused "$FOLDER/nan.ply" "no valid point among 2"
+ply 3 >"$FOLDER/cut.ply" <<<'0 0 0'
+refused "$FOLDER/cut.ply" "declares 3 vertices"
+ply 3 >"$FOLDER/three.ply" <<<$'0 0 0\n1 0 0\n0 1 0'
+refused "$FOLDER/three.ply" "no faces" --sample 10
+echo hello >"$FOLDER/hello.dat"
+refused "$FOLDER/hello.dat" "PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ"
+refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"
+mkdir "$FOLDER/without scans"
+refused "$FOLDER/without scans" "has the name of a scan"
+cp "$FOLDER/three.ply" "$FOLDER/kept.ply"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/./three.ply" --force --quiet
+expect_failure "also an input"
+cmp -s "$FOLDER/three.ply" "$FOLDER/kept.ply" || fail "prep wrote over its input"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/no folder/m.stipple" --quiet
+expect_failure "cannot be created"
+run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
+expect_failure "exists already"
+[ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
+expect_no_litter
+end_test

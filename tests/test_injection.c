@@ -1,7 +1,0 @@
-/* Every call fails once: a sample of the points that long_injection tries. */
-#include "tests/injection_commands.h"
-
-int main(void)
-{
-    return injection_main(false);
-}

@@ -1,0 +1,62 @@
+/* Clip box and classes of the command line. */
+#include "tools/draw/draw_filter.h"
+
+#include "runtime/class_legend.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+stp_status draw_filter_clip(const char *text, const stp_dbox *model, stp_clip *out, stp_error *err)
+{
+    stp_clip clip = {.enabled = true};
+    stp_dvec3 *a = &clip.box.min, *b = &clip.box.max;
+    int used = 0;
+    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf,%lf%n", &a->x, &a->y, &a->z, &b->x, &b->y, &b->z,
+               &used) != 6 ||
+        text[used] != '\0' || !stp_dvec3_finite(*a) || !stp_dvec3_finite(*b))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--clip %s: give six numbers, x0,y0,z0,x1,y1,z1", text);
+    if (stp_dbox_is_empty(&clip.box))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--clip %s: the box is inverted: give the least corner first", text);
+    if (!stp_dbox_meet(&clip.box, model))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--clip %s: nothing of the model is there: it reaches from "
+                             "%.9g,%.9g,%.9g to %.9g,%.9g,%.9g",
+                             text, model->min.x, model->min.y, model->min.z, model->max.x,
+                             model->max.y, model->max.z);
+    *out = clip;
+    return STP_OK;
+}
+
+/* The class that a word of the list says, -1 if none. */
+static int class_of(const char *word, size_t length)
+{
+    char *end = NULL;
+    if (length == 0 || strspn(word, "0123456789") < length)
+        return stp_class_find(word, length);
+    unsigned long number = strtoul(word, &end, 10);
+    return number <= UINT8_MAX ? (int)number : -1;
+}
+
+stp_status draw_filter_classes(const char *option, const char *text, uint32_t out[8],
+                               stp_error *err)
+{
+    uint32_t found[8] = {0};
+    const char *word = text;
+    for (bool more = true; more;) {
+        size_t length = strcspn(word, ",");
+        int id = class_of(word, length);
+        if (id < 0)
+            return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                 "%s %s: '%.*s' is no class: give numbers from 0 to 255 or names, "
+                                 "like 2,building,high-vegetation",
+                                 option, text, (int)length, word);
+        found[id / 32] |= UINT32_C(1) << id % 32;
+        more = word[length] == ',';
+        word += length + 1;
+    }
+    memcpy(out, found, sizeof found);
+    return STP_OK;
+}

@@ -1,0 +1,15 @@
+/* What --clip, --classes and --hide-classes say, out of their texts. Threads: any. */
+#ifndef STP_TOOLS_DRAW_DRAW_FILTER_H
+#define STP_TOOLS_DRAW_DRAW_FILTER_H
+
+#include "runtime/stipple.h"
+
+/* x0,y0,z0,x1,y1,z1. Errors: INVALID_ARGUMENT (not six finite numbers, inverted, or a box without
+ * any of the model's). */
+stp_status draw_filter_clip(const char *text, const stp_dbox *model, stp_clip *out, stp_error *err);
+
+/* A list of numbers and names after `option`, into a bit set. Errors: INVALID_ARGUMENT. */
+stp_status draw_filter_classes(const char *option, const char *text, uint32_t out[8],
+                               stp_error *err);
+
+#endif

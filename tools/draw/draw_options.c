@@ -1,0 +1,286 @@
+/* Options of the drawing commands. */
+#include "tools/draw/draw_options.h"
+
+#include "formats/chunk/convert.h"
+#include "runtime/gl/gpu_layout.h"
+#include "tools/draw/draw_filter.h"
+#include "tools/file/source_options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+draw_options draw_options_default(void)
+{
+    return (draw_options){.camera = camera_options_default(),
+                          .threshold_px = 1.0,
+                          .radius_cap_px = STP_RADIUS_CAP_PX,
+                          .timeout_s = SOURCE_TIMEOUT_S,
+                          .gpu_memory = UINT64_C(1) << 30,
+                          .cpu_memory = UINT64_C(1) << 30,
+                          .cache_bytes = UINT64_C(1) << 30};
+}
+
+void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
+{
+    const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
+        {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
+         "without eye, look or camera: as the scanner saw it or from inside, where the model knows "
+         "(first), or all of it",
+         NULL},
+        {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
+         "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
+        {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
+         "coarser samples are not drawn larger; times the square of a threshold above 1 (6)", NULL},
+        {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
+         "what makes levels finer beside the surface's error: radius,colour,silhouette or none "
+         "(radius,colour)",
+         NULL},
+        {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
+         "who chooses levels: shaders, the CPU, nobody (auto: the faster shaders)", NULL},
+        {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
+         "how gaps are closed (gauss)", NULL},
+        {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
+         "smooth edges, by how far discs reach, or as the mean of N x N pixels (off)", NULL},
+        {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
+         "what is shown; unlit: colours as they are (the model's default, else phong)",
+         &o->has_shade},
+        {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "of the samples (rgb)", NULL},
+        {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
+        {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
+         "of intensity (grey) and elevation (viridis)", NULL},
+        {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
+         "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
+        {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
+         "of --shade level, chunk, error, confidence over the colours, 0 to 1 (0: alone)", NULL},
+        {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
+         "eye-dome lighting: edges darkened by depth (1)", NULL},
+        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw what lies in this box alone",
+         NULL},
+        {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
+         "leave out samples seen from behind: what is proven hidden, nothing, all (auto)", NULL},
+        {"--classes", 0, CLI_STRING, &o->classes, "LIST",
+         "draw these classes alone: numbers or names, like 2,building", NULL},
+        {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
+         "do not draw these classes, like 7,high-noise", NULL},
+        {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
+         "draw what stands above a chunk that cannot be read, and say so", NULL},
+        {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
+        {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
+         NULL},
+        {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
+         "keep there what is read of a model on a web server (nothing is kept)", NULL},
+        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "at most so much in all (1G)",
+         NULL},
+        source_options_timeout(&o->timeout_s),
+        {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
+         "shader files there, or in its sub-folders, win over the built-in ones", NULL},
+    };
+    camera_options_fill(&o->camera, out);
+    memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
+}
+
+int draw_options_check(const draw_options *o, const cli_command *command)
+{
+    return o->threshold_px < 0.0 ? cli_usage(command, "--threshold is not negative") : CLI_CONTINUE;
+}
+
+void draw_options_word(const char *words, int index, char out[16])
+{
+    while (index-- > 0)
+        words += strcspn(words, "|") + 1;
+    snprintf(out, 16, "%.*s", (int)strcspn(words, "|"), words);
+}
+
+stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+                             stp_error *err)
+{
+    stp_byte_source_params params =
+        source_options_params(o->cache_folder, o->cache_bytes, o->timeout_s);
+    return stp_model_open_at(model, path, &params, err);
+}
+
+/* The ends of the palette: what is asked for, else what the model has. */
+static stp_status choose_range(const draw_options *o, const stp_model *model,
+                               stp_draw_params *params, stp_error *err)
+{
+    double *range = params->colour_range;
+    int used = 0;
+    if (params->colour == STP_COLOUR_INTENSITY && !(model->info->attributes & STP_HAS_INTENSITY))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour intensity: the model has none: give elevation or none");
+    if (params->colour == STP_COLOUR_CLASS && !(model->info->attributes & STP_HAS_CLASS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour class: the model has no classes: give elevation or none");
+    if (params->colour == STP_COLOUR_OUTLIERS && !(model->info->attributes & STP_HAS_OUTLIERS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour outliers: none are marked in the model: prepare it with "
+                             "--outliers mark");
+    if (o->colour_range) {
+        if (sscanf(o->colour_range, "%lf,%lf%n", &range[0], &range[1], &used) == 2 &&
+            !o->colour_range[used] && range[0] < range[1] && isfinite(range[1] - range[0]))
+            return STP_OK;
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour-range %s: give two numbers that rise, like 0.1,0.9",
+                             o->colour_range);
+    }
+    if (params->colour == STP_COLOUR_INTENSITY || params->colour == STP_COLOUR_ELEVATION)
+        return stp_model_colour_range(model, params->colour, range, err);
+    return STP_OK;
+}
+
+/* Clip box and classes. */
+static stp_status choose_filter(const draw_options *o, const stp_model *model,
+                                stp_draw_params *params, stp_error *err)
+{
+    const char *list = o->classes ? o->classes : o->hidden_classes;
+    const char *option = o->classes ? "--classes" : "--hide-classes";
+    stp_status status = STP_OK;
+    if (o->clip)
+        STP_TRY(draw_filter_clip(o->clip, &model->info->box, &params->clip, err));
+    if (!list)
+        return STP_OK;
+    if (o->classes && o->hidden_classes)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--classes and --hide-classes: give one of them");
+    if (!(model->info->attributes & STP_HAS_CLASS))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: the model has no classes: leave it out", option);
+    STP_TRY(draw_filter_classes(option, list, params->hidden_classes, err));
+    for (int i = 0; o->classes && i < STP_CLASS_WORDS; i++)
+        params->hidden_classes[i] = ~params->hidden_classes[i];
+done:
+    return status;
+}
+
+static stp_status check_amounts(const draw_options *o, stp_error *err)
+{
+    if (!(o->overlay >= 0.0 && o->overlay <= 1.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--overlay %g: give a number from 0 to 1",
+                             o->overlay);
+    if (o->overlay > 0.0 && o->shade < (int)STP_SHADE_LEVEL)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--overlay: nothing to lay over the colours: give --shade level, "
+                             "chunk, error or confidence, too");
+    if (o->edl < 0.0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--edl %g: give a number from 0 on",
+                             o->edl);
+    return STP_OK;
+}
+
+/* Words of stp_term, each once; none alone. */
+static bool parse_terms(const char *text, uint32_t *terms)
+{
+    static const char *const words[] = {"radius", "colour", "silhouette"};
+    if (text == NULL)
+        return true;
+    if (strcmp(text, "none") == 0) {
+        *terms = STP_TERM_NONE;
+        return true;
+    }
+    for (;;) {
+        size_t length = strcspn(text, ",");
+        uint32_t found = 0;
+        for (uint32_t i = 0; i < sizeof words / sizeof *words; i++)
+            if (strlen(words[i]) == length && strncmp(words[i], text, length) == 0)
+                found = 1u << i;
+        if (found == 0 || (*terms & found) != 0)
+            return false;
+        *terms |= found;
+        text += length;
+        if (*text == '\0')
+            return true;
+        text++;
+    }
+}
+
+stp_status draw_options_params(const draw_options *o, const stp_model *model,
+                               stp_draw_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const double noted_px = stp_chunk_file_threshold(stp_chunk_file_get_info(model->file));
+    const double threshold_px = o->has_threshold || noted_px == 0.0 ? o->threshold_px : noted_px;
+    uint32_t terms = 0;
+    if (!parse_terms(o->terms, &terms))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--error-terms %s: give words of radius,colour,silhouette, or none",
+                             o->terms);
+    stp_draw_params p = {
+        .lod = (stp_lod)o->lod,
+        .reconstruct = (stp_reconstruct)o->reconstruct,
+        .shade = o->has_shade ? (stp_shade)o->shade : stp_model_shade(model),
+        .threshold_px = threshold_px,
+        .every_sample = threshold_px <= 0.0,
+        .radius_cap_px = o->radius_cap_px,
+        .terms = terms,
+        .colour = (stp_colour)o->colour,
+        .palette = (stp_palette)o->palette,
+        .overlay = o->overlay,
+        .edl = o->edl,
+        .smooth_edges = o->aa == DRAW_AA_EDGES,
+        .cull = (stp_cull)o->cull,
+    };
+    STP_TRY(check_amounts(o, err));
+    STP_TRY(choose_filter(o, model, &p, err));
+    STP_TRY(choose_range(o, model, &p, err));
+    *params = p;
+done:
+    return status;
+}
+
+stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
+                                          const cli_common *common)
+{
+    return (stp_renderer_params){
+        .model = model,
+        .gpu_memory_bytes = o->gpu_memory,
+        .cpu_memory_bytes = o->cpu_memory,
+        .thread_count = (unsigned)common->threads,
+        .shader_folder = o->shader_folder,
+    };
+}
+
+bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES])
+{
+    const char *damage = stp_renderer_damage(renderer);
+    bool any = damage[0] != '\0';
+    snprintf(out, DRAW_DAMAGE_BYTES, "%s%s", damage, any ? "; its parent is drawn instead" : "");
+    return any;
+}
+
+stp_status draw_options_require_whole(const draw_options *o, const stp_renderer *renderer,
+                                      stp_error *err)
+{
+    const char *damage = stp_renderer_damage(renderer);
+    if (damage[0] == '\0' || o->allow_damage)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: repair the model (stipple verify --repair), or draw its parent "
+                         "instead (--allow-damage)",
+                         damage);
+}
+
+void draw_options_warn(const char *command, const stp_renderer *renderer)
+{
+    char text[DRAW_DAMAGE_BYTES];
+    if (draw_options_damage(renderer, text))
+        fprintf(stderr, "stipple %s: warning: %s\n", command, text);
+}
+
+stp_home draw_options_home(const draw_options *o)
+{
+    const camera_options *c = &o->camera;
+    return c->path || c->has_eye || c->has_look ? STP_HOME_WHOLE : (stp_home)o->home;
+}
+
+stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
+                               int size[2], stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(camera_options_size(&o->camera, size, err));
+    stp_camera c = stp_model_camera(model, draw_options_home(o), size[0], size[1]);
+    STP_TRY(camera_options_apply(&o->camera, &c, err));
+    *camera = c;
+done:
+    return status;
+}

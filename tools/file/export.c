@@ -1,0 +1,84 @@
+/* `stipple export`: the level-0 samples of the leaf chunks as PLY, with edges and faces. */
+#include "tools/cli/cli.h"
+
+#include "base/file.h"
+#include "tools/file/export_file.h"
+#include "tools/file/sandbox_options.h"
+#include "tools/file/source_options.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+static int run(int argc, char **argv);
+
+const cli_command cli_export = {
+    .name = "export",
+    .summary = "write the points and lines of a chunk file as PLY",
+    .usage = "stipple export M.stipple -o F.ply [options]",
+    .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
+               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
+               "Where prep marked outliers, the property outlier is 1 for them, else 0.\n"
+               "Ribbons and tubes are edges between their vertices, which have a radius, half the\n"
+               "width; normals of tubes are 0 0 0. Triangles are faces.\n"
+               "What stands in for lost points in a repaired file is left out, which is said.",
+    .run = run,
+};
+
+static stp_status export_path(const char *path, const export_params *params, double timeout_s,
+                              const cli_common *common, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_file *file = NULL;
+    uint64_t left_out = 0;
+    const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
+    STP_TRY(stp_output_check_input(params->output, path, err));
+    STP_TRY(stp_chunk_file_open_at(&file, path, &source, err));
+    STP_TRY(export_file(file, params, &left_out, err));
+    cli_progress_end();
+    if (left_out > 0 && !common->quiet)
+        fprintf(stderr,
+                "%s was repaired: %" PRIu64 " samples that stand in for lost points are "
+                "left out\n",
+                stp_chunk_file_path(file), left_out);
+done:
+    cli_progress_end();
+    stp_chunk_file_close(&file);
+    return status;
+}
+
+static int run(int argc, char **argv)
+{
+    const char *path = NULL;
+    const char *output = NULL;
+    bool force = false, no_sandbox = false;
+    double timeout_s = SOURCE_TIMEOUT_S;
+    size_t count = 0;
+    cli_common common = {0};
+    stp_error err = {0};
+    const cli_option options[] = {
+        source_options_timeout(&timeout_s),
+        sandbox_options_off(&no_sandbox),
+        {.name = "--output",
+         .letter = 'o',
+         .kind = CLI_STRING,
+         .target = &output,
+         .argument = "F.ply",
+         .help = "the PLY file to write"},
+        {.name = "--force",
+         .letter = 'f',
+         .kind = CLI_FLAG,
+         .target = &force,
+         .help = "replace an existing file"},
+    };
+    int code = cli_parse(&cli_export, options, sizeof options / sizeof *options, argc, argv, &path,
+                         1, 1, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    if (!output)
+        return cli_usage(&cli_export, "no output given: add -o F.ply");
+    const export_params params = {output, force, cli_progress(&common)};
+    if (sandbox_options_enter(no_sandbox, path, output, &err) != STP_OK ||
+        export_path(path, &params, timeout_s, &common, &err) != STP_OK)
+        return cli_fail(&cli_export, &err);
+    return CLI_DONE;
+}

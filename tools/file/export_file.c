@@ -1,0 +1,198 @@
+/* The points and shapes of a chunk file as PLY. */
+#include "tools/file/export_file.h"
+
+#include "base/memory.h"
+#include "formats/chunk/repair/repair_note.h"
+#include "formats/scan/ply/ply_write.h"
+#include "tools/file/export_shapes.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* Points written at a time. */
+#define BATCH_COUNT 4096u
+
+/* Where points go, and what their intensities are multiplied by. */
+typedef struct sink {
+    stp_ply_writer *writer;
+    double intensity_step;
+    const bool *stand_ins; /* by chunk: no points, but what a repair put in their place */
+    export_shapes *shapes;
+} sink;
+
+/* A positive number of the metadata; `otherwise` if it has none. */
+static double noted(const stp_chunk_file_info *info, const char *name, double otherwise)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *number = cJSON_GetObjectItemCaseSensitive(metadata, name);
+    const double value = cJSON_IsNumber(number) ? number->valuedouble : 0.0;
+    cJSON_Delete(metadata);
+    return value > 0.0 && isfinite(value) ? value : otherwise;
+}
+
+/* The error that coordinates may have when they are written. Exact: a quarter of half the inputs'
+ * step, for half of the latter is taken by what is stored. */
+static double allowed_error(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const bool exact = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "exact"));
+    cJSON_Delete(metadata);
+    return noted(info, "precision", INFINITY) * (exact ? 0.25 : 1.0);
+}
+
+/* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
+ * distance between samples: then below a half of the lattice's step; and below the precision asked
+ * for, so that georeferenced points come back as they were. */
+static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
+{
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    const stp_dvec3 far = {fmax(fabs(info->box.min.x), fabs(info->box.max.x)),
+                           fmax(fabs(info->box.min.y), fabs(info->box.max.y)),
+                           fmax(fabs(info->box.min.z), fabs(info->box.max.z))};
+    double float_step = ldexp(fmax(far.x, fmax(far.y, far.z)), -23);
+    double radius = INFINITY;
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_status status = stp_chunk_file_entry(file, id, &entry, err);
+        if (status != STP_OK)
+            return status;
+        if (entry.child_count == 0)
+            radius = fmin(radius, (double)entry.radius_min);
+    }
+    *out = float_step > fmin(radius / info->lambda / 64.0, allowed_error(info));
+    return STP_OK;
+}
+
+static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin,
+                          double intensity_step)
+{
+    double intensity = fmin(65535.0, s->intensity * intensity_step + 0.5);
+    stp_point p = {.position = stp_dvec3_add(origin, stp_sample_position(s, patch)),
+                   .intensity = (uint16_t)intensity,
+                   .class_id = s->class_id,
+                   .outlier = (s->flags & STP_SAMPLE_OUTLIER) != 0};
+    if (stp_sample_is_flat(s)) /* not a tube's tangent */
+        p.normal = stp_normal_decode(s->normal);
+    for (int i = 0; i < 3; i++)
+        p.rgb[i] = (uint16_t)(s->rgb[i] * 257);
+    return p;
+}
+
+static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, const sink *out,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_point batch[BATCH_COUNT];
+    float radii[BATCH_COUNT];
+    size_t count = 0;
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        const stp_patch *patch = &chunk->patches[i];
+        const uint32_t begin = chunk->level_begin[0][i];
+        unsigned skipped = 0;
+        STP_TRY(export_shapes_patch(out->shapes, patch, &chunk->samples[0][begin], origin, &skipped,
+                                    err));
+        for (uint32_t k = begin + skipped; k < chunk->level_begin[0][i + 1]; k++) {
+            const stp_sample *s = &chunk->samples[0][k];
+            radii[count] = (float)stp_sample_radius(s, patch);
+            batch[count++] = point_of(s, patch, origin, out->intensity_step);
+            if (count == BATCH_COUNT) {
+                STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
+                count = 0;
+            }
+        }
+    }
+    STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
+done:
+    return status;
+}
+
+static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp_progress *progress,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk *chunk = NULL;
+    uint64_t done_count = 0;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        if (entry.child_count != 0 || out->stand_ins[id])
+            continue;
+        STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
+        STP_TRY(export_chunk(chunk, entry.origin, out, err));
+        stp_chunk_destroy(&chunk);
+        done_count += entry.sample_count[0];
+        STP_TRY(stp_progress_update(progress, "export", done_count, info->point_count, err));
+    }
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* Chunks that a repair put in the place of lost ones, and how many samples they have. */
+static stp_status find_stand_ins(stp_chunk_file *file, bool **marks, uint64_t *count,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    STP_TRY(stp_alloc(marks, info->chunk_count, sizeof **marks, "chunks", err));
+    stp_repair_note_stand_ins(info->metadata_json, *marks, info->chunk_count);
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        if (!(*marks)[id])
+            continue;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        (*marks)[id] = entry.child_count == 0;
+        *count += entry.child_count == 0 ? entry.sample_count[0] : 0;
+    }
+done:
+    return status;
+}
+
+/* STP_POINT_HAS_* of a chunk file. */
+static uint32_t point_attributes(const stp_chunk_file_info *info)
+{
+    uint32_t out = STP_POINT_HAS_NORMAL;
+    out |= info->attributes & STP_HAS_COLOUR ? (uint32_t)STP_POINT_HAS_COLOUR : 0;
+    out |= info->attributes & STP_HAS_INTENSITY ? (uint32_t)STP_POINT_HAS_INTENSITY : 0;
+    out |= info->attributes & STP_HAS_CLASS ? (uint32_t)STP_POINT_HAS_CLASS : 0;
+    out |= info->attributes & STP_HAS_OUTLIERS ? (uint32_t)STP_POINT_HAS_OUTLIER : 0;
+    return out;
+}
+
+stp_status export_file(stp_chunk_file *file, const export_params *params, uint64_t *left_out,
+                       stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ply_writer *writer = NULL;
+    bool *stand_ins = NULL;
+    export_shapes shapes = {0};
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    *left_out = 0;
+    STP_TRY(find_stand_ins(file, &stand_ins, left_out, err));
+    if (*left_out >= info->point_count) {
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: all of its points are lost: there is nothing to write",
+                               stp_chunk_file_path(file));
+        goto done;
+    }
+    STP_TRY(export_shapes_find(&shapes, file, stand_ins, err));
+    stp_ply_writer_params ply = {.force = params->force,
+                                 .vertex_count = info->point_count - *left_out - shapes.repeated,
+                                 .triangle_count = shapes.triangle_count,
+                                 .edge_count = shapes.edge_count,
+                                 .attributes = point_attributes(info)};
+    STP_TRY(needs_double(file, &ply.double_coordinates, err));
+    STP_TRY(stp_ply_writer_create(&writer, params->output, &ply, err));
+    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0, stand_ins, &shapes};
+    STP_TRY(export_chunks(file, &out, params->progress, err));
+    STP_TRY(export_shapes_write(&shapes, writer, err));
+    STP_TRY(stp_ply_writer_finish(&writer, err));
+done:
+    free(stand_ins);
+    export_shapes_clear(&shapes);
+    stp_ply_writer_destroy(&writer);
+    return status;
+}

@@ -1,0 +1,358 @@
+/* `stipple info`: what is in a chunk file, from its header and directory alone. */
+#include "tools/file/sandbox_options.h"
+#include "tools/file/source_options.h"
+
+#include "base/memory.h"
+#include "formats/chunk/convert.h"
+#include "formats/chunk/repair/repair_note.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int run(int argc, char **argv);
+
+const cli_command cli_info = {
+    .name = "info",
+    .summary = "say what is in a chunk file",
+    .usage = "stipple info M.stipple [--json]",
+    .details =
+        "Reads header, directory and metadata, no payloads. Lengths are the scan's own units.",
+    .run = run,
+};
+
+/* Sums over the chunks of one depth. */
+typedef struct depth_summary {
+    uint32_t chunk_count;
+    uint64_t patch_count;
+    uint64_t sample_count[STP_LEVEL_COUNT];
+    uint64_t payload_bytes;
+    double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
+    double radius_min, radius_max;
+} depth_summary;
+
+static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
+{
+    if (sum->chunk_count == 0)
+        sum->radius_min = INFINITY;
+    sum->chunk_count++;
+    sum->patch_count += e->patch_count;
+    sum->payload_bytes += e->segment_end[STP_SEGMENT_COUNT - 1];
+    sum->radius_min = fmin(sum->radius_min, (double)e->radius_min);
+    sum->radius_max = fmax(sum->radius_max, (double)e->radius_max);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        sum->sample_count[l] += e->sample_count[l];
+        sum->error[l] = fmax(sum->error[l], (double)e->error[l]);
+        sum->tangential_error[l] = fmax(sum->tangential_error[l], (double)e->tangential_error[l]);
+        sum->colour_error[l] = fmax(sum->colour_error[l], (double)e->colour_error[l]);
+    }
+}
+
+/* *depths has info->depth elements; free with free(). */
+static stp_status summarise(stp_chunk_file *file, depth_summary **depths, stp_error *err)
+{
+    stp_status status = STP_OK;
+    depth_summary *sums = NULL;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    STP_TRY(stp_alloc(&sums, info->depth, sizeof *sums, "summary", err));
+    for (uint32_t id = 0; id < info->chunk_count; id++) {
+        stp_chunk_entry entry;
+        STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+        add_entry(&sums[entry.depth], &entry);
+    }
+    *depths = sums;
+    sums = NULL;
+done:
+    free(sums);
+    return status;
+}
+
+/* ---- text ---- */
+
+static void print_attributes(uint32_t attributes)
+{
+    printf("attributes     normal%s%s%s%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
+           attributes & STP_HAS_INTENSITY ? " intensity" : "",
+           attributes & STP_HAS_CLASS ? " class" : "",
+           attributes & STP_HAS_OUTLIERS ? " outlier" : "",
+           attributes & STP_HAS_LINES ? " lines" : "",
+           attributes & STP_HAS_TRIANGLES ? " triangles" : "");
+}
+
+/* "12 marked, more than 3 local spacings from everything else": as prep counted. */
+static void print_outliers(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *outliers = cJSON_GetObjectItemCaseSensitive(metadata, "outliers");
+    const cJSON *distance = cJSON_GetObjectItemCaseSensitive(outliers, "distance");
+    static const char *const words[] = {"marked", "dropped"};
+    for (size_t i = 0; i < 2; i++) {
+        const cJSON *count = cJSON_GetObjectItemCaseSensitive(outliers, words[i]);
+        if (cJSON_IsNumber(count) && cJSON_IsNumber(distance))
+            printf("outliers       %.0f %s, more than %g local spacings from everything else\n",
+                   count->valuedouble, words[i], distance->valuedouble);
+    }
+    cJSON_Delete(metadata);
+}
+
+/* "by 0.002 at most, 0.0001 on average": of points that prep moved. */
+static void print_joined(const cJSON *metadata)
+{
+    const cJSON *joined = cJSON_GetObjectItemCaseSensitive(metadata, "joined");
+    const cJSON *greatest = cJSON_GetObjectItemCaseSensitive(joined, "greatest");
+    const cJSON *mean = cJSON_GetObjectItemCaseSensitive(joined, "mean");
+    if (cJSON_IsNumber(greatest) && cJSON_IsNumber(mean))
+        printf("layers         joined: points were moved by %.3g at most, %.3g on average\n",
+               greatest->valuedouble, mean->valuedouble);
+}
+
+/* "0.0004 at most, 0.0002 on average": as prep measured. */
+static void print_displacement(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *d = cJSON_GetObjectItemCaseSensitive(metadata, "displacement");
+    const cJSON *greatest = cJSON_GetObjectItemCaseSensitive(d, "greatest");
+    const cJSON *mean = cJSON_GetObjectItemCaseSensitive(d, "mean");
+    const cJSON *beyond = cJSON_GetObjectItemCaseSensitive(d, "beyond");
+    if (cJSON_IsNumber(greatest) && cJSON_IsNumber(mean))
+        printf("displacement   of stored points: %.3g at most, %.3g on average",
+               greatest->valuedouble, mean->valuedouble);
+    if (cJSON_IsNumber(beyond) && beyond->valuedouble > 0.0)
+        printf("; %.0f are farther off than the input resolves", beyond->valuedouble);
+    if (d)
+        printf("\n");
+    print_joined(metadata);
+    cJSON_Delete(metadata);
+}
+
+static void print_depths(const depth_summary *depths, uint32_t count)
+{
+    printf("\n%5s %9s %11s %13s %14s %11s %11s %11s\n", "depth", "chunks", "patches", "samples",
+           "payload bytes", "error 0", "error 3", "radius");
+    for (uint32_t d = 0; d < count; d++)
+        printf("%5" PRIu32 " %9" PRIu32 " %11" PRIu64 " %13" PRIu64 " %14" PRIu64
+               " %11.4g %11.4g %11.4g\n",
+               d, depths[d].chunk_count, depths[d].patch_count, depths[d].sample_count[0],
+               depths[d].payload_bytes, depths[d].error[0], depths[d].error[STP_LEVEL_COUNT - 1],
+               depths[d].radius_max);
+    printf(
+        "samples: of level 0; errors and radius: the greatest; the points are the samples of the "
+        "leaves\n");
+}
+
+/* Metadata is the file's: control characters do not reach the terminal. */
+static void print_metadata(const stp_chunk_file_info *info)
+{
+    printf("\nmetadata       ");
+    for (size_t i = 0; i < info->metadata_bytes; i++) {
+        unsigned char c = (unsigned char)info->metadata_json[i];
+        putchar((c < 32 && c != '\n') || c == 127 ? ' ' : c);
+    }
+    putchar('\n');
+}
+
+/* Nothing where the whole model is what is first seen. */
+static void print_first_view(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *first = cJSON_GetObjectItemCaseSensitive(metadata, "first_view");
+    const cJSON *why = cJSON_GetObjectItemCaseSensitive(first, "why");
+    const cJSON *eye = cJSON_GetObjectItemCaseSensitive(first, "eye");
+    double at[3];
+    for (int i = 0; i < 3; i++) {
+        const cJSON *number = cJSON_GetArrayItem(eye, i);
+        at[i] = cJSON_IsNumber(number) ? number->valuedouble : NAN;
+    }
+    if (cJSON_IsString(why) && isfinite(at[0] + at[1] + at[2]))
+        printf("first view     from %.6g %.6g %.6g: %s\n", at[0], at[1], at[2],
+               strcmp(why->valuestring, "scanner") == 0    ? "where the scanner was"
+               : strcmp(why->valuestring, "interior") == 0 ? "inside"
+                                                           : "for another reason");
+    cJSON_Delete(metadata);
+}
+
+/* "3 strips, 120 vertices, 117 segments": as prep counted; the points' samples are not theirs. */
+static void print_shapes(const stp_chunk_file_info *info)
+{
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *lines = cJSON_GetObjectItemCaseSensitive(metadata, "lines");
+    const cJSON *strips = cJSON_GetObjectItemCaseSensitive(lines, "strips");
+    const cJSON *vertices = cJSON_GetObjectItemCaseSensitive(lines, "vertices");
+    const cJSON *segments = cJSON_GetObjectItemCaseSensitive(lines, "segments");
+    const cJSON *samples = cJSON_GetObjectItemCaseSensitive(lines, "samples");
+    if (cJSON_IsNumber(strips) && cJSON_IsNumber(vertices) && cJSON_IsNumber(segments) &&
+        cJSON_IsNumber(samples))
+        printf("lines          %.0f strips, %.0f vertices, %.0f segments; %.0f of the points are "
+               "theirs\n",
+               strips->valuedouble, vertices->valuedouble, segments->valuedouble,
+               samples->valuedouble);
+    const cJSON *triangles = cJSON_GetObjectItemCaseSensitive(metadata, "triangles");
+    if (cJSON_IsNumber(triangles))
+        printf("triangles      %.0f; %.0f of the points are their corners\n",
+               triangles->valuedouble, 3.0 * triangles->valuedouble);
+    cJSON_Delete(metadata);
+}
+
+/* A repaired file is not to be mistaken for a whole one. */
+static void print_repairs(const stp_chunk_file_info *info)
+{
+    stp_repair_sum sum = stp_repair_note_sum(info->metadata_json);
+    if (sum.repairs > 0)
+        printf("repaired       %" PRIu32
+               " times: %.0f points are lost, %.0f of the points stand in "
+               "for such\n",
+               sum.repairs, sum.points_lost, sum.stand_ins);
+}
+
+static void print_text(const char *path, const stp_chunk_file_info *info,
+                       const depth_summary *depths)
+{
+    printf("file           %s\n", path);
+    printf("version        %u.%u\n", info->version_major, info->version_minor);
+    printf("points         %" PRIu64 "\n", info->point_count);
+    print_shapes(info);
+    print_repairs(info);
+    printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
+    printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
+           (double)info->file_bytes / (double)info->point_count);
+    print_attributes(info->attributes);
+    print_outliers(info);
+    print_displacement(info);
+    print_first_view(info);
+    printf("orientation    %s\n", stp_orientation_name(info->orientation));
+    printf("lambda         %g\n", info->lambda);
+    printf("box            %.17g %.17g %.17g\n", info->box.min.x, info->box.min.y, info->box.min.z);
+    printf("               %.17g %.17g %.17g\n", info->box.max.x, info->box.max.y, info->box.max.z);
+    if (stp_chunk_file_threshold(info) > 0.0)
+        printf("threshold      %g px by default\n", stp_chunk_file_threshold(info));
+    print_depths(depths, info->depth);
+    print_metadata(info);
+}
+
+/* ---- JSON ---- */
+
+static cJSON *numbers(const double *values, int count)
+{
+    return cJSON_CreateDoubleArray(values, count);
+}
+
+static cJSON *json_depth(const depth_summary *sum)
+{
+    cJSON *out = cJSON_CreateObject();
+    double samples[STP_LEVEL_COUNT];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        samples[l] = (double)sum->sample_count[l];
+    cJSON_AddNumberToObject(out, "chunks", sum->chunk_count);
+    cJSON_AddNumberToObject(out, "patches", (double)sum->patch_count);
+    cJSON_AddItemToObject(out, "samples", numbers(samples, STP_LEVEL_COUNT));
+    cJSON_AddNumberToObject(out, "payload_bytes", (double)sum->payload_bytes);
+    cJSON_AddItemToObject(out, "error", numbers(sum->error, STP_LEVEL_COUNT));
+    cJSON_AddItemToObject(out, "tangential_error", numbers(sum->tangential_error, STP_LEVEL_COUNT));
+    cJSON_AddItemToObject(out, "colour_error", numbers(sum->colour_error, STP_LEVEL_COUNT));
+    cJSON_AddNumberToObject(out, "radius_min", sum->radius_min);
+    cJSON_AddNumberToObject(out, "radius_max", sum->radius_max);
+    return out;
+}
+
+static cJSON *json_attributes(uint32_t attributes)
+{
+    cJSON *out = cJSON_CreateArray();
+    cJSON_AddItemToArray(out, cJSON_CreateString("normal"));
+    if (attributes & STP_HAS_COLOUR)
+        cJSON_AddItemToArray(out, cJSON_CreateString("colour"));
+    if (attributes & STP_HAS_INTENSITY)
+        cJSON_AddItemToArray(out, cJSON_CreateString("intensity"));
+    if (attributes & STP_HAS_CLASS)
+        cJSON_AddItemToArray(out, cJSON_CreateString("class"));
+    if (attributes & STP_HAS_OUTLIERS)
+        cJSON_AddItemToArray(out, cJSON_CreateString("outlier"));
+    if (attributes & STP_HAS_LINES)
+        cJSON_AddItemToArray(out, cJSON_CreateString("lines"));
+    if (attributes & STP_HAS_TRIANGLES)
+        cJSON_AddItemToArray(out, cJSON_CreateString("triangles"));
+    return out;
+}
+
+static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
+                        const depth_summary *depths)
+{
+    cJSON *out = cJSON_CreateObject();
+    char version[16];
+    const double low[3] = {info->box.min.x, info->box.min.y, info->box.min.z};
+    const double high[3] = {info->box.max.x, info->box.max.y, info->box.max.z};
+    snprintf(version, sizeof version, "%u.%u", info->version_major, info->version_minor);
+    cJSON_AddStringToObject(out, "file", path);
+    cJSON_AddStringToObject(out, "version", version);
+    cJSON_AddNumberToObject(out, "points", (double)info->point_count);
+    cJSON_AddNumberToObject(out, "chunks", info->chunk_count);
+    cJSON_AddNumberToObject(out, "depth", info->depth);
+    cJSON_AddNumberToObject(out, "file_bytes", (double)info->file_bytes);
+    cJSON_AddNumberToObject(out, "bytes_per_point",
+                            (double)info->file_bytes / (double)info->point_count);
+    cJSON_AddItemToObject(out, "attributes", json_attributes(info->attributes));
+    cJSON_AddStringToObject(out, "orientation", stp_orientation_name(info->orientation));
+    cJSON_AddNumberToObject(out, "lambda", info->lambda);
+    cJSON_AddItemToObject(out, "box_min", numbers(low, 3));
+    cJSON_AddItemToObject(out, "box_max", numbers(high, 3));
+    if (stp_chunk_file_threshold(info) > 0.0)
+        cJSON_AddNumberToObject(out, "threshold_px", stp_chunk_file_threshold(info));
+    cJSON *list = cJSON_AddArrayToObject(out, "depths");
+    for (uint32_t d = 0; d < info->depth; d++)
+        cJSON_AddItemToArray(list, json_depth(&depths[d]));
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *displacement = cJSON_GetObjectItemCaseSensitive(metadata, "displacement");
+    if (displacement)
+        cJSON_AddItemToObject(out, "displacement", cJSON_Duplicate(displacement, true));
+    cJSON_AddItemToObject(out, "metadata", metadata ? metadata : cJSON_CreateNull());
+    return out;
+}
+
+static stp_status print_json(const char *path, const stp_chunk_file_info *info,
+                             const depth_summary *depths, stp_error *err)
+{
+    cJSON *json = json_info(path, info, depths);
+    char *text = cJSON_Print(json);
+    cJSON_Delete(json);
+    if (!text)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the JSON of %s", path);
+    printf("%s\n", text);
+    free(text);
+    return STP_OK;
+}
+
+static int run(int argc, char **argv)
+{
+    const char *path = NULL;
+    bool json = false, no_sandbox = false;
+    double timeout_s = SOURCE_TIMEOUT_S;
+    size_t count = 0;
+    cli_common common = {0};
+    stp_chunk_file *file = NULL;
+    depth_summary *depths = NULL;
+    stp_status status = STP_OK;
+    stp_error err = {0};
+    const cli_option options[] = {
+        source_options_timeout(&timeout_s),
+        sandbox_options_off(&no_sandbox),
+        {.name = "--json", .kind = CLI_FLAG, .target = &json, .help = "as one JSON object"},
+    };
+    int code = cli_parse(&cli_info, options, sizeof options / sizeof *options, argc, argv, &path, 1,
+                         1, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    STP_TRY(sandbox_options_enter(no_sandbox, path, NULL, &err));
+    const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
+    STP_TRY(stp_chunk_file_open_at(&file, path, &source, &err));
+    STP_TRY(summarise(file, &depths, &err));
+    if (json)
+        STP_TRY(print_json(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths, &err));
+    else
+        print_text(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths);
+done:
+    free(depths);
+    stp_chunk_file_close(&file);
+    return status == STP_OK ? CLI_DONE : cli_fail(&cli_info, &err);
+}

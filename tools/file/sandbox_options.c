@@ -1,0 +1,30 @@
+/* What a command may still open. */
+#include "tools/file/sandbox_options.h"
+
+#include "base/sandbox.h"
+#include "formats/chunk/byte_source.h"
+
+#include <stdlib.h>
+
+cli_option sandbox_options_off(bool *off)
+{
+    return (cli_option){"--no-sandbox",
+                        0,
+                        CLI_FLAG,
+                        off,
+                        NULL,
+                        "keep the right to open other files than those named",
+                        NULL};
+}
+
+stp_status sandbox_options_enter(bool off, const char *input, const char *output, stp_error *err)
+{
+    const bool remote = stp_is_address(input);
+    /* With the process's own numbers, and authorities of the user's own. */
+    const stp_sandbox sandbox = {
+        .read = {remote ? NULL : input, "/proc/self", "/sys/devices/system/cpu",
+                 remote ? getenv("CURL_CA_BUNDLE") : NULL, remote ? getenv("SSL_CERT_FILE") : NULL},
+        .write_beside = output,
+        .connects = remote};
+    return off ? STP_OK : stp_sandbox_enter(&sandbox, err);
+}

@@ -1,0 +1,50 @@
+/* Models on web servers, as commands read them. */
+#include "tools/file/source_options.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+
+static bool is_interrupted(void *context)
+{
+    (void)context;
+    return cli_interrupted();
+}
+
+cli_option source_options_timeout(double *seconds)
+{
+    return (cli_option){
+        "--timeout", 0,   CLI_NUMBER,
+        seconds,     "S", "seconds to wait in all for a server that sends next to nothing (60)",
+        NULL};
+}
+
+stp_byte_source_params source_options_params(const char *cache, uint64_t cache_bytes,
+                                             double timeout_s)
+{
+    const double patience_ms = fmin(fmax(timeout_s, 0.001) * 1e3, 1e9);
+    return (stp_byte_source_params){.cache_folder = cache_bytes > 0 ? cache : NULL,
+                                    .cache_bytes = cache_bytes,
+                                    .patience_ms = (unsigned)patience_ms,
+                                    .cancelled = is_interrupted};
+}
+
+void source_options_warn(const cli_command *command, const cli_common *common, stp_chunk_file *file)
+{
+    stp_error note;
+    if (!common->quiet && stp_byte_source_note(stp_chunk_file_source(file), &note))
+        fprintf(stderr, "stipple %s: warning: %s\n", command->name, note.message);
+}
+
+void source_options_stats(struct cJSON *json, stp_chunk_file *file)
+{
+    stp_byte_source_stats stats;
+    cJSON *source = cJSON_AddObjectToObject(json, "source");
+    stp_byte_source_get_stats(stp_chunk_file_source(file), &stats);
+    cJSON_AddNumberToObject(source, "requests", (double)stats.requests);
+    cJSON_AddNumberToObject(source, "retries", (double)stats.retries);
+    cJSON_AddNumberToObject(source, "bytes", (double)stats.bytes);
+    cJSON_AddNumberToObject(source, "cached_bytes", (double)stats.cached_bytes);
+    cJSON_AddNumberToObject(source, "cache_damaged", (double)stats.cache_damaged);
+    cJSON_AddNumberToObject(source, "damaged", (double)stats.damaged);
+}

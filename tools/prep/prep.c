@@ -1,0 +1,293 @@
+/* stipple prep: scans to one chunk file. */
+#include "tools/commands.h"
+
+#include "base/json.h"
+#include "tools/cli/cli_value.h"
+#include "tools/file/codec_options.h"
+#include "tools/prep/prep_inputs.h"
+#include "tools/prep/prep_paths.h"
+#include "tools/prep/prep_report.h"
+
+#include <stdio.h>
+#include <string.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#define INPUTS_LIMIT 4096
+
+typedef struct prep_options {
+    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision;
+    uint64_t neighbours, sample, seed, memory;
+    double outlier_distance, line_radius;
+    bool recompute_normals, hybrid, strict, force;
+    int lines; /* 1: a plant's mesh becomes lines */
+    int codec, progress, outliers, shade;
+    int layers; /* 1: overlapping ones are joined */
+    cli_common common;
+} prep_options;
+
+/* What part of the time stages take, for the time left: 4 M points on 2 cores. */
+static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
+    {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
+    {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
+/* The surface is found twice more. */
+#define LAYERS_WEIGHT 60.0
+/* Neighbours are searched for once more. */
+#define OUTLIERS_WEIGHT 20.0
+
+static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
+{
+    static const char *const words[] = {"auto", "file", "propagate", "none"};
+    static const stp_orient_mode modes[] = {STP_ORIENT_AUTO, STP_ORIENT_FILE, STP_ORIENT_PROPAGATE,
+                                            STP_ORIENT_NONE};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        if (strcmp(text, words[i]) == 0) {
+            params->orient = modes[i];
+            return STP_OK;
+        }
+    }
+    stp_dvec3 *p = &params->orient_position;
+    int used = 0;
+    if (sscanf(text, "%lf,%lf,%lf%n", &p->x, &p->y, &p->z, &used) == 3 && !text[used] &&
+        stp_dvec3_finite(*p)) {
+        params->orient = STP_ORIENT_POSITION;
+        return STP_OK;
+    }
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
+}
+
+/* A length, or as exactly as the input. */
+static stp_status parse_precision(const char *text, stp_prep_params *params, stp_error *err)
+{
+    const cli_option number = {.kind = CLI_NUMBER, .target = &params->precision};
+    if (!text)
+        return STP_OK;
+    params->exact = strcmp(text, "exact") == 0;
+    if (params->exact || (cli_value_store(&number, text) && params->precision > 0.0))
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--precision %s: give a positive length, or exact", text);
+}
+
+/* Runs the stages; the files of rejects and figures appear after the model. */
+static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
+                             const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_pool *pool = NULL;
+    stp_prep_source source = {0};
+    stp_prep_stats stats = {0};
+    STP_TRY(prep_inputs_survey(in, &source, err));
+    STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    if (o->rejects)
+        STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
+    status = stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
+    cli_progress_end();
+    if (status != STP_OK)
+        goto done;
+    STP_TRY(prep_inputs_end_rejects(in, err));
+    if (o->stats)
+        STP_TRY(stp_json_save(prep_report_json(&stats, in), o->stats, o->force, err));
+    if (!o->common.quiet)
+        prep_report_print(&stats, in);
+done:
+    stp_pool_destroy(&pool);
+    return status;
+}
+
+/* Each unit and chunk takes as much memory as the last: freed, it is kept for the next instead of
+ * being given back and cleared anew. 3 % of the time of 4 M points, half of the system's. */
+static void keep_freed_memory(void)
+{
+#ifdef __GLIBC__
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there is */
+    (void)mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
+}
+
+static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    prep_paths paths = {0};
+    prep_inputs in = {.params = {.sample_count = o->sample,
+                                 .seed = o->seed,
+                                 .line_radius = o->line_radius,
+                                 .hybrid = o->hybrid,
+                                 .columns = o->columns,
+                                 .recompute_normals = o->recompute_normals},
+                      .plants = o->lines == 1};
+    stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
+                              .codec = codec_options_codec(o->codec),
+                              .join_layers = o->layers == 1,
+                              .outliers = (stp_outlier_mode)o->outliers,
+                              .unlit = o->shade == 1,
+                              .outlier_distance = o->outlier_distance,
+                              .force = o->force,
+                              .memory_bytes = o->memory,
+                              .temp_folder = o->temp,
+                              .planned = o->common.quiet ? NULL : prep_report_plan};
+    cli_progress_stage stages[STP_PREP_STAGE_COUNT];
+    const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
+    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++) {
+        stages[i] = stage_weights[i];
+        if (strcmp(stages[i].name, "outliers") == 0 && o->outliers != STP_OUTLIERS_KEEP)
+            stages[i].weight = OUTLIERS_WEIGHT;
+        if (strcmp(stages[i].name, "layers") == 0 && o->layers == 1)
+            stages[i].weight = LAYERS_WEIGHT;
+    }
+    cli_progress_expect(&plan);
+    STP_TRY(parse_orient(o->orient, &params, err));
+    STP_TRY(parse_precision(o->precision, &params, err));
+    in.exact = params.exact;
+    in.strict = o->strict;
+    for (size_t i = 0; i < count; i++)
+        STP_TRY(prep_paths_add(&paths, arguments[i], err));
+    in.paths = paths.list;
+    in.count = paths.count;
+    if (!o->common.quiet)
+        prep_report_sweep(o->output);
+    STP_TRY(
+        cli_check_outputs(outputs, (const char *const *)paths.list, paths.count, o->force, err));
+    status = run_stages(o, &in, &params, progress, err);
+    const size_t unreadable = prep_inputs_unreadable(&in);
+    prep_report_unreadable(&in);
+    if (status == STP_OK && unreadable > 0)
+        status = stp_error_set(err, STP_IO,
+                               "%zu of %zu inputs could not be read, as said above: %s was written "
+                               "of the others (--strict: nothing then)",
+                               unreadable, in.count, o->output);
+done:
+    cli_progress_end();
+    prep_inputs_clear(&in);
+    prep_paths_clear(&paths);
+    return status;
+}
+
+static int prep_main(int argc, char **argv);
+
+const cli_command cli_prep = {
+    .name = "prep",
+    .summary = "scans to a chunk file",
+    .usage = "stipple prep IN... -o M.stipple [options]",
+    .details =
+        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX; several inputs "
+        "become\n"
+        "one model. An input may be a file, a folder (all scans in it and below), a pattern in\n"
+        "quotes, or @list.txt with an input a line. If one of several cannot be read, or breaks "
+        "off,\n"
+        "it is left out as a whole and named at the end, and the exit code is 1.\n"
+        "Normals point as the input's do, else to the scanner that saw them, where it is said "
+        "(see\n"
+        "the README), else as they are propagated from one to the next (--orient auto).\n"
+        "Edges of a PLY file (element edge: vertex1, vertex2) and l lines of an OBJ file are "
+        "lines:\n"
+        "ribbons where their vertices have normals, else tubes; half as wide as the property "
+        "radius\n"
+        "says, or --line-radius. Sides of faces are no lines. Vertices of faces, and those that no "
+        "edge uses,\n"
+        "are points.\n"
+        "--hybrid stores a mesh's triangles as such where one would get 8 points or more of "
+        "--sample\n"
+        "N, or of as many as there are vertices, then also those as long as such a triangle;\n"
+        "where they meet the others, they blend.\n"
+        "--lines auto makes lines of the meshes of plants: leaves become ribbons, branches tubes, "
+        "the\n"
+        "trunk and what is neither stay triangles.\n"
+        "--layers joined moves points along their normals, by no more than their noise, onto the\n"
+        "surface that they share with their neighbours: scans that overlap by the error of their\n"
+        "registration become one, and folds finer than the sampling are lost. How far points "
+        "moved\n"
+        "is said, and stored (info).\n"
+        "--outliers looks for points, and groups of at most K of them, that are far from all\n"
+        "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
+        "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
+    .run = prep_main,
+};
+
+/* CLI_CONTINUE where options go together. */
+static int check_options(const prep_options *o)
+{
+    if (!o->output)
+        return cli_usage(&cli_prep, "no output: give -o M.stipple");
+    if (o->neighbours < 3 || o->neighbours > STP_NEIGHBOURS_LIMIT)
+        return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
+    if (o->lines == 1 && (o->hybrid || o->sample > 0))
+        return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
+                                    "one of them");
+    if (o->outlier_distance != 0.0 && o->outliers == STP_OUTLIERS_KEEP)
+        return cli_usage(&cli_prep, "--outlier-distance: give --outliers mark or drop, too");
+    if (o->outlier_distance != 0.0 && !(o->outlier_distance >= 1.0))
+        return cli_usage(&cli_prep, "--outlier-distance: give 1 or more");
+    if (o->layers == 1 && o->precision && strcmp(o->precision, "exact") == 0)
+        return cli_usage(&cli_prep, "--layers joined moves points, --precision exact keeps them: "
+                                    "give one of them");
+    if (o->line_radius < 0.0)
+        return cli_usage(&cli_prep, "--line-radius: give a positive length");
+    return CLI_CONTINUE;
+}
+
+static int prep_main(int argc, char **argv)
+{
+    static const char *paths[INPUTS_LIMIT];
+    prep_options o = {.orient = "auto", .neighbours = 16};
+    const cli_option options[] = {
+        {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
+        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K", "neighbours of a point, 3 to 64 (16)",
+         NULL},
+        {"--orient", 0, CLI_STRING, &o.orient, "HOW",
+         "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
+        {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL,
+         "ignore the input's normals", NULL},
+        {"--sample", 0, CLI_UINT, &o.sample, "N", "N points over a mesh's faces", NULL},
+        {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
+        {"--columns", 0, CLI_STRING, &o.columns, "LIST",
+         "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
+        {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
+         "keep triangles that are large beside the sampling, points for the others", NULL},
+        {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",
+         "auto: a plant's mesh becomes lines (edges)", NULL},
+        {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
+         "half the width of lines that have none (1/2000 of their diagonal)", NULL},
+        {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
+         "joined: overlapping scans lie on the surface they share (measured)", NULL},
+        {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
+         "points far from everything else (keep)", NULL},
+        {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
+         "how far: in local spacings, 1 or more (3)", NULL},
+        {"--precision", 0, CLI_STRING, &o.precision, "LENGTH|exact",
+         "greatest position error (half the input's scale); exact: its very numbers", NULL},
+        {"--shade", 0, CLI_CHOICE, &o.shade, "phong|unlit",
+         "how it is drawn by default; unlit: scans that carry their own light (phong)", NULL},
+        {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
+         "of the payloads (draco); zstd decodes faster, takes 1.2 times the room", NULL},
+        {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
+         "most the program holds (half the machine's); what is more lies in --temp", NULL},
+        {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
+        {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv",
+         "write which records were not stored, and why", NULL},
+        {"--strict", 0, CLI_FLAG, &o.strict, NULL,
+         "write nothing if one of several inputs cannot be read", NULL},
+        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "of messages on stderr (text)",
+         NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
+    };
+    size_t count = 0;
+    int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
+                         INPUTS_LIMIT, &count, &o.common);
+    if (code != CLI_CONTINUE)
+        return code;
+    code = check_options(&o);
+    if (code != CLI_CONTINUE)
+        return code;
+    stp_error error = {0};
+    keep_freed_memory();
+    if (run_prep(&o, paths, count, &error) != STP_OK)
+        return cli_fail(&cli_prep, &error);
+    return CLI_DONE;
+}

@@ -1,0 +1,527 @@
+/* Many scans as one source. */
+#include "tools/prep/prep_inputs.h"
+
+#include "base/memory.h"
+#include "formats/scan/coordinate_step.h"
+#include "tools/prep/prep_plants.h"
+
+#include <ctype.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* What the file system says of a file; nothing where it is no plain one. */
+static prep_input facts_of(const char *path)
+{
+    struct stat facts;
+    if (stat(path, &facts) != 0 || !S_ISREG(facts.st_mode))
+        return (prep_input){0};
+    return (prep_input){.device = facts.st_dev,
+                        .inode = facts.st_ino,
+                        .size = facts.st_size,
+                        .changed = facts.st_mtim};
+}
+
+static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
+{
+    prep_input now = facts_of(in->paths[in->current]);
+    const prep_input *then = &in->facts[in->current];
+    if (now.size == then->size && now.changed.tv_sec == then->changed.tv_sec &&
+        now.changed.tv_nsec == then->changed.tv_nsec)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s changed while it was read: run again when nothing writes to it",
+                         in->paths[in->current]);
+}
+
+static void clear_notes(stp_prep_file *file)
+{
+    for (uint32_t n = 0; n < file->note_count; n++) {
+        free((void *)file->notes[n].name);
+        free((void *)file->notes[n].text);
+    }
+    free(file->notes);
+    file->notes = NULL;
+    file->note_count = 0;
+}
+
+/* Whether the fault is this file's alone, and others are left. */
+static bool may_leave_out(const prep_inputs *in, stp_status status)
+{
+    const bool own = status == STP_NOT_FOUND || status == STP_IO || status == STP_FORMAT ||
+                     status == STP_CORRUPT || status == STP_VERSION || status == STP_UNSUPPORTED ||
+                     status == STP_EMPTY;
+    return own && in->count > 1 && !in->strict;
+}
+
+/* Of what is left out nothing is stored, not even what could be read: half a scan looks like a
+ * whole one. */
+static bool leave_out(prep_inputs *in, size_t i, const stp_error *why)
+{
+    if (!may_leave_out(in, why->status) ||
+        stp_text_copy(&in->facts[i].why, why->message, "a message", NULL) != STP_OK)
+        return false;
+    in->files[i].point_count = 0;
+    in->files[i].unreadable = true;
+    clear_notes(&in->files[i]);
+    return true;
+}
+
+static stp_status end_scan(prep_inputs *in, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(check_unchanged(in, err));
+    in->stations_before += stp_scan_get_info(in->scan)->station_count;
+    stp_scan_close(&in->scan);
+    in->current++;
+done:
+    return status;
+}
+
+static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
+{
+    prep_inputs *in = context;
+    stp_status status = STP_OK;
+    *count = 0;
+    while (*count == 0 && in->current < in->count) {
+        if (in->facts[in->current].why) {
+            in->current++;
+            continue;
+        }
+        if (in->facts[in->current].plant) {
+            STP_TRY(check_unchanged(in, err));
+            in->current++;
+            continue;
+        }
+        if (!in->scan)
+            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
+        STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        in->files[in->current].point_count += *count;
+        for (size_t i = 0; i < *count; i++)
+            if (points[i].station > 0)
+                points[i].station = (uint16_t)(points[i].station + in->stations_before);
+        if (*count == 0)
+            STP_TRY(end_scan(in, err));
+    }
+done:
+    return status;
+}
+
+/* The file that was being read, behind which reading goes on. */
+static bool leave_out_current(void *context, const stp_error *why, size_t *file)
+{
+    prep_inputs *in = context;
+    *file = in->current;
+    if (in->current >= in->count || in->facts[in->current].plant ||
+        !leave_out(in, in->current, why))
+        return false;
+    if (in->scan)
+        in->stations_before += stp_scan_get_info(in->scan)->station_count;
+    stp_scan_close(&in->scan);
+    in->current++;
+    return true;
+}
+
+/* A field of CSV: in quotes, quotes doubled. */
+static stp_status write_quoted(stp_output *output, const char *text, stp_error *err)
+{
+    stp_status status = stp_output_write(output, "\"", 1, err);
+    for (; *text && status == STP_OK; text++)
+        status = stp_output_write(output, *text == '"' ? "\"\"" : text, *text == '"' ? 2 : 1, err);
+    return status == STP_OK ? stp_output_write(output, "\"", 1, err) : status;
+}
+
+/* Goes to the file of a record: places go up, but for outliers, which begin again. */
+static void seek_reject(prep_inputs *in, uint64_t place)
+{
+    if (place < in->reject_before)
+        in->reject_file = in->reject_before = 0;
+    while (place - in->reject_before >= in->files[in->reject_file].point_count)
+        in->reject_before += in->files[in->reject_file++].point_count;
+}
+
+static stp_status note_reject(void *context, uint64_t place, stp_reject reason, stp_error *err)
+{
+    prep_inputs *in = context;
+    stp_status status = STP_OK;
+    char line[64];
+    if (!in->rejects)
+        return STP_OK;
+    seek_reject(in, place);
+    int length = snprintf(line, sizeof line, ",%" PRIu64 ",%s\n", place - in->reject_before,
+                          stp_reject_name(reason));
+    STP_TRY(write_quoted(in->rejects, in->paths[in->reject_file], err));
+    STP_TRY(stp_output_write(in->rejects, line, (size_t)length, err));
+done:
+    return status;
+}
+
+static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, stp_prep_file *file,
+                               const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = in->station_count + info->station_count;
+    if (count > STP_STATION_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: with it the inputs have more than %u scanner stations: give it "
+                             "to another model",
+                             path, STP_STATION_LIMIT);
+    STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
+                     err));
+    STP_TRY(stp_grow(&in->station_ups, &in->up_capacity, count, sizeof *in->station_ups, "stations",
+                     err));
+    for (uint32_t i = 0; i < info->station_count; i++) {
+        in->stations[in->station_count + i] = info->stations[i];
+        in->station_ups[in->station_count + i] =
+            info->station_ups ? info->station_ups[i] : (stp_dvec3){0.0, 0.0, 0.0};
+    }
+    file->station_word = info->station_word;
+    file->station_begin = (uint32_t)in->station_count;
+    file->station_count = info->station_count;
+    in->station_count = count;
+done:
+    return status;
+}
+
+static void add_edges(prep_inputs *in, const stp_edge_counts *edges)
+{
+    in->edges.read += edges->read;
+    in->edges.no_vertex += edges->no_vertex;
+    in->edges.no_length += edges->no_length;
+    in->edges.repeated += edges->repeated;
+    in->edges.not_finite += edges->not_finite;
+    in->edges.of_faces += edges->of_faces;
+}
+
+/* Appends lines and frees their own set. */
+static stp_status add_lines(prep_inputs *in, stp_line_set *set, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_line_set own = *set, *all = &in->lines;
+    *set = (stp_line_set){0};
+    STP_TRY(stp_grow(&all->vertices, &in->vertex_capacity, all->vertex_count + own.vertex_count,
+                     sizeof *all->vertices, "lines", err));
+    STP_TRY(stp_grow(&all->strips, &in->strip_capacity, all->strip_count + own.strip_count,
+                     sizeof *all->strips, "lines", err));
+    for (uint64_t s = 0; s < own.strip_count; s++) {
+        own.strips[s].begin += all->vertex_count;
+        all->strips[all->strip_count++] = own.strips[s];
+    }
+    for (uint64_t i = 0; i < own.vertex_count; i++)
+        all->vertices[all->vertex_count++] = own.vertices[i];
+done:
+    stp_line_set_clear(&own);
+    return status;
+}
+
+/* Likewise. */
+static stp_status add_triangles(prep_inputs *in, stp_triangle_set *set, const char *path,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_triangle_set own = *set, *all = &in->triangles;
+    *set = (stp_triangle_set){0};
+    const uint32_t before = (uint32_t)all->vertex_count;
+    if (all->vertex_count + own.vertex_count > UINT32_MAX) {
+        status = stp_error_set(err, STP_LIMIT,
+                               "%s: with it the triangles have more than 2^32 vertices: give it to "
+                               "another model",
+                               path);
+        goto done;
+    }
+    STP_TRY(stp_grow(&all->vertices, &in->corner_capacity, all->vertex_count + own.vertex_count,
+                     sizeof *all->vertices, "triangles", err));
+    STP_TRY(stp_grow(&all->triangles, &in->triangle_capacity,
+                     all->triangle_count + own.triangle_count, sizeof *all->triangles, "triangles",
+                     err));
+    for (uint64_t t = 0; t < own.triangle_count; t++, all->triangle_count++)
+        for (int k = 0; k < 3; k++)
+            all->triangles[all->triangle_count][k] = before + own.triangles[t][k];
+    for (uint64_t i = 0; i < own.vertex_count; i++)
+        all->vertices[all->vertex_count++] = own.vertices[i];
+done:
+    stp_triangle_set_clear(&own);
+    return status;
+}
+
+/* Notes the scan will not have any more when the metadata is written. */
+static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&file->notes, info->note_count, sizeof *file->notes, "notes", err));
+    for (uint32_t i = 0; i < info->note_count; i++) {
+        const char *const from[2] = {info->notes[i].name, info->notes[i].text};
+        char *to[2] = {NULL, NULL};
+        for (int k = 0; k < 2; k++) {
+            STP_TRY(stp_text_copy(&to[k], from[k], "notes", err));
+            *(k == 0 ? &file->notes[i].name : &file->notes[i].text) = to[k];
+        }
+        file->note_count = i + 1;
+    }
+done:
+    return status;
+}
+
+/* Likewise. */
+static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_grid_cell *cells = NULL;
+    STP_TRY(stp_alloc(&cells, grid->cell_count, sizeof *cells, "a grid", err));
+    if (cells)
+        memcpy(cells, grid->cells, grid->cell_count * sizeof *cells);
+    file->grid = *grid;
+    file->grid.cells = cells;
+done:
+    return status;
+}
+
+static const char *note_of(const stp_scan_info *info, const char *name)
+{
+    for (uint32_t i = 0; i < info->note_count; i++)
+        if (strcmp(info->notes[i].name, name) == 0)
+            return info->notes[i].text;
+    return "";
+}
+
+/* Angles beside lengths have no distances, normals or radii. */
+static stp_status check_lengths(const stp_scan_info *info, const char *path, stp_error *err)
+{
+    static const char model[] = "GTModelTypeGeoKey=2"; /* a line; 2: geographic */
+    const char *wkt = note_of(info, "wkt"), *key = strstr(note_of(info, "geokeys"), model);
+    bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
+    bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") ||
+                  (key && !isdigit((unsigned char)key[sizeof model - 1]));
+    if (projected || !angles)
+        return STP_OK;
+    return stp_error_set(
+        err, STP_UNSUPPORTED,
+        "%s is in degrees of longitude and latitude, which are no lengths: project "
+        "it first, for example with PDAL's filters.reprojection",
+        path);
+}
+
+/* What an input adds to, before it does. */
+typedef struct survey_mark {
+    size_t station_count;
+    uint64_t line_vertices, strips, corners, triangles, points;
+    stp_edge_counts edges;
+    stp_plant_report plant;
+    uint32_t all, any;
+    double step;
+    bool floats;
+} survey_mark;
+
+static survey_mark mark_of(const prep_inputs *in, const stp_prep_source *source, uint32_t all,
+                           uint32_t any)
+{
+    return (survey_mark){in->station_count,
+                         in->lines.vertex_count,
+                         in->lines.strip_count,
+                         in->triangles.vertex_count,
+                         in->triangles.triangle_count,
+                         source->point_count,
+                         in->edges,
+                         in->plant,
+                         all,
+                         any,
+                         source->coordinate_step,
+                         source->floats};
+}
+
+static void go_back(prep_inputs *in, stp_prep_source *source, uint32_t *all, uint32_t *any,
+                    const survey_mark *m)
+{
+    in->station_count = m->station_count;
+    in->lines.vertex_count = m->line_vertices;
+    in->lines.strip_count = m->strips;
+    in->triangles.vertex_count = m->corners;
+    in->triangles.triangle_count = m->triangles;
+    in->edges = m->edges;
+    in->plant = m->plant;
+    source->point_count = m->points;
+    source->coordinate_step = m->step;
+    source->floats = m->floats;
+    *all = m->all;
+    *any = m->any;
+}
+
+static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
+                             uint32_t *any, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan *scan = NULL;
+    stp_line_set lines = {0};
+    stp_triangle_set triangles = {0};
+    double step = 0.0;
+    const char *slash = strrchr(in->paths[i], '/');
+    in->files[i].name = slash ? slash + 1 : in->paths[i];
+    in->facts[i] = facts_of(in->paths[i]);
+    STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
+    const stp_scan_info *info = stp_scan_get_info(scan);
+    if (info->point_count > 0)
+        STP_TRY(check_lengths(info, in->paths[i], err));
+    STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
+    STP_TRY(copy_grid(&in->files[i], &info->grid, err));
+    STP_TRY(copy_notes(&in->files[i], info, err));
+    add_edges(in, &info->edges);
+    stp_scan_take_lines(scan, &lines);
+    STP_TRY(add_lines(in, &lines, err));
+    in->facts[i].plant = in->plants && info->face_count > 0;
+    if (in->facts[i].plant) {
+        STP_TRY(prep_plants_read(in->paths[i], &lines, &triangles, &in->plant, err));
+        STP_TRY(add_lines(in, &lines, err));
+    } else {
+        stp_scan_take_triangles(scan, &triangles);
+        source->point_count += info->point_count;
+    }
+    STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
+    *all &= info->attributes;
+    *any |= info->attributes;
+    if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
+        STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
+    source->heights = source->heights || info->heights;
+    source->floats = source->floats || (step == 0.0 && info->point_count > 0);
+    if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
+        source->coordinate_step = step;
+done:
+    stp_line_set_clear(&lines);
+    stp_triangle_set_clear(&triangles);
+    stp_scan_close(&scan);
+    return status;
+}
+
+/* An input and its place among them. */
+typedef struct placed {
+    const prep_input *facts;
+    size_t place;
+} placed;
+
+static int compare_placed(const void *a, const void *b)
+{
+    const placed *x = a, *y = b;
+    if (x->facts->device != y->facts->device)
+        return x->facts->device < y->facts->device ? -1 : 1;
+    if (x->facts->inode != y->facts->inode)
+        return x->facts->inode < y->facts->inode ? -1 : 1;
+    return (x->place > y->place) - (x->place < y->place);
+}
+
+/* Each point of a file that is named twice would be stored twice. */
+static stp_status check_twice(const prep_inputs *in, stp_error *err)
+{
+    stp_status status = STP_OK;
+    placed *order = NULL;
+    STP_TRY(stp_alloc(&order, in->count, sizeof *order, "inputs", err));
+    for (size_t i = 0; i < in->count; i++)
+        order[i] = (placed){&in->facts[i], i};
+    qsort(order, in->count, sizeof *order, compare_placed);
+    for (size_t i = 1; i < in->count && status == STP_OK; i++) {
+        const prep_input *a = order[i - 1].facts, *b = order[i].facts;
+        if (a->inode != 0 && a->inode == b->inode && a->device == b->device)
+            status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                                   "%s is the same file as %s: give it once, or each of its "
+                                   "points would be stored twice",
+                                   in->paths[order[i].place], in->paths[order[i - 1].place]);
+    }
+done:
+    free(order);
+    return status;
+}
+
+size_t prep_inputs_unreadable(const prep_inputs *in)
+{
+    size_t count = 0;
+    for (size_t i = 0; in->facts && i < in->count; i++)
+        count += in->facts[i].why != NULL;
+    return count;
+}
+
+stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t all = UINT32_MAX, any = 0;
+    STP_TRY(stp_alloc(&in->facts, in->count, sizeof *in->facts, "inputs", err));
+    STP_TRY(stp_alloc(&in->files, in->count, sizeof *in->files, "inputs", err));
+    for (size_t i = 0; i < in->count; i++) {
+        const survey_mark mark = mark_of(in, source, all, any);
+        stp_error why = {0};
+        status = survey_one(in, i, source, &all, &any, &why);
+        if (status != STP_OK && !leave_out(in, i, &why))
+            return stp_error_set(err, status, "%s", why.message);
+        if (status != STP_OK)
+            go_back(in, source, &all, &any, &mark);
+    }
+    STP_TRY(check_twice(in, err));
+    if (prep_inputs_unreadable(in) == in->count)
+        return stp_error_set(err, STP_FORMAT,
+                             "none of the %zu inputs can be read: nothing is written", in->count);
+    if (in->plants && in->plant.triangles == 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s has no faces%s: --lines auto makes lines of a plant's mesh; edges "
+                             "are lines without it",
+                             in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
+    if (source->point_count == 0 && in->lines.strip_count == 0 && in->triangles.triangle_count == 0)
+        return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
+                             in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
+    source->context = in;
+    source->read = read_inputs;
+    source->leaves_out = leave_out_current;
+    source->file = &in->current;
+    source->rejected = note_reject;
+    source->files = in->files;
+    source->file_count = in->count;
+    source->lines = &in->lines;
+    source->triangles = &in->triangles;
+    source->stations = in->stations;
+    source->station_ups = in->station_ups;
+    source->station_count = (uint32_t)in->station_count;
+    /* Normals orient the model only if every scan has them. */
+    source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
+done:
+    return status;
+}
+
+stp_status prep_inputs_begin_rejects(prep_inputs *in, const char *path, bool force, stp_error *err)
+{
+    static const char head[] = "file,index,reason\n";
+    stp_status status = stp_output_create(&in->rejects, path, force, err);
+    return status == STP_OK ? stp_output_write(in->rejects, head, sizeof head - 1, err) : status;
+}
+
+stp_status prep_inputs_end_rejects(prep_inputs *in, stp_error *err)
+{
+    stp_status status = STP_OK;
+    static const char reason[] = ",,unreadable\n";
+    for (size_t i = 0; in->rejects && i < in->count; i++) {
+        if (!in->facts[i].why)
+            continue;
+        STP_TRY(write_quoted(in->rejects, in->paths[i], err));
+        STP_TRY(stp_output_write(in->rejects, reason, sizeof reason - 1, err));
+    }
+    return in->rejects ? stp_output_commit(&in->rejects, err) : STP_OK;
+done:
+    return status;
+}
+
+void prep_inputs_clear(prep_inputs *in)
+{
+    stp_scan_close(&in->scan);
+    stp_output_destroy(&in->rejects);
+    for (size_t i = 0; in->files && i < in->count; i++) {
+        clear_notes(&in->files[i]);
+        free((void *)in->files[i].grid.cells);
+    }
+    for (size_t i = 0; in->facts && i < in->count; i++)
+        free(in->facts[i].why);
+    free(in->files);
+    free(in->facts);
+    free(in->stations);
+    free(in->station_ups);
+    stp_line_set_clear(&in->lines);
+    stp_triangle_set_clear(&in->triangles);
+    *in = (prep_inputs){0};
+}

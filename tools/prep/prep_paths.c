@@ -1,0 +1,186 @@
+/* Files, folders, patterns and lists of these. */
+#include "tools/prep/prep_paths.h"
+
+#include "base/memory.h"
+
+#include <errno.h>
+#include <fts.h>
+#include <glob.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static stp_status add(prep_paths *paths, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *copy = NULL;
+    STP_TRY(stp_grow(&paths->list, &paths->capacity, paths->count + 1, sizeof *paths->list,
+                     "inputs", err));
+    STP_TRY(stp_text_copy(&copy, path, "a path", err));
+    paths->list[paths->count++] = copy;
+done:
+    return status;
+}
+
+static bool is_scan_name(const char *name)
+{
+    static const char *const endings[] = {".ply", ".obj", ".off", ".stl", ".las", ".laz", ".xyz",
+                                          ".txt", ".csv", ".asc", ".pts", ".ptx", ".pcd", ".e57"};
+    const char *dot = strrchr(name, '.');
+    for (size_t i = 0; dot && dot != name && i < sizeof endings / sizeof *endings; i++)
+        if (strcasecmp(dot, endings[i]) == 0)
+            return true;
+    return false;
+}
+
+static int compare_entries(const FTSENT **a, const FTSENT **b)
+{
+    return strcmp((*a)->fts_name, (*b)->fts_name);
+}
+
+/* What the walk through a folder met. A scan that cannot be looked at is no scan to pass over: a
+ * link to nothing, a pipe and the like are told when they are opened. */
+static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *err)
+{
+    const bool hidden = e->fts_level > 0 && e->fts_name[0] == '.';
+    switch (e->fts_info) {
+    case FTS_D:
+        if (hidden)
+            fts_set(walk, e, FTS_SKIP);
+        return STP_OK;
+    case FTS_F:
+    case FTS_SL:
+    case FTS_SLNONE:
+    case FTS_DEFAULT:
+        return !hidden && is_scan_name(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
+    case FTS_DNR:
+    case FTS_NS:
+        return add(paths, e->fts_path, err); /* told when it is opened */
+    case FTS_ERR:
+        return stp_error_set(err, STP_IO,
+                             "%s cannot be read: %s: allow it, or name the files to be read",
+                             e->fts_path, strerror(e->fts_errno));
+    default: /* a folder left, or one that is met again within itself */
+        return STP_OK;
+    }
+}
+
+static stp_status add_folder(prep_paths *paths, const char *folder, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t before = paths->count;
+    char *copy = NULL;
+    FTS *walk = NULL;
+    STP_TRY(stp_text_copy(&copy, folder, "a path", err));
+    char *roots[] = {copy, NULL};
+    walk = fts_open(roots, FTS_LOGICAL | FTS_NOCHDIR, compare_entries);
+    errno = walk ? 0 : errno;
+    for (FTSENT *e = walk ? fts_read(walk) : NULL; e; e = fts_read(walk))
+        STP_TRY(add_entry(paths, walk, e, err));
+    if (errno != 0)
+        status = stp_error_set(err, STP_IO, "%s cannot be read: %s", folder, strerror(errno));
+    else if (paths->count == before)
+        status =
+            stp_error_set(err, STP_NOT_FOUND,
+                          "%s: no file in this folder has the name of a scan (.ply, .las, ...): "
+                          "name the files",
+                          folder);
+done:
+    if (walk)
+        fts_close(walk);
+    free(copy);
+    return status;
+}
+
+/* A file or a folder. */
+static stp_status add_plain(prep_paths *paths, const char *path, stp_error *err)
+{
+    struct stat facts;
+    bool folder = stat(path, &facts) == 0 && S_ISDIR(facts.st_mode);
+    return folder ? add_folder(paths, path, err) : add(paths, path, err);
+}
+
+static stp_status add_pattern(prep_paths *paths, const char *pattern, stp_error *err)
+{
+    stp_status status = STP_OK;
+    glob_t found = {0};
+    int code = glob(pattern, 0, NULL, &found);
+    if (code == GLOB_NOSPACE)
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the files of %s", pattern);
+    else if (code != 0)
+        status = stp_error_set(err, STP_NOT_FOUND, "%s: no file is named like this", pattern);
+    for (size_t i = 0; code == 0 && i < found.gl_pathc && status == STP_OK; i++)
+        status = add_plain(paths, found.gl_pathv[i], err);
+    globfree(&found);
+    return status;
+}
+
+/* What is not there is told when it is opened. */
+static stp_status add_one(prep_paths *paths, const char *path, stp_error *err)
+{
+    if (strpbrk(path, "*?[") && access(path, F_OK) != 0)
+        return add_pattern(paths, path, err);
+    return add_plain(paths, path, err);
+}
+
+/* A line of a list, relative to the list's folder. */
+static stp_status add_line(prep_paths *paths, const char *list, const char *line, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *slash = strrchr(list, '/');
+    size_t folder = *line == '/' || !slash ? 0 : (size_t)(slash - list) + 1;
+    char *path = NULL;
+    STP_TRY(stp_alloc(&path, folder + strlen(line) + 1, 1, "a path", err));
+    memcpy(path, list, folder);
+    memcpy(path + folder, line, strlen(line) + 1);
+    STP_TRY(add_one(paths, path, err));
+done:
+    free(path);
+    return status;
+}
+
+static stp_status add_list(prep_paths *paths, const char *list, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *line = NULL;
+    size_t size = 0, before = paths->count;
+    FILE *file = fopen(list, "r");
+    if (!file)
+        return stp_error_set(
+            err, errno == ENOENT ? STP_NOT_FOUND : STP_IO,
+            "the list of inputs `%s` cannot be opened: %s (of a file whose own name "
+            "begins with @, write ./@...)",
+            list, strerror(errno));
+    for (bool first = true; getline(&line, &size, file) >= 0; first = false) {
+        const bool marked = first && strncmp(line, "\xef\xbb\xbf", 3) == 0;
+        char *begin = line + (marked ? 3 : 0);
+        begin[strcspn(begin, "\r\n")] = '\0';
+        if (*begin && *begin != '#')
+            STP_TRY(add_line(paths, list, begin, err));
+    }
+    if (ferror(file))
+        status = stp_error_set(err, STP_IO, "%s cannot be read: %s", list, strerror(errno));
+    else if (paths->count == before)
+        status = stp_error_set(err, STP_NOT_FOUND, "%s names no file: give one a line", list);
+done:
+    free(line);
+    fclose(file);
+    return status;
+}
+
+stp_status prep_paths_add(prep_paths *paths, const char *argument, stp_error *err)
+{
+    return *argument == '@' ? add_list(paths, argument + 1, err) : add_one(paths, argument, err);
+}
+
+void prep_paths_clear(prep_paths *paths)
+{
+    for (size_t i = 0; i < paths->count; i++)
+        free(paths->list[i]);
+    free(paths->list);
+    *paths = (prep_paths){0};
+}

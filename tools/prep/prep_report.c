@@ -1,0 +1,344 @@
+/* What prep says of itself. */
+#include "tools/prep/prep_report.h"
+
+#include "base/clock.h"
+#include "base/file.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+
+/* Points, and vertices of lines and triangles as often as they are stored. */
+static double samples_of(const stp_prep_stats *s)
+{
+    return (double)(s->points_out + s->lines.samples + 3 * s->triangles.triangles);
+}
+
+typedef struct named_count {
+    const char *name;
+    uint64_t value;
+} named_count;
+
+static void add_counts(cJSON *to, const named_count *counts, size_t how_many)
+{
+    for (size_t i = 0; i < how_many; i++)
+        cJSON_AddNumberToObject(to, counts[i].name, (double)counts[i].value);
+}
+
+#define ADD_COUNTS(to, counts) add_counts(to, counts, sizeof(counts) / sizeof *(counts))
+
+static void add_lines(cJSON *to, const stp_line_counts *lines, const stp_edge_counts *edges)
+{
+    const named_count stored[] = {{"strips", lines->strips},
+                                  {"vertices", lines->vertices},
+                                  {"segments", lines->segments},
+                                  {"samples", lines->samples},
+                                  {"vertices_rejected", lines->rejected},
+                                  {"edges_in", edges->read}};
+    const named_count rejected[] = {{"no_vertex", edges->no_vertex},
+                                    {"no_length", edges->no_length},
+                                    {"repeated", edges->repeated},
+                                    {"not_finite", edges->not_finite},
+                                    {"of_faces", edges->of_faces}};
+    ADD_COUNTS(to, stored);
+    ADD_COUNTS(cJSON_AddObjectToObject(to, "edges_rejected"), rejected);
+}
+
+static void add_plants(cJSON *to, const stp_plant_report *plant)
+{
+    const named_count counts[] = {{"vertices_before", plant->vertices_before},
+                                  {"positions_before", plant->positions_before},
+                                  {"vertices_after", plant->vertices_after},
+                                  {"triangles_in", plant->triangles},
+                                  {"ribbon_triangles", plant->ribbon_triangles},
+                                  {"tube_triangles", plant->tube_triangles},
+                                  {"kept_triangles", plant->kept_triangles},
+                                  {"ribbons", plant->ribbons},
+                                  {"tubes", plant->tubes},
+                                  {"rings", plant->rings}};
+    ADD_COUNTS(to, counts);
+}
+
+static void add_displacement(cJSON *to, const stp_displacement *d)
+{
+    cJSON_AddNumberToObject(to, "greatest", d->greatest);
+    cJSON_AddNumberToObject(to, "mean", stp_displacement_mean(d));
+    cJSON_AddNumberToObject(to, "beyond", (double)d->beyond);
+    cJSON_AddNumberToObject(to, "changed", (double)d->changed);
+}
+
+cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
+{
+    double points = (double)s->points_out;
+    cJSON *root = cJSON_CreateObject();
+    cJSON_AddNumberToObject(root, "points_in", (double)s->points_in);
+    cJSON_AddNumberToObject(root, "points_out", points);
+    cJSON *rejected = cJSON_AddObjectToObject(root, "rejected");
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++)
+        cJSON_AddNumberToObject(rejected, stp_reject_name((stp_reject)r), (double)s->rejected[r]);
+    cJSON *unreadable = cJSON_AddArrayToObject(root, "unreadable");
+    for (size_t i = 0; i < inputs->count; i++) {
+        if (!inputs->facts[i].why)
+            continue;
+        cJSON *input = cJSON_CreateObject();
+        cJSON_AddStringToObject(input, "file", inputs->paths[i]);
+        cJSON_AddStringToObject(input, "why", inputs->facts[i].why);
+        cJSON_AddItemToArray(unreadable, input);
+    }
+    cJSON_AddNumberToObject(root, "outliers_marked",
+                            s->outliers == STP_OUTLIERS_MARK ? (double)s->outlier_count : 0.0);
+    cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_wide.grown);
+    cJSON_AddNumberToObject(root, "normals_averaged", (double)s->normals_wide.averaged);
+    cJSON_AddNumberToObject(root, "normals_seen", (double)s->normals_seen);
+    add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
+    if (inputs->plants)
+        add_plants(cJSON_AddObjectToObject(root, "plants"), &inputs->plant);
+    cJSON_AddNumberToObject(root, "triangles", (double)s->triangles.triangles);
+    cJSON_AddNumberToObject(root, "triangles_rejected", (double)s->triangles.rejected);
+    add_displacement(cJSON_AddObjectToObject(root, "displacement"), &s->tree.displacement);
+    if (s->join_layers) {
+        cJSON *joined = cJSON_AddObjectToObject(root, "joined");
+        cJSON_AddNumberToObject(joined, "greatest", s->joined.greatest);
+        cJSON_AddNumberToObject(joined, "mean", s->joined.mean);
+    }
+    cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
+    cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
+    cJSON_AddNumberToObject(root, "seconds", s->seconds);
+    cJSON_AddNumberToObject(root, "points_per_second", points / s->seconds);
+    cJSON_AddNumberToObject(root, "peak_rss_bytes", (double)stp_peak_rss_bytes());
+    cJSON_AddNumberToObject(root, "temporary_bytes", (double)s->temporary_bytes);
+    cJSON_AddNumberToObject(root, "file_bytes", (double)s->tree.file_bytes);
+    cJSON_AddNumberToObject(root, "bytes_per_point", (double)s->tree.file_bytes / samples_of(s));
+    cJSON_AddNumberToObject(root, "points_closed", (double)s->closed_count);
+    cJSON *stages = cJSON_AddObjectToObject(root, "stages");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        if (s->stage_peak_bytes[i] > 0)
+            cJSON_AddNumberToObject(stages, stp_prep_stage_names[i], s->stage_seconds[i]);
+    cJSON *peaks = cJSON_AddObjectToObject(root, "stage_peak_rss_bytes");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        if (s->stage_peak_bytes[i] > 0)
+            cJSON_AddNumberToObject(peaks, stp_prep_stage_names[i], (double)s->stage_peak_bytes[i]);
+    return root;
+}
+
+static void print_orientation(const stp_prep_stats *s)
+{
+    static const char *const words[] = {"unknown: drawn two-sided", "from the file",
+                                        "from the scanner's position", "propagated and proven",
+                                        "known in part"};
+    if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
+        fprintf(stderr, "orientation from %u scanner positions", s->station_count);
+    else
+        fprintf(stderr, "orientation %s", words[s->orientation]);
+    if (s->closed_count > 0)
+        fprintf(stderr, "; the backs of %.1f %% of the points are hidden: they are left out",
+                100.0 * (double)s->closed_count / (double)s->points_out);
+    if (s->points_unstationed > 0)
+        fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
+                s->points_unstationed);
+    fprintf(stderr, "\n");
+    if (s->stations_refused > 0)
+        fprintf(stderr,
+                "scanner positions of %" PRIu32 " file%s are not used: the points cannot have "
+                "been seen from there\n",
+                s->stations_refused, s->stations_refused > 1 ? "s" : "");
+    if (s->first.why != STP_FIRST_WHOLE)
+        fprintf(stderr, "first view %s\n",
+                s->first.why == STP_FIRST_SCANNER ? "from where the scanner was" : "from inside");
+}
+
+/* " (3 not finite, 10 without return)". */
+static void print_rejects(const stp_prep_stats *s)
+{
+    static const char *const words[STP_REJECT_COUNT] = {
+        [STP_REJECT_NOT_FINITE] = "not finite",
+        [STP_REJECT_NO_RETURN] = "without a return",
+        [STP_REJECT_INVALID] = "marked invalid",
+        [STP_REJECT_OUTLIER] = "outliers",
+    };
+    const char *separator = " (";
+    for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
+        if (s->rejected[r] == 0)
+            continue;
+        fprintf(stderr, "%s%" PRIu64 " %s", separator, s->rejected[r], words[r]);
+        separator = ", ";
+    }
+    fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
+}
+
+/* "0.012 %"; of what was read and could have been stored. */
+static void print_outliers(const stp_prep_stats *s)
+{
+    bool marked = s->outliers == STP_OUTLIERS_MARK;
+    double points = (double)(s->points_out + (marked ? 0 : s->outlier_count));
+    if (s->outliers == STP_OUTLIERS_KEEP)
+        return;
+    fprintf(stderr,
+            "outliers: %" PRIu64 " %s (%.3g %%), more than %g local spacings from everything else, "
+            "alone or in small groups\n",
+            s->outlier_count, marked ? "marked" : "dropped",
+            100.0 * (double)s->outlier_count / points, s->outlier_distance);
+}
+
+/* What is stored of the positions, and what to do where that is less than was read. */
+static void print_displacement(const stp_prep_stats *s)
+{
+    const stp_displacement *d = &s->tree.displacement;
+    const stp_resolution *r = &s->resolution;
+    if (d->points == 0)
+        return;
+    fprintf(stderr, "stored positions are off by at most %.3g, by %.3g on average\n", d->greatest,
+            stp_displacement_mean(d));
+    if (r->exact && d->changed == 0)
+        fprintf(stderr, "every stored position rounds to the very number that was read\n");
+    else if (r->exact)
+        fprintf(stderr,
+                "%" PRIu64
+                " stored positions do not round to the very numbers that were read: these "
+                "have digits far below the distance to the next point, for which a patch has no "
+                "bits\n",
+                d->changed);
+    else if (d->beyond > 0 && r->precision > 0.0)
+        fprintf(
+            stderr,
+            "%" PRIu64 " of them are off by more than %.3g, %s: their neighbours are too far for "
+            "a disc's size and finer steps; give --precision exact, which makes such discs "
+            "smaller, or --outliers drop\n",
+            d->beyond, r->precision,
+            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given");
+    else if (d->beyond > 0)
+        fprintf(stderr,
+                "%" PRIu64
+                " of them are off by more than 1/32 of the distance to their neighbours: "
+                "the model is too wide for finer steps; split it, or give --outliers drop\n",
+                d->beyond);
+}
+
+/* "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
+static void print_edges(const stp_edge_counts *e)
+{
+    const struct {
+        uint64_t count;
+        const char *what;
+    } reasons[] = {{e->no_vertex, "name a vertex that does not exist"},
+                   {e->no_length, "join a vertex with itself"},
+                   {e->repeated, "are there already"},
+                   {e->not_finite, "end where a coordinate is not finite"},
+                   {e->of_faces, "are sides of faces"}};
+    const uint64_t dropped =
+        e->no_vertex + e->no_length + e->repeated + e->not_finite + e->of_faces;
+    const char *separator = ": ";
+    if (dropped == 0)
+        return;
+    fprintf(stderr, "%" PRIu64 " of %" PRIu64 " edges are left out", dropped, e->read);
+    for (size_t i = 0; i < sizeof reasons / sizeof *reasons; i++) {
+        if (reasons[i].count == 0)
+            continue;
+        fprintf(stderr, "%s%" PRIu64 " %s", separator, reasons[i].count, reasons[i].what);
+        separator = ", ";
+    }
+    fprintf(stderr, "\n");
+}
+
+static void print_plant(const stp_plant_report *p)
+{
+    fprintf(stderr,
+            "plants: %" PRIu64 " ribbons out of %" PRIu64 " triangles, %" PRIu64
+            " tubes of %" PRIu64 " rings out of %" PRIu64 ", %" PRIu64 " triangles stay; %" PRIu64
+            " vertices were %" PRIu64 "\n",
+            p->ribbons, p->ribbon_triangles, p->tubes, p->rings, p->tube_triangles,
+            p->kept_triangles, p->vertices_after, p->vertices_before);
+}
+
+static void print_shapes(const stp_prep_stats *s, const prep_inputs *inputs)
+{
+    const stp_line_counts *l = &s->lines;
+    if (l->strips > 0)
+        fprintf(stderr,
+                "lines: %" PRIu64 " of %" PRIu64 " vertices and %" PRIu64 " segments are stored\n",
+                l->strips, l->vertices, l->segments);
+    if (l->rejected > 0)
+        fprintf(stderr,
+                "%" PRIu64 " vertices of lines are not finite: left out, the lines are cut there\n",
+                l->rejected);
+    print_edges(&inputs->edges);
+    if (inputs->plants)
+        print_plant(&inputs->plant);
+    if (s->triangles.triangles > 0)
+        fprintf(stderr, "%" PRIu64 " triangles are stored\n", s->triangles.triangles);
+    if (s->triangles.rejected > 0)
+        fprintf(stderr, "%" PRIu64 " triangles are left out: a corner is not finite\n",
+                s->triangles.rejected);
+}
+
+static void print_row(const char *stage, const char *seconds, const char *rate, const char *memory)
+{
+    fprintf(stderr, "  %-12s %10s %12s %14s\n", stage, seconds, rate, memory);
+}
+
+static void print_stage(const char *name, double seconds, uint64_t points, uint64_t peak_bytes)
+{
+    char time[32], rate[32] = "-", memory[32];
+    snprintf(time, sizeof time, "%.2f", seconds);
+    if (seconds > 0.0)
+        snprintf(rate, sizeof rate, "%.2f M", 1e-6 * (double)points / seconds);
+    snprintf(memory, sizeof memory, "%.2f GiB", (double)peak_bytes / 0x1p30);
+    print_row(name, time, rate, memory);
+}
+
+void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
+{
+    fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
+            s->points_in, s->points_out, s->points_in - s->points_out);
+    print_rejects(s);
+    print_shapes(s, inputs);
+    print_outliers(s);
+    if (s->normals_wide.averaged > 0)
+        fprintf(stderr,
+                "%" PRIu64
+                " normals of the input are averaged with their neighbours': they are noisy, "
+                "near points' differ as much as farther ones'\n",
+                s->normals_wide.averaged);
+    if (s->join_layers)
+        fprintf(stderr,
+                "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
+                s->joined.greatest, s->joined.mean);
+    print_displacement(s);
+    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
+            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
+            (double)s->tree.file_bytes / samples_of(s));
+    print_orientation(s);
+    print_row("stage", "seconds", "points/s", "memory so far");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        if (s->stage_peak_bytes[i] > 0)
+            print_stage(stp_prep_stage_names[i], s->stage_seconds[i], s->points_out,
+                        s->stage_peak_bytes[i]);
+    print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
+    if (s->temporary_bytes > 0)
+        fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
+}
+
+void prep_report_unreadable(const prep_inputs *inputs)
+{
+    for (size_t i = 0; inputs->facts && i < inputs->count; i++)
+        if (inputs->facts[i].why)
+            fprintf(stderr, "not read: %s\n", inputs->facts[i].why);
+}
+
+void prep_report_sweep(const char *output)
+{
+    uint64_t bytes = 0, count = stp_output_sweep(output, &bytes);
+    if (count > 0)
+        fprintf(stderr, "%s: a run was stopped before it was whole: %.1f MB of it removed\n",
+                output, 1e-6 * (double)bytes);
+}
+
+void prep_report_plan(const stp_prep_plan *plan)
+{
+    if (plan->temporary_bytes > 0)
+        fprintf(stderr,
+                "temporary files: about %.1f GB, at most %.1f GB if hardly any surface is found, "
+                "in %s (%.1f GB free)\n",
+                1e-9 * (double)plan->temporary_bytes, 1e-9 * (double)plan->most_temporary_bytes,
+                plan->folder, 1e-9 * (double)plan->free_bytes);
+}

@@ -1,0 +1,31 @@
+/* Nearest points on the union of the discs of level 0 of all leaves, exact, with one leaf in memory
+ * at a time: what a drawn disc is judged by, whatever errors the file has stored.
+ *
+ * A disc without a normal is a ball here. Lines and triangles are none. tests/support/promise.h
+ * does the same with all discs in memory. World axes and units. Threads: one call at a time. */
+#ifndef STP_TOOLS_TUNE_TUNE_NEAREST_H
+#define STP_TOOLS_TUNE_TUNE_NEAREST_H
+
+#include "base/pool.h"
+#include "base/progress.h"
+#include "formats/chunk/chunk_file.h"
+
+typedef struct tune_probe {
+    stp_dvec3 at;
+    stp_dvec3 nearest;
+    double distance; /* infinite where the model has no disc */
+} tune_probe;
+
+typedef struct tune_nearest_params {
+    stp_chunk_file *file;
+    const stp_chunk_entry *entries; /* by chunk id */
+    uint32_t chunk_count;
+    stp_pool *pool;
+    const stp_progress *progress;
+} tune_nearest_params;
+
+/* Fills nearest and distance. Errors: those of reading leaves, CANCELLED, OUT_OF_MEMORY. */
+stp_status tune_nearest_find(const tune_nearest_params *params, tune_probe *probes, size_t count,
+                             stp_error *err);
+
+#endif

@@ -1,0 +1,331 @@
+/* stipple view: a window to fly through models. */
+#include "tools/file/source_options.h"
+#include "tools/view/view_app.h"
+#include "tools/view/view_keys.h"
+#include "tools/view/view_move.h"
+#include "tools/view/view_settings.h"
+#include "tools/view/view_watch.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int run(int argc, char **argv);
+const cli_command cli_view = {
+    .name = "view",
+    .summary = "a window to fly through models",
+    .usage = "stipple view M.stipple... [options]",
+    .details = "The window's title says how long a frame took, how many points it drew, and how.\n"
+               "With --shaders, files saved in the folder show at once. Pictures and paths are\n"
+               "written to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
+    .run = run,
+};
+
+/* How long to wait for an event before looking at the shader folder and for Ctrl-C. */
+#define WAIT_S 0.25
+/* A window narrower than this, ordinary pixels, begins without panels. */
+#define PANELS_LEAST_WIDTH 720.0
+#define FPS_MOST 1000.0
+
+static double depth_under(void *context, int x, int y)
+{
+    const viewer *v = context;
+    float depth = 0.0f; /* stays so outside the picture */
+    stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
+    return (double)depth;
+}
+
+/* The highest of the models' grounds. */
+static bool ground_under(void *context, stp_dvec3 position, stp_dvec3 up, double *height)
+{
+    viewer *v = context;
+    bool found = false;
+    for (size_t i = 0; i < v->scene.count; i++) {
+        double here = 0.0;
+        const view_ground_params params = {.model = v->scene.models[i].model,
+                                           .position = position,
+                                           .up = up,
+                                           .reach = 0.3 * v->control.eye_height};
+        if (v->scene.models[i].hidden || !view_ground_find(&v->ground, &params, &here))
+            continue;
+        *height = found ? fmax(*height, here) : here;
+        found = true;
+    }
+    return found;
+}
+
+static const char *pasted(void *context)
+{
+    return stp_window_pasted_text(context);
+}
+
+static void copied(void *context, const char *text)
+{
+    stp_window_copy_text(context, text);
+}
+
+/* Shaders that were saved; those that do not compile are told of, and the old ones go on. */
+static void reload_shaders(viewer *v)
+{
+    stp_error err = {0};
+    uint64_t state = view_watch_state(v->options->shader_folder);
+    if (state == v->shader_state)
+        return;
+    v->shader_state = state;
+    if (stp_renderer_reload_shaders(v->renderer, &err) == STP_OK) {
+        v->control.changed = true;
+        return;
+    }
+    fprintf(stderr, "stipple view: %s\n", err.message);
+    view_note(v, "%s", err.message);
+}
+
+static void take_dropped(viewer *v)
+{
+    const char *paths[STP_WINDOW_DROP_LIMIT];
+    size_t count = 0;
+    while (count < STP_WINDOW_DROP_LIMIT &&
+           (paths[count] = stp_window_dropped(v->window, count)) != NULL)
+        count++;
+    view_add_models(v, paths, count);
+}
+
+/* What the panels may want to know of an event; true if it is theirs alone. */
+static bool panels_take(viewer *v, const stp_window_event *e)
+{
+    static const int keys[STP_UI_KEY_COUNT] = {STP_KEY_TAB,
+                                               STP_KEY_LEFT,
+                                               STP_KEY_RIGHT,
+                                               STP_KEY_UP,
+                                               STP_KEY_DOWN,
+                                               STP_KEY_HOME,
+                                               STP_KEY_END,
+                                               STP_KEY_DELETE,
+                                               STP_KEY_BACKSPACE,
+                                               STP_KEY_ENTER,
+                                               STP_KEY_ESCAPE,
+                                               'A',
+                                               'C',
+                                               'V',
+                                               'X',
+                                               'Y',
+                                               'Z'};
+    bool typing = stp_ui_wants_keys(v->ui), picture_drags = v->control.drag != VIEW_REST;
+    if (e->kind == STP_WINDOW_MOVE || e->kind == STP_WINDOW_PRESS ||
+        e->kind == STP_WINDOW_RELEASE || e->kind == STP_WINDOW_WHEEL)
+        stp_ui_pointer(v->ui, e->x, v->layout.height - e->y);
+    bool over = stp_ui_wants_pointer(v->ui) && !picture_drags;
+    switch (e->kind) {
+    case STP_WINDOW_CHARACTER:
+        stp_ui_character(v->ui, e->character);
+        return typing;
+    case STP_WINDOW_KEY:
+        for (int i = 0; i < STP_UI_KEY_COUNT; i++)
+            if (keys[i] == e->key)
+                stp_ui_key_down(v->ui, (stp_ui_key)i, e->down, e->shift, e->control);
+        return typing && e->down && e->key != STP_KEY_F1 && e->key != STP_KEY_F11;
+    case STP_WINDOW_PRESS:
+        if (over)
+            stp_ui_button_down(v->ui, e->button, true);
+        return over;
+    case STP_WINDOW_RELEASE:
+        stp_ui_button_down(v->ui, e->button, false);
+        return over;
+    case STP_WINDOW_WHEEL:
+        if (over)
+            stp_ui_wheel(v->ui, e->wheel);
+        return over;
+    case STP_WINDOW_MOVE:
+        if (over) { /* the picture's cursor is nowhere */
+            v->control.x = v->control.y = -1.0;
+        }
+        return over;
+    case STP_WINDOW_BLUR:
+        stp_ui_release_all(v->ui);
+        return false;
+    default:
+        return false;
+    }
+}
+
+/* The cursor's place is known between drags, too. */
+static void follow(viewer *v, const stp_window_event *e)
+{
+    if (e->kind == STP_WINDOW_MOVE && v->control.drag == VIEW_REST) {
+        v->control.x = e->x;
+        v->control.y = e->y;
+    }
+}
+
+/* Events up to a press or a release: each of these gets a turn of the panels of its own, so that
+ * none is lost on them. */
+static void take_events(viewer *v)
+{
+    stp_window_event event;
+    bool again = true;
+    while (again && stp_window_next(v->window, &event)) {
+        v->ui_turns = VIEW_TURNS_TO_SETTLE;
+        again = event.kind != STP_WINDOW_PRESS && event.kind != STP_WINDOW_RELEASE &&
+                event.kind != STP_WINDOW_KEY;
+        if (event.kind == STP_WINDOW_DROP)
+            take_dropped(v);
+        if (panels_take(v, &event))
+            continue;
+        follow(v, &event);
+        if (!view_clip_handle(v, &event))
+            view_control_handle(&v->control, &event);
+    }
+}
+
+/* Things that are shown for a while only. */
+static void let_fade(viewer *v)
+{
+    if (v->note[0] != '\0' && v->now_s > v->note_until_s) {
+        v->note[0] = '\0';
+        v->ui_turns = v->ui_turns > 0 ? v->ui_turns : 1;
+    }
+    if (v->control.pivot_until_s > 0.0 && v->now_s > v->control.pivot_until_s) {
+        v->control.pivot_until_s = 0.0;
+        v->ui_turns = v->ui_turns > 0 ? v->ui_turns : 1;
+    }
+}
+
+static void note_record(viewer *v)
+{
+    stp_error err = {0};
+    if (view_record_note(&v->record, &v->control.camera, v->now_s, &err) == STP_OK)
+        return;
+    view_toggle_record(v);
+    view_note(v, "%s", err.message);
+}
+
+static stp_status turn(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool busy = v->control.changed || v->resting || v->ui_turns > 0 || v->control.wants != 0 ||
+                v->shot.state == VIEW_SHOT_DRAWING;
+    busy = busy && v->layout.width > 0; /* what is minimised waits */
+    stp_window_wait(v->window, busy ? 0.0 : WAIT_S);
+    v->now_s = stp_window_seconds(v->window);
+    double scale = stp_window_scale(v->window);
+    if (scale != stp_ui_scale(v->ui))
+        stp_ui_set_scale(v->ui, scale);
+    take_events(v);
+    reload_shaders(v);
+    STP_TRY(view_fulfil(v, err));
+    if (v->removing >= 0)
+        view_remove_model(v, (size_t)v->removing);
+    v->removing = -1;
+    view_layout_update(v);
+    if (view_move_advance(&v->control, v->now_s - v->last_turn_s))
+        v->control.changed = true;
+    v->last_turn_s = v->now_s;
+    note_record(v);
+    let_fade(v);
+    if (!v->quits)
+        STP_TRY(view_draw(v, err));
+done:
+    return status;
+}
+
+static stp_status open_window(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    int size[2];
+    bool has_size = v->options->camera.has_size;
+    STP_TRY(camera_options_size(&v->options->camera, size, err));
+    STP_TRY(
+        stp_window_create(&v->window, v->scene.models[0].name, size[0], size[1], !has_size, err));
+    const stp_ui_clipboard clipboard = {pasted, copied, v->window};
+    double scale = stp_window_scale(v->window);
+    STP_TRY(stp_ui_create(&v->ui, scale, &clipboard, err));
+    stp_window_size(v->window, &v->layout.width, &v->layout.height);
+    v->panels = v->panels_wanted && v->layout.width >= PANELS_LEAST_WIDTH * scale;
+    view_layout_update(v);
+done:
+    return status;
+}
+
+static stp_status open_viewer(viewer *v, const char *const *paths, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_error why = {0};
+    for (size_t i = 0; i < count; i++)
+        STP_TRY(view_scene_add(&v->scene, v->options, paths[i], err));
+    STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
+    if (v->control.params.threshold_px <= 0.0)
+        v->control.params.threshold_px = 1.0; /* for when samples are left out again */
+    STP_TRY(open_window(v, err));
+    STP_TRY(view_scene_changed(v, err));
+    STP_TRY(view_go_home(v, err));
+    view_move_reset(&v->control);
+    v->shader_state = view_watch_state(v->options->shader_folder);
+    if (view_bookmarks_load(&v->bookmarks, paths[0], &why) != STP_OK)
+        view_note(v, "%s", why.message);
+done:
+    return status;
+}
+
+static stp_status view(const draw_options *o, double fps, const cli_common *common,
+                       const char *const *paths, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    viewer v = {.options = o,
+                .common = common,
+                .fps = fps,
+                .clip = {.face = -1},
+                .removing = -1,
+                .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
+    v.control.context = &v;
+    view_settings_load(&v);
+    STP_TRY(open_viewer(&v, paths, count, err));
+    v.ui_turns = VIEW_TURNS_TO_SETTLE;
+    while (!v.quits && !cli_interrupted())
+        STP_TRY(turn(&v, err));
+    if (v.record.on)
+        view_toggle_record(&v);
+    view_settings_save(&v);
+    for (size_t i = 0; i < v.scene.count; i++)
+        source_options_warn(&cli_view, common, v.scene.models[i].model->file);
+done:
+    view_shot_end(&v.shot);
+    view_record_destroy(&v.record);
+    view_ground_forget(&v.ground, NULL);
+    stp_renderer_destroy(&v.renderer);
+    stp_ui_destroy(&v.ui);
+    stp_window_destroy(&v.window);
+    view_scene_clear(&v.scene);
+    return status;
+}
+
+static int run(int argc, char **argv)
+{
+    draw_options o = draw_options_default();
+    cli_common common = {0};
+    const char *paths[VIEW_MODELS_LIMIT] = {NULL};
+    size_t count = 0;
+    stp_error err = {0};
+    double fps = 0.0;
+    cli_option list[DRAW_OPTION_COUNT + 1] = {
+        [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
+                               "frames a second to hold while the camera moves; at rest finer",
+                               NULL},
+    };
+    draw_options_fill(&o, list);
+    o.timeout_s = INFINITY; /* it goes on when the server does */
+    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
+                         VIEW_MODELS_LIMIT, &count, &common);
+    if (code != CLI_CONTINUE)
+        return code;
+    code = draw_options_check(&o, &cli_view);
+    if (code != CLI_CONTINUE)
+        return code;
+    if (draw_aa_times(o.aa) > 1)
+        return cli_usage(&cli_view,
+                         "--aa is off or edges here: render and fly draw finer pictures");
+    if (fps < 0.0 || fps > FPS_MOST)
+        return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
+    cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
+    return view(&o, fps, &common, paths, count, &err) == STP_OK ? CLI_DONE
+                                                                : cli_fail(&cli_view, &err);
+}

@@ -1,0 +1,168 @@
+/* The viewer's parts together: what tools/view*.c share.
+ *
+ * One turn of the loop: events go to the panels or to view_control, wishes are fulfilled
+ * (view_wishes.c), the camera moves, the scene is drawn where something changed (view_draw.c), and
+ * panels and marks over it (view_panels*.c, view_marks.c).
+ * Threads: the main thread only. */
+#ifndef STP_TOOLS_VIEW_VIEW_APP_H
+#define STP_TOOLS_VIEW_VIEW_APP_H
+
+#include "runtime/camera/pace.h"
+#include "runtime/window/imgui_marks_shim.h"
+#include "runtime/window/window.h"
+#include "tools/draw/draw_options.h"
+#include "tools/view/view_bookmarks.h"
+#include "tools/view/view_control.h"
+#include "tools/view/view_ground.h"
+#include "tools/view/view_record.h"
+#include "tools/view/view_scene.h"
+#include "tools/view/view_shot.h"
+
+/* Frames that the charts show. */
+#define VIEW_HISTORY 240
+#define VIEW_NOTE_BYTES 1100
+/* Panels are drawn so often after an event: they settle in some turns. */
+#define VIEW_TURNS_TO_SETTLE 3
+
+/* Sections of the panel: X(name, draws it, title, open at first) */
+#define VIEW_SECTION_LIST(X)                                                                       \
+    X(MODELS, view_panel_models, "Models", true)                                                   \
+    X(NUMBERS, view_panel_numbers, "Frames and memory", true)                                      \
+    X(CAMERA, view_panel_camera, "Camera", true)                                                   \
+    X(QUALITY, view_panel_quality, "Quality", true)                                                \
+    X(COLOUR, view_panel_colour, "Colour", true)                                                   \
+    X(SURFACE, view_panel_surface, "Surface and light", true)                                      \
+    X(CLIP, view_panel_clip, "Clip box", false)                                                    \
+    X(MEASURE, view_panel_measure, "Measure", false)                                               \
+    X(KEPT, view_panel_kept, "Kept views and path", false)                                         \
+    X(SHOT, view_panel_shot, "Screenshot", false)
+
+typedef enum view_section {
+#define X(name, draw, title, open) VIEW_SECTION_##name,
+    VIEW_SECTION_LIST(X)
+#undef X
+        VIEW_SECTION_COUNT
+} view_section;
+
+/* The last two points measured. */
+typedef struct view_measure {
+    stp_dvec3 points[2];
+    int count;
+} view_measure;
+
+/* A clip box being dragged by one of its faces: 0 to 5, low x, high x, low y... -1: none. */
+typedef struct view_clip {
+    int face;
+    double offset; /* where on the axis the hand took hold, minus the face */
+} view_clip;
+
+typedef struct view_chart {
+    float frame_ms[VIEW_HISTORY], points[VIEW_HISTORY];
+    int next, count;
+} view_chart;
+
+/* Where things are in the window, pixels; the picture is in its lower left corner. */
+typedef struct view_layout {
+    int width, height;                 /* of the window; 0: it is not seen */
+    int picture_width, picture_height; /* at least 1 */
+    stp_ui_rect panel;                 /* y down */
+} view_layout;
+
+typedef struct viewer {
+    const draw_options *options;
+    const cli_common *common;
+    view_scene scene;
+    stp_window *window;
+    stp_ui *ui;
+    stp_renderer *renderer;
+    view_control control;
+    stp_draw_stats stats; /* of the last frame */
+    stp_pick under;       /* the cursor */
+    stp_pick clicked;
+    view_measure measure;
+    view_clip clip;
+    view_ground ground;
+    view_bookmarks bookmarks;
+    view_record record;
+    view_shot shot;
+    int shot_size; /* of VIEW_SHOT_SIZES */
+    view_chart chart;
+    view_layout layout;
+    uint32_t model_classes[8]; /* that the scene has */
+    bool panels, help;
+    bool panels_wanted; /* remembered: a narrow window has none though they are */
+    bool open[VIEW_SECTION_COUNT];
+    size_t had_models;          /* that the renderer was told of */
+    int removing;               /* the model that goes after this turn, -1: none */
+    int model_open;             /* of several models, whose facts are shown */
+    char note[VIEW_NOTE_BYTES]; /* what just happened */
+    double note_until_s;
+    double now_s, last_turn_s, last_ui_s;
+    int ui_turns;    /* so often the panels are still to be drawn: they settle in some */
+    double fps;      /* to hold while the hand moves; 0: whatever comes */
+    stp_pace pace;   /* for that */
+    double drawn_px; /* threshold of the last frame; 0: every sample */
+    bool loading;    /* chunks are on their way */
+    bool resting;    /* more frames come though nothing moves: they refine */
+    double last_frame_s;
+    bool said_damage, quits;
+    uint64_t shader_state;
+} viewer;
+
+#define VIEW_SHOT_SIZE_COUNT 6
+#define VIEW_SHOT_SIZES "as the window|2 x|4 x|4096 px|8192 px|16384 px"
+
+/* Says something in the status line for some seconds. */
+void view_note(viewer *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* ---- view_wishes.c ---- */
+
+/* Where the picture and the panel are in the window as it is now. */
+void view_layout_update(viewer *v);
+/* The view it began with, for the picture's present size. Errors: those of draw_options_camera. */
+stp_status view_go_home(viewer *v, stp_error *err);
+/* What control.wants asks for. Errors: those that end the viewer. */
+stp_status view_fulfil(viewer *v, stp_error *err);
+/* Begins or ends recording; begins a screenshot; keeps a view; each with a note. */
+void view_toggle_record(viewer *v);
+void view_begin_shot(viewer *v);
+void view_keep(viewer *v);
+void view_save_bookmarks(viewer *v);
+void view_recall(viewer *v, size_t index);
+/* Adds models by name, each with a note if it cannot be. */
+void view_add_models(viewer *v, const char *const *paths, size_t count);
+/* Takes a model away; the last one stays. */
+void view_remove_model(viewer *v, size_t index);
+/* Tells the renderer, made at the first call, of the scene's models. Errors: those of creating it;
+ * then it draws those before. */
+stp_status view_scene_changed(viewer *v, stp_error *err);
+
+/* ---- view_draw.c ---- */
+
+/* The picture, where it changed; and the panels, where they did. Errors: those of drawing. */
+stp_status view_draw(viewer *v, stp_error *err);
+
+/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c ---- */
+
+void view_panels_draw(viewer *v);
+void view_panel_models(viewer *v);
+void view_panel_camera(viewer *v);
+void view_panel_quality(viewer *v);
+void view_panel_colour(viewer *v);
+void view_panel_surface(viewer *v);
+void view_panel_clip(viewer *v);
+void view_panel_measure(viewer *v);
+void view_panel_kept(viewer *v);
+void view_panel_shot(viewer *v);
+void view_panel_numbers(viewer *v);
+/* Pivot, clip box, measured line, status line, help. */
+void view_marks_draw(viewer *v);
+/* A press on one of the clip box's handles takes it; then moves it; true if the event was its. */
+bool view_clip_handle(viewer *v, const stp_window_event *event);
+/* Switches the clip box; one that is empty takes the scene's box. */
+void view_clip_toggle(viewer *v);
+/* "456123.250  5428001.125  310.500", as many digits as the scene's size asks for. */
+void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
+int view_digits(const viewer *v);
+
+#endif

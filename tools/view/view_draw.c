@@ -1,0 +1,236 @@
+/* The viewer's frames: the scene, then panels and marks over it; the title. */
+#include "tools/view/view_app.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define TITLE_BYTES 1024
+#define LOD_BYTES 36
+/* A level change has faded to a third after so long. */
+#define FADE_S 0.12
+#define FADE_LEAST 0.05
+
+/* Nothing for the samples' own colours. */
+static void colour_words(const stp_draw_params *p, char out[40])
+{
+    char colour[16], palette[16];
+    draw_options_word(DRAW_COLOURS, (int)p->colour, colour);
+    draw_options_word(DRAW_PALETTES, (int)p->palette, palette);
+    bool graded = p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION;
+    out[0] = '\0';
+    if (p->colour != STP_COLOUR_RGB)
+        snprintf(out, 40, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
+}
+
+/* What the hand switched on beyond drawing: ", fly, orthographic, clipped". */
+static void mode_words(const viewer *v, char out[120])
+{
+    static const char *const navigations[] = {"", ", fly", ", walk"};
+    const view_control *c = &v->control;
+    const stp_dvec3 *p = v->measure.points;
+    char measured[40] = "";
+    if (v->measure.count == 2)
+        snprintf(measured, sizeof measured, " %.5g", stp_dvec3_length(stp_dvec3_sub(p[1], p[0])));
+    snprintf(out, 120, "%s%s%s%s%s%s%s", navigations[c->navigation],
+             c->camera.height > 0.0 ? ", orthographic" : "",
+             c->params.edl > 0.0 ? ", eye-dome" : "", c->params.clip.enabled ? ", clipped" : "",
+             c->measuring ? ", measuring" : "", c->measuring ? measured : "",
+             v->record.on ? ", recording" : "");
+}
+
+/* Who chooses levels; of auto also which of the roads it took. */
+static void lod_words(const viewer *v, char text[LOD_BYTES])
+{
+    char taken[16], asked[16];
+    draw_options_word(DRAW_LODS, (int)v->control.params.lod, asked);
+    draw_options_word(DRAW_LODS, (int)v->stats.lod, taken);
+    if (v->control.params.lod == STP_LOD_AUTO && v->stats.lod != STP_LOD_AUTO)
+        snprintf(text, LOD_BYTES, "%s (%s)", asked, taken);
+    else
+        snprintf(text, LOD_BYTES, "%s", asked);
+}
+
+static void show_title(const viewer *v)
+{
+    const stp_draw_params *p = &v->control.params;
+    char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[32], colour[40],
+        modes[120], missing[40] = "", more[40] = "";
+    lod_words(v, lod);
+    draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
+    draw_options_word(DRAW_SHADES, (int)p->shade, shade);
+    colour_words(p, colour);
+    mode_words(v, modes);
+    snprintf(threshold, sizeof threshold, "threshold %.4g px", p->threshold_px);
+    if (p->every_sample || p->lod == STP_LOD_FULL)
+        snprintf(threshold, sizeof threshold, "every sample");
+    if (v->stats.chunks_missing > 0)
+        snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
+    if (v->said_damage)
+        snprintf(missing, sizeof missing, ", DAMAGED: see stipple verify");
+    if (v->scene.count > 1)
+        snprintf(more, sizeof more, " and %zu more", v->scene.count - 1);
+    snprintf(title, sizeof title, "%.160s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s",
+             v->scene.models[0].name, more, v->stats.frame_ms,
+             (unsigned long long)v->stats.points_drawn, threshold, lod, reconstruct, shade, colour,
+             modes, missing);
+    stp_window_set_title(v->window, title);
+}
+
+static void show_damage(viewer *v)
+{
+    char text[DRAW_DAMAGE_BYTES];
+    if (v->said_damage || !draw_options_damage(v->renderer, text))
+        return;
+    view_note(v, "%s", text);
+    draw_options_warn("view", v->renderer);
+    v->said_damage = true;
+}
+
+static void note_frame(viewer *v)
+{
+    view_chart *chart = &v->chart;
+    chart->frame_ms[chart->next] = (float)v->stats.frame_ms;
+    chart->points[chart->next] = (float)v->stats.points_drawn;
+    chart->next = (chart->next + 1) % VIEW_HISTORY;
+    chart->count += chart->count < VIEW_HISTORY;
+}
+
+/* While frames follow each other the threshold is what holds --fps; at rest the asked one. */
+static stp_draw_params params_of(viewer *v, bool moving)
+{
+    stp_draw_params p = v->control.params;
+    p.stream = true;
+    p.hidden_models = 0;
+    for (size_t i = 0; i < v->scene.count; i++)
+        p.hidden_models |= v->scene.models[i].hidden ? 1u << i : 0u;
+    p.refine = v->fps > 0.0 && !moving;
+    p.fade = fmax(exp(-(v->now_s - v->last_frame_s) / FADE_S), FADE_LEAST);
+    v->last_frame_s = v->now_s;
+    if (v->fps > 0.0 && moving && !p.every_sample) {
+        if (v->pace.fps != v->fps || v->pace.asked_px != p.threshold_px)
+            v->pace = stp_pace_begin(v->fps, p.threshold_px);
+        p.threshold_px = v->pace.threshold_px;
+    }
+    return p;
+}
+
+/* A camera that sees nothing, however it came to be, goes home. */
+static stp_status make_view(viewer *v, stp_error *err)
+{
+    view_control *c = &v->control;
+    const int width = v->layout.picture_width, height = v->layout.picture_height;
+    stp_error why = {0};
+    if (stp_view_create(&c->view, &c->camera, &c->ball, width, height, &why) == STP_OK)
+        return STP_OK;
+    view_note(v, "%s", why.message);
+    stp_status status = view_go_home(v, err);
+    if (status == STP_OK)
+        status = stp_view_create(&c->view, &c->camera, &c->ball, width, height, err);
+    return status;
+}
+
+static stp_status draw_scene(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    view_control *c = &v->control;
+    bool moving = c->changed;
+    const stp_draw_params params = params_of(v, moving);
+    STP_TRY(make_view(v, err));
+    STP_TRY(stp_renderer_draw(v->renderer, &c->view, &params, &v->stats, err));
+    if (v->fps > 0.0 && moving)
+        stp_pace_follow(&v->pace, v->stats.frame_ms);
+    v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
+    v->loading = v->stats.chunks_loading > 0 || stp_renderer_trouble(v->renderer)[0] != '\0';
+    v->resting = v->stats.more;
+    note_frame(v);
+    show_damage(v);
+    c->changed = false;
+    v->ui_turns = v->ui_turns > 1 ? v->ui_turns : 1;
+done:
+    return status;
+}
+
+/* What is under the cursor, where that is the picture's. */
+static void look_under(viewer *v)
+{
+    int x = (int)floor(v->control.x), y = (int)floor(v->control.y);
+    bool inside = x >= 0 && y >= 0 && x < v->layout.picture_width && y < v->layout.picture_height;
+    v->under = (stp_pick){0};
+    if (!inside || v->control.drag != VIEW_REST)
+        return;
+    if (!v->resting && !v->loading) {
+        stp_renderer_pick(v->renderer, x, y, &v->under, NULL);
+        return;
+    }
+    /* picking would begin what is being refined anew */
+    float depth = 0.0f;
+    stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
+    v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
+    v->under.position = stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth);
+}
+
+static void draw_shot(viewer *v)
+{
+    char text[80];
+    double middle[2] = {0.5 * v->layout.picture_width, 0.5 * v->layout.picture_height};
+    snprintf(text, sizeof text, "screenshot %d x %d: %.0f %% drawn, Esc gives up",
+             v->shot.image.width, v->shot.image.height, 100.0 * view_shot_done(&v->shot));
+    stp_ui_draw_label(middle[0], middle[1], text, 0xffffffff, true);
+}
+
+/* The last picture, and over it what ImGui draws. */
+static void draw_panels(viewer *v)
+{
+    const view_layout *l = &v->layout;
+    bool drawing = v->shot.state == VIEW_SHOT_DRAWING; /* then the renderer has another picture */
+    stp_ui_begin(v->ui, l->width, l->height, v->now_s - v->last_ui_s);
+    v->last_ui_s = v->now_s;
+    if (!drawing) {
+        if (v->layout.panel.width > 0.0 || v->help)
+            look_under(v);
+        view_marks_draw(v);
+    } else {
+        draw_shot(v);
+    }
+    if (l->panel.width > 0.0)
+        view_panels_draw(v);
+    stp_renderer_present(v->renderer, 0, drawing ? 0 : l->picture_width,
+                         drawing ? 0 : l->picture_height);
+    stp_ui_end(v->ui);
+    stp_window_present(v->window);
+    show_title(v);
+}
+
+/* One part of a screenshot. A failure is no end of the viewer. */
+static void draw_part(viewer *v)
+{
+    stp_error err = {0};
+    v->ui_turns = 1;
+    v->control.changed = true; /* its own picture is gone */
+    if (view_shot_draw(&v->shot, v->renderer, &v->control.params, &err) != STP_OK)
+        view_note(v, "%s", err.message);
+}
+
+/* Chunks, or a moment to ask once more for what could not be read. */
+static bool has_come(const viewer *v)
+{
+    return stp_renderer_has_news(v->renderer) || stp_renderer_trouble(v->renderer)[0] != '\0';
+}
+
+stp_status view_draw(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (v->layout.width < 1) /* what is minimised waits */
+        return STP_OK;
+    if (v->shot.state == VIEW_SHOT_DRAWING)
+        draw_part(v);
+    else if (v->control.changed || v->resting || (v->loading && has_come(v)))
+        STP_TRY(draw_scene(v, err));
+    if (v->ui_turns > 0) {
+        draw_panels(v);
+        v->ui_turns--;
+    }
+done:
+    return status;
+}

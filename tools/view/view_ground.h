@@ -1,0 +1,38 @@
+/* The ground under a position: the highest sample below it, read from the model's own tree, finer
+ * from call to call, so that walking needs no picture of what is underfoot.
+ *
+ * Keeps at most VIEW_GROUND_CHUNKS decoded chunks and reads at most one a call.
+ * Threads: the main thread only. */
+#ifndef STP_TOOLS_VIEW_VIEW_GROUND_H
+#define STP_TOOLS_VIEW_VIEW_GROUND_H
+
+#include "runtime/cut/model.h"
+
+#define VIEW_GROUND_CHUNKS 12
+
+typedef struct view_ground_chunk {
+    const stp_model *model;
+    stp_chunk *chunk;
+    uint64_t used; /* the call that used it last */
+} view_ground_chunk;
+
+/* Zero is empty. */
+typedef struct view_ground {
+    view_ground_chunk chunks[VIEW_GROUND_CHUNKS];
+    uint64_t calls;
+} view_ground;
+
+typedef struct view_ground_params {
+    const stp_model *model;
+    stp_dvec3 position;
+    stp_dvec3 up; /* unit */
+    double reach; /* so far from the line down samples count */
+} view_ground_params;
+
+/* Height along up of the ground; keeps *height and returns false where there is none, or the model
+ * cannot be read there. */
+bool view_ground_find(view_ground *ground, const view_ground_params *params, double *height);
+/* Forgets a model's chunks before it is closed; NULL: those of all. */
+void view_ground_forget(view_ground *ground, const stp_model *model);
+
+#endif

@@ -1,0 +1,279 @@
+/* Marks over the picture: pivot, clip box and its handles, measured line, status line, help. */
+#include "tools/view/view_app.h"
+#include "tools/view/view_keys.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define WHITE 0xffffffffu
+#define DIM 0xc8ccd4ffu
+#define ORANGE 0xffb347ffu
+#define BLUE 0x61bdebffu
+/* Ordinary pixels. */
+#define HANDLE_PX 6.0
+#define HANDLE_REACH_PX 11.0
+
+int view_digits(const viewer *v)
+{
+    double digits = 5.0 - floor(log10(v->scene.ball.radius));
+    return (int)fmin(fmax(digits, 3.0), 12.0);
+}
+
+void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
+{
+    int digits = view_digits(v);
+    snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
+}
+
+/* Window position, y down, of a world position; false behind the eye. */
+static bool place(const viewer *v, stp_dvec3 p, double at[2])
+{
+    const stp_view *view = &v->control.view;
+    stp_dvec3 w = stp_view_project(view, p);
+    at[0] = w.x;
+    at[1] = v->layout.height - w.y;
+    return w.z > view->near_depth && isfinite(w.x) && isfinite(w.y);
+}
+
+/* A line in the world, cut off at the near plane. */
+static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colour, double width)
+{
+    const stp_view *view = &v->control.view;
+    double near_depth = 2.0 * view->near_depth, from[2], to[2];
+    double za = stp_dvec3_dot(stp_dvec3_sub(view->eye, a), view->back);
+    double zb = stp_dvec3_dot(stp_dvec3_sub(view->eye, b), view->back);
+    if (za < near_depth && zb < near_depth)
+        return;
+    stp_dvec3 d = stp_dvec3_sub(b, a);
+    if (za < near_depth)
+        a = stp_dvec3_add(a, stp_dvec3_scale(d, (near_depth - za) / (zb - za)));
+    else if (zb < near_depth)
+        b = stp_dvec3_add(a, stp_dvec3_scale(d, (za - near_depth) / (za - zb)));
+    if (place(v, a, from) && place(v, b, to))
+        stp_ui_draw_line(from[0], from[1], to[0], to[1], colour, width * stp_ui_scale(v->ui));
+}
+
+static void draw_pivot(const viewer *v)
+{
+    const view_control *c = &v->control;
+    double at[2], s = stp_ui_scale(v->ui);
+    if ((c->drag != VIEW_TURN || !c->moved) && !(c->pivot_until_s > v->now_s))
+        return;
+    if (!place(v, c->pivot, at))
+        return;
+    stp_ui_draw_circle(at[0], at[1], 7.0 * s, 0x00000080, 4.0 * s);
+    stp_ui_draw_circle(at[0], at[1], 7.0 * s, ORANGE, 2.0 * s);
+    stp_ui_draw_disc(at[0], at[1], 2.0 * s, ORANGE);
+}
+
+/* ---- clip box ---- */
+
+static double *side_of(stp_dbox *box, int face)
+{
+    double *const sides[6] = {&box->min.x, &box->max.x, &box->min.y,
+                              &box->max.y, &box->min.z, &box->max.z};
+    return sides[face];
+}
+
+static stp_dvec3 axis_of(int face)
+{
+    return (stp_dvec3){face / 2 == 0, face / 2 == 1, face / 2 == 2};
+}
+
+static stp_dvec3 face_middle(stp_dbox box, int face)
+{
+    stp_dvec3 middle = stp_dvec3_scale(stp_dvec3_add(box.min, box.max), 0.5);
+    double *const at[3] = {&middle.x, &middle.y, &middle.z};
+    *at[face / 2] = *side_of(&box, face);
+    return middle;
+}
+
+static void draw_clip(const viewer *v)
+{
+    const stp_clip *clip = &v->control.params.clip;
+    double s = stp_ui_scale(v->ui);
+    if (!clip->enabled || !v->panels)
+        return;
+    for (int i = 0; i < 8; i++)
+        for (int k = 1; k < 8; k *= 2) {
+            int j = i | k;
+            const stp_dvec3 lo = clip->box.min, hi = clip->box.max;
+            stp_dvec3 a = {i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z};
+            stp_dvec3 b = {j & 1 ? hi.x : lo.x, j & 2 ? hi.y : lo.y, j & 4 ? hi.z : lo.z};
+            if (i != j)
+                world_line(v, a, b, 0x61bdeba0, 1.3);
+        }
+    for (int face = 0; face < 6; face++) {
+        double at[2];
+        if (!place(v, face_middle(clip->box, face), at))
+            continue;
+        stp_ui_draw_disc(at[0], at[1], (HANDLE_PX + 1.5) * s, 0x000000a0);
+        stp_ui_draw_disc(at[0], at[1], HANDLE_PX * s, face == v->clip.face ? ORANGE : BLUE);
+    }
+}
+
+void view_clip_toggle(viewer *v)
+{
+    stp_clip *clip = &v->control.params.clip;
+    clip->enabled = !clip->enabled;
+    stp_dvec3 size = stp_dvec3_sub(clip->box.max, clip->box.min);
+    if (clip->enabled && !(size.x > 0.0 && size.y > 0.0 && size.z > 0.0))
+        clip->box = v->scene.box;
+    v->control.changed = true;
+}
+
+/* Where along a face's axis the ray through a pixel passes nearest to the axis through the face's
+ * middle; false where it looks along it. */
+static bool along_axis(const viewer *v, int face, double x, double y, double *out)
+{
+    const view_control *c = &v->control;
+    stp_dvec3 axis = axis_of(face), middle = face_middle(c->params.clip.box, face);
+    stp_dvec3 begin = stp_view_unproject(&c->view, x, y, 0.0);
+    stp_dvec3 ray = stp_dvec3_sub(stp_view_unproject(&c->view, x, y, 1.0), begin);
+    stp_dvec3 w = stp_dvec3_sub(middle, begin);
+    ray = stp_dvec3_normalize(ray);
+    double b = stp_dvec3_dot(axis, ray), d = stp_dvec3_dot(axis, w), e = stp_dvec3_dot(ray, w);
+    if (1.0 - b * b < 1e-3)
+        return false;
+    *out = stp_dvec3_dot(middle, axis) + (b * e - d) / (1.0 - b * b);
+    return true;
+}
+
+static int face_under(const viewer *v, double x, double y)
+{
+    int nearest = -1;
+    double reach = HANDLE_REACH_PX * stp_ui_scale(v->ui);
+    for (int face = 0; face < 6; face++) {
+        double at[2];
+        if (!place(v, face_middle(v->control.params.clip.box, face), at))
+            continue;
+        double distance = hypot(at[0] - x, v->layout.height - at[1] - y);
+        if (distance < reach) {
+            reach = distance;
+            nearest = face;
+        }
+    }
+    return nearest;
+}
+
+bool view_clip_handle(viewer *v, const stp_window_event *e)
+{
+    stp_dbox *box = &v->control.params.clip.box;
+    double along = 0.0;
+    if (e->kind == STP_WINDOW_PRESS && e->button == STP_WINDOW_LEFT && v->clip.face < 0 &&
+        v->control.params.clip.enabled && v->panels) {
+        int face = face_under(v, e->x, e->y);
+        if (face < 0 || !along_axis(v, face, e->x, e->y, &along))
+            return false;
+        v->clip = (view_clip){face, along - *side_of(box, face)};
+        return true;
+    }
+    if (v->clip.face < 0)
+        return false;
+    if (e->kind == STP_WINDOW_RELEASE)
+        v->clip.face = -1;
+    if (e->kind != STP_WINDOW_MOVE)
+        return e->kind == STP_WINDOW_RELEASE;
+    if (along_axis(v, v->clip.face, e->x, e->y, &along)) {
+        bool high = v->clip.face % 2 != 0;
+        double other = *side_of(box, v->clip.face ^ 1), wanted = along - v->clip.offset;
+        *side_of(box, v->clip.face) = high ? fmax(wanted, other) : fmin(wanted, other);
+        v->control.changed = true;
+    }
+    return true;
+}
+
+/* ---- measured line ---- */
+
+static void draw_measure(const viewer *v)
+{
+    const view_measure *m = &v->measure;
+    double s = stp_ui_scale(v->ui), at[2][2];
+    char text[80];
+    bool seen = m->count == 2;
+    if (m->count == 2)
+        world_line(v, m->points[0], m->points[1], ORANGE, 2.0);
+    for (int i = 0; i < m->count; i++) {
+        bool here = place(v, m->points[i], at[i]);
+        seen = seen && here;
+        if (here) {
+            stp_ui_draw_disc(at[i][0], at[i][1], 5.0 * s, 0x000000a0);
+            stp_ui_draw_disc(at[i][0], at[i][1], 3.5 * s, ORANGE);
+        }
+    }
+    if (!seen)
+        return;
+    snprintf(text, sizeof text, "%.*f", view_digits(v),
+             stp_dvec3_length(stp_dvec3_sub(m->points[1], m->points[0])));
+    stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]), 0.5 * (at[0][1] + at[1][1]) - 14.0 * s, text,
+                      WHITE, true);
+}
+
+/* ---- text ---- */
+
+static void draw_status(const viewer *v)
+{
+    char text[320], position[160], how[80] = "";
+    double line = stp_ui_text_height() + 8.0 * stp_ui_scale(v->ui);
+    double x = 6.0 * stp_ui_scale(v->ui), y = v->layout.height - line - x;
+    if (v->note[0] != '\0')
+        stp_ui_draw_label(x, y - 1.2 * line, v->note, WHITE, false);
+    if (!v->panels)
+        return;
+    if (v->control.measuring && v->measure.count != 1)
+        stp_ui_draw_label(x, x, "measuring: click the first point, Esc ends it", ORANGE, false);
+    else if (v->control.measuring)
+        stp_ui_draw_label(x, x, "measuring: click the second point, Esc ends it", ORANGE, false);
+    else if (v->record.on)
+        stp_ui_draw_label(x, x, "recording the path, Ctrl+R ends it", ORANGE, false);
+    if (!v->under.hit) {
+        stp_ui_draw_label(x, y, "F1 lists mouse and keys", DIM, false);
+        return;
+    }
+    view_format_position(v, v->under.position, position);
+    if (v->under.interpolated)
+        snprintf(how, sizeof how, "interpolated, from level %d of the pyramid",
+                 v->under.pyramid_level);
+    else if (!v->resting && !v->loading)
+        snprintf(how, sizeof how, "measured");
+    snprintf(text, sizeof text, "%s   %s", position, how);
+    stp_ui_draw_label(x, y, text, WHITE, false);
+}
+
+#define VIEW_HELP_ROW(keys, what) stp_ui_row(keys, what);
+
+static void help_rows(void)
+{
+    VIEW_MOUSE_LIST(VIEW_HELP_ROW)
+    stp_ui_space();
+    VIEW_KEY_LIST(VIEW_HELP_ROW)
+}
+
+static void draw_help(viewer *v)
+{
+    double s = stp_ui_scale(v->ui);
+    double width = fmin(620.0 * s, v->layout.width - 20.0 * s);
+    double height = fmin(680.0 * s, v->layout.height - 20.0 * s);
+    const stp_ui_rect rect = {0.5 * (v->layout.picture_width - width) > 10.0 * s
+                                  ? 0.5 * (v->layout.picture_width - width)
+                                  : 10.0 * s,
+                              0.5 * (v->layout.height - height), width, height};
+    if (!v->help)
+        return;
+    if (stp_ui_dialog_begin("Mouse and keys", &rect, &v->help))
+        help_rows();
+    stp_ui_panel_end();
+}
+
+void view_marks_draw(viewer *v)
+{
+    const stp_ui_rect picture = {0.0, v->layout.height - v->layout.picture_height,
+                                 v->layout.picture_width, v->layout.picture_height};
+    stp_ui_clip_push(&picture);
+    draw_clip(v);
+    draw_measure(v);
+    draw_pivot(v);
+    draw_status(v);
+    stp_ui_clip_pop();
+    draw_help(v);
+}

@@ -1,0 +1,192 @@
+/* Sections of the panel about how the picture looks: quality, colour, surface and light. */
+#include "tools/view/view_app.h"
+
+#include "runtime/class_legend.h"
+#include "runtime/draw/filter.h"
+
+#include <stdio.h>
+
+#define ALL 0xffffffffu
+#define FPS_AT_FIRST 24.0
+
+/* What --fps holds, and how the picture stands. */
+static void pace_rows(viewer *v)
+{
+    char text[120];
+    bool holds = v->fps > 0.0;
+    if (stp_ui_check("hold a frame rate", &holds)) {
+        v->fps = holds ? FPS_AT_FIRST : 0.0;
+        v->control.changed = true;
+    }
+    stp_ui_hint("coarser while the camera moves; at rest finer, up to every sample");
+    if (holds)
+        stp_ui_slider("frames a second", &v->fps, 5.0, 120.0, "%.0f", true);
+    if (holds && v->pace.fps > 0.0 && !stp_pace_holds(&v->pace))
+        stp_ui_note("Closing gaps alone takes longer than that: make the window smaller.");
+    if (v->loading)
+        snprintf(text, sizeof text, "loading");
+    else if (v->resting)
+        snprintf(text, sizeof text, "being refined");
+    else if (!v->stats.cut_complete)
+        snprintf(text, sizeof text, "%u chunks are missing", v->stats.chunks_missing);
+    else if (v->stats.every_sample)
+        snprintf(text, sizeof text, "complete, every sample");
+    else
+        snprintf(text, sizeof text, "complete, at %.3g px", v->drawn_px);
+    stp_ui_row("picture", text);
+}
+
+void view_panel_quality(viewer *v)
+{
+    stp_draw_params *p = &v->control.params;
+    int lod = (int)p->lod;
+    bool changed = false;
+    stp_ui_disable_begin(p->every_sample || p->lod == STP_LOD_FULL);
+    changed |= stp_ui_slider("threshold", &p->threshold_px, VIEW_THRESHOLD_LEAST_PX,
+                             VIEW_THRESHOLD_MOST_PX, "%.2f px", true);
+    stp_ui_disable_end();
+    stp_ui_hint("no sample is drawn further from the surface it stands for");
+    changed |= stp_ui_check("every sample", &p->every_sample);
+    if (stp_ui_choice("levels", &lod, "auto|geometry shader|compute shader|cpu|full", ALL)) {
+        p->lod = (stp_lod)lod;
+        changed = true;
+    }
+    changed |= stp_ui_slider("largest disc", &p->radius_cap_px, 1.0, 32.0, "%.1f px", true);
+    stp_ui_hint("coarser samples are not drawn larger than this");
+    pace_rows(v);
+    v->control.changed |= changed;
+}
+
+/* ---- colour ---- */
+
+static void palette_rows(viewer *v)
+{
+    stp_draw_params *p = &v->control.params;
+    bool elevation = p->colour == STP_COLOUR_ELEVATION;
+    int palette = (int)p->palette;
+    double low = elevation ? v->scene.box.min.z : 0.0;
+    double high = elevation ? v->scene.box.max.z : 1.0;
+    if (stp_ui_choice("palette", &palette, DRAW_PALETTES, ALL)) {
+        p->palette = (stp_palette)palette;
+        v->control.changed = true;
+    }
+    if (!(low < high))
+        return;
+    v->control.changed |= stp_ui_slider("from", &p->colour_range[0], low, high, "%.3f", false);
+    v->control.changed |= stp_ui_slider("to", &p->colour_range[1], low, high, "%.3f", false);
+    if (stp_ui_button("fit to the model"))
+        v->control.wants |= VIEW_WANTS_RANGE;
+}
+
+static bool has(const uint32_t bits[8], int c)
+{
+    return (bits[c / 32] >> c % 32 & 1u) != 0;
+}
+
+static void class_row(viewer *v, int c)
+{
+    stp_draw_params *p = &v->control.params;
+    const char *name = stp_class_name((uint8_t)c);
+    bool shown = !has(p->hidden_classes, c);
+    char text[64];
+    float rgb[3];
+    stp_class_colour((uint8_t)c, rgb);
+    const uint8_t bytes[3] = {(uint8_t)(255.0f * rgb[0]), (uint8_t)(255.0f * rgb[1]),
+                              (uint8_t)(255.0f * rgb[2])};
+    stp_ui_push_id(c);
+    stp_ui_swatch(bytes);
+    stp_ui_same_line();
+    snprintf(text, sizeof text, "%d  %s", c, name != NULL ? name : "");
+    if (stp_ui_check(text, &shown)) {
+        p->hidden_classes[c / 32] ^= 1u << c % 32;
+        v->control.changed = true;
+    }
+    stp_ui_pop_id();
+}
+
+/* Those of the models, with a box each that hides it. */
+static void legend(viewer *v)
+{
+    uint32_t *hidden = v->control.params.hidden_classes;
+    for (int c = 0; c < 256; c++)
+        if (has(v->model_classes, c) || has(hidden, c))
+            class_row(v, c);
+    if (stp_filter_hides_classes(&v->control.params) && stp_ui_button("show all classes")) {
+        for (int k = 0; k < 8; k++)
+            hidden[k] = 0;
+        v->control.changed = true;
+    }
+}
+
+void view_panel_colour(viewer *v)
+{
+    stp_draw_params *p = &v->control.params;
+    int colour = (int)p->colour;
+    if (stp_ui_choice("of samples", &colour, DRAW_COLOURS, v->control.colours)) {
+        p->colour = (stp_colour)colour;
+        v->control.wants |= VIEW_WANTS_RANGE;
+        v->control.changed = true;
+    }
+    if (p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION)
+        palette_rows(v);
+    if (v->scene.attributes & STP_HAS_CLASS)
+        legend(v);
+}
+
+/* ---- surface and light ---- */
+
+/* What an overlay's colours say. */
+static void overlay_legend(stp_shade shade)
+{
+    static const struct {
+        stp_shade shade;
+        const char *text;
+    } texts[] = {
+        {STP_SHADE_LEVEL, "the level of detail that each sample is of"},
+        {STP_SHADE_CHUNK, "a colour for each chunk of the file"},
+        {STP_SHADE_ERROR, "projected error, from none, black, to the threshold, white"},
+        {STP_SHADE_CONFIDENCE, "green: measured; yellow to red: interpolated, from how coarse a "
+                               "level of the pyramid"},
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (texts[i].shade == shade)
+            stp_ui_note(texts[i].text);
+}
+
+void view_panel_surface(viewer *v)
+{
+    stp_draw_params *p = &v->control.params;
+    int reconstruct = (int)p->reconstruct, shade = (int)p->shade;
+    bool lit = p->edl > 0.0, changed = false;
+    if (stp_ui_choice("gaps", &reconstruct,
+                      "gauss|box|template 3|template 5|template 7|splat|left open: points", ALL)) {
+        p->reconstruct = (stp_reconstruct)reconstruct;
+        changed = true;
+    }
+    stp_ui_disable_begin(p->reconstruct == STP_RECONSTRUCT_POINTS);
+    changed |= stp_ui_check("smooth edges", &p->smooth_edges);
+    stp_ui_disable_end();
+    stp_ui_hint("outlines cover their pixels in part, as far as the discs reach");
+    if (stp_ui_choice("shows", &shade, DRAW_SHADES, ALL)) {
+        p->shade = (stp_shade)shade;
+        changed = true;
+    }
+    overlay_legend(p->shade);
+    if (p->shade >= STP_SHADE_LEVEL)
+        changed |= stp_ui_slider("mixed in", &p->overlay, 0.0, 1.0,
+                                 p->overlay > 0.0 ? "%.2f" : "alone, unlit", false);
+    if (stp_ui_check("eye-dome lighting", &lit)) {
+        p->edl = lit ? 1.0 : 0.0;
+        changed = true;
+    }
+    if (lit)
+        changed |= stp_ui_slider("strength", &p->edl, 0.1, 5.0, "%.2f", true);
+    int cull = (int)p->cull;
+    if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
+        p->cull = (stp_cull)cull;
+        changed = true;
+    }
+    stp_ui_hint(
+        "auto leaves out what is proven hidden, none nothing, back all that is known to face away");
+    v->control.changed |= changed;
+}

@@ -1,0 +1,101 @@
+/* The list of models. */
+#include "tools/view/view_scene.h"
+
+#include "base/memory.h"
+#include "tools/view/view_files.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The first name in quotes of well-known text: PROJCS["ETRS89 / UTM zone 32N",... */
+static void read_system(const char *wkt, char *out, size_t bytes)
+{
+    const char *begin = strchr(wkt, '"');
+    if (begin != NULL)
+        snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
+}
+
+/* "a.las and 3 more", and the coordinate system: what metadata say. */
+static void read_metadata(view_model *m)
+{
+    const stp_chunk_file_info *info = m->model->info;
+    cJSON *json = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *sources = cJSON_GetObjectItemCaseSensitive(json, "sources");
+    const cJSON *first = cJSON_GetArrayItem(sources, 0);
+    const cJSON *name = cJSON_GetObjectItemCaseSensitive(first, "name");
+    const cJSON *wkt = cJSON_GetObjectItemCaseSensitive(first, "wkt");
+    int more = cJSON_GetArraySize(sources) - 1;
+    if (cJSON_IsString(name) && more > 0)
+        snprintf(m->sources, sizeof m->sources, "%.120s and %d more", name->valuestring, more);
+    else if (cJSON_IsString(name))
+        snprintf(m->sources, sizeof m->sources, "%.150s", name->valuestring);
+    if (cJSON_IsString(wkt))
+        read_system(wkt->valuestring, m->system, sizeof m->system);
+    cJSON_Delete(json);
+}
+
+static void close_model(view_model *m)
+{
+    stp_model_close(&m->model);
+    free(m->path);
+    *m = (view_model){0};
+}
+
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    view_model m = {0};
+    if (scene->count == VIEW_MODELS_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "%s: there are %d models already: remove one", path,
+                             VIEW_MODELS_LIMIT);
+    for (size_t i = 0; i < scene->count; i++)
+        if (strcmp(scene->models[i].path, path) == 0)
+            return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
+    STP_TRY(stp_text_copy(&m.path, path, "a path", err));
+    STP_TRY(draw_options_open(options, path, &m.model, err));
+    m.name = view_files_base(stp_chunk_file_path(m.model->file));
+    read_metadata(&m);
+    scene->models[scene->count++] = m;
+    m = (view_model){0};
+    view_scene_update(scene);
+done:
+    close_model(&m);
+    return status;
+}
+
+void view_scene_remove(view_scene *scene, size_t index)
+{
+    close_model(&scene->models[index]);
+    memmove(scene->models + index, scene->models + index + 1,
+            (scene->count - index - 1) * sizeof *scene->models);
+    scene->models[--scene->count] = (view_model){0};
+    view_scene_update(scene);
+}
+
+void view_scene_update(view_scene *scene)
+{
+    bool any = false;
+    for (size_t i = 0; i < scene->count; i++)
+        any = any || !scene->models[i].hidden;
+    scene->box = stp_dbox_empty();
+    scene->point_count = 0;
+    scene->attributes = 0;
+    for (size_t i = 0; i < scene->count; i++) {
+        const stp_chunk_file_info *info = scene->models[i].model->info;
+        if (any && scene->models[i].hidden)
+            continue;
+        stp_dbox_join(&scene->box, &info->box);
+        scene->point_count += info->point_count;
+        scene->attributes |= info->attributes;
+    }
+    scene->ball = scene->count == 1 ? scene->models[0].model->ball : stp_ball_from_box(&scene->box);
+}
+
+void view_scene_clear(view_scene *scene)
+{
+    while (scene->count > 0)
+        close_model(&scene->models[--scene->count]);
+}

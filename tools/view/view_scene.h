@@ -1,0 +1,41 @@
+/* The models that the viewer shows at once.
+ * Threads: the main thread only. */
+#ifndef STP_TOOLS_VIEW_VIEW_SCENE_H
+#define STP_TOOLS_VIEW_VIEW_SCENE_H
+
+#include "tools/draw/draw_options.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define VIEW_MODELS_LIMIT 32
+
+typedef struct view_model {
+    char *path;
+    const char *name; /* the end of the path, or of the address, without secrets */
+    stp_model *model;
+    bool hidden;
+    char sources[160]; /* what it was made of */
+    char system[160];  /* of its coordinates; "" if it does not say */
+} view_model;
+
+/* Zero is empty. */
+typedef struct view_scene {
+    view_model models[VIEW_MODELS_LIMIT];
+    size_t count;
+    stp_dbox box; /* of those that are shown, or of all where none is */
+    stp_ball ball;
+    uint64_t point_count; /* likewise */
+    uint32_t attributes;  /* STP_HAS_* of any */
+} view_scene;
+
+/* options: where models of web servers are kept. Errors: those of draw_options_open; LIMIT, EXISTS
+ * (it is there already), OUT_OF_MEMORY. */
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err);
+void view_scene_remove(view_scene *scene, size_t index);
+/* Recomputes box and counts after models were shown or hidden. */
+void view_scene_update(view_scene *scene);
+void view_scene_clear(view_scene *scene);
+
+#endif
