@@ -91,9 +91,9 @@ typedef enum stp_lod {
 #define STP_LOD_LAST STP_LOD_FULL
 
 typedef enum stp_reconstruct {
-    STP_RECONSTRUCT_GAUSS = 0, /* CG08 */
-    STP_RECONSTRUCT_BOX = 1,   /* PBG07 */
-    /* TUT08, with windows of 3, 5 and 7 pixels: smoother outlines, several times as slow */
+    STP_RECONSTRUCT_GAUSS = 0, /* MKC08 */
+    STP_RECONSTRUCT_BOX = 1,   /* MKC07 */
+    /* Mar08, with windows of 3, 5 and 7 pixels: smoother outlines, several times as slow */
     STP_RECONSTRUCT_TEMPLATE3 = 2,
     STP_RECONSTRUCT_TEMPLATE5 = 3,
     STP_RECONSTRUCT_TEMPLATE7 = 4,

@@ -1,4 +1,4 @@
-/* Leaves of a plant's mesh to ribbons (CG08, section 4.3, generalised).
+/* Leaves of a plant's mesh to ribbons (MKC08, section 4.3, generalised).
  *
  * A leaf is a small part all of whose vertices lie on its one border. The border is read as a
  * ribbon in every way there is: its vertices are taken in pairs that face each other across a line

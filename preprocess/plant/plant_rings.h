@@ -1,4 +1,4 @@
-/* Rings of vertices in a plant's piece, one after the other along a branch (CG08, section 4.3).
+/* Rings of vertices in a plant's piece, one after the other along a branch (MKC08, section 4.3).
  *
  * Found by topology alone: from a ring on, the triangles around its vertices that are not taken yet
  * must be those of one section, whose other vertices are the next ring: one closed row of three or

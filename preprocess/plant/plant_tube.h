@@ -1,4 +1,4 @@
-/* Branches of a plant's mesh to tubes (CG08, section 4.3): each ring of a chain becomes a vertex.
+/* Branches of a plant's mesh to tubes (MKC08, section 4.3): each ring of a chain becomes a vertex.
  *
  * Its position is the ring's mean, its direction the mean of the segments' at its sides. Its radius
  * is the ring's length around, seen along the tube, over 2 pi: by Cauchy's formula a convex outline

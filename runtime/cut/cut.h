@@ -1,7 +1,7 @@
 /* The cut through the chunk tree: which chunks are drawn, and which patches of them are left to
  * their children.
  *
- * Every patch of a chunk draws from one child only (DESIGN "The tree"), so refinement is child by
+ * Every patch of a chunk draws from one child only, so refinement is child by
  * child: a chunk is drawn but for the patches of the children that are drawn. Where the file links
  * the patches of both, it is patch by patch: a patch whose finest level does is drawn though its
  * child is there, and the child leaves out what that patch stands for (runtime/cut/sight.c). Most

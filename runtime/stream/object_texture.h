@@ -2,7 +2,7 @@
  *
  * One buffer of 16-byte samples that shaders fetch texels of and that is also a vertex buffer; for
  * each sample the index of its patch; the patches; the resident chunks, rewritten each frame.
- * Source: TUT08, "Object Texture". Threads: the render thread. */
+ * Source: Mar08, "Object Texture". Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 

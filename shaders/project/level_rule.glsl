@@ -2,7 +2,7 @@
  *
  * One source for both sides: included by the shaders, and by runtime/cut/level_rule.h as C. Written in
  * the common subset of C and GLSL: scalar floats only. Source: Dachsbacher et al. 2003 (sequential
- * point trees); ALGORITHMS "Choosing the level":
+ * point trees); docs/algorithms.md, "Choosing the level":
  *
  *     error(l) = f min(e_l sin(alpha) + e_t,l, |(e_l, e_t,l)|) / (z cos(theta))          pixels
  *
@@ -83,7 +83,7 @@ STP_RULE bool stp_rule_is_silhouette(float sin_alpha)
  * worse than an error: a difference of the whole range over one pixel counts as colour_weight pixels.
  * The first pixel of the radius is free: what discs average there, a pixel averages, too.
  * error_px: stp_rule_error; radius_px: the greatest of the level; variation: 0 to 1
- * (formats/chunk/measure/patch_bounds.h); error_weight: more than 1 where outlines may be. ALGORITHMS
+ * (formats/chunk/measure/patch_bounds.h); error_weight: more than 1 where outlines may be. docs/algorithms.md,
  * "Choosing the level". */
 STP_RULE bool stp_rule_fits(float error_px, float radius_px, float variation, float error_weight,
                             float colour_weight, float threshold, float cap)

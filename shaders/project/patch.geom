@@ -1,5 +1,5 @@
 // Chooses the levels of the patch's quarters and emits their samples out of the Object Texture (Marroquim et al.,
-// TUT08, "Object Texture"). Instanced: each invocation emits its share.
+// Mar08, "Object Texture"). Instanced: each invocation emits its share.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,4 +1,4 @@
-// Where a pixel sees a segment or a triangle: a disc there (CG08, section 4). Needs layout.glsl, patch.glsl,
+// Where a pixel sees a segment or a triangle: a disc there (MKC08, section 4). Needs layout.glsl, patch.glsl,
 // project.glsl, pixel.glsl, ellipse.glsl.
 
 stp_disc stp_vertex_fetch(uint index, vec4 lattice)

@@ -1,5 +1,5 @@
 // Chooses the level of a strip's patch, as patch.geom does, and emits the polyline through the vertices that stay
-// (CG08, section 4.1), but where it is a ribbon wider than a pixel: ribbon.geom emits that. Instanced: each invocation emits its share of the segments.
+// (MKC08, section 4.1), but where it is a ribbon wider than a pixel: ribbon.geom emits that. Instanced: each invocation emits its share of the segments.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

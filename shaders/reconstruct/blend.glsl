@@ -1,5 +1,5 @@
 // What pull, push and templates share: the front-most of some candidates, and the mean of those that belong
-// to its surface. box averages radii (PBG07), all others their squares. Straight-line code without indexed arrays:
+// to its surface. box averages radii (MKC07), all others their squares. Straight-line code without indexed arrays:
 // software rasterisers run both sides of every branch, and pay for arrays in memory. Needs pixel.glsl.
 
 struct stp_blend {

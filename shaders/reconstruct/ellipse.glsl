@@ -1,4 +1,4 @@
-// The quadratic form of a projected disc (CG08, section 3; ours is exact off the axis too, see
+// The quadratic form of a projected disc (MKC08, section 3; ours is exact off the axis too, see
 // README.md). Needs pixel.glsl and project.glsl.
 
 // Least semi-axes, pixels: a sample stands for its pixel's neighbourhood at least, and grazing

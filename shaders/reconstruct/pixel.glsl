@@ -98,7 +98,7 @@ bool stp_tag_two_sided(int tag)
     return ((tag - 1) & 8) != 0;
 }
 
-// A tube's normal is its tangent, and its disc faces the eye (CG08, section 4.2). Pictures without lines have none.
+// A tube's normal is its tangent, and its disc faces the eye (MKC08, section 4.2). Pictures without lines have none.
 bool stp_tag_tube(int tag)
 {
     return STP_LINES != 0 && tag != 0 && ((tag - 1) & 3) == STP_KIND_TUBE;

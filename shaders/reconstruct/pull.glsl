@@ -1,5 +1,5 @@
-// Fine to coarse: a pixel of level l out of the four of level l - 1 under it (PBG07; the ellipse test is CG08's, and
-// TUT08's which go on to level l at all). Needs pixel.glsl, ellipse.glsl, blend.glsl, and template.glsl where
+// Fine to coarse: a pixel of level l out of the four of level l - 1 under it (MKC07; the ellipse test is MKC08's, and
+// Mar08's which go on to level l at all). Needs pixel.glsl, ellipse.glsl, blend.glsl, and template.glsl where
 // STP_TEMPLATE.
 
 // A pixel p of level l - 1 as seen from the centre of one of level l; invalid where its ellipse does not reach that, or

@@ -1,5 +1,5 @@
 // Push: pixels that are invalid or hidden behind nearer ellipses are interpolated from four pixels of
-// the next coarser level (biquadratic B-spline weights, PBG07; times the ellipse's Gaussian, CG08).
+// the next coarser level (biquadratic B-spline weights, MKC07; times the ellipse's Gaussian, MKC08).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
 // Where the ellipses of three or four coarse pixels lie around a pixel and none reaches it, the nearest does

@@ -1,4 +1,4 @@
-// Templates (TUT08, section 6): instead of a push, every pixel of level 0 looks for the ellipses that cover it, in
+// Templates (Mar08, section 6): instead of a push, every pixel of level 0 looks for the ellipses that cover it, in
 // a window of STP_TEMPLATE x STP_TEMPLATE pixels of each level ("Templates" in README.md).
 // Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 

@@ -66,8 +66,8 @@ typedef struct reference_level {
 
 /* How level 0 is finished; templates have the side of their window as number. */
 typedef enum reference_filter {
-    REFERENCE_GAUSS = 0, /* CG08 */
-    REFERENCE_BOX = 1,   /* PBG07 */
+    REFERENCE_GAUSS = 0, /* MKC08 */
+    REFERENCE_BOX = 1,   /* MKC07 */
     REFERENCE_SPLAT = 2, /* not out of levels at all: reference_splat */
     REFERENCE_TEMPLATE3 = 3,
     REFERENCE_TEMPLATE5 = 5,

@@ -69,7 +69,7 @@ static void one_disc_is_a_circle(void **state)
     }
 }
 
-/* CG08 asks in the pull too whether the ellipse reaches, so a disc alone may lose its rim; it never
+/* MKC08 asks in the pull too whether the ellipse reaches, so a disc alone may lose its rim; it never
  * covers more than the circle, and always a circle of half the radius. */
 static void gauss_stays_inside_box(void **state)
 {
@@ -309,7 +309,7 @@ static void odd_viewports_and_odd_discs(void **state)
 }
 
 /* Four small discs on the corners of a pixel of level 1: the disc that stands for them has their
- * second moment, with box (PBG07) the mean of their radii, and their centre. */
+ * second moment, with box (MKC07) the mean of their radii, and their centre. */
 static void pulled_radii(void **state)
 {
     (void)state;

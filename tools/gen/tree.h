@@ -3,7 +3,7 @@
  * A trunk carries limbs, these branches, these twigs, these sprigs. Each is a tube of its own that
  * begins on its bearer's axis: rings of 8 (trunk, limbs), 6, 5 and 3 vertices joined by long
  * triangles, tapering, with one vertex as its tip. Twigs and sprigs end in a leaf of four triangles
- * over six vertices, as in CG08, section 4.3: two ends and two pairs between.
+ * over six vertices, as in MKC08, section 4.3: two ends and two pairs between.
  * Units: metres, +y up, the root at the origin. Threads: any. */
 #ifndef STP_TOOLS_GEN_TREE_H
 #define STP_TOOLS_GEN_TREE_H

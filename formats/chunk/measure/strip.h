@@ -1,5 +1,5 @@
 /* What the coarser levels of a strip lose: a polyline of up to 64 vertices, drawn as a polyline
- * through some of them, or as one disc (CG08, section 4, gives the kinds; the levels are ours).
+ * through some of them, or as one disc (MKC08, section 4, gives the kinds; the levels are ours).
  *
  * The polyline is taken as a tube of its half-width. Its part between two vertices that are kept is
  * compared with the straight segment between these, whose half-width, normal and colour change

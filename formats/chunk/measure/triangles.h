@@ -1,5 +1,5 @@
 /* What discs in place of triangles lose: a patch of up to 21 triangles, three corners each
- * (polygons of CG08, section 4; the levels are ours).
+ * (polygons of MKC08, section 4; the levels are ours).
  *
  * A disc of a coarser level stands for the triangles of all corners it covers, wholly. Its
  * perpendicular error is how far they lie over or under its plane: heights over a triangle change

@@ -1,4 +1,4 @@
-/* A mesh as a hybrid surface (CG08, section 4): large triangles stay triangles, of the others the
+/* A mesh as a hybrid surface (MKC08, section 4): large triangles stay triangles, of the others the
  * points are taken.
  *
  * The sampling is the side of a square of which each point has one: of the points wanted over all

@@ -1,4 +1,4 @@
-/* Polylines of a model: ribbons and tubes (CG08, section 4). Threads: any once filled. */
+/* Polylines of a model: ribbons and tubes (MKC08, section 4). Threads: any once filled. */
 #ifndef STP_FORMATS_SCAN_MESH_LINE_SET_H
 #define STP_FORMATS_SCAN_MESH_LINE_SET_H
 

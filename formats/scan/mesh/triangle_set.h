@@ -1,4 +1,4 @@
-/* Triangles of a model that are drawn as such (polygons of CG08, section 4). Threads: any once
+/* Triangles of a model that are drawn as such (polygons of MKC08, section 4). Threads: any once
  * filled. */
 #ifndef STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
 #define STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
