@@ -14,6 +14,9 @@
 
 #include <cmocka.h>
 
+#include "tests/support/display.h"
+#include "tests/support/fault_server.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -29,16 +32,21 @@
 
 #define INJECT_ARGUMENTS 16
 #define INJECT_FILES 64
-#define INJECT_NAMES 64
+#define INJECT_NAMES 80
+/* Stands for the address of in/a.stipple on a web server. */
+#define INJECT_ADDRESS "@"
 /* No command here takes a second. */
 #define INJECT_PATIENCE_S 120
 
-/* A program's arguments; inputs lie in in/, what it writes goes to out/. */
+/* A program's arguments; inputs lie in in/, what it writes goes to out/,
+ * and what it keeps of a server's file to cache/. */
 typedef struct injected {
     const char *arguments[INJECT_ARGUMENTS];
-    bool draws;  /* needs the renderer */
-    bool slow;   /* only where all points are tried */
-    bool varies; /* what it writes tells of times: not compared */
+    bool draws;     /* needs the renderer */
+    bool views;     /* needs a display; ends once it is at rest */
+    bool slow;      /* only where all points are tried */
+    bool varies;    /* what it writes tells of times: not compared */
+    unsigned every; /* where all points are tried, each so many-th; 0: all */
 } injected;
 
 /* The files of a folder and its sub-folders by name, and what is in them. */
@@ -51,6 +59,7 @@ typedef struct inject_folder {
 
 typedef struct inject_state {
     const injected *command;
+    fault_server server;
     char program[4096], shim[4096];
     char *output; /* of a run that nothing disturbs, */
     inject_folder in, out;
@@ -130,32 +139,48 @@ static void inject_empty(const char *path)
     assert_int_equal(system(command), 0);
 }
 
+/* What a run wrote, the cache of a server's file included. */
+static void inject_clear(void)
+{
+    inject_empty("out");
+    inject_empty("cache");
+}
+
+/* Becomes the program, with the shim where it has a use. */
+static void inject_become(const inject_state *s, const char *failing, const char *counts)
+{
+    char *arguments[INJECT_ARGUMENTS + 2] = {(char *)s->program};
+    for (int i = 0; i < INJECT_ARGUMENTS && s->command->arguments[i]; i++)
+        arguments[i + 1] = strcmp(s->command->arguments[i], INJECT_ADDRESS) == 0
+                               ? (char *)s->server.address
+                               : (char *)s->command->arguments[i];
+    int output = open("stdout", O_CREAT | O_TRUNC | O_WRONLY, 0666);
+    int errors = open("stderr", O_CREAT | O_TRUNC | O_WRONLY, 0666);
+    dup2(output, 1);
+    dup2(errors, 2);
+    if (counts)
+        setenv("STIPPLE_INJECT_COUNTS", counts, 1);
+    if (failing)
+        setenv("STIPPLE_INJECT", failing, 1);
+    if (s->command->views)
+        setenv("STIPPLE_INJECT_REST", "1", 1);
+    if (failing || counts || s->command->views)
+        setenv("LD_PRELOAD", s->shim, 1);
+    alarm(INJECT_PATIENCE_S);
+    execv(s->program, arguments);
+    _exit(127);
+}
+
 /* Runs the command; `failing` is for the shim, NULL for a run without it. Its exit code, or minus
  * the signal that ended it. */
 static int inject_run(const inject_state *s, const char *failing, const char *counts)
 {
+    int status = 0;
     fflush(NULL);
     pid_t pid = fork();
     assert_true(pid >= 0);
-    if (pid == 0) {
-        char *arguments[INJECT_ARGUMENTS + 2] = {(char *)s->program};
-        for (int i = 0; i < INJECT_ARGUMENTS && s->command->arguments[i]; i++)
-            arguments[i + 1] = (char *)s->command->arguments[i];
-        int output = open("stdout", O_CREAT | O_TRUNC | O_WRONLY, 0666);
-        int errors = open("stderr", O_CREAT | O_TRUNC | O_WRONLY, 0666);
-        dup2(output, 1);
-        dup2(errors, 2);
-        if (counts)
-            setenv("STIPPLE_INJECT_COUNTS", counts, 1);
-        if (failing)
-            setenv("STIPPLE_INJECT", failing, 1);
-        if (failing || counts)
-            setenv("LD_PRELOAD", s->shim, 1);
-        alarm(INJECT_PATIENCE_S);
-        execv(s->program, arguments);
-        _exit(127);
-    }
-    int status = 0;
+    if (pid == 0)
+        inject_become(s, failing, counts);
     assert_int_equal(waitpid(pid, &status, 0), pid);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
@@ -257,7 +282,7 @@ static void inject_check(inject_state *s, const char *failing)
             inject_say(s, failing, again, "after the next run:", differs ? differs : "");
         inject_forget(&out);
     }
-    inject_empty("out");
+    inject_clear();
     inject_forget(&in);
     free(said);
     free(output);
@@ -269,11 +294,11 @@ static void inject_learn(inject_state *s, const injected *command)
     s->command = command;
     s->names = 0;
     s->in = inject_list("in");
-    inject_empty("out");
+    inject_clear();
     assert_int_equal(inject_run(s, NULL, "counts"), 0);
     s->output = inject_read("stdout", &size);
     s->out = inject_written(command);
-    inject_empty("out");
+    inject_clear();
     FILE *f = fopen("counts", "r");
     assert_non_null(f);
     while (s->names < INJECT_NAMES &&
@@ -297,12 +322,20 @@ static unsigned inject_ways(const char *name, int errors[4], const char *modes[4
         return WAY(ENOMEM, ""), WAY(ENOMEM, "on"), count;
     if (inject_is(name, "pthread_create pthread_mutex_init pthread_cond_init"))
         return WAY(EAGAIN, ""), WAY(EAGAIN, "on"), count;
-    if (inject_is(name, "open openat fopen opendir mkostemp memfd_create"))
+    if (inject_is(name, "open openat __openat_2 fopen opendir mkostemp memfd_create socket"))
         return WAY(EMFILE, ""), WAY(EACCES, ""), count;
     if (inject_is(name, "read pread"))
         return WAY(EIO, ""), WAY(EINTR, ""), WAY(0, "short"), count;
     if (inject_is(name, "write pwrite"))
         return WAY(ENOSPC, ""), WAY(EIO, "on"), WAY(EINTR, ""), WAY(0, "short"), count;
+    if (inject_is(name, "connect"))
+        return WAY(ECONNREFUSED, ""), WAY(ENETUNREACH, "on"), count;
+    if (inject_is(name, "recv"))
+        return WAY(ECONNRESET, ""), WAY(ECONNRESET, "on"), WAY(EINTR, ""), WAY(0, "short"), count;
+    if (inject_is(name, "send"))
+        return WAY(EPIPE, ""), WAY(ECONNRESET, "on"), WAY(EINTR, ""), WAY(0, "short"), count;
+    if (inject_is(name, "getaddrinfo"))
+        return WAY(EAGAIN, ""), WAY(EAGAIN, "on"), count;
     if (inject_is(name, "poll"))
         return WAY(EINTR, ""), count;
     if (inject_is(name, "fwrite fputc fflush fclose posix_fallocate"))
@@ -330,9 +363,10 @@ static void inject_command(inject_state *s, const injected *command, bool all)
         unsigned ways = inject_ways(s->name[i], errors, modes), count = s->count[i];
         if (count == 0)
             continue;
-        unsigned first = all ? 1 : inject_one(s->name[i], count), last = all ? count : first;
+        unsigned first = all ? 1 : inject_one(s->name[i], count), last = all ? count : first,
+                 step = command->every != 0 ? command->every : 1;
         for (unsigned way = 0; way < ways; way++) {
-            for (unsigned n = first; n <= last; n++) {
+            for (unsigned n = first; n <= last; n += step) {
                 char failing[96];
                 snprintf(failing, sizeof failing, "%s %u %d %s", s->name[i], n, errors[way],
                          modes[way]);

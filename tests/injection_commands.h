@@ -37,6 +37,12 @@ static const injected injection_commands[] = {
                    "out/d.exr", "-q"},
      .draws = true},
     {.arguments = {"compare", "in/a.png", "in/b.png"}, .draws = true},
+    {.arguments = {"info", INJECT_ADDRESS}},
+    {.arguments = {"export", INJECT_ADDRESS, "-o", "out/e.ply", "-q"}, .slow = true},
+    {.arguments = {"render", INJECT_ADDRESS, "-o", "out/p.png", "--size", "32x32", "--cache",
+                   "cache", "-q"},
+     .draws = true,
+     .slow = true},
     {.arguments = {"fly", "in/a.stipple", "--path", "in/p.json", "-o", "out/f", "--rate", "2",
                    "--size", "16x16", "-q"},
      .draws = true,
@@ -46,6 +52,14 @@ static const injected injection_commands[] = {
      .draws = true,
      .varies = true,
      .slow = true},
+    {.arguments = {"view", "in/a.stipple", "--size", "64x64", "-q"},
+     .views = true,
+     .slow = true,
+     .every = 7},
+    {.arguments = {"view", INJECT_ADDRESS, "--size", "64x64", "--timeout", "5", "-q"},
+     .views = true,
+     .slow = true,
+     .every = 20},
 };
 
 static bool injection_draws(const inject_state *s)
@@ -91,6 +105,18 @@ static void injection_prepare(inject_state *s)
     injection_flip("in/a.stipple", "in/flip.stipple");
 }
 
+/* A server of in/a.stipple, and folders of the viewer's and the cache's own. */
+static void injection_serve(inject_state *s)
+{
+    size_t size;
+    char *bytes = inject_read("in/a.stipple", &size), state[4096];
+    assert_true(fault_server_create(&s->server, bytes, size));
+    free(bytes);
+    assert_non_null(getcwd(state, sizeof state - 8));
+    strcat(state, "/state");
+    assert_int_equal(setenv("XDG_STATE_HOME", state, 1), 0);
+}
+
 static bool injection_all;
 
 static void calls_fail_once(void **state)
@@ -98,9 +124,10 @@ static void calls_fail_once(void **state)
     inject_state s = {.tried = 0};
     (void)state;
     injection_prepare(&s);
-    bool draws = injection_draws(&s);
+    injection_serve(&s);
+    bool draws = injection_draws(&s), views = draws && injection_all && display_start();
     for (size_t i = 0; i < sizeof injection_commands / sizeof *injection_commands; i++) {
-        if ((injection_commands[i].draws && !draws) ||
+        if ((injection_commands[i].draws && !draws) || (injection_commands[i].views && !views) ||
             (injection_commands[i].slow && !injection_all))
             continue;
         unsigned tried = s.tried, wrong = s.wrong;
@@ -109,6 +136,8 @@ static void calls_fail_once(void **state)
                       injection_commands[i].arguments[0], injection_commands[i].arguments[1]);
     }
     print_message("%6u tried, %u wrong\n", s.tried, s.wrong);
+    display_stop();
+    fault_server_destroy(&s.server);
     assert_true(s.tried > 300);
     assert_int_equal(s.wrong, 0);
     char folder[4096], command[4200];
