@@ -4,7 +4,7 @@
 static void bad_servers_do_no_harm(void **state)
 {
     (void)state;
-    server_run_modes(22, 13, false);
+    server_run_modes(21, 17, false);
 }
 
 int main(void)
