@@ -18,8 +18,9 @@ typedef struct stp_neighbours {
 } stp_neighbours;
 
 /* Writes the lists of the points at count places of the locale's cloud, ascending: to lists k
- * places each (NULL: not wanted), and to points[i].spacing s = d_k sqrt(pi / k) (docs/algorithms.md,
- * "Radius"; 0 where a point has no distinct neighbour). Errors: OUT_OF_MEMORY. */
+ * places each (NULL: not wanted), and to points[i].spacing s = d_k sqrt(pi / k)
+ * (docs/algorithms.md, "Radius"; 0 where a point has no distinct neighbour). Errors: OUT_OF_MEMORY.
+ */
 stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint32_t *places,
                                uint32_t count, uint32_t *lists, stp_cloud_point *points,
                                stp_error *err);

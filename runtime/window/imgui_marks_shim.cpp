@@ -11,8 +11,9 @@ namespace
 template <typename Body> void guard(Body body) noexcept
 {
     try {
-        body();
-    } catch (...) {
+        if (!stp_ui_is_exhausted())
+            body();
+    } catch (...) { /* ImGui's memory ran out, which its allocator has noted */
     }
 }
 

@@ -1,6 +1,8 @@
 /* Dear ImGui behind C functions. */
 #include "runtime/window/imgui_shim.h"
 
+#include "runtime/window/imgui_look_shim.h"
+
 #include <imgui.h>
 #include <imgui_internal.h>
 
@@ -8,6 +10,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -21,97 +24,47 @@ struct stp_ui {
 namespace
 {
 
-constexpr float TEXT_PX = 15.0f;
 /* Of a row, to where its value begins; and of a panel, what widgets take before their labels. */
 constexpr float VALUE_COLUMN = 0.36f, WIDGET_SHARE = 0.62f;
+
+/* Memory ran out within a frame, whose panels then stay open: ImGui's, like all its state, a
+ * process's own. */
+bool exhausted;
+
+/* ImGui uses what it asks for without a look at it. */
+void *allocate(size_t size, void *)
+{
+    void *memory = std::malloc(size);
+    if (memory == nullptr) {
+        exhausted = true;
+        throw std::bad_alloc();
+    }
+    return memory;
+}
+
+void give_back(void *memory, void *)
+{
+    std::free(memory);
+}
 
 template <typename Body> void guard(Body body) noexcept
 {
     try {
-        body();
+        if (!exhausted)
+            body();
     } catch (...) {
+        exhausted = true;
     }
 }
 
 template <typename Body> bool ask(Body body) noexcept
 {
     try {
-        return body();
+        return !exhausted && body();
     } catch (...) {
+        exhausted = true;
         return false;
     }
-}
-
-bool readable(const char *path)
-{
-    std::FILE *file = std::fopen(path, "rb");
-    if (file != nullptr)
-        std::fclose(file);
-    return file != nullptr;
-}
-
-/* Text with accents where the system has a font for it; else ImGui's own, of ASCII, in whole
- * multiples of its pixels, so that it stays sharp. */
-void load_font(double scale)
-{
-    static const char *const paths[] = {
-        "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-        "/usr/share/fonts/TTF/DejaVuSans.ttf",
-        "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-        "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
-        "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
-        "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
-    };
-    static const ImWchar ranges[] = {0x20,   0x24f,  0x370,  0x52f,  0x2010, 0x2044,
-                                     0x2190, 0x2193, 0x2200, 0x2265, 0};
-    ImFontAtlas *fonts = ImGui::GetIO().Fonts;
-    fonts->Clear();
-    ImFontConfig config;
-    config.OversampleH = 2;
-    config.PixelSnapH = true;
-    float size = std::floor(TEXT_PX * static_cast<float>(scale) + 0.5f);
-    for (const char *path : paths)
-        if (readable(path) && fonts->AddFontFromFileTTF(path, size, &config, ranges) != nullptr)
-            return;
-    ImFontConfig plain;
-    plain.SizePixels = 13.0f * std::fmax(1.0f, std::floor(static_cast<float>(scale) + 0.5f));
-    fonts->AddFontDefault(&plain);
-}
-
-void set_style(double scale)
-{
-    ImGuiStyle style;
-    ImGui::StyleColorsDark(&style);
-    style.WindowRounding = 0.0f;
-    style.FrameRounding = 3.0f;
-    style.GrabRounding = 3.0f;
-    style.PopupRounding = 3.0f;
-    style.WindowBorderSize = 0.0f;
-    style.WindowPadding = ImVec2(10.0f, 8.0f);
-    style.FramePadding = ImVec2(6.0f, 3.0f);
-    style.ItemSpacing = ImVec2(8.0f, 5.0f);
-    style.ScrollbarSize = 11.0f;
-    ImVec4 *c = style.Colors;
-    c[ImGuiCol_WindowBg] = ImVec4(0.105f, 0.112f, 0.125f, 1.0f);
-    c[ImGuiCol_PopupBg] = ImVec4(0.13f, 0.14f, 0.155f, 0.98f);
-    c[ImGuiCol_FrameBg] = ImVec4(0.19f, 0.205f, 0.23f, 1.0f);
-    c[ImGuiCol_FrameBgHovered] = ImVec4(0.25f, 0.27f, 0.30f, 1.0f);
-    c[ImGuiCol_FrameBgActive] = ImVec4(0.28f, 0.30f, 0.34f, 1.0f);
-    c[ImGuiCol_Header] = ImVec4(0.165f, 0.18f, 0.205f, 1.0f);
-    c[ImGuiCol_HeaderHovered] = ImVec4(0.22f, 0.245f, 0.28f, 1.0f);
-    c[ImGuiCol_HeaderActive] = ImVec4(0.25f, 0.28f, 0.32f, 1.0f);
-    c[ImGuiCol_Button] = ImVec4(0.21f, 0.235f, 0.27f, 1.0f);
-    c[ImGuiCol_ButtonHovered] = ImVec4(0.28f, 0.33f, 0.39f, 1.0f);
-    c[ImGuiCol_ButtonActive] = ImVec4(0.20f, 0.42f, 0.55f, 1.0f);
-    c[ImGuiCol_CheckMark] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
-    c[ImGuiCol_SliderGrab] = ImVec4(0.30f, 0.60f, 0.78f, 1.0f);
-    c[ImGuiCol_SliderGrabActive] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
-    c[ImGuiCol_PlotLines] = ImVec4(0.38f, 0.74f, 0.92f, 1.0f);
-    c[ImGuiCol_PlotHistogram] = ImVec4(0.30f, 0.60f, 0.78f, 1.0f);
-    c[ImGuiCol_TextDisabled] = ImVec4(0.60f, 0.63f, 0.68f, 1.0f);
-    c[ImGuiCol_TitleBgActive] = c[ImGuiCol_Header];
-    style.ScaleAllSizes(static_cast<float>(scale));
-    ImGui::GetStyle() = style;
 }
 
 void set_keys(ImGuiIO &io)
@@ -144,8 +97,8 @@ void rescale(stp_ui *ui, double scale)
     if (ui->scale == scale)
         return;
     ui->scale = scale;
-    set_style(scale);
-    load_font(scale);
+    if (!stp_ui_look_set(scale))
+        throw std::bad_alloc();
     if (ui->draws) {
         ImGui_ImplOpenGL3_DestroyFontsTexture();
         ImGui_ImplOpenGL3_CreateFontsTexture();
@@ -223,12 +176,15 @@ bool field_left()
 stp_status stp_ui_create(stp_ui **out, double scale, const stp_ui_clipboard *clipboard,
                          stp_error *err)
 {
+    stp_ui *ui = nullptr;
+    exhausted = false;
+    ImGui::SetAllocatorFunctions(allocate, give_back, nullptr);
     try {
-        auto *ui = new (std::nothrow) stp_ui;
+        ui = new (std::nothrow) stp_ui;
         if (ui == nullptr)
             return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the panels");
         if (!start(ui, scale, clipboard)) {
-            stop(ui);
+            stp_ui_destroy(&ui);
             return stp_error_set(err, STP_GL,
                                  "the panels cannot be drawn: Dear ImGui finds no "
                                  "OpenGL library: install libGL");
@@ -236,17 +192,24 @@ stp_status stp_ui_create(stp_ui **out, double scale, const stp_ui_clipboard *cli
         *out = ui;
         return STP_OK;
     } catch (...) {
+        stp_ui_destroy(&ui);
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the panels");
     }
 }
 
 void stp_ui_destroy(stp_ui **ui)
 {
-    guard([&] {
+    try {
         if (*ui != nullptr)
             stop(*ui);
-        *ui = nullptr;
-    });
+    } catch (...) { /* what is left is the process's end's */
+    }
+    *ui = nullptr;
+}
+
+bool stp_ui_is_exhausted(void)
+{
+    return exhausted;
 }
 
 void stp_ui_set_scale(stp_ui *ui, double scale)

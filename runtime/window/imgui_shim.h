@@ -6,8 +6,9 @@
  * Between stp_ui_begin and stp_ui_end widgets stand where they are called for, top to bottom; those
  * that change a value return true when the user did. Labels are unique in a panel; what follows
  * "##" in one is not shown.
- * It keeps no file and moves no panel. Errors: only creating can fail; what cannot be drawn is
- * left out. Threads: the thread of the GL context; one a process (ImGui's own state is global). */
+ * It keeps no file and moves no panel. Errors: only creating can fail; if memory runs out later,
+ * nothing is drawn any more and stp_ui_is_exhausted says so. Threads: the thread of the GL context;
+ * one a process (ImGui's own state is global). */
 #ifndef STP_RUNTIME_WINDOW_IMGUI_SHIM_H
 #define STP_RUNTIME_WINDOW_IMGUI_SHIM_H
 
@@ -34,6 +35,8 @@ typedef struct stp_ui_clipboard {
 stp_status stp_ui_create(stp_ui **out, double scale, const stp_ui_clipboard *clipboard,
                          stp_error *err);
 void stp_ui_destroy(stp_ui **ui);
+/* Memory ran out: every call but destroy does nothing from then on. */
+bool stp_ui_is_exhausted(void);
 /* Of the screen the window is on; cheap while it stays the same. Not within a frame. */
 void stp_ui_set_scale(stp_ui *ui, double scale);
 double stp_ui_scale(const stp_ui *ui);

@@ -2,9 +2,10 @@
 // it is used.
 //
 // STIPPLE_INJECT="name n errno [short|on]": the n-th call of that name that the program itself
-// makes, or a library of ours or one that it is built of in C++, fails with that errno. short:
-// reads and writes take half of what was asked, instead. on: so do all calls after it.
+// makes, or a library of ours or one that it is built of in C++, or libcurl, fails with that errno.
+// short: reads and writes take half of what was asked, instead. on: so do all calls after it.
 // STIPPLE_INJECT_COUNTS=FILE: a line "name count" for each name at the end.
+// STIPPLE_INJECT_REST: a program with a window is asked to end (SIGTERM) once it draws no more.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
@@ -22,14 +23,19 @@
 #include <fcntl.h>
 #include <fts.h>
 #include <link.h>
+#include <netdb.h>
 #include <poll.h>
 #include <pthread.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/random.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <sys/xattr.h>
+#include <time.h>
 #include <unistd.h>
 #include <unwind.h>
 
@@ -40,7 +46,10 @@
         X(mmap), X(memfd_create), X(posix_fallocate), X(rename), X(renameat), X(link), X(linkat),  \
         X(unlink), X(unlinkat), X(mkdir), X(rmdir), X(mkostemp), X(opendir), X(fdopendir),         \
         X(readdir), X(fts_open), X(fts_read), X(flock), X(pthread_create), X(pthread_mutex_init),  \
-        X(pthread_cond_init), X(posix_spawnp), X(socketpair), X(poll), X(madvise)
+        X(pthread_cond_init), X(posix_spawnp), X(socketpair), X(poll), X(madvise), X(__openat_2),  \
+        X(renameat2), X(lstat), X(realpath), X(getrandom), X(fsetxattr), X(fgetxattr), X(lseek),   \
+        X(socket), X(connect), X(send), X(recv), X(getaddrinfo), X(getsockname), X(getpeername),   \
+        X(getsockopt), X(setsockopt)
 
 namespace
 {
@@ -112,13 +121,21 @@ int add_ranges(struct dl_phdr_info *info, size_t, void *first)
     return 0;
 }
 
+// libcurl is opened when an address is.
+bool is_curl(const void *caller)
+{
+    struct dl_find_object found;
+    return _dl_find_object(const_cast<void *>(caller), &found) == 0 &&
+           strstr(found.dlfo_link_map->l_name, "libcurl");
+}
+
 bool is_ours(const void *caller)
 {
     uintptr_t at = reinterpret_cast<uintptr_t>(caller);
     for (int i = 0, n = range_count; i < n; i++)
         if (at >= ranges[i].begin && at < ranges[i].end)
             return true;
-    return false;
+    return is_curl(caller);
 }
 
 // A library that is being opened sets itself up before anyone could catch what it throws, with
@@ -267,6 +284,10 @@ TRANSFER(pread, (int file, void *to, size_t size, off_t at), (file, to, size, at
          (file, to, size / 2, at))
 TRANSFER(pwrite, (int file, const void *from, size_t size, off_t at), (file, from, size, at),
          (file, from, size / 2, at))
+TRANSFER(send, (int file, const void *from, size_t size, int flags), (file, from, size, flags),
+         (file, from, size / 2, flags))
+TRANSFER(recv, (int file, void *to, size_t size, int flags), (file, to, size, flags),
+         (file, to, size / 2, flags))
 
 // What is closed stays closed: POSIX leaves that open, Linux does not.
 int close(int file)
@@ -381,6 +402,62 @@ FAIL_BY(-1, int, socketpair, (int domain, int type, int protocol, int *ends),
         (domain, type, protocol, ends))
 FAIL_BY(-1, int, poll, (struct pollfd * files, nfds_t count, int timeout), (files, count, timeout))
 FAIL_BY(-1, int, madvise, (void *at, size_t size, int advice), (at, size, advice))
+FAIL_BY(-1, int, __openat_2, (int folder, const char *path, int flags), (folder, path, flags))
+FAIL_BY(-1, int, renameat2, (int a, const char *from, int b, const char *to, unsigned flags),
+        (a, from, b, to, flags))
+FAIL_BY(-1, int, lstat, (const char *path, struct stat *to), (path, to))
+FAIL_BY(nullptr, char *, realpath, (const char *path, char *to), (path, to))
+FAIL_BY(-1, ssize_t, getrandom, (void *to, size_t size, unsigned flags), (to, size, flags))
+FAIL_BY(-1, int, fsetxattr, (int file, const char *name, const void *value, size_t size, int flags),
+        (file, name, value, size, flags))
+FAIL_BY(-1, ssize_t, fgetxattr, (int file, const char *name, void *value, size_t size),
+        (file, name, value, size))
+FAIL_BY(-1, off_t, lseek, (int file, off_t at, int from), (file, at, from))
+FAIL_BY(-1, int, socket, (int domain, int type, int protocol), (domain, type, protocol))
+FAIL_BY(-1, int, connect, (int file, const struct sockaddr *to, socklen_t size), (file, to, size))
+FAIL_BY(EAI_AGAIN, int, getaddrinfo,
+        (const char *node, const char *service, const struct addrinfo *wanted,
+         struct addrinfo **found),
+        (node, service, wanted, found))
+FAIL_BY(-1, int, getsockname, (int file, struct sockaddr *at, socklen_t *size), (file, at, size))
+FAIL_BY(-1, int, getpeername, (int file, struct sockaddr *at, socklen_t *size), (file, at, size))
+FAIL_BY(-1, int, getsockopt, (int file, int level, int name, void *value, socklen_t *size),
+        (file, level, name, value, size))
+FAIL_BY(-1, int, setsockopt, (int file, int level, int name, const void *value, socklen_t size),
+        (file, level, name, value, size))
+
+// ---- the window at rest ----
+
+static std::atomic<uint64_t> drawn_ns; // when a picture was last shown
+
+static uint64_t now_ns()
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<uint64_t>(now.tv_sec) * 1000000000u + static_cast<uint64_t>(now.tv_nsec);
+}
+
+// A second without a new picture is rest; what never rests, for it asks again for what it could not
+// read, has five.
+static void *end_at_rest(void *)
+{
+    const struct timespec pause = {0, 20000000};
+    const uint64_t begin = now_ns();
+    while (now_ns() - drawn_ns < 1000000000u && now_ns() - begin < 5000000000u)
+        nanosleep(&pause, nullptr);
+    kill(getpid(), SIGTERM);
+    return nullptr;
+}
+
+extern "C" void glfwSwapBuffers(void *window)
+{
+    static auto real = next<void (*)(void *)>("glfwSwapBuffers");
+    static const bool asked = getenv("STIPPLE_INJECT_REST") != nullptr;
+    pthread_t thread;
+    real(window);
+    if (asked && drawn_ns.exchange(now_ns()) == 0)
+        (void)pthread_create(&thread, nullptr, end_at_rest, nullptr);
+}
 
 void *operator new(size_t size)
 {

@@ -1,5 +1,6 @@
-/* `gen tree` to lines: each leaf is one ribbon by MKC08's formula, each ring of a branch a vertex of
- * a tube with the ring's centre and mean width, the thick trunk stays; in any order of the mesh. */
+/* `gen tree` to lines: each leaf is one ribbon by MKC08's formula, each ring of a branch a vertex
+ * of a tube with the ring's centre and mean width, the thick trunk stays; in any order of the mesh.
+ */
 #include "tests/fixtures/plant_fixture.h"
 
 static const double pi = 3.14159265358979323846;

@@ -19,7 +19,6 @@
 #include <unistd.h>
 
 #define REQUEST_LIMIT 8192
-#define TRICKLE_NS 20000000L
 
 typedef struct fault_shared {
     atomic_uint requests;
@@ -43,16 +42,19 @@ typedef struct answer {
 
 static bool send_all(const answer *a, const void *data, size_t size)
 {
-    const struct timespec pause = {0, TRICKLE_NS};
+    static const struct timespec trickle = {.tv_nsec = 20000000}, drip = {.tv_sec = 1};
+    const struct timespec *pause = a->kind == FAULT_TRICKLE ? &trickle
+                                   : a->kind == FAULT_DRIP  ? &drip
+                                                            : NULL;
     const uint8_t *bytes = data;
     while (size > 0) {
-        ssize_t sent = send(a->socket, bytes, a->kind == FAULT_TRICKLE ? 1 : size, MSG_NOSIGNAL);
+        ssize_t sent = send(a->socket, bytes, pause ? 1 : size, MSG_NOSIGNAL);
         if (sent <= 0)
             return false;
         bytes += sent;
         size -= (size_t)sent;
-        if (a->kind == FAULT_TRICKLE)
-            nanosleep(&pause, NULL);
+        if (pause)
+            nanosleep(pause, NULL);
     }
     return true;
 }
@@ -68,10 +70,12 @@ static bool send_body(const answer *a, size_t size)
     return send_all(a, a->body, size);
 }
 
-static void stall(void)
+/* Says nothing until the client has gone. */
+static void stall(const answer *a)
 {
-    for (;;)
-        pause();
+    char heard;
+    while (recv(a->socket, &heard, 1, 0) > 0)
+        continue;
 }
 
 static void endless_headers(const answer *a)
@@ -151,17 +155,20 @@ static bool send_part(const answer *a)
              range, length, a->kind == FAULT_ENCODED ? "Content-Encoding: gzip\r\n" : "");
     if (a->kind == FAULT_STALL_HEADERS) {
         (void)send_all(a, headers, strlen(headers) / 2);
-        stall();
+        stall(a);
+        return false;
     }
     if (!send_text(a, headers))
         return false;
-    if (a->kind == FAULT_VAST)
-        stall();
+    if (a->kind == FAULT_VAST) {
+        stall(a);
+        return false;
+    }
     bool half = a->kind == FAULT_STALL_BODY || a->kind == FAULT_CUT_BODY ||
                 a->kind == FAULT_LENGTH_SHORT || a->kind == FAULT_BODY_SHORT;
     bool sent = send_body(a, half ? a->body_bytes / 2 : a->body_bytes);
     if (a->kind == FAULT_STALL_BODY)
-        stall();
+        stall(a);
     if (a->kind == FAULT_BODY_LONG)
         (void)send_body(a, a->body_bytes);
     return sent && (!half || a->kind == FAULT_LENGTH_SHORT) && a->kind != FAULT_LENGTH_LONG &&
@@ -245,7 +252,7 @@ static bool send_answer(answer *a, uint64_t begin, uint64_t last)
 {
     switch (a->kind) {
     case FAULT_STALL:
-        stall();
+        stall(a);
         return false;
     case FAULT_CUT:
         return false;
@@ -281,7 +288,8 @@ static fault_kind choose_fault(fault_shared *s, const char *request)
 {
     const fault_orders *o = &s->orders;
     unsigned number = atomic_fetch_add(&s->requests, 1);
-    bool asked = number >= o->first && number - o->first < o->count;
+    bool asked = number >= o->first && number - o->first < o->count &&
+                 (o->every == 0 || (number - o->first) % o->every == 0);
     if (asked && o->kind == FAULT_CHANGED)
         atomic_store(&s->changed, true);
     if (o->kind == FAULT_MOVED && strncmp(request, "GET /moved", 10) == 0)

@@ -17,6 +17,7 @@ typedef enum fault_kind {
     FAULT_STALL_HEADERS, /* half of them */
     FAULT_STALL_BODY,    /* half of it */
     FAULT_TRICKLE,       /* a byte every 20 ms, of headers and body */
+    FAULT_DRIP,          /* a byte every second */
     FAULT_CUT,           /* the connection, without an answer */
     FAULT_CUT_BODY,      /* half of it */
     FAULT_GARBAGE,       /* no HTTP */
@@ -53,7 +54,8 @@ typedef enum fault_validator {
 
 typedef struct fault_orders {
     fault_kind kind;
-    unsigned first, count; /* requests that get it */
+    unsigned first, count; /* requests that get it, */
+    unsigned every;        /* and of these only each so many-th, from the first on; 0: all */
     int code, retry_after;
     fault_validator validator;
 } fault_orders;

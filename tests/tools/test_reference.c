@@ -69,8 +69,8 @@ static void one_disc_is_a_circle(void **state)
     }
 }
 
-/* MKC08 asks in the pull too whether the ellipse reaches, so a disc alone may lose its rim; it never
- * covers more than the circle, and always a circle of half the radius. */
+/* MKC08 asks in the pull too whether the ellipse reaches, so a disc alone may lose its rim; it
+ * never covers more than the circle, and always a circle of half the radius. */
 static void gauss_stays_inside_box(void **state)
 {
     (void)state;

@@ -231,6 +231,8 @@ stp_status view_draw(viewer *v, stp_error *err)
         draw_panels(v);
         v->ui_turns--;
     }
+    if (stp_ui_is_exhausted())
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the panels");
 done:
     return status;
 }

@@ -2,8 +2,8 @@
  * patches.
  *
  * A rim that leaves the discs under it is no error where a neighbour's discs go on: only an open
- * border's overhang is (docs/algorithms.md, "Tangential error"). So each centre and rim point is compared
- * with level-0 discs of the chunk and what surrounds it. Over a disc it counts
+ * border's overhang is (docs/algorithms.md, "Tangential error"). So each centre and rim point is
+ * compared with level-0 discs of the chunk and what surrounds it. Over a disc it counts
  *   - how far it lies outside the disc, in the disc's plane,
  *   - what the disc brings from below, and
  *   - of its height over the disc what the perpendicular error e of its quarter, at level 3 of the
