@@ -7,6 +7,7 @@
 #include "runtime/inspect.h"
 #include "runtime/project.h"
 #include "runtime/stipple.h"
+#include "tests/drawn_discs.h"
 #include "tests/support/check.h"
 #include "tests/support/promise.h"
 #include "tests/support/reference.h"
@@ -80,69 +81,6 @@ static inline const stp_resident *gl_fixture_resident(const gl_fixture *f, size_
     return stp_chunk_cache_get(look.cache, stp_chunk_cache_slot(look.cache, draw->chunk));
 }
 
-/* Whether the line of sight to a place in eye space goes through an opening of the frame. */
-static inline bool gl_fixture_seen_through(const stp_gpu_frame *frame, const stp_view *view,
-                                           stp_dvec3 position)
-{
-    for (int i = 0; i < frame->modes[3]; i++) {
-        const float *ball = frame->openings[i];
-        stp_dvec3 from_eye = {(double)ball[0], (double)ball[1], (double)ball[2]};
-        stp_dvec3 at = reference_turn_to_eye(view, from_eye);
-        double part = stp_dvec3_dot(at, position) / stp_dvec3_dot(position, position);
-        part = view->orthographic ? 1.0 : stp_max(0.0, stp_min(1.0, part));
-        stp_dvec3 off = stp_dvec3_sub(at, stp_dvec3_scale(position, part));
-        double nearer = view->orthographic ? off.z : 0.0, radius = (double)ball[3];
-        off.z -= nearer;
-        if (nearer >= -radius && stp_dvec3_length(off) <= radius)
-            return true;
-    }
-    return false;
-}
-
-/* frame: tells which backs are left out. */
-static inline reference_disc gl_fixture_disc(const stp_chunk_entry *entry, const stp_patch *patch,
-                                             const stp_sample *sample, const stp_view *view,
-                                             const stp_gpu_frame *frame)
-{
-    stp_dvec3 n = stp_dvec3_from_float(stp_normal_decode(sample->normal));
-    stp_dvec3 p = stp_dvec3_add(entry->origin, stp_sample_position(sample, patch));
-    const unsigned both = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
-    const unsigned culled = (unsigned)frame->modes[1] & (STP_BACKS_DRAWN - 1u);
-    stp_dvec3 position = reference_to_eye(view, p);
-    return (reference_disc){
-        .position = position,
-        .normal = stp_dvec3_normalize(reference_turn_to_eye(view, n)),
-        .radius = stp_sample_radius(sample, patch),
-        .rgb = {sample->rgb[0] / 255.0, sample->rgb[1] / 255.0, sample->rgb[2] / 255.0},
-        .kind = (unsigned)(sample->flags & STP_SAMPLE_KIND_MASK) >> STP_SAMPLE_KIND_SHIFT,
-        .has_normal = (sample->flags & STP_SAMPLE_HAS_NORMAL) != 0,
-        .oriented = (sample->flags & both) == both,
-        .culled = culled != 0 && (sample->flags & culled) == culled,
-        .seen_through = (frame->modes[1] & STP_BACKS_DRAWN) != 0 ||
-                        gl_fixture_seen_through(frame, view, position),
-    };
-}
-
-/* The samples of a level of a patch, drawn as what `shape` says. splat: strips are wide. */
-static inline void gl_fixture_append_samples(const stp_view *view, const reference_disc *samples,
-                                             unsigned count, unsigned shape, bool splat,
-                                             reference_disc_list *out)
-{
-    for (unsigned i = 0; i < count; i++) {
-        if (shape == STP_PATCH_STRIP && i + 1 < count &&
-            reference_ribbon_is_flat(view, &samples[i], &samples[i + 1]))
-            check_ok(reference_ribbon(view, samples, count, i, out, err));
-        else if (shape == STP_PATCH_STRIP && i + 1 < count && splat)
-            check_ok(reference_segment_wide(view, &samples[i], &samples[i + 1], out, err));
-        else if (shape == STP_PATCH_STRIP && i + 1 < count)
-            check_ok(reference_segment(view, &samples[i], &samples[i + 1], out, err));
-        else if (shape == STP_PATCH_TRIANGLES && i % 3 == 0)
-            check_ok(reference_triangle(view, &samples[i], out, err));
-        else if (shape == 0)
-            check_ok(reference_append(out, &samples[i], err));
-    }
-}
-
 /* The samples of one drawn chunk, in the order they are drawn, appended to discs. splat: as of
  * gl_fixture_append_samples. */
 static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp_view *view,
@@ -159,20 +97,9 @@ static inline void gl_fixture_append(const gl_fixture *f, size_t draw, const stp
         if (!stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw], resident->briefs,
                                 p))
             continue;
-        stp_levels levels = stp_levels_choose(look.frame, &record, patch);
-        reference_disc drawn[STP_PATCH_SAMPLES];
-        unsigned count = 0;
-        for (unsigned q = 0; q < STP_PATCH_QUARTERS && levels.of[q] != STP_LEVEL_SKIP; q++) {
-            int level = levels.of[q];
-            const uint8_t *counts = chunk->patches[p].counts;
-            const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
-            unsigned end = stp_quarter_begin(counts, level, q + 1);
-            for (unsigned i = stp_quarter_begin(counts, level, q); i < end; i++)
-                drawn[count++] =
-                    gl_fixture_disc(entry, &chunk->patches[p], &samples[i], view, look.frame);
-        }
-        unsigned shape = stp_levels_shape(patch, &levels);
-        gl_fixture_append_samples(view, drawn, count, shape, splat, discs);
+        const drawn_patch drawn = {entry, chunk, p, patch,
+                                   stp_levels_choose(look.frame, &record, patch)};
+        check_ok(drawn_append(&drawn, view, look.frame, splat, discs, err));
     }
     stp_chunk_destroy(&chunk);
 }
