@@ -7,10 +7,7 @@
 #include "tests/chunk_fixture.h"
 #include "tests/chunk_reseal.h"
 #include "tests/fuzz/fuzz_memory.h"
-
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+#include "tests/fuzz/fuzz_target.h"
 
 /* Makes strips of two patches in four and triangles of one, whose kinds and flags are right; what
  * they say of their errors need not be. */
