@@ -36,6 +36,8 @@ static inline void fuzz_take_triangles(stp_scan *scan)
     for (uint64_t i = 0; i < set.triangle_count; i++)
         for (int k = 0; k < 3; k++)
             fuzz_require(set.triangles[i][k] < set.vertex_count, "a kept triangle's corners exist");
+    for (uint64_t i = 0; i < set.vertex_count; i++)
+        fuzz_require(isfinite(set.vertices[i].radius), "a triangle's radius is a number");
     stp_triangle_set_clear(&set);
 }
 
