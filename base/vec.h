@@ -65,6 +65,12 @@ static inline stp_dvec3 stp_dvec3_normalize(stp_dvec3 a)
     return length > 0.0 ? stp_dvec3_scale(a, 1.0 / length) : a;
 }
 
+/* How far the farthest of the coordinates is from 0. */
+static inline double stp_dvec3_reach(stp_dvec3 a)
+{
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+
 /* Some right-handed axes of which the third one is a unit vector. */
 static inline void stp_dvec3_axes(stp_dvec3 axes[3], stp_dvec3 third)
 {

@@ -3,6 +3,7 @@
 
 #include "base/checked.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <string.h>
 #include <xxhash.h>
@@ -369,10 +370,10 @@ static bool all_finite(const float *values, int count)
     return true;
 }
 
-static bool all_bounds(const float *values, int count)
+static bool all_bounds(const float *values, int count, double most)
 {
     for (int i = 0; i < count; i++)
-        if (!isfinite(values[i]) || values[i] < 0.0f)
+        if (!(values[i] >= 0.0f && (double)values[i] <= most))
             return false;
     return true;
 }
@@ -385,14 +386,14 @@ static const char *entry_check_numbers(const stp_chunk_entry *e)
     for (int i = 0; i < 3; i++)
         if (e->box_min.raw[i] > e->box_max.raw[i])
             return "its box is empty";
-    if (!all_bounds(&e->cone_angle, 1))
+    if (!all_bounds(&e->cone_angle, 1, (double)FLT_MAX))
         return "its cone's angle is negative or not finite";
-    if (!all_bounds(e->error, STP_LEVEL_COUNT) ||
-        !all_bounds(e->tangential_error, STP_LEVEL_COUNT) ||
-        !all_bounds(e->colour_error, STP_LEVEL_COUNT))
-        return "an error is negative or not finite";
-    if (!all_bounds(&e->radius_min, 1) || !all_bounds(&e->radius_max, 1) ||
-        e->radius_min > e->radius_max || (double)e->radius_max > REACH_LIMIT)
+    if (!all_bounds(e->error, STP_LEVEL_COUNT, REACH_LIMIT) ||
+        !all_bounds(e->tangential_error, STP_LEVEL_COUNT, REACH_LIMIT) ||
+        !all_bounds(e->colour_error, STP_LEVEL_COUNT, (double)FLT_MAX))
+        return "an error is negative or not finite, or reaches too far";
+    if (!all_bounds(&e->radius_min, 1, REACH_LIMIT) ||
+        !all_bounds(&e->radius_max, 1, REACH_LIMIT) || e->radius_min > e->radius_max)
         return "its radius range is negative, reversed or not finite, or reaches too far";
     return NULL;
 }

@@ -31,11 +31,6 @@ void stp_view_set_ball(stp_view *view, const stp_ball *ball)
     view->ball_far = fmax(2.0 * view->near_depth, distance + ball->radius);
 }
 
-static double farthest(stp_dvec3 p)
-{
-    return fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z)));
-}
-
 stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ball *ball, int width,
                            int height, stp_error *err)
 {
@@ -43,10 +38,11 @@ stp_status stp_view_create(stp_view *out, const stp_camera *camera, const stp_ba
         !stp_dvec3_finite(camera->up))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the camera's eye, look or up is not finite: give three numbers each");
-    if (farthest(camera->eye) > REACH_LIMIT || farthest(camera->look) > REACH_LIMIT)
+    const double reach = fmax(stp_dvec3_reach(camera->eye), stp_dvec3_reach(camera->look));
+    if (reach > REACH_LIMIT)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "the camera's eye or look is %g away, and %g is the farthest",
-                             fmax(farthest(camera->eye), farthest(camera->look)), REACH_LIMIT);
+                             "the camera's eye or look is %g away, and %g is the farthest", reach,
+                             REACH_LIMIT);
     bool orthographic = camera->height > 0.0;
     if (!orthographic && !(camera->fovy_deg > 0.0 && camera->fovy_deg < 180.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,

@@ -15,6 +15,13 @@
 #define ELEVATION_LIMIT_DEG 89.0
 /* Of a frame: what rounding may take from a film's last one. */
 #define FRAME_SLACK 1e-6
+/* Between keyframes cameras swing out: this far they stay within what a view may be. */
+#define REACH_LIMIT 1e16
+/* Of the coordinates: an eye that is nearer to what it looks at has no direction that rounding
+ * would not turn. */
+#define NEAREST 1e-12
+#define TIME_LIMIT_S 1e9
+#define TIME_STEP_S 1e-6
 
 struct stp_path {
     stp_keyframe *keys; /* where it loops, the first once more at the end */
@@ -30,9 +37,20 @@ static stp_status check_camera(const stp_camera *camera, const char *name, stp_e
 {
     stp_view view;
     stp_error reason = {0};
-    if (stp_view_create(&view, camera, &(stp_ball){.radius = 1.0}, 1, 1, &reason) == STP_OK)
-        return STP_OK;
-    return stp_error_set(err, STP_INVALID_ARGUMENT, "%s: %.400s", name, reason.message);
+    const double reach = fmax(stp_dvec3_reach(camera->eye), stp_dvec3_reach(camera->look));
+    const double distance = stp_dvec3_length(stp_dvec3_sub(camera->eye, camera->look));
+    if (stp_view_create(&view, camera, &(stp_ball){.radius = 1.0}, 1, 1, &reason) != STP_OK)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "%s: %.400s", name, reason.message);
+    if (reach > REACH_LIMIT)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: its eye or look is %g away, and %g is the farthest of a path",
+                             name, reach, REACH_LIMIT);
+    if (distance < NEAREST * reach)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s: its eye is %g from where it looks, too near for coordinates of "
+                             "%g: move one of them",
+                             name, distance, reach);
+    return STP_OK;
 }
 
 static stp_status check_keyframe(const stp_path_params *params, size_t i, stp_error *err)
@@ -40,14 +58,16 @@ static stp_status check_keyframe(const stp_path_params *params, size_t i, stp_er
     const stp_keyframe *key = &params->keyframes[i];
     char name[64];
     snprintf(name, sizeof name, "keyframe %zu", i + 1);
-    if (!isfinite(key->time_s))
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "%s: its time is not a number of seconds",
-                             name);
-    if (i > 0 && !(key->time_s > params->keyframes[i - 1].time_s))
+    if (!(fabs(key->time_s) <= TIME_LIMIT_S))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s: its time, %.10g s, is not after %.10g s, that of the one before: "
-                             "give times that rise",
-                             name, key->time_s, params->keyframes[i - 1].time_s);
+                             "%s: its time is not a number of seconds from -%g to %g", name,
+                             TIME_LIMIT_S, TIME_LIMIT_S);
+    if (i > 0 && !(key->time_s - params->keyframes[i - 1].time_s >= TIME_STEP_S))
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "%s: its time, %.10g s, is not %g s or more after %.10g s, that of the "
+            "one before: give times that rise",
+            name, key->time_s, TIME_STEP_S, params->keyframes[i - 1].time_s);
     if ((key->camera.height > 0.0) != (params->keyframes[0].camera.height > 0.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s: perspective and orthographic keyframes do not mix: give all of "
@@ -68,10 +88,11 @@ static stp_status check_params(const stp_path_params *params, stp_error *err)
         STP_TRY(check_keyframe(params, i, err));
     double span = params->keyframes[params->count - 1].time_s - params->keyframes[0].time_s;
     if (params->loop && params->loop_s != 0.0 &&
-        !(params->loop_s > span && isfinite(params->loop_s)))
+        !(params->loop_s - span >= TIME_STEP_S && params->loop_s <= TIME_LIMIT_S))
         status = stp_error_set(err, STP_INVALID_ARGUMENT,
-                               "a loop of %.10g s ends before its last keyframe, at %.10g s",
-                               params->loop_s, span);
+                               "a loop of %.10g s ends before its last keyframe, at %.10g s, or "
+                               "is longer than %g s",
+                               params->loop_s, span, TIME_LIMIT_S);
 done:
     return status;
 }

@@ -12,9 +12,10 @@
  * and up go over, smoothly, to those of a rotation (Shoemake 1985) between the keyframes, so a
  * camera between valid ones is valid.
  *
- * Units: seconds, degrees, the world's units; world coordinates as large as you like: only
- * differences are computed with. Ownership: create, load and destroy in pairs. Threads: any
- * (read-only once made). */
+ * Units: seconds, degrees, the world's units. Coordinates reach 1e16, and an eye is 1e-12 of them
+ * or more from what it looks at: then views stay valid between keyframes. Only differences of
+ * coordinates are computed with. Times lie within 1e9 s of 0, 1e-6 s or more apart. Ownership:
+ * create, load and destroy in pairs. Threads: any (read-only once made). */
 #ifndef STP_RUNTIME_CAMERA_PATH_H
 #define STP_RUNTIME_CAMERA_PATH_H
 
@@ -49,8 +50,8 @@ typedef struct stp_turntable {
 typedef struct stp_path stp_path;
 
 /* Errors: EMPTY (no keyframe), INVALID_ARGUMENT (times that do not rise, a camera that
- * stp_view_create would refuse, perspective and orthographic ones mixed; the keyframe is named),
- * LIMIT, OUT_OF_MEMORY. */
+ * stp_view_create would refuse or that is out of the range above, perspective and orthographic ones
+ * mixed; the keyframe is named), LIMIT, OUT_OF_MEMORY. */
 stp_status stp_path_create(stp_path **out, const stp_path_params *params, stp_error *err);
 /* Turns a camera about the axis that points up through what it looks at. Errors: INVALID_ARGUMENT,
  * OUT_OF_MEMORY. */

@@ -13,6 +13,12 @@
 /* Likewise for the sine of the angle between the direction and up. */
 #define ASIDE_LEAST 0.03
 #define ASIDE_ENOUGH 0.2
+/* Least distance of the point looked at, of the eye's coordinates: nearer, both would be one. */
+#define NEAREST 1e-12
+/* Heights, and tangents of half an angle, within which curves stay: any view may have them. */
+#define HEIGHT_LIMIT 0.99e20
+#define TANGENT_LEAST 5.01e-10
+#define TANGENT_MOST 1e15
 
 static const int groups[5] = {STP_CURVE_EYE, STP_CURVE_LOOK, STP_CURVE_UP, STP_CURVE_ZOOM,
                               STP_CURVE_VALUES};
@@ -196,6 +202,16 @@ static stp_dvec3 choose_up(stp_dvec3 up, stp_dvec3 back, const stp_dvec3 rotated
     return most_across(others, back);
 }
 
+/* Height or angle, from the curve's value. */
+static void set_zoom(stp_camera *camera, double value, bool orthographic)
+{
+    const double zoom = exp(value);
+    if (orthographic)
+        camera->height = fmin(fmax(zoom, 1.0 / HEIGHT_LIMIT), HEIGHT_LIMIT);
+    else
+        camera->fovy_deg = 2.0 * atan(fmin(fmax(zoom, TANGENT_LEAST), TANGENT_MOST)) / DEGREES;
+}
+
 stp_camera stp_curve_camera(const stp_curve_knot *a, const stp_curve_knot *b, double time_s)
 {
     double value[STP_CURVE_VALUES], u = (time_s - a->time_s) / (b->time_s - a->time_s);
@@ -214,12 +230,10 @@ stp_camera stp_curve_camera(const stp_curve_knot *a, const stp_curve_knot *b, do
     if (part < 1.0) {
         back = part > 0.0 ? turn(rotated[2], back, part) : rotated[2];
         distance += part * (length - distance);
+        distance = fmax(distance, NEAREST * stp_dvec3_reach(camera.eye));
         camera.look = stp_dvec3_sub(camera.eye, stp_dvec3_scale(back, distance));
     }
     camera.up = choose_up(get(value + STP_CURVE_UP), back, rotated);
-    if (a->orthographic)
-        camera.height = exp(value[STP_CURVE_ZOOM]);
-    else
-        camera.fovy_deg = 2.0 * atan(exp(value[STP_CURVE_ZOOM])) / DEGREES;
+    set_zoom(&camera, value[STP_CURVE_ZOOM], a->orthographic);
     return camera;
 }

@@ -147,6 +147,7 @@ typedef struct wrong_number {
 #define ENTRY 1000
 #define NAN32 0x7fc00000u
 #define INF64 0x7ff0000000000000u
+#define FAR32 0x5ae35fa9u /* 3.2e16 */
 #define MINUS_ONE32 0xbf800000u
 
 static const wrong_number wrong_numbers[] = {
@@ -217,6 +218,8 @@ static const wrong_number wrong_numbers[] = {
     {ENTRY + 168, 4, MINUS_ONE32},
     {ENTRY + 184, 4, NAN32},
     {ENTRY + 200, 4, 0x7f000000u},
+    {ENTRY + 152, 4, FAR32},
+    {ENTRY + 180, 4, FAR32},
     {ENTRY + 204, 4, NAN32},
 };
 

@@ -7,10 +7,7 @@
 #include "tests/fixtures/chunk_fixture.h"
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fuzz/fuzz_memory.h"
-
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+#include "tests/fuzz/fuzz_target.h"
 
 /* Makes strips of two patches in four and triangles of one, whose kinds and flags are right; what
  * they say of their errors need not be. */
@@ -27,13 +24,58 @@ static inline void make_shapes(stp_chunk *chunk)
             patch->flags |= STP_PATCH_CONTINUES;
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             patch->tangential_error[l] = strip ? 0 : patch->tangential_error[l];
-            for (unsigned i = 0; i < patch->counts[l]; i++)
-                chunk->samples[l][chunk->level_begin[l][p] + i].flags |=
-                    (uint8_t)(kind << STP_SAMPLE_KIND_SHIFT);
+            for (unsigned i = 0; i < patch->counts[l]; i++) {
+                stp_sample *sample = &chunk->samples[l][chunk->level_begin[l][p] + i];
+                sample->flags |= (uint8_t)(kind << STP_SAMPLE_KIND_SHIFT);
+                sample->flags &= (uint8_t) ~(strip ? STP_SAMPLE_ORIENTED : 0);
+            }
         }
         if (strip)
             memset(patch->quarter_tangential_error, 0, sizeof patch->quarter_tangential_error);
     }
+}
+
+/* Makes all samples closed. */
+static inline void make_closed(stp_chunk *chunk)
+{
+    const unsigned flags = STP_SAMPLE_CLOSED | STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        stp_patch *patch = &chunk->patches[p];
+        patch->flags =
+            (uint8_t)((patch->flags & ~(unsigned)STP_PATCH_TWO_SIDED) | STP_PATCH_CLOSED);
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            for (unsigned i = 0; i < patch->counts[l]; i++)
+                chunk->samples[l][chunk->level_begin[l][p] + i].flags |= (uint8_t)flags;
+    }
+}
+
+/* Texts in the metadata's stead, with what info, verify and the renderer look for. */
+static const char *const metadata_texts[] = {
+    "{\"closed\":{\"points\":9,\"origin\":[-300,-300,50],\"cell\":500,\"cells\":[1,2,2],"
+    "\"outside\":[1,2,1],\"openings\":[[0,0,100,50],[1,2,3,1e9]]}}",
+    "{\"first_view\":{\"eye\":[0,-900,90],\"look\":[0,0,80],\"up\":[0,0,1],\"fovy_deg\":70,"
+    "\"aspect\":1.5,\"why\":\"interior\"},\"up\":[0,1,0]}",
+    "{\"threshold_px\":1.25,\"shade\":\"unlit\",\"outliers\":{\"marked\":3,\"distance\":6}}",
+    "{\"repaired\":[{\"points_lost\":7,\"stand_ins\":0,\"lost\":[{\"chunk\":1}]}]}",
+    "{\"lines\":{\"strips\":2,\"vertices\":9,\"segments\":7,\"samples\":9},\"triangles\":4,"
+    "\"joined\":{\"greatest\":1,\"mean\":0.5},\"displacement\":{\"greatest\":1e-3,"
+    "\"mean\":1e-4,\"beyond\":2}}",
+};
+
+/* Puts one of the texts there; what follows, the directory, moves. */
+static inline size_t replace_metadata(uint8_t *data, size_t size, size_t capacity, unsigned which)
+{
+    const uint64_t metadata = stp_get_u64(data + 40), directory = stp_get_u64(data + 32);
+    const char *text = metadata_texts[which % (sizeof metadata_texts / sizeof *metadata_texts)];
+    const size_t length = strlen(text);
+    if (metadata < STP_HEADER_BYTES || metadata > directory || directory > size ||
+        metadata + length + (size - directory) > capacity)
+        return size;
+    memmove(data + metadata + length, data + directory, size - directory);
+    memcpy(data + metadata, text, length);
+    stp_put_u64(data + 32, metadata + length);
+    stp_put_u64(data + 48, length);
+    return metadata + length + (size - directory);
 }
 
 static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
@@ -49,6 +91,10 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
         make_shapes(tree.chunks[0]);
         tree.attributes_more = STP_HAS_LINES | STP_HAS_TRIANGLES;
     }
+    if (!(seed & 1u) && seed & 8192u) {
+        make_closed(tree.chunks[0]);
+        tree.attributes_more |= STP_HAS_CLOSED;
+    }
     static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_RAW, STP_CODEC_ZSTD,
                                        STP_CODEC_ZSTD};
     fixture_require(fixture_write(&tree, path, codecs[(seed >> 10 & 1u) | (seed >> 12 & 1u) << 1],
@@ -59,7 +105,7 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
     size = size < capacity ? size : capacity;
     memcpy(data, bytes, size);
     free(bytes);
-    return size;
+    return seed & 16384u ? replace_metadata(data, size, capacity, seed >> 15) : size;
 }
 
 /* Mutates [begin, begin + length) without moving what follows. */
@@ -95,6 +141,8 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
         mutate_in_place(data, size, entry, known ? STP_ENTRY_BYTES : 0);
         return size;
     case 3:
+        if (seed / 8 % 4 == 0)
+            return replace_metadata(data, size, capacity, seed / 32);
         mutate_in_place(data, size, metadata, directory - metadata);
         return size;
     default:

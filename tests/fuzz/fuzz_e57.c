@@ -12,7 +12,8 @@
 /* Spherical and narrow whole numbers, packets out of step and others between. */
 static void add_spherical(e57_file *file)
 {
-    e57_stream s[6] = {{.part = 5}, {.part = 300}, {.part = 77}, {.part = 3}, {.part = 9}, {0}};
+    e57_stream s[6] = {{.part = 5}, {.part = 300}, {.part = 77},
+                       {.part = 3}, {.part = 9},   {.part = 0}};
     for (unsigned i = 0; i < POINTS; i++) {
         bytes_bits(&s[0].bytes, i, 13);
         bytes_double(&s[1].bytes, 0.1 * i);

@@ -6,21 +6,9 @@
 #include "formats/scan/mesh/mesh.h"
 #include "formats/scan/scan.h"
 #include "tests/fuzz/fuzz_memory.h"
+#include "tests/fuzz/fuzz_target.h"
 
 #include <math.h>
-#include <string.h>
-
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity);
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed);
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-static inline void fuzz_require(bool condition, const char *what)
-{
-    if (!condition) {
-        fprintf(stderr, "broken: %s\n", what);
-        abort();
-    }
-}
 
 /* Strips share no vertex, lie one after the other, and have lengths that are numbers. */
 static inline void fuzz_take_lines(stp_scan *scan)
@@ -48,6 +36,8 @@ static inline void fuzz_take_triangles(stp_scan *scan)
     for (uint64_t i = 0; i < set.triangle_count; i++)
         for (int k = 0; k < 3; k++)
             fuzz_require(set.triangles[i][k] < set.vertex_count, "a kept triangle's corners exist");
+    for (uint64_t i = 0; i < set.vertex_count; i++)
+        fuzz_require(isfinite(set.vertices[i].radius), "a triangle's radius is a number");
     stp_triangle_set_clear(&set);
 }
 
@@ -127,17 +117,6 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     fuzz_read_mesh(path);
     close(descriptor);
     return 0;
-}
-
-/* A seed instead of an input too small to be a file; otherwise libFuzzer's own mutations. */
-static inline size_t fuzz_mutate(uint8_t *data, size_t size, size_t capacity, const char *seed,
-                                 size_t seed_size)
-{
-    if (size >= 8)
-        return LLVMFuzzerMutate(data, size, capacity);
-    size = seed_size < capacity ? seed_size : capacity;
-    memcpy(data, seed, size);
-    return size;
 }
 
 #endif

@@ -44,17 +44,9 @@ static const char *const lists[] = {NULL, NULL, NULL, "x,y,z", "_,x,y,z,r,g,b", 
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)
 {
-    const char *chosen = seeds[seed % (sizeof seeds / sizeof *seeds)];
-    const char *word = words[(seed >> 8) % (sizeof words / sizeof *words)];
-    const size_t length = strlen(word);
-    if (size < 8 || seed >> 24 > 128 || size + length > capacity)
-        return fuzz_mutate(data, size, capacity, chosen, strlen(chosen));
-    /* A word, put before what is at a place or in its stead. */
-    const size_t at = (seed >> 3) % size;
-    const size_t replaced = seed & 1 ? (length < size - at ? length : size - at) : 0;
-    memmove(data + at + length, data + at + replaced, size - at - replaced);
-    memcpy(data + at, word, length);
-    return size + length - replaced;
+    const fuzz_words all = {seeds, sizeof seeds / sizeof *seeds, words,
+                            sizeof words / sizeof *words};
+    return fuzz_mutate_words(data, size, capacity, seed, &all);
 }
 
 static char folder[] = "fuzz-text-XXXXXX";

@@ -80,8 +80,7 @@ static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_dra
                 const stp_sample *sample = &chunk->samples[0][i];
                 stp_dvec3 at =
                     stp_dvec3_add(entry->origin, stp_sample_position(sample, &chunk->patches[p]));
-                reference_disc disc =
-                    gl_fixture_disc(entry, &chunk->patches[p], sample, view, &frame);
+                reference_disc disc = drawn_disc(entry, &chunk->patches[p], sample, view, &frame);
                 if (inside(&params->clip, at) && !hidden(params, sample->class_id))
                     reference_project(&reference, &disc, 1);
             }

@@ -152,6 +152,9 @@ static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
     reference_pixel sample;
     if (!reference_sample(pyramid, disc, &sample))
         return;
+    if (!(sample.dx >= 0.0 && sample.dx < pyramid->view.width && sample.dy >= 0.0 &&
+          sample.dy < pyramid->view.height))
+        return; /* a ribbon's, at the rim */
     int at = (int)sample.dy * pyramid->view.width + (int)sample.dx;
     reference_pixel *pixel = &pyramid->levels[0].pulled[at];
     if (pixel->tag != 0 && pixel->z_min <= sample.z_min)

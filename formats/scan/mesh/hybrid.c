@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -78,7 +79,7 @@ static stp_line_vertex vertex_of(const stp_point_mesh *mesh, size_t i, double ra
     const stp_point *p = &mesh->points[i];
     stp_line_vertex out = {.position = p->position,
                            .direction = p->normal,
-                           .radius = (float)radius,
+                           .radius = (float)fmin(radius, (double)FLT_MAX),
                            .intensity = p->intensity,
                            .class_id = p->class_id};
     for (int c = 0; c < 3; c++)

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -128,10 +129,11 @@ static size_t degree(const chainer *c, uint32_t vertex)
     return c->begin[vertex + 1] - c->begin[vertex];
 }
 
-static double radius_at(const chainer *c, uint32_t vertex)
+/* Of a box that no float holds the radius is none either: the greatest stands for it. */
+static float radius_at(const chainer *c, uint32_t vertex)
 {
     const double own = c->mesh->radii ? (double)c->mesh->radii[vertex] : 0.0;
-    return isfinite(own) && own > 0.0 ? own : c->radius;
+    return (float)fmin(isfinite(own) && own > 0.0 ? own : c->radius, (double)FLT_MAX);
 }
 
 static stp_status add_vertex(chainer *c, uint32_t vertex, stp_error *err)
@@ -143,7 +145,7 @@ static stp_status add_vertex(chainer *c, uint32_t vertex, stp_error *err)
                      sizeof *c->set.vertices, "lines", err));
     stp_line_vertex *out = &c->set.vertices[c->set.vertex_count++];
     *out = (stp_line_vertex){.position = p->position,
-                             .radius = (float)radius_at(c, vertex),
+                             .radius = radius_at(c, vertex),
                              .intensity = p->intensity,
                              .class_id = p->class_id};
     if (c->mesh->attributes & STP_POINT_HAS_NORMAL)

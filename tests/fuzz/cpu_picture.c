@@ -1,0 +1,262 @@
+/* Model, cut, sight, levels, discs, pyramid. */
+#include "tests/fuzz/cpu_picture.h"
+
+#include "runtime/cut/culling.h"
+#include "runtime/cut/sight.h"
+#include "tests/fixtures/drawn_discs.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define SIZE_PX 48
+#define TILES (SIZE_PX / STP_TILE_PX)
+
+/* Chunks read from the file, in the stead of the renderer's cache, which needs a GPU. */
+struct stp_chunk_cache {
+    stp_resident *residents; /* by chunk; without patches where the chunk is damaged */
+    stp_chunk **chunks;
+};
+
+uint32_t stp_chunk_cache_slot(const stp_chunk_cache *cache, uint32_t chunk)
+{
+    (void)cache;
+    return chunk;
+}
+
+const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t slot)
+{
+    return &cache->residents[slot];
+}
+
+typedef struct picture {
+    stp_model *model;
+    stp_scene scene;
+    stp_chunk_cache cache;
+    stp_view view;
+    stp_gpu_frame frame;
+    stp_cut cut;
+    stp_sight sight;
+    reference_disc_list discs;
+    reference_pyramid pyramid;
+} picture;
+
+static void require(bool truth, const char *what)
+{
+    if (!truth) {
+        fprintf(stderr, "broken: %s\n", what);
+        abort();
+    }
+}
+
+static void *allocate(size_t count, size_t size)
+{
+    void *out = calloc(count, size);
+    require(out != NULL, "there is memory");
+    return out;
+}
+
+/* ---- chunks ---- */
+
+static void read_chunk(picture *p, uint32_t id)
+{
+    stp_chunk *chunk = NULL;
+    if (stp_chunk_file_read(p->model->file, id, 0, &chunk, NULL) != STP_OK)
+        return;
+    stp_resident *r = &p->cache.residents[id];
+    p->cache.chunks[id] = chunk;
+    r->placement.patches.count = chunk->patch_count;
+    for (int l = 1; l < STP_LEVEL_COUNT; l++)
+        r->placement.level_begin[l] =
+            r->placement.level_begin[l - 1] + chunk->level_begin[l - 1][chunk->patch_count];
+    r->patches = allocate(chunk->patch_count, sizeof *r->patches);
+    r->briefs = allocate(chunk->patch_count, sizeof *r->briefs);
+    stp_gpu_patches_fill(r->patches, chunk, &r->placement, id, stp_scene_shapes(&p->scene));
+    for (uint32_t i = 0; i < chunk->patch_count; i++)
+        r->briefs[i] = stp_patch_brief_of(&r->patches[i], &chunk->patches[i]);
+}
+
+static void read_chunks(picture *p)
+{
+    p->cache.residents = allocate(p->scene.chunk_count, sizeof *p->cache.residents);
+    p->cache.chunks = allocate(p->scene.chunk_count, sizeof *p->cache.chunks);
+    for (uint32_t id = 0; id < p->scene.chunk_count; id++)
+        read_chunk(p, id);
+}
+
+static void free_chunks(picture *p)
+{
+    for (uint32_t id = 0; p->cache.chunks != NULL && id < p->scene.chunk_count; id++) {
+        free(p->cache.residents[id].patches);
+        free(p->cache.residents[id].briefs);
+        stp_chunk_destroy(&p->cache.chunks[id]);
+    }
+    free(p->cache.residents);
+    free(p->cache.chunks);
+}
+
+/* ---- what is drawn ---- */
+
+static int available(const void *context, uint32_t chunk)
+{
+    const picture *p = context;
+    return p->cache.chunks[chunk] != NULL ? 0 : STP_CUT_NEVER;
+}
+
+/* The view that `render` begins with, or one from within the model. */
+static bool choose_view(picture *p, uint64_t choice)
+{
+    const stp_ball *ball = &p->model->ball;
+    stp_camera camera =
+        stp_model_camera(p->model, choice & 1u ? STP_HOME_FIRST : STP_HOME_WHOLE, SIZE_PX, SIZE_PX);
+    if (choice & 2u)
+        camera.height = ball->radius;
+    if ((choice & 12u) == 12u) {
+        camera.look = ball->centre;
+        camera.eye =
+            stp_dvec3_add(ball->centre, (stp_dvec3){0.1 * ball->radius, 0.1 * ball->radius, 0.0});
+        camera.up = (stp_dvec3){0.0, 0.0, 1.0};
+    }
+    return stp_view_create(&p->view, &camera, ball, SIZE_PX, SIZE_PX, NULL) == STP_OK;
+}
+
+static void describe_frame(picture *p, uint64_t choice)
+{
+    static const float thresholds[] = {0.0f, 0.7f, 2.0f, 12.0f};
+    static const stp_cull culls[] = {STP_CULL_AUTO, STP_CULL_NONE, STP_CULL_BACK, STP_CULL_AUTO};
+    const stp_draw_params params = {.cull = culls[choice >> 6 & 3u]};
+    const float threshold = thresholds[choice >> 4 & 3u];
+    p->frame = stp_gpu_frame_from_view(&p->view);
+    p->frame.quality[0] = threshold;
+    p->frame.quality[1] = (float)STP_RADIUS_CAP_PX * fmaxf(1.0f, threshold * threshold);
+    p->frame.terms[0] = STP_COLOUR_WEIGHT;
+    p->frame.terms[1] = STP_SILHOUETTE_WEIGHT;
+    stp_culling_place(&p->frame, &params, &p->view, &p->scene);
+}
+
+static void append_draw(picture *p, const stp_sight_params *looked, const stp_draw *draw,
+                        bool splat)
+{
+    const stp_chunk_entry *entry = &p->scene.entries[draw->chunk];
+    const stp_chunk *chunk = p->cache.chunks[draw->chunk];
+    const stp_resident *r = &p->cache.residents[draw->chunk];
+    const stp_gpu_chunk record = stp_gpu_chunk_from_draw(entry, draw, p->view.eye);
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        if (!stp_patch_in_sight(&p->sight, looked, draw, r->briefs, i))
+            continue;
+        const drawn_patch drawn = {entry, chunk, i, &r->patches[i],
+                                   stp_levels_choose(&p->frame, &record, &r->patches[i])};
+        require(drawn_append(&drawn, &p->view, &p->frame, splat, &p->discs, NULL) == STP_OK,
+                "discs have room");
+    }
+}
+
+static void select_discs(picture *p, stp_pool *pool, bool splat)
+{
+    uint8_t marks[TILES * TILES] = {0};
+    stp_tiles tiles = {.width = SIZE_PX,
+                       .height = SIZE_PX,
+                       .columns = TILES,
+                       .rows = TILES,
+                       .count = TILES * TILES,
+                       .marks = marks,
+                       .workers = 1};
+    const stp_cut_params params = {
+        .scene = &p->scene, .frame = &p->frame, .eye = p->view.eye, .source = {p, available, NULL}};
+    const stp_sight_params looked = {.scene = &p->scene,
+                                     .cache = &p->cache,
+                                     .frame = &p->frame,
+                                     .eye = p->view.eye,
+                                     .pool = pool,
+                                     .tiles = &tiles};
+    require(stp_cut_select(&p->cut, &params, NULL) == STP_OK, "a cut is selected");
+    require(stp_sight_begin(&p->sight, &p->cut, NULL) == STP_OK, "patches are looked at");
+    require(stp_sight_look(&p->sight, &looked, p->cut.draws, p->cut.draw_count, NULL) == STP_OK,
+            "patches are looked at");
+    for (size_t i = 0; i < p->cut.draw_count; i++)
+        append_draw(p, &looked, &p->cut.draws[i], splat);
+}
+
+/* ---- the picture ---- */
+
+/* Projects what is there for sure, or as good as. */
+static void project(picture *p)
+{
+    for (size_t i = 0; i < p->discs.count; i++)
+        if (p->discs.items[i].presence != REFERENCE_MISSING)
+            reference_project(&p->pyramid, &p->discs.items[i], 1);
+}
+
+static void require_finite(const reference_pixel *pixels, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const reference_pixel *pixel = &pixels[i];
+        if (pixel->tag == 0)
+            continue;
+        require(isfinite(pixel->z_min) && isfinite(pixel->z_max), "a pixel's depths are finite");
+        require(isfinite(pixel->radius) && isfinite(pixel->dx) && isfinite(pixel->dy),
+                "a pixel's place and radius are finite");
+        require(stp_dvec3_finite(pixel->normal), "a pixel's normal is finite");
+        for (int k = 0; k < 3; k++)
+            require(pixel->rgb[k] >= -1e-9 && pixel->rgb[k] <= 1.0 + 1e-9,
+                    "a pixel's colour is within 0 to 1");
+    }
+}
+
+static void reconstruct(picture *p, reference_filter filter)
+{
+    int levels = reference_level_count(p->sight.radius_px, SIZE_PX, SIZE_PX);
+    require(reference_create(&p->pyramid, &p->view, filter, levels, NULL) == STP_OK,
+            "a pyramid has room");
+    if (filter == REFERENCE_SPLAT) {
+        require(reference_splat(&p->pyramid, p->discs.items, p->discs.count, NULL) == STP_OK,
+                "splats have room");
+    } else {
+        project(p);
+        reference_pull(&p->pyramid);
+        reference_push(&p->pyramid);
+    }
+    for (int l = 0; l <= (filter == REFERENCE_SPLAT ? 0 : levels); l++) {
+        const reference_level *level = &p->pyramid.levels[l];
+        require_finite(level->pulled, level->width * level->height);
+        require_finite(level->finished, level->width * level->height);
+    }
+}
+
+static void require_finite_picture(const picture *p, reference_shade shade)
+{
+    static double rgba[4 * SIZE_PX * SIZE_PX];
+    reference_shade_picture(&p->pyramid, shade, rgba);
+    for (int i = 0; i < 4 * SIZE_PX * SIZE_PX; i++)
+        require(rgba[i] >= 0.0 && rgba[i] <= 1.0, "a colour is within 0 to 1");
+}
+
+void cpu_picture_draw(const char *path, uint64_t choice, bool sound, stp_pool *pool)
+{
+    static const reference_filter filters[] = {REFERENCE_GAUSS, REFERENCE_BOX, REFERENCE_GAUSS,
+                                               REFERENCE_SPLAT};
+    picture p = {0};
+    stp_status status = stp_model_open(&p.model, path, NULL);
+    require(status == STP_OK || !sound, "a sound file is opened for drawing");
+    if (status != STP_OK)
+        return;
+    const stp_model *models[] = {p.model};
+    require(stp_scene_create(&p.scene, models, 1, NULL) == STP_OK, "a scene has room");
+    read_chunks(&p);
+    bool seen = choose_view(&p, choice);
+    require(seen || !sound, "a sound file has a view");
+    if (seen && p.cache.chunks[0] != NULL) { /* without its root no file is drawn */
+        const reference_filter filter = filters[choice >> 8 & 3u];
+        describe_frame(&p, choice);
+        select_discs(&p, pool, filter == REFERENCE_SPLAT);
+        reconstruct(&p, filter);
+        require_finite_picture(&p, (reference_shade)((choice >> 10) % (REFERENCE_DEPTH + 1)));
+    }
+    reference_destroy(&p.pyramid);
+    reference_disc_list_clear(&p.discs);
+    stp_sight_destroy(&p.sight);
+    stp_cut_destroy(&p.cut);
+    free_chunks(&p);
+    stp_scene_destroy(&p.scene);
+    stp_model_close(&p.model);
+}
