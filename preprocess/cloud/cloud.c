@@ -135,26 +135,6 @@ void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell)
     stp_spill_forget(cloud->spill, cloud->marks + cell->begin, count * sizeof *cloud->marks);
 }
 
-typedef struct relieved {
-    stp_spill *spill;
-    stp_pool_task *task;
-    void *context;
-} relieved;
-
-static stp_status run_relieved(void *context, size_t index, unsigned worker, stp_error *err)
-{
-    const relieved *r = context;
-    stp_spill_relieve(r->spill);
-    return r->task(r->context, index, worker, err);
-}
-
-stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
-                         void *context, stp_error *err)
-{
-    relieved r = {cloud->spill, task, context};
-    return stp_pool_run(pool, count, run_relieved, &r, err);
-}
-
 void stp_cloud_unsort(stp_cloud *cloud)
 {
     stp_box_tree_clear(&cloud->tree, cloud->spill);

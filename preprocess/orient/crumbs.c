@@ -1,6 +1,8 @@
 /* Crumbs between the sheets. */
 #include "preprocess/orient/crumbs.h"
 
+#include "preprocess/orient/place_list.h"
+
 #include <string.h>
 
 /* Crumbs lie beside crumbs: what settles one may unsettle another. */
@@ -43,7 +45,7 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         settle->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
     }
     return STP_OK;

@@ -1,6 +1,8 @@
 /* Normals to the stations that saw their points. */
 #include "preprocess/orient/facing.h"
 
+#include "preprocess/orient/place_list.h"
+
 /* Logarithm of the odds that a normal leans to its station, over the cosine: as measured on the
  * statue and the sheet, 1 M points each, with several stations. */
 #define ODDS_OF_COSINE 25.0f
@@ -62,7 +64,7 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         float sum = own_odds(settle, self);
         bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
         for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)

@@ -5,6 +5,7 @@
 #include "base/prefix_sum.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/forest.h"
+#include "preprocess/orient/place_list.h"
 #include "preprocess/surface/layer.h"
 
 #include <stdlib.h>
@@ -165,36 +166,6 @@ static bool is_kept(const connection *c, uint32_t i)
            (c->stations && !stp_facing_plainly(&c->unit->cloud.points[at], c->stations));
 }
 
-/* A place is kept as the step to it from a point that is near, as a rule: so many bits a byte, the
- * lowest first, with a bit above them where more follow; the lowest of all says that it goes down.
- * No point is its own neighbour, so that step 0 is none. */
-#define STEP_BITS 7u
-#define STEP_BYTES 5u
-
-static uint8_t *write_place(uint8_t *at, uint32_t self, uint32_t place)
-{
-    int64_t step = place == STP_NEIGHBOUR_NONE ? 0 : (int64_t)place - (int64_t)self;
-    uint64_t left = step < 0 ? 2 * (uint64_t)-step - 1 : 2 * (uint64_t)step;
-    for (; left >> STEP_BITS; left >>= STEP_BITS)
-        *at++ = (uint8_t)(left | 1u << STEP_BITS);
-    *at++ = (uint8_t)left;
-    return at;
-}
-
-const uint8_t *stp_graph_next_list(const uint8_t *at, uint32_t self, unsigned k, uint32_t *out)
-{
-    for (unsigned n = 0; n < k; n++) {
-        uint64_t coded = 0;
-        unsigned shift = 0;
-        for (; *at >> STEP_BITS; shift += STEP_BITS)
-            coded |= (uint64_t)(*at++ & ((1u << STEP_BITS) - 1)) << shift;
-        coded |= (uint64_t)*at++ << shift;
-        uint32_t half = (uint32_t)(coded / 2);
-        out[n] = coded == 0 ? STP_NEIGHBOUR_NONE : coded & 1 ? self - half - 1 : self + half;
-    }
-    return at;
-}
-
 static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -203,7 +174,8 @@ static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
     for (uint32_t i = 0; i < c->count; i++)
         graph->kept_count += is_kept(c, i);
     STP_TRY(stp_alloc(&graph->kept, graph->kept_count, sizeof *graph->kept, "neighbours", err));
-    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, STEP_BYTES, "neighbours", err));
+    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, STP_PLACE_BYTES, "neighbours",
+                      err));
     uint8_t *end = graph->lists;
     uint32_t count = 0;
     for (uint32_t i = 0; i < c->count; i++) {
@@ -213,8 +185,8 @@ static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
         graph->kept[count++] = self;
         for (unsigned n = 0; n < k; n++) {
             uint32_t other = edges_of(c, c->begin + i)[n];
-            end = write_place(end, self,
-                              other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
+            end = stp_place_list_write(
+                end, self, other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
         }
     }
     *bytes = (size_t)(end - graph->lists);

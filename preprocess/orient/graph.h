@@ -31,7 +31,7 @@ typedef struct stp_graph {
     size_t edge_count, edge_capacity;
     /* Points whose neighbours are kept: those on crumbs of the cell's, and those seen at a grazing
      * angle by their stations. Places in the cloud, ascending, and their lists, one after the other
-     * (stp_graph_next_list). */
+     * (place_list.h). */
     uint32_t *kept, kept_count;
     uint8_t *lists;
 } stp_graph;
@@ -47,9 +47,6 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
  * those of this one. Errors: OUT_OF_MEMORY. */
 stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, const stp_cell *cell,
                              uint32_t piece_begin, stp_error *err);
-/* The k neighbours of a kept point, places in the cloud or STP_NEIGHBOUR_NONE, whose list begins at
- * `at`; returns where that of the next kept point does. */
-const uint8_t *stp_graph_next_list(const uint8_t *at, uint32_t self, unsigned k, uint32_t *out);
 void stp_graph_clear(stp_graph *graph, stp_spill *spill);
 
 #endif

@@ -2,6 +2,7 @@
 #include "preprocess/orient/sheets.h"
 
 #include "base/memory.h"
+#include "preprocess/orient/place_list.h"
 
 #include <stdlib.h>
 
@@ -171,7 +172,7 @@ static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         settle->adopted[s->kept_begin[index] + i] =
             stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
     }
