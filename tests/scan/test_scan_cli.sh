@@ -185,4 +185,20 @@ run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
 expect_failure "exists already"
 [ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
 expect_no_litter
+# A scan where a chunk file is wanted: the command that makes one is said.
+"$STIPPLE" gen sphere -n 500 -o "$FOLDER/ball.ply" --quiet --force
+printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"
+for command in "info" "verify" "export -o $FOLDER/none.ply" "convert -o $FOLDER/none.stipple" \
+    "render -o $FOLDER/none.png" "fly --turntable 1 -o $FOLDER/none"; do
+    "$STIPPLE" --help | grep -q "^  ${command%% *} " || continue
+    # shellcheck disable=SC2086
+    run "$STIPPLE" ${command%% *} "$FOLDER/ball.ply" $([[ $command == *" "* ]] && echo "${command#* }")
+    expect_failure "ball.ply is a scan (PLY), not a chunk file: make one with \`stipple prep $FOLDER/ball.ply"
+    [ ! -e "$FOLDER/none" ] || fail "$command made something of a scan"
+done
+run "$STIPPLE" info "$FOLDER/a few.xyz"
+expect_failure "is a scan (XYZ), not a chunk file"
+printf 'no scan either' >"$FOLDER/none.txt"
+run "$STIPPLE" info "$FOLDER/none.txt"
+expect_failure "not a stipple chunk file"
 end_test
