@@ -149,16 +149,21 @@ back=$({
 [ "$back" = 400 ] || fail "$back of 400 points came back where they were"
 rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 
-# Squares of these distances are beyond what floats hold.
-awk 'BEGIN { for (i = 1; i <= 40; i++)
-    printf "%d.25e30 %d.5e30 %d.125e30\n", i * 7 % 11, i * 5 % 13, i * 3 % 17 }' |
-    ply 40 >"$FOLDER/huge.ply"
-run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+# The largest coordinates that are taken, and ones beyond.
+far_points() { # exponent
+    awk -v e="$1" 'BEGIN { for (i = 1; i <= 40; i++)
+        printf "%d.25e%d %d.5e%d %d.125e%d\n", i * 7 % 11, e, i * 5 % 13, e, i * 3 % 17, e }' |
+        ply 40 >"$FOLDER/huge.ply"
+    run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+}
+far_points 13
 expect_code 0
 expect_text err "40 points read, 40 stored, 0 rejected"
 run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
 expect_code 0
 rm -f "$FOLDER/m.stipple"
+far_points 30
+expect_failure "they may reach 1e+15"
 
 : >"$FOLDER/empty.ply"
 refused "$FOLDER/empty.ply" "0 bytes"
@@ -198,7 +203,7 @@ for command in "info" "verify" "export -o $FOLDER/none.ply" "convert -o $FOLDER/
 done
 run "$STIPPLE" info "$FOLDER/a few.xyz"
 expect_failure "is a scan (XYZ), not a chunk file"
-printf 'no scan either' >"$FOLDER/none.txt"
-run "$STIPPLE" info "$FOLDER/none.txt"
+printf 'no scan either' >"$FOLDER/none.bin"
+run "$STIPPLE" info "$FOLDER/none.bin"
 expect_failure "not a stipple chunk file"
 end_test
