@@ -13,6 +13,12 @@
 #define CLICK_PX 4.0
 #define DOUBLE_CLICK_S 0.4
 
+bool view_control_ends_turn(const stp_window_event *event)
+{
+    return event->kind == STP_WINDOW_PRESS || event->kind == STP_WINDOW_RELEASE ||
+           (event->kind == STP_WINDOW_KEY && !event->repeated);
+}
+
 static void begin_drag(view_control *c, const stp_window_event *event)
 {
     if (c->drag != VIEW_REST || event->button > STP_WINDOW_MIDDLE)
