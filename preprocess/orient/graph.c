@@ -1,4 +1,4 @@
-/* Pieces of a cell. */
+/* Joins a cell's points into pieces. */
 #include "preprocess/orient/graph.h"
 
 #include "base/memory.h"
@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EDGE_NEIGHBOURS 8u /* of each point, nearest first: enough to connect it */
+#define EDGE_NEIGHBOURS 8u /* of each point, nearest first: enough to connect the surface */
 
-/* One of a cell's edges, between points that belong to it, numbered in the cell. */
+/* An edge between two points of the cell, numbered in the cell. */
 typedef struct cell_edge {
     uint32_t a, b;
     uint16_t rank;
@@ -35,7 +35,8 @@ static const uint32_t *edges_of(const connection *c, uint32_t a)
     return c->unit->neighbours.indices + (size_t)a * c->unit->neighbours.k;
 }
 
-/* Whether b lies on a's own sheet. Within one gap of a's height it does, whatever else is near. */
+/* Whether b lies on a's own sheet. If b's height over a's plane is within one gap, it does,
+ * whatever else is near. */
 static bool in_layer(const connection *c, uint32_t a, uint32_t b)
 {
     const stp_cloud *cloud = &c->unit->cloud;
@@ -48,7 +49,7 @@ static bool in_layer(const connection *c, uint32_t a, uint32_t b)
     return stp_layer_holds(layer, height);
 }
 
-/* Sure edges lie within the layers of both ends. */
+/* Relates two points. An edge is sure only if it lies within the layers of both ends. */
 static stp_relation relate_layers(const connection *c, uint32_t a, uint32_t b)
 {
     stp_relation r = stp_relate(&c->unit->cloud.points[a], &c->unit->cloud.points[b]);
@@ -57,7 +58,7 @@ static stp_relation relate_layers(const connection *c, uint32_t a, uint32_t b)
     return r;
 }
 
-/* Whether the edge from a to b is b's edge to a, too, and is left to b: the earlier one. */
+/* Whether the edge from a to b is also b's edge to a and b, the earlier point, handles it. */
 static bool is_repeated(const connection *c, uint32_t a, uint32_t b)
 {
     bool found = false;
@@ -78,8 +79,8 @@ static stp_status add_open(stp_graph *graph, stp_edge edge, stp_error *err)
     return status;
 }
 
-/* Looks at all edges of the cell's points: the sure ones inside it, and what else may join pieces.
- */
+/* Looks at all edges of the cell's points: sure ones inside the cell, and others that may join
+ * pieces. */
 static stp_status relate_cell(connection *c, stp_error *err)
 {
     uint32_t sure_count = 0;
@@ -119,7 +120,7 @@ static void join_cell(connection *c)
         stp_forest_join(&c->forest, c->order[e].a, c->order[e].b, c->order[e].turned);
 }
 
-/* Numbers the pieces in the order of their first points, which are their roots. */
+/* Numbers the pieces in the order of their roots, which are their first points. */
 static stp_status number_pieces(connection *c, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -142,7 +143,7 @@ done:
     return status;
 }
 
-/* Drops open edges inside a piece of the cell's. */
+/* Drops open edges whose ends are in one piece of the cell. */
 static void drop_joined(connection *c)
 {
     stp_graph *graph = c->out;
@@ -165,9 +166,9 @@ static bool is_kept(const connection *c, uint32_t i)
            (c->stations && !stp_facing_plainly(&c->unit->cloud.points[at], c->stations));
 }
 
-/* A place is kept as the step to it from a point that is near, as a rule: so many bits a byte, the
- * lowest first, with a bit above them where more follow; the lowest of all says that it goes down.
- * No point is its own neighbour, so that step 0 is none. */
+/* A place is stored as the step to it from `self`, since neighbours are usually near. A byte holds
+ * STEP_BITS bits, lowest first; its top bit says that more follow. The lowest bit of the whole says
+ * that the step goes down. No point is its own neighbour, so step 0 stands for none. */
 #define STEP_BITS 7u
 #define STEP_BYTES 5u
 
@@ -268,10 +269,10 @@ done:
     return status;
 }
 
-/* An edge while edges are compared. */
+/* An edge during sorting. */
 typedef struct joint {
-    uint32_t a, b;   /* its pieces, the lesser first */
-    uint32_t number; /* in the order in which the cell's points have them */
+    uint32_t a, b;   /* its pieces, the lower number first */
+    uint32_t number; /* in the order of the cell's points */
     stp_edge edge;
 } joint;
 
@@ -283,7 +284,7 @@ static int compare_ranks(const void *a, const void *b)
     return p->number < q->number ? -1 : p->number > q->number;
 }
 
-/* By the pieces, those that are not narrow apart, then by rank; of equals the earlier first. */
+/* By pieces, then narrow edges last, then by rank, then by number. */
 static int compare_pieces(const void *a, const void *b)
 {
     const joint *p = a, *q = b;
