@@ -50,8 +50,7 @@ const char *stp_status_text(stp_status status);
 /* Fills err (if not NULL) and returns status, so that `return stp_error_set(...)` fails with it. */
 stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-#ifdef __clang_analyzer__ /* The analyzer cannot see into error.c. This macro shows that the       \
-                             failing status itself is returned. */
+#ifdef __clang_analyzer__ /* tells the analyzer, which skips error.c, that the call fails */
 #define stp_error_set(err, status, ...) ((void)stp_error_set(err, status, __VA_ARGS__), (status))
 #endif
 
