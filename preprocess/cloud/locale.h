@@ -22,7 +22,7 @@ typedef struct stp_locale {
     float *points; /* 3 per position, relative to the middle of all */
     double slack;  /* twice the error of a distance from rounding points to floats */
     stp_kd_tree *tree;
-    uint32_t *within; /* room for a search by radius */
+    uint32_t *within; /* scratch memory for a search by radius */
 } stp_locale;
 
 /* Builds the locale of cells [first, end) of a sorted cloud. A cell's halo is `reach` times the

@@ -1,4 +1,4 @@
-/* The nearest points found so far, by distance; ties by source. Threads: no own. */
+/* The nearest points found so far, by distance; ties by source. Threads: any, a list each. */
 #ifndef STP_PREPROCESS_CLOUD_NEAREST_LIST_H
 #define STP_PREPROCESS_CLOUD_NEAREST_LIST_H
 

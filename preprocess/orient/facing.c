@@ -21,7 +21,7 @@ double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stati
         return 0.0;
     stp_dvec3 d = stp_dvec3_sub(stations[p->station - 1], p->position);
     double cosine = stp_dvec3_dot(stp_dvec3_normalize(d), stp_dvec3_from_float(normal));
-    return isfinite(cosine) ? cosine : 0.0; /* too far away for a double */
+    return isfinite(cosine) ? cosine : 0.0; /* not finite: too far away for a double */
 }
 
 static bool is_plain(float odds)

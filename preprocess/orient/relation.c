@@ -32,7 +32,7 @@ stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
     if (parallel && offset > CRUMB_OFFSET) /* too far apart to relate */
         return (stp_relation){.rank = STP_RANK_NONE};
     float reflected = cosine - 2.0f * along_p * along_q / glms_vec3_norm2(d);
-    float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN, beyond what floats hold: 0 */
+    float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN (floats overflowed) becomes 0 */
     return (stp_relation){
         (uint16_t)(STP_RANK_SMOOTH +
                    (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),

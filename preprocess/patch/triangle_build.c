@@ -129,7 +129,7 @@ static stp_triangles_loss store_disc(builder *b, int level, unsigned j)
     stp_world_store(b->patch, b->chunk_origin,
                     stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), lattice), out);
     stp_disc disc = stp_disc_from_sample(out, b->patch);
-    const double least = ldexp(1.0, lattice); /* has a code in the chunk above, too */
+    const double least = ldexp(1.0, lattice); /* so that it has a code in the chunk above */
     const double reach = stp_max(reach_of(b, &disc, first, end), least);
     out->radius = stp_radius_encode(reach, b->patch->exponent);
     disc = stp_disc_from_sample(out, b->patch);

@@ -13,7 +13,7 @@
 
 typedef struct stp_plant_seeds {
     uint32_t (*tried)[3]; /* by vertex: the walks tried, by the lesser neighbour on them */
-    uint32_t *set_aside;  /* triangles taken for a while */
+    uint32_t *set_aside;  /* triangles taken temporarily */
 } stp_plant_seeds;
 
 /* Makes room for pieces of up to most_triangles triangles. Errors: OUT_OF_MEMORY. */
