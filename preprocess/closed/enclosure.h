@@ -5,8 +5,8 @@
  * its normal, is flooded, and the nearest open voxel behind it is not. Then every line of sight
  * from outside to the point's back passes another disc.
  *
- *         eye       front         back
- *     ~~~~~~~~~~~~~~~~~~ | disc | . . . . |      ~ flooded   . not reached
+ *                             closed point
+ *     eye ~ ~ ~ |disc| . . . . |back  front| ~ ~ ~     ~ flooded voxel   . not reached
  *
  * docs/closed.md has the proof, its limits and its cost. */
 #ifndef STP_PREPROCESS_CLOSED_ENCLOSURE_H

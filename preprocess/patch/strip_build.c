@@ -186,8 +186,8 @@ static void store_disc(const builder *b, stp_sample *out)
     middle = stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), b->part->vertex_exponent);
     stp_world_store(b->patch, b->chunk_origin, middle, out);
     double reach = stp_strip_reach(b->vertices, b->part->count, stp_sample_position(out, b->patch));
-    reach = stp_max(
-        reach, ldexp(1.0, b->part->vertex_exponent)); /* so that it has a code in the chunk above */
+    /* At least a step, so that the radius has a code in the chunk above, too. */
+    reach = stp_max(reach, ldexp(1.0, b->part->vertex_exponent));
     out->radius = stp_radius_encode(reach, b->patch->exponent);
 }
 
