@@ -313,8 +313,7 @@ stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_
 {
     struct stat info;
     int opened =
-        open(path, O_RDONLY | O_CLOEXEC |
-                       O_NONBLOCK); /* O_NONBLOCK: opening a pipe would wait for a writer */
+        open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would block until a writer came */
     if (opened < 0)
         return stp_error_set(err, errno == ENOENT ? STP_NOT_FOUND : STP_IO,
                              "%s: cannot be opened: %s", path, strerror(errno));

@@ -15,9 +15,8 @@
 
 typedef struct stp_sandbox {
     const char *read[STP_SANDBOX_PATHS]; /* files or folders; NULL and missing paths are skipped */
-    const char
-        *write_beside; /* files may be made, replaced and removed in the folder of this path */
-    bool connects;     /* may connect to web servers */
+    const char *write_beside; /* its folder: files may be made, replaced and removed there */
+    bool connects;            /* may connect to web servers */
 } stp_sandbox;
 
 /* Gives up all rights but those in `sandbox`. If the kernel has no Landlock, does nothing and

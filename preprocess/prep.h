@@ -48,14 +48,13 @@ typedef struct stp_prep_source {
     /* Called for each record that is not stored, with its number among all records: during reading,
      * and for dropped outliers after reading, again in ascending order. May be NULL. */
     stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);
-    uint64_t point_count;      /* records; there will not be more */
-    uint32_t attributes;       /* STP_POINT_HAS_* */
-    double coordinate_step;    /* scale of integer coordinates, 0 for floats */
-    bool floats;               /* some points have no such scale */
-    bool heights;              /* z is the height */
-    const stp_dvec3 *stations; /* stations of the points, borrowed */
-    const stp_dvec3
-        *station_ups; /* up axes of the stations, borrowed; zero: not told; NULL: none told */
+    uint64_t point_count;         /* records; there will not be more */
+    uint32_t attributes;          /* STP_POINT_HAS_* */
+    double coordinate_step;       /* scale of integer coordinates, 0 for floats */
+    bool floats;                  /* some points have no such scale */
+    bool heights;                 /* z is the height */
+    const stp_dvec3 *stations;    /* stations of the points, borrowed */
+    const stp_dvec3 *station_ups; /* up axes of the stations; zero: not told; NULL: none told */
     uint32_t station_count;
     const stp_line_set *lines;         /* beside the points, borrowed; NULL for none */
     const stp_triangle_set *triangles; /* likewise */
@@ -102,12 +101,11 @@ typedef struct stp_prep_stats {
     stp_tree_stats tree;
     stp_resolution resolution; /* what tree.displacement is compared with */
     stp_orientation orientation;
-    uint64_t closed_count;     /* points whose backs are proven hidden (enclosure.h) */
-    stp_outlier_mode outliers; /* what was done with outliers */
-    double outlier_distance;   /* and from how many spacings on */
-    uint64_t outlier_count;    /* marked, or dropped and among the rejected */
-    uint16_t
-        intensity_max; /* of stored points, lines and triangles; 255 in the file stands for it */
+    uint64_t closed_count;       /* points whose backs are proven hidden (enclosure.h) */
+    stp_outlier_mode outliers;   /* what was done with outliers */
+    double outlier_distance;     /* and from how many spacings on */
+    uint64_t outlier_count;      /* marked, or dropped and among the rejected */
+    uint16_t intensity_max;      /* of all that is stored; 255 in the file stands for it */
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint32_t stations_off;       /* stations that cannot have seen their points: removed */
     uint32_t stations_refused;   /* those of them that a file claims */

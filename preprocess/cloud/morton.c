@@ -65,7 +65,7 @@ static uint64_t grid_coordinate(double value, double origin, double scale)
     double cell = (value - origin) * scale;
     double last = (double)((1 << STP_MORTON_BITS) - 1);
     return (uint64_t)(cell > 0.0 ? stp_min(cell, last)
-                                 : 0.0); /* also maps NaN, from an endless box, to 0 */
+                                 : 0.0); /* NaN, from an endless box, gives 0 */
 }
 
 uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 p)
@@ -217,8 +217,7 @@ static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, 
             sort_ties(points + begin, end - begin, r);
     }
     if (pile_end > pile)
-        sort_ties(points + pile, pile_end - pile,
-                  r); /* uses the same scratch memory, so it comes last */
+        sort_ties(points + pile, pile_end - pile, r); /* last: it uses the same scratch */
 }
 
 _Static_assert(KEYED_POINTS < 2 * (STP_CELL_POINTS + 1), "two piles");

@@ -7,10 +7,9 @@
 #include "formats/chunk/measure/patch_bounds.h"
 
 typedef struct stp_item {
-    stp_disc disc; /* centre in world coordinates */
-    double area;   /* spacing squared, summed over the originals */
-    int exponent; /* the centre may be rounded to multiples of 2^exponent; a patch vertex already is
-                   */
+    stp_disc disc;  /* centre in world coordinates */
+    double area;    /* spacing squared, summed over the originals */
+    int exponent;   /* the centre may be rounded to multiples of 2^exponent; a vertex's is one */
     uint32_t sheet; /* items of different sheets share no patch */
     uint8_t intensity, class_id;
     uint8_t flags;     /* STP_SAMPLE_* */

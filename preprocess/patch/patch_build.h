@@ -35,12 +35,12 @@ typedef struct stp_patch_samples {
     stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
 } stp_patch_samples;
 
-/* The exponent of the lattice for a position:
+/* The exponent of the lattice for a position: the greatest with
  *
  *     sqrt(3)/2 2^exponent <= spacing / STP_SPACING_PARTS, and <= precision if that is positive
  *
- * The lattice is never so fine that the disc's radius has no code on it. That limit is some ten
- * thousand times finer than the sampling. */
+ * If the disc's radius has no code on that lattice, the finest lattice where it has one. That
+ * happens only if the lattice is some ten thousand times finer than the sampling. */
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position);
 
 /* The exponent of the lattice of a patch vertex, which is also a sample of the parent. It follows

@@ -60,7 +60,7 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
     part->vertex_exponent = settled.vertex_exponent;
     part->first_exponent = part->last_exponent =
         part->count > 1 ? part->exponent
-                        : part->vertex_exponent; /* a single vertex is its own disc */
+                        : part->vertex_exponent; /* a lone vertex is its own disc */
     return part->exponent - wanted;
 }
 
@@ -104,7 +104,7 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
     if (i + 1 == part->count)
         lattice = greater(lattice, part->last_exponent);
     const uint8_t wide =
-        stp_radius_encode(stp_line_radius(v), lattice); /* the same radius in both parts */
+        stp_radius_encode(stp_line_radius(v), lattice); /* the same in both parts */
     *out = (stp_sample){
         .radius = stp_radius_encode(stp_radius_decode(wide, lattice), b->patch->exponent),
         .flags = (uint8_t)((unsigned)part->kind << STP_SAMPLE_KIND_SHIFT),

@@ -15,12 +15,11 @@ typedef struct stp_strip_part {
     uint64_t line_count, first;
     unsigned count;
     stp_line_kind kind;
-    int exponent;        /* of the patch's lattice */
-    int first_exponent;  /* of the first vertex's lattice, which is no finer */
-    int last_exponent;   /* of the last vertex's lattice, likewise */
-    int vertex_exponent; /* of the lattice of the disc's centre */
-    bool continues,
-        continued; /* the first (continues) or last (continued) vertex is also another part's */
+    int exponent;              /* of the patch's lattice */
+    int first_exponent;        /* of the first vertex's lattice, which is no finer */
+    int last_exponent;         /* of the last vertex's lattice, likewise */
+    int vertex_exponent;       /* of the lattice of the disc's centre */
+    bool continues, continued; /* the first, or last, vertex is also another part's */
 } stp_strip_part;
 
 /* Half the width; 0 if the vertex has none. */

@@ -33,8 +33,7 @@ typedef struct leaf {
     uint32_t border[STP_PLANT_LEAF_VERTICES];
     uint32_t count;
     double area;
-    stp_dvec3
-        normal; /* mean of the faces' normals, all turned to one side, weighted by area; unit */
+    stp_dvec3 normal; /* mean of the faces', turned to one side, by area; unit */
 } leaf;
 
 /* Finds the two neighbours of each vertex along open edges. False if a vertex does not have two. */

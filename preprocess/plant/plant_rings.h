@@ -1,10 +1,9 @@
 /* Rings of vertices in a plant's piece, one after the other along a branch (MKC08, section 4.3).
  *
- *     ring 0   ring 1   ring 2   tip
- *       o--------o--------o
- *       |  sec-  |  sec-  |  >   o
- *       o- tion -o- tion -o
- *         0        1        2
+ *     o-----------o-----------o---.
+ *     | section 0 | section 1 |    > o
+ *     o-----------o-----------o---'
+ *   ring 0      ring 1      ring 2   ring 3: a tip
  *
  * Rings are found by topology alone. Take the free triangles around the last ring: they must be
  * exactly one section. Their other vertices are the next ring: one closed row of three or more, or

@@ -39,8 +39,9 @@
  * less of the distance between layers than a wide one. */
 #define NOISY_EXCESS 3.0f
 #define MOST_NOISY_EXCESS 4.0f
-/* But these hold only if 1 - cosine of the angle between wide and narrow plane is at most this
- * times the variance of the narrow plane's heights / spacing^2. Folds turn planes more. */
+/* NOISY_EXCESS and MOST_NOISY_EXCESS hold only if 1 - cosine of the angle between wide and narrow
+ * plane is at most this times the variance of the narrow plane's heights / spacing^2. Folds turn
+ * planes more. */
 #define MOST_TURN 0.3f
 /* A point moves to its plane if its height is at most this many spacings plus REACH times the
  * noise. Noise is measured within layers, and overlapping layers lie farther apart. */
@@ -48,8 +49,7 @@
 
 /* The plane near a point. */
 typedef struct plane {
-    stp_moments
-        moments; /* of the points of its own sheet; lengths are multiplied by estimation.scale */
+    stp_moments moments; /* of its own sheet's points; lengths times estimation.scale */
     vec3s normal;
     float variance; /* of the heights over the first plane */
     float noise;    /* variance of the noise, if wide */

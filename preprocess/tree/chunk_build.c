@@ -21,8 +21,7 @@ typedef struct assembly {
     uint32_t sample_count[STP_LEVEL_COUNT];
     stp_carry *carry; /* by level-0 sample; none for a leaf */
     size_t carry_capacity;
-    uint32_t
-        *order; /* order of the patches: a run of them is what one patch of the parent stands for */
+    uint32_t *order; /* of the patches: a run of them becomes one patch of the parent */
     int vertex_least;
     const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
@@ -224,7 +223,7 @@ static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_
     STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
     STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
     STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches",
-                      err)); /* this one is kept, so it has no spare room */
+                      err)); /* kept: no spare room */
     memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
 done:
     free(ends);

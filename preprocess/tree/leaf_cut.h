@@ -21,8 +21,7 @@ typedef struct stp_leaf_extent {
 /* Patches [begin, end) are a leaf. */
 typedef struct stp_leaf_run {
     uint32_t begin, end;
-    stp_dvec3 middle,
-        origin; /* middle: of its box; origin: of its chunk, as stp_chunk_build_made needs it */
+    stp_dvec3 middle, origin; /* of its box; of its chunk, for stp_chunk_build_made */
 } stp_leaf_run;
 
 typedef stp_leaf_extent stp_extent_of(const void *context, uint32_t patch);

@@ -1,17 +1,18 @@
 /* Decides whether the points of a file can have been seen from a position that the file claims.
  *
  * A scanner's rays leave one place, so a scanner sees one surface along each ray. The rule:
- * - Points that are an image (scan.h: a grid): either one projective map takes rays from the
- *   position to pixels, 95 % of them to within a pixel (image_fit.h); or the rays go on evenly.
- *   Even: where the distance jumps by more than 5 % between neighbours in a row, the step from ray
- *   to ray changes by less than half of the longer step, in 90 % of the jumps.
+ * - Points that are an image (scan.h: a grid): one projective map takes rays from the position to
+ *   pixels, 95 % of them to within a pixel (image_fit.h). Or else the rays go on evenly: look where
+ *   the distance jumps by more than 5 % between neighbours in a row; in 90 % of these jumps the
+ *   step from ray to ray changes by less than half of the longer step.
  * - Other points: a depth image from the position shows one surface. At most 5 % of the points lie
  *   behind others in the same pixel. Pixels are so large that a few points share one.
  *
- * A position that nobody wrote (STP_STATION_DEFAULT) needs more evidence: six places beside the
- * position must do worse. They are off along each axis by a tenth of the median distance (image) or
- * a quarter (other points). For an image at most two of the six may pass; for other points at least
- * three must hide more points. For an image of a plane, any place is as good.
+ * A position that nobody wrote (STP_STATION_DEFAULT) needs more evidence. The same test is made
+ * from six places beside the position, one step either way along each axis. A step is a tenth of
+ * the median distance (image) or a quarter of it (other points). For an image at most two of the
+ * six places may pass; for other points at least three must hide more points. For an image of a
+ * plane, any place is as good.
  *
  * Call it before the cloud is sorted. At most STP_SEEN_POINTS points are used. Threads: any (the
  * cloud is only read). */
