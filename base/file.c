@@ -312,8 +312,7 @@ void stp_output_destroy(stp_output **output)
 stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_error *err)
 {
     struct stat info;
-    int opened =
-        open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would block until a writer came */
+    int opened = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe would wait for a writer */
     if (opened < 0)
         return stp_error_set(err, errno == ENOENT ? STP_NOT_FOUND : STP_IO,
                              "%s: cannot be opened: %s", path, strerror(errno));

@@ -48,8 +48,8 @@ typedef struct stp_cell {
 #define STP_MARK_ORIENTED 2u /* its outside is known */
 #define STP_MARK_OUTLIER 4u  /* far from everything else */
 #define STP_MARK_CLOSED 8u   /* its back is proven hidden (enclosure.h) */
-#define STP_MARK_WIDE 16u    /* noise: its plane uses more than the nearest neighbours, */
-#define STP_MARK_WIDEST 32u  /* and many more still */
+#define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
+#define STP_MARK_WIDEST 32u  /* likewise, and still more points */
 
 typedef struct stp_cloud {
     stp_cloud_point *points;

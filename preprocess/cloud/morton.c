@@ -64,8 +64,7 @@ static uint64_t grid_coordinate(double value, double origin, double scale)
 {
     double cell = (value - origin) * scale;
     double last = (double)((1 << STP_MORTON_BITS) - 1);
-    return (uint64_t)(cell > 0.0 ? stp_min(cell, last)
-                                 : 0.0); /* NaN, from an endless box, gives 0 */
+    return (uint64_t)(cell > 0.0 ? stp_min(cell, last) : 0.0); /* NaN (endless box) gives 0 */
 }
 
 uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 p)

@@ -13,8 +13,8 @@
 
 #include "preprocess/cloud/neighbours.h"
 
-/* Planes need one ring, growing them needs one for each of two times, averaging normals over
- * neighbours one more, sheets another: 5. Spacings need two. */
+/* Rings: 1 for planes, 2 for growing them twice, 1 for averaging normals over neighbours, 1 for
+ * sheets: 5. Spacings need 2. */
 #define STP_UNIT_RINGS 5u
 
 typedef struct stp_unit {

@@ -59,8 +59,7 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
     part->exponent = settled.exponent;
     part->vertex_exponent = settled.vertex_exponent;
     part->first_exponent = part->last_exponent =
-        part->count > 1 ? part->exponent
-                        : part->vertex_exponent; /* a lone vertex is its own disc */
+        part->count > 1 ? part->exponent : part->vertex_exponent; /* a lone vertex is its disc */
     return part->exponent - wanted;
 }
 
@@ -103,8 +102,7 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
         lattice = greater(lattice, part->first_exponent);
     if (i + 1 == part->count)
         lattice = greater(lattice, part->last_exponent);
-    const uint8_t wide =
-        stp_radius_encode(stp_line_radius(v), lattice); /* the same in both parts */
+    const uint8_t wide = stp_radius_encode(stp_line_radius(v), lattice); /* in both parts */
     *out = (stp_sample){
         .radius = stp_radius_encode(stp_radius_decode(wide, lattice), b->patch->exponent),
         .flags = (uint8_t)((unsigned)part->kind << STP_SAMPLE_KIND_SHIFT),

@@ -222,8 +222,7 @@ static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_
     STP_TRY(stp_alloc(&a->order, a->patch_count, sizeof *a->order, "patches", err));
     STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
     STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
-    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches",
-                      err)); /* kept: no spare room */
+    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: exact */
     memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
 done:
     free(ends);
