@@ -11,7 +11,7 @@ typedef struct cutter {
     size_t capacity;
 } cutter;
 
-/* A node of an octree over a grid: points of one code down to this depth. */
+/* An octree node over a grid: points whose codes are equal down to this depth. */
 typedef struct octant {
     uint32_t begin, end;
     int depth;
@@ -34,7 +34,7 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
 {
     unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
     uint32_t end = node.end;
-    stp_spill_relieve(c->cloud->spill); /* few points, but each on a page of its own */
+    stp_spill_relieve(c->cloud->spill); /* few points are read, but each lies on its own page */
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
         uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
@@ -48,7 +48,7 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
 
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err);
 
-/* A pile of points closer than the grid follows its own, as it is sorted. */
+/* Cuts a pile, points closer than the grid, by the pile's own grid, as it is sorted. */
 static stp_status cut_pile(cutter *c, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -62,7 +62,7 @@ static stp_status cut_pile(cutter *c, octant node, stp_error *err)
     return status;
 }
 
-/* Cuts a node into its octants; octants that fit together stay one cell. */
+/* Cuts a node into its octants. Consecutive octants that fit into one cell stay together. */
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -5,13 +5,13 @@
 
 #include <string.h>
 
-/* Crumbs lie beside crumbs: what settles one may unsettle another. */
+/* Crumbs lie beside crumbs: turning one may make another wrong. */
 #define SWEEPS 3
 
 typedef struct settling {
     const stp_sheets *sheets;
-    float *odds; /* by kept point: logarithm, above 0 where its neighbours agree */
-    float *sums; /* by crumb, a piece */
+    float *odds; /* by kept point: log odds; above 0 if its neighbours agree */
+    float *sums; /* by piece: sum over a crumb */
 } settling;
 
 static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)

@@ -3,9 +3,9 @@
 
 #include "preprocess/cloud/neighbours.h"
 
-/* A place is kept as the step to it from a point that is near, as a rule: so many bits a byte, the
- * lowest first, with a bit above them where more follow; the lowest of all says that it goes down.
- * No point is its own neighbour, so that step 0 is none. */
+/* A place is stored as the step to it from `self`, since neighbours are usually near. A byte holds
+ * STEP_BITS bits, lowest first; its top bit says that more follow. The lowest bit of the whole says
+ * that the step goes down. No point is its own neighbour, so step 0 stands for none. */
 #define STEP_BITS 7u
 
 uint8_t *stp_place_list_write(uint8_t *at, uint32_t self, uint32_t place)
