@@ -64,8 +64,7 @@ stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
     }
     chunk->memory_bytes = sizeof *chunk + bytes;
     place_arrays(chunk, sample_count);
-    memset(chunk->patches, 0,
-           patch_count * sizeof *chunk->patches); /* also the padding between fields */
+    memset(chunk->patches, 0, patch_count * sizeof *chunk->patches); /* also the padding */
     *out = chunk;
     chunk = NULL;
 done:

@@ -55,11 +55,10 @@ typedef enum stp_sample_kind {
 /* How a sample's normal was found: bits 6-7 of its flags. More noise needs a wider plane. */
 typedef enum stp_sample_fit {
     STP_FIT_NEAREST = 0, /* a plane through the nearest neighbours; or no plane, or not told */
-    STP_FIT_WIDE = 1, /* that plane joined with those of the neighbours, noise of 0.04 spacings or
-                         more; or an average of the input's normals */
-    STP_FIT_WIDEST =
-        2, /* joined once more, noise of 0.12 spacings or more; or a window of an image */
-    STP_FIT_GIVEN = 3 /* the input's normal */
+    STP_FIT_WIDE = 1,   /* that plane joined with those of the neighbours, noise of 0.04 spacings or
+                           more; or an average of the input's normals */
+    STP_FIT_WIDEST = 2, /* joined again, noise of 0.12 spacings or more; or a window of an image */
+    STP_FIT_GIVEN = 3   /* the input's normal */
 } stp_sample_fit;
 
 typedef struct stp_sample {
@@ -105,8 +104,7 @@ enum {
      * samples is a polyline through some of its vertices, the first and the last among them. A
      * level of one sample is a disc that stands for the whole strip. */
     STP_PATCH_STRIP = 1u << 1,
-    STP_PATCH_TRIANGLES =
-        1u << 2, /* level 0 is corners, three a triangle; coarser levels are discs */
+    STP_PATCH_TRIANGLES = 1u << 2, /* level 0: corners, three a triangle; other levels: discs */
     STP_PATCH_CONTINUES = 1u << 3, /* a strip whose first vertex is another strip's last */
     STP_PATCH_CONTINUED = 1u << 4, /* a strip whose last vertex is another strip's first */
     STP_PATCH_CLOSED = 1u << 5,    /* all samples are closed */
