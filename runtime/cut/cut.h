@@ -17,13 +17,12 @@
 
 typedef struct stp_draw {
     uint32_t chunk;
-    int finest;              /* no level finer than this is drawn */
-    uint64_t drawn_children; /* bit k: child k is drawn, or out of sight */
-    uint64_t
-        linked_children; /* bit k: drawn child k draws only patches that this chunk leaves it */
-    bool has_whole;      /* some drawn child draws all of its patches in sight */
-    size_t links;        /* number of the link of the first child's first patch */
-    size_t parent_link;  /* link of this chunk's first patch; STP_LINK_NONE: draws all patches */
+    int finest;               /* no level finer than this is drawn */
+    uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight */
+    uint64_t linked_children; /* bit k: child k draws only the patches that this chunk leaves it */
+    bool has_whole;           /* some drawn child draws all of its patches in sight */
+    size_t links;             /* number of the link of the first child's first patch */
+    size_t parent_link; /* link of this chunk's first patch; STP_LINK_NONE: draws all patches */
 } stp_draw;
 
 /* A link belongs to a patch whose patch vertex is a level-0 sample of the linked parent chunk. The

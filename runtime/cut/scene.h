@@ -25,8 +25,7 @@ typedef struct stp_scene {
     uint32_t chunk_count;
     stp_scene_model models[STP_SCENE_MODELS_LIMIT];
     size_t model_count;
-    stp_chunk_entry
-        *joined; /* entries of several models; NULL for one model: entries are its own */
+    stp_chunk_entry *joined; /* entries of several models; NULL for one: entries are its own */
 } stp_scene;
 
 /* Errors: INVALID_ARGUMENT (none, too many), LIMIT (too many chunks), OUT_OF_MEMORY. */

@@ -37,8 +37,7 @@ typedef struct stp_pyramid {
      * fade.frag compares. picture_frames: with depth; with depth and mark; colour alone. */
     GLuint picture, picture_depth, picture_mark;
     GLuint picture_frames[STP_PICTURE_FRAMES];
-    GLuint rough,
-        rough_frames[STP_PICTURE_FRAMES]; /* the unsmoothed picture that edge.frag reads */
+    GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* unsmoothed picture, read by edge.frag */
     bool in_place; /* levels above 0 are finished in `pulled`; `finished` is unused */
 } stp_pyramid;
 

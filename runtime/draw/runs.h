@@ -21,10 +21,9 @@ enum { STP_UNIFORM_SETTING = 1 };
 
 typedef struct stp_runs {
     GLuint program;
-    GLuint patches, listed, runs,
-        lattices;                    /* buffers: in sight; samples; runs; by patch in sight */
-    GLuint textures[2];              /* of runs, lattices */
-    size_t run_bytes, lattice_bytes; /* of the buffers */
+    GLuint patches, listed, runs, lattices; /* buffers; patches and lattices: by patch in sight */
+    GLuint textures[2];                     /* of runs, lattices */
+    size_t run_bytes, lattice_bytes;        /* of the buffers */
     size_t listed_count;
     bool chosen;      /* there are runs */
     size_t run_count; /* samples in runs, if they were counted */
