@@ -378,7 +378,8 @@ static bool is_own(const stp_cache_load *l, const stp_load *load)
     return false;
 }
 
-/* Frees a piece of the ring whose copy is under way, or takes in loads that are DONE. */
+/* Takes in all loads that are DONE or FAILED. Puts a fence behind their copies, which later frees
+ * their pieces of the ring. */
 static stp_status take_news(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_load *load = NULL;
