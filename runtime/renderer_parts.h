@@ -1,5 +1,5 @@
-/* The members of a renderer, and the functions that renderer.c, frame.c and settle.c share. Only
- * these three files include this header. */
+/* The members of a renderer, and the functions that renderer.c, frame.c, settle.c and
+ * draw/readback.c share. Only these files include this header. */
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H
 

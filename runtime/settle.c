@@ -57,7 +57,7 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     return status;
 }
 
-/* Asks for the chunks of the next pass: all draws that are left, of which as many load as fit. */
+/* Asks for the chunks of all draws that are left. As many as fit make the next pass. */
 static stp_status start_load(stp_renderer *r, stp_error *err)
 {
     stp_settling *s = &r->settling;
