@@ -15,14 +15,16 @@
  *     theta  greatest angle between the camera's axis and a ray through the bound
  *     alpha  greatest angle between an eye ray through the bound and a normal of the patch's cone
  *
- *      n ^    eye ray         A drawn point is e along n and e_t across n away from its nearest
- *        |    /               disc.
- *        |   /                First bound: the eye sees e shortened to e sin(alpha), and all of e_t
- *      e |  / alpha to n      at most. It is the lesser bound where the eye looks along n.
- *        | /                  Second bound (ours): e and e_t are the legs of a right angle
- *        |/                   (formats/chunk/measure/overhang.h), so the distance to the disc is at
- *        +-------> e_t        most the hypotenuse, and no view makes it look longer. It is the lesser
- *                             bound at outlines, where sin(alpha) = 1.
+ *      n ^      / eye ray        P  a point of a disc that is drawn
+ *        |alpha/                 D  the nearest place on its nearest level-0 disc
+ *      e +----/----* P           P lies e along n and e_t across n away from D.
+ *        |   /     |
+ *        |  /      |             First bound: the eye sees e shortened to e sin(alpha), and at
+ *        | /       |             most all of e_t. It is less where the eye looks along n.
+ *        |/        |             Second bound (ours): e and e_t are the legs of a right angle
+ *        D---------+-->          (formats/chunk/measure/overhang.h), so DP is at most the
+ *                 e_t            hypotenuse, and no view makes DP longer. It is less at outlines,
+ *                                where sin(alpha) = 1.
  *
  * Example: f = 1000 px, z = 10 m, theta = 0, so scale = 100 px/m; e = 5 mm, e_t = 2 mm.
  *     alpha = 30 degrees: min(0.5 * 5 + 2, 5.39) = 4.5 mm:    0.45 px
