@@ -81,8 +81,8 @@ static bool write_picture(const char *path)
     return fclose(file) == 0;
 }
 
-/* Multiplies matrices, columns first. In double, since a scan's coordinates may be in the millions.
- */
+/* Multiplies matrices, columns first. In double, since a scan's coordinates may be in the
+ * millions. */
 static void multiply(double out[16], const double a[16], const double b[16])
 {
     for (int i = 0; i < 16; i++) {

@@ -8,8 +8,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-/* The most requests for chunks that the camera's motion will reveal, and the most of all requests.
- */
+/* The most requests for chunks that the camera's motion will reveal, and the most of all
+ * requests. */
 #define AHEAD_LIMIT 64
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 

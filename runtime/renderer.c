@@ -264,8 +264,8 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
            a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
 }
 
-/* Draws a picture by the road that the parameters name: a frame, or a step of a settling picture.
- */
+/* Draws a picture by the road that the parameters name: a frame, or a step of a settling
+ * picture. */
 static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;

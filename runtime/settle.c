@@ -1,7 +1,7 @@
 /* Draws a view at rest in passes until it is complete: a picture that does not fit in GPU memory at
  * once, or one of every sample. Each frame takes one step, without waiting for chunks, and shows
- * the last picture meanwhile. The result is the picture that stp_frame_draw makes if it may wait.
- */
+ * the last picture meanwhile. The result is the picture that stp_frame_draw makes if it may
+ * wait. */
 #include "runtime/renderer_parts.h"
 
 /* Whether to go on from a complete picture at the threshold to a picture of every sample. */

@@ -82,8 +82,7 @@ uint64_t stp_model_point_count(const stp_model *model);
  * as stp_camera_default. */
 typedef enum stp_home { STP_HOME_FIRST = 0, STP_HOME_WHOLE = 1 } stp_home;
 
-/* The camera for a picture of width x height pixels. The whole of a scanner's picture is in view.
- */
+/* The camera for a picture of width x height pixels. All of a scanner's picture is in view. */
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height);
 /* GPU bytes of the samples and patches of all chunks. A gpu_memory_bytes above this has no use. */
 uint64_t stp_model_gpu_bytes(const stp_model *model);
@@ -93,7 +92,7 @@ uint64_t stp_model_gpu_bytes(const stp_model *model);
 /* How levels are chosen. */
 typedef enum stp_lod {
     STP_LOD_AUTO = 0,     /* GEOMETRY or COMPUTE, whichever is faster on the driver at hand */
-    STP_LOD_GEOMETRY = 1, /* the geometry shader, after the CPU took the patches of one sample */
+    STP_LOD_GEOMETRY = 1, /* the geometry shader, except patches that the CPU draws as one sample */
     STP_LOD_COMPUTE = 2,  /* a compute shader, likewise; compute shaders also project and push */
     STP_LOD_CPU = 3,      /* the CPU, by the same rule */
     STP_LOD_FULL = 4      /* no choice: every level-0 sample, in passes if memory is short */
@@ -272,8 +271,7 @@ typedef struct stp_cut_measure {
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err);
 
-/* The shading meant for the model: UNLIT if the file was made by `prep --shade unlit`, else PHONG.
- */
+/* The shading meant for the model: UNLIT if `prep --shade unlit` made the file, else PHONG. */
 stp_shade stp_model_shade(const stp_model *model);
 
 /* ---- renderers ---- */
@@ -382,11 +380,10 @@ stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out
  * stp_renderer_depth_at. Errors: LIMIT (2 GiB of depths), GL. */
 stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_error *err);
 
-/* Reads the normals of the last picture, which must have been drawn with keep_pixels: width *
- * height
- * * 3 floats, bottom row first. Unit vectors in world axes, turned to the viewer where both sides
- * are drawn; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without keep_pixels),
- * OUT_OF_MEMORY, GL. */
+/* Reads the normals of the last picture, which must have been drawn with keep_pixels: three floats
+ * a pixel (width * height * 3), bottom row first. Unit vectors in world axes, turned to the viewer
+ * where both sides are drawn; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without
+ * keep_pixels), OUT_OF_MEMORY, GL. */
 stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */

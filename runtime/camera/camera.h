@@ -82,8 +82,8 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
 
 /* The whole ball, seen from the front, a little from the right and above. up: y or z. */
 stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height);
-/* stp_camera_whole with `up` from the box: by stp_camera_up, or z if x and y are map coordinates.
- */
+/* stp_camera_whole with `up` from the box: by stp_camera_up, or z if x and y are map
+ * coordinates. */
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height);
 
 /* The camera, opened until a narrower picture of width x height shows everything that the camera
@@ -114,8 +114,8 @@ stp_view stp_view_finer(const stp_view *view, int times);
  * perspective. It may reach over the view's rim. Where the two overlap, they show the same. */
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height);
 
-/* Projects a world position: x, y in window coordinates, z the depth; depth <= 0: behind the eye.
- */
+/* Projects a world position: x, y in window coordinates, z the depth; depth <= 0: behind the
+ * eye. */
 stp_dvec3 stp_view_project(const stp_view *view, stp_dvec3 position);
 
 #ifdef __cplusplus

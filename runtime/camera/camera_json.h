@@ -9,8 +9,8 @@
 #include "runtime/camera/camera.h"
 
 /* Replaces the members that an object gives. A fovy_deg without a height makes the camera
- * perspective. where: the place that a message names. Errors: FORMAT (the message names the key).
- */
+ * perspective. where: the place that a message names. Errors: FORMAT (the message names the
+ * key). */
 stp_status stp_camera_read(stp_camera *camera, const cJSON *json, const char *where,
                            stp_error *err);
 /* Adds the members that stp_camera_read reads to an object; numbers read back exactly. */

@@ -8,8 +8,8 @@
 #include "base/vec.h"
 #include "runtime/camera/camera.h"
 
-/* How near the eye may come to a point, and how far from the ball it may go, in radii of the ball.
- */
+/* How near the eye may come to a point, and how far from the ball it may go, in radii of the
+ * ball. */
 #define STP_ORBIT_NEAREST 1e-4
 #define STP_ORBIT_FARTHEST 100.0
 /* Least angle between the view and the up axis. */

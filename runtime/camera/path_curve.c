@@ -13,8 +13,8 @@
 /* The same for the sine of the angle between direction and up. */
 #define ASIDE_LEAST 0.03
 #define ASIDE_ENOUGH 0.2
-/* Least distance of eye and look, as a share of the eye's coordinates: nearer, they would coincide.
- */
+/* Least distance of eye and look, as a share of the eye's coordinates: nearer, they would
+ * coincide. */
 #define NEAREST 1e-12
 /* Limits for heights, and for tangents of half the angle; views may have any value within. */
 #define HEIGHT_LIMIT 0.99e20
@@ -192,8 +192,8 @@ static stp_dvec3 most_across(const stp_dvec3 *vectors, stp_dvec3 direction)
     return vectors[best];
 }
 
-/* The up vector of a camera that looks against `back`. rotated: the axes that the rotation gives.
- */
+/* The up vector of a camera that looks against `back`. rotated: the axes that the rotation
+ * gives. */
 static stp_dvec3 choose_up(stp_dvec3 up, stp_dvec3 back, const stp_dvec3 rotated[3])
 {
     double part = smooth(ASIDE_LEAST, ASIDE_ENOUGH, stp_dvec3_length(stp_dvec3_cross(up, back)));

@@ -54,8 +54,8 @@ static bool add_openings(stp_gpu_frame *frame, const stp_outside *outside, stp_d
     return true;
 }
 
-/* Whether the backs of closed surfaces are hidden from the eye, except behind the openings added.
- */
+/* Whether the backs of closed surfaces are hidden from the eye, except behind the openings
+ * added. */
 static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene)
 {

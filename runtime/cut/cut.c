@@ -101,8 +101,8 @@ static stp_status push(stp_cut *cut, size_t *count, stp_cut_visit visit, stp_err
     return status;
 }
 
-/* Decides whether a child is drawn, left to its parent, or missing. *drawn: drawn or out of sight.
- */
+/* Decides whether a child is drawn, left to its parent, or missing. *drawn: drawn or out of
+ * sight. */
 static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
                               uint32_t id, bool *drawn, size_t *stack_count, stp_error *err)
 {

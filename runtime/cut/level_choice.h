@@ -66,8 +66,8 @@ stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
 typedef struct stp_patch_brief {
     stp_rule_bound bound;                                   /* relative to the chunk's origin */
     float vertex_error[2], vertex_radius, vertex_variation; /* of level 3 */
-    /* The child chunk that refines the patch, and in a linked chunk, which of the child's patches.
-     */
+    /* The child chunk that refines the patch, and in a linked chunk, which of the child's
+     * patches. */
     uint8_t child, below_count;
     uint16_t first_below;
     uint8_t shape; /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */

@@ -1,5 +1,5 @@
-/* Culls the patches of a cut: drawn by parent or child instead, outside the frustum, facing away.
- */
+/* Culls the patches of a cut: drawn by parent or child instead, outside the frustum, facing
+ * away. */
 #include "runtime/cut/sight.h"
 
 #include "base/memory.h"
@@ -55,8 +55,8 @@ static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw
                : NULL;
 }
 
-/* Whether this chunk may draw a patch: its parent's patch, if there is one, leaves it to be drawn.
- */
+/* Whether this chunk may draw a patch: its parent's patch, if there is one, leaves it to be
+ * drawn. */
 static bool is_left(const stp_sight *s, const stp_draw *draw, uint32_t patch)
 {
     return draw->parent_link == STP_LINK_NONE || s->below[draw->parent_link + patch];

@@ -53,8 +53,8 @@ struct stp_project_params {
  * Patch vertices listed in STP_SIGHT_VERTICES come first (shaders/README.md, "Projection", says why
  * this changes no picture). Adds to *points the number of samples sent. If the geometry shader
  * chooses, adds nothing: a query counts. If compute shaders choose, adds the listed patch vertices;
- * stp_runs_count_drawn counts the rest. Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT.
- */
+ * stp_runs_count_drawn counts the rest. Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL,
+ * LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 /* Draws strips and triangles, if the chosen level is drawn as such. Geometry shaders choose their

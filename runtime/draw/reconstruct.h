@@ -23,8 +23,8 @@ typedef struct stp_reconstruct_programs {
 /* folder: shader files here replace the embedded ones; may be NULL. Errors: GL. */
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err);
-/* Compiles the compute shaders that pull, push and finish, if they are not there yet. Errors: GL.
- */
+/* Compiles the compute shaders that pull, push and finish, if they are not there yet. Errors:
+ * GL. */
 stp_status stp_reconstruct_prepare_compute(stp_reconstruct_programs *programs, const char *folder,
                                            const stp_variant *variant, stp_error *err);
 /* Whether a variant pushes pixels at all; if so, compute shaders can push. */

@@ -35,8 +35,8 @@ static bool has_extension(const char *list, const char *name)
     return false;
 }
 
-/* Makes a 4.5 core context of a display current. False if that fails; then nothing is left behind.
- */
+/* Makes a 4.5 core context of a display current. False if that fails; then nothing is left
+ * behind. */
 static bool try_display(EGLDisplay display, stp_gl_context *out)
 {
     static const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,

@@ -55,8 +55,8 @@ typedef struct stp_program_params {
 stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
                            stp_error *err);
 
-/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's message).
- */
+/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's
+ * message). */
 stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err);
 
 #endif

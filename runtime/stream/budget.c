@@ -14,8 +14,8 @@
 /* If there is room, allots this many times what a whole scene needs: for gaps, and for a chunk's
  * finer version while the coarser one is drawn. */
 #define SCENE_SHARE 1.25
-/* Slots besides one per chunk, for finer versions if all chunks are resident and some are coarse.
- */
+/* Slots besides one per chunk, for finer versions if all chunks are resident and some are
+ * coarse. */
 #define SPARE_SLOTS 16
 #define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
 

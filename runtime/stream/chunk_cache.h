@@ -64,8 +64,8 @@ void stp_chunk_cache_look(stp_chunk_cache *cache, const stp_gpu_frame *frame, st
  * were read, and evicts chunks last used before `stamp` for them. A failed read is not an error:
  * see stp_chunk_cache_trouble. Errors: OUT_OF_MEMORY, GL. */
 stp_status stp_chunk_cache_update(stp_chunk_cache *cache, uint64_t stamp, stp_error *err);
-/* Replaces the list of wanted chunks, most wanted first. wants[ahead..count) will be wanted soon.
- */
+/* Replaces the list of wanted chunks, most wanted first. wants[ahead..count) will be wanted
+ * soon. */
 void stp_chunk_cache_want(stp_chunk_cache *cache, const stp_want *wants, size_t count,
                           size_t ahead);
 /* The number of chunks on their way. */

@@ -38,8 +38,8 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
 
-/* Finds room for a chunk's levels >= finest_level; false if there is none. Errors: OUT_OF_MEMORY.
- */
+/* Finds room for a chunk's levels >= finest_level; false if there is none. Errors:
+ * OUT_OF_MEMORY. */
 bool stp_object_texture_place(stp_object_texture *texture, const stp_chunk_entry *entry,
                               int finest_level, stp_placement *out, stp_status *status,
                               stp_error *err);

@@ -92,8 +92,8 @@ static uint32_t payload_bytes(const stp_stream *s, const stp_want *want)
 }
 
 /* Begins the next wants. A want whose payload is in memory becomes FETCHED at once. The first other
- * one is returned for the caller to read; *known bytes of it are in memory. NULL: nothing to begin.
- */
+ * one is returned for the caller to read; *known bytes of it are in memory. NULL: nothing to
+ * begin. */
 static stp_load *begin_next(stp_stream *s, uint32_t *known)
 {
     while (s->want_next < s->want_count) {

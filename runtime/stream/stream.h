@@ -82,8 +82,8 @@ typedef struct stp_stream_params {
 
 /* Errors: OUT_OF_MEMORY, LIMIT (no threads). */
 stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, stp_error *err);
-/* Waits for decoding to end. Interrupts reads, including those of other streams on the same model.
- */
+/* Waits for decoding to end. Interrupts reads, including those of other streams on the same
+ * model. */
 void stp_stream_destroy(stp_stream **stream);
 
 /* Replaces the queue, most wanted first; keeps at most STP_STREAM_WANTS_LIMIT. Drops loads that are

@@ -1,8 +1,8 @@
 /* Draws lines, dots and labels over the picture, under the panels of imgui_shim.h, by Dear ImGui.
  *
  * Call these between stp_ui_begin and stp_ui_end. Lengths are pixels of the framebuffer, x right, y
- * down; colours are 0xRRGGBBAA. Marks that cannot be drawn are left out. Threads: as imgui_shim.h.
- */
+ * down; colours are 0xRRGGBBAA. Marks that cannot be drawn are left out. Threads: as
+ * imgui_shim.h. */
 #ifndef STP_RUNTIME_WINDOW_IMGUI_MARKS_SHIM_H
 #define STP_RUNTIME_WINDOW_IMGUI_MARKS_SHIM_H
 

@@ -24,8 +24,8 @@ struct stp_ui {
 namespace
 {
 
-/* Share of a row before its value begins; share of a panel that widgets take before their labels.
- */
+/* Share of a row before its value begins; share of a panel that widgets take before their
+ * labels. */
 constexpr float VALUE_COLUMN = 0.36f, WIDGET_SHARE = 0.62f;
 
 /* Memory ran out within a frame, and its panels stay open. Global, like all of ImGui's state. */

@@ -32,8 +32,8 @@ typedef struct stp_ui_clipboard {
     void *context;
 } stp_ui_clipboard;
 
-/* Errors: GL (ImGui cannot draw), OUT_OF_MEMORY. A GL context must be current from here to destroy.
- */
+/* Errors: GL (ImGui cannot draw), OUT_OF_MEMORY. A GL context must be current from here to
+ * destroy. */
 stp_status stp_ui_create(stp_ui **out, double scale, const stp_ui_clipboard *clipboard,
                          stp_error *err);
 void stp_ui_destroy(stp_ui **ui);

@@ -15,16 +15,16 @@
  *     theta  greatest angle between the camera's axis and a ray through the bound
  *     alpha  greatest angle between an eye ray through the bound and a normal of the patch's cone
  *
- *      n ^      / eye ray        P  a point of a disc that is drawn
- *        |alpha/                 D  the nearest place on its nearest level-0 disc
- *      e +----/----* P           P lies e along n and e_t across n away from D.
- *        |   /     |
- *        |  /      |             First bound: the eye sees e shortened to e sin(alpha), and at
- *        | /       |             most all of e_t. It is less where the eye looks along n.
- *        |/        |             Second bound (ours): e and e_t are the legs of a right angle
- *        D---------+-->          (formats/chunk/measure/overhang.h), so DP is at most the
- *                 e_t            hypotenuse, and no view makes DP longer. It is less at outlines,
- *                                where sin(alpha) = 1.
+ *      n ^      / eye ray      P  a point of a disc that is drawn
+ *        |alpha/               D  the nearest place on its nearest level-0 disc
+ *      e +----/----* P         P lies e along n and e_t across n away from D.
+ *        |   /     |           First bound: the eye sees e shortened to e sin(alpha), and all of
+ *        |  /      |           e_t at most. It is the smaller bound where the eye looks along n.
+ *        | /       |
+ *        |/        |           Second bound (ours): e and e_t are the legs of a right angle
+ *        D---------+-->        (formats/chunk/measure/overhang.h), so DP is at most the hypotenuse,
+ *                 e_t          and no view makes DP longer. It is the smaller bound at outlines,
+ *                              where sin(alpha) = 1.
  *
  * Example: f = 1000 px, z = 10 m, theta = 0, so scale = 100 px/m; e = 5 mm, e_t = 2 mm.
  *     alpha = 30 degrees: min(0.5 * 5 + 2, 5.39) = 4.5 mm:    0.45 px
@@ -34,11 +34,6 @@
  * centre_depth: depth of the bound's centre along the camera's axis; centre_distance: distance of
  * that centre from the eye; radius: of the bound. Returns -1 if the bound reaches the near plane or
  * the eye: then the projection has no limit and the patch must be refined. */
-
-/* Pixels a world unit covers at most anywhere in the bound: f / (z cos theta).
- * centre_depth: depth of the bound's centre along the camera's axis; centre_distance: its distance
- * from the eye; radius: the bound's. Returns -1 where the bound reaches the near plane or the eye:
- * then nothing bounds the projection and the patch must be refined. */
 STP_RULE float stp_rule_scale(float centre_depth, float centre_distance, float radius, float f,
                               float near_depth, bool orthographic)
 {
