@@ -8,8 +8,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-/* The most requests for chunks that the camera's motion will reveal, and the most of all
- * requests. */
+/* Requests at most so many chunks ahead of the camera's motion, and at most so many in all. */
 #define AHEAD_LIMIT 64
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 

@@ -37,7 +37,8 @@ static void mark_pixel(stp_blocks *b, int x, int y, int columns)
     b->cells[block] |= (uint16_t)(1u << cell);
 }
 
-/* Marks the cells of a rectangle in all blocks that it touches. A rectangle begins with a cell. */
+/* Marks the cells of a rectangle in all blocks that it touches. A rectangle begins where a cell
+ * begins. */
 static void mark(stp_blocks *b, const stp_tile_rect *rect, int columns)
 {
     for (int y = rect->y0; y < rect->y1; y += BLOCK_CELL_PX)

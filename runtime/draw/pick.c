@@ -242,8 +242,7 @@ static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, st
         return at;
     stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(at);
     double along = stp_dvec3_dot(away, way);
-    stp_dvec3 aside =
-        stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* to the ray's nearest point */
+    stp_dvec3 aside = stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* to the ray, shortest */
     double distance = stp_dvec3_length(aside), radius = sample->radius;
     if (distance >= radius)
         aside = stp_dvec3_scale(aside, distance > 0.0 ? radius / distance : 0.0);

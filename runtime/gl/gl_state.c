@@ -286,8 +286,7 @@ static void restore_bindings(const stp_gl_state *s)
         restore_block(GL_UNIFORM_BUFFER, i, &s->uniform_blocks[i]);
         restore_block(GL_SHADER_STORAGE_BUFFER, i, &s->storage_blocks[i]);
     }
-    for (int i = 0; i < STP_GL_BUFFERS;
-         i++) /* after the blocks, since binding a block binds these */
+    for (int i = 0; i < STP_GL_BUFFERS; i++) /* after the blocks, whose binding sets these too */
         glBindBuffer(buffers[i].target, (GLuint)s->buffers[i]);
     for (int i = 0; i < STP_GL_PIXEL_STORES; i++)
         glPixelStorei(pixel_stores[i].name, s->pixel_stores[i]);
