@@ -10,7 +10,7 @@ struct stp_patch {
     vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
     vec2 finest_error;    // of level 0: perpendicular, tangential
     vec4 radius;          // greatest of each level
-    vec4 variation;       // of each level: how much the colours averaged vary, 0 to 1 (formats/SPEC.md, colour_error)
+    vec4 variation;       // of each level: of its colours, 0 to 1 (SPEC.md, colour_error)
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint flags;           // STP_PATCH_*

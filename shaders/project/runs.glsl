@@ -6,7 +6,7 @@
 #define STP_GROUP_RUNS 16u
 #define STP_DROP_COUNTERS 64u // each in a cache line of its own
 #define STP_DROP_STRIDE 16u
-#define STP_RUN_HEAD (3u + STP_DROP_COUNTERS * STP_DROP_STRIDE / 2u) // words before the runs, in sizes of a run
+#define STP_RUN_HEAD (3u + STP_DROP_COUNTERS * STP_DROP_STRIDE / 2u) // in sizes of a run
 #define STP_RUN_OPENED 0x80000000u // its patch may be seen through an opening (stp_patch_opened)
 
 layout(std430, binding = 2) buffer stp_runs_block {

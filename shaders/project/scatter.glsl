@@ -8,14 +8,15 @@ layout(r32ui, binding = 1) uniform uimage2D nearest_sample;
 
 layout(location = 6) uniform bool first_pass;
 
-const uint RAISED = 0xfffffffeu; // in later passes: the depth has come nearer, the sample has no name yet
+const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no name yet
 
 // The pixel and the depth of a sample. False if the sample is not drawn.
 bool stp_scatter_place(uint index, vec4 lattice, bool opened, out ivec2 pixel, out uint bits)
 {
     float z;
     bool drawn = stp_place(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w, opened, pixel, z);
-    z = stp_depth_apart(z, listed_count != 0u ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE); // patch vertices are listed
+    // The list holds patch vertices, the runs hold other samples.
+    z = stp_depth_apart(z, listed_count != 0u ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     bits = floatBitsToUint(z);
     return drawn;
 }

@@ -55,7 +55,8 @@ stp_disc stp_segment_disc(stp_disc a, stp_disc b, vec2 window)
     vec3 p = mix(a.position, b.position, part.x), q = mix(a.position, b.position, part.y);
     vec2 from = stp_window_of(p), way = stp_window_of(q) - from;
     float s = clamp(dot(window - from, way) / max(dot(way, way), 1e-30), 0.0, 1.0);
-    float t = STP_ORTHOGRAPHIC != 0 ? s : s * p.z / mix(q.z, p.z, s); // share of the segment, not of its image
+    // s is the share of the segment's image, t that of the segment.
+    float t = STP_ORTHOGRAPHIC != 0 ? s : s * p.z / mix(q.z, p.z, s);
     return stp_disc_mix(a, b, mix(part.x, part.y, t));
 }
 

@@ -33,7 +33,8 @@ vec3 stp_ellipse_place_least(stp_pixel p, vec3 ray, vec2 offset, float least)
     float magnitude = max(abs(k), min(1.0, least * inverse));
     float along = dot(delta, normal.xy) / (k > 0.0 ? magnitude : -magnitude);
     vec3 s = vec3(delta, 0.0) - ray * along;
-    float eye = viewport.z * inverse * (STP_ORTHOGRAPHIC != 0 ? p.z_min : 1.0); // where the eye is, in the same units
+    // Where the eye is, in the same units.
+    float eye = viewport.z * inverse * (STP_ORTHOGRAPHIC != 0 ? p.z_min : 1.0);
     return (STP_ORTHOGRAPHIC != 0 && STP_TEMPLATE == 0) || s.z < eye ? s : vec3(STP_ELLIPSE_FAR, STP_ELLIPSE_FAR, 0.0);
 }
 

@@ -19,7 +19,8 @@ struct stp_pixel {
 //   shape: d, radius, z_max (32-bit floats)
 //   paint: normal (octahedral, 2 x 16 bits), z_min (32-bit float), red | green << 16, blue | tag << 16 (16-bit fractions
 //          of 1)
-#ifdef STP_PIXEL_IMAGES // compute shaders: a software driver inlines image loads, but calls functions for fetches
+// Compute shaders load images: a software driver inlines loads, but calls functions for fetches.
+#ifdef STP_PIXEL_IMAGES
 layout(rgba32ui, binding = 4) readonly uniform uimage2D fine_shape;
 layout(rgba32ui, binding = 5) readonly uniform uimage2D fine_paint;
 layout(rgba32ui, binding = 6) readonly uniform uimage2D coarse_shape;

@@ -64,7 +64,8 @@ float stp_edge_farthest(ivec2 here, ivec2 last, vec2 outward, float near, float 
 {
     vec3 ray = stp_ray(gl_FragCoord.xy);
     float reach = STP_EDGE_NONE;
-    for (int i = 0; i < 9 + 4 * pyramid_level; i++) { // one loop: each loop costs all pixels, entered or not
+    // One loop, since each loop costs all pixels, entered or not.
+    for (int i = 0; i < 9 + 4 * pyramid_level; i++) {
         bool coarse = i >= 9;
         int k = i - 9;
         ivec2 side = (2 * (here & 1) - 1) * ivec2(k & 1, k >> 1);

@@ -18,7 +18,7 @@ layout(binding = 8) uniform sampler2D last_depth;
 layout(binding = 9) uniform usampler2D last_mark;
 layout(binding = 10) uniform sampler2D last_difference;
 
-layout(location = 8) uniform float kept;       // share of a difference that stays; 0: there is no last frame
+layout(location = 8) uniform float kept;       // share of a difference that stays; 0: no last frame
 layout(location = 9) uniform vec3 way;         // the eye's position minus that of the last frame
 layout(location = 10) uniform mat3 last_axes;  // rows: right, up, back
 layout(location = 11) uniform float last_f;

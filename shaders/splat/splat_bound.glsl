@@ -24,7 +24,8 @@ vec2 stp_splat_size(stp_splat s)
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
     vec2 ray = orthographic ? vec2(0.0) : (s.place.xy - centre.xy) / viewport.z;
     float radius_px = 1.0 / s.place.z;
-    float rises = radius_px / viewport.z * sqrt(max(1.0 - s.normal.z * s.normal.z, 0.0)); // divided by the depth
+    // How far the disc comes nearer than its centre, divided by the depth.
+    float rises = radius_px / viewport.z * sqrt(max(1.0 - s.normal.z * s.normal.z, 0.0));
     float nearest = orthographic ? 1.0 : 1.0 - rises;
     if (nearest * s.place.w <= viewport.w)
         return vec2(STP_ELLIPSE_OUTSIDE);
