@@ -10,7 +10,7 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 centre;        // window coordinates of the camera's axis; -, -
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
-    vec4 terms;         // error rule: weight of colours, of errors at outlines (1: none); -, -
+    vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere); -, -
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
     // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
     // z: 1 if clipped. w: number of openings. All but y have macros, too.

@@ -167,7 +167,8 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
     float away = disc.has_normal ? dot(disc.normal, w) : 0.0;
     if (!disc.has_normal) {
         disc.normal = -w;
-    } else if (away > 0.0 && away <= STP_CULL_COSINE && disc.back_hidden) { // mirror
+    } else if (away > 0.0 && away <= STP_CULL_COSINE && disc.back_hidden) {
+        // The disc leans over an outline: its normal is mirrored there.
         disc.normal -= 2.0 * away * w;
     } else if (away > 0.0) { // seen from behind: light that side
         disc.normal = -disc.normal;
