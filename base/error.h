@@ -42,15 +42,15 @@ typedef struct stp_error {
     char message[1024];
 } stp_error;
 
-/* "out of memory" style name of a status: its constant without the prefix, e.g. "CORRUPT". */
+/* A status's constant without its prefix: "CORRUPT" for STP_CORRUPT. */
 const char *stp_status_name(stp_status status);
-/* The general sentence of a status, used where no located message exists. */
+/* One general sentence about a status. Used if there is no located message. */
 const char *stp_status_text(stp_status status);
 
 /* Fills err (if not NULL) and returns status, so that `return stp_error_set(...)` fails with it. */
 stp_status stp_error_set(stp_error *err, stp_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-#ifdef __clang_analyzer__ /* it does not look into error.c: what is returned is no success */
+#ifdef __clang_analyzer__ /* tells the analyzer, which skips error.c, that the call fails */
 #define stp_error_set(err, status, ...) ((void)stp_error_set(err, status, __VA_ARGS__), (status))
 #endif
 

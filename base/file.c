@@ -20,7 +20,7 @@
 struct stp_output {
     int descriptor;
     bool force;
-    bool named; /* temporary is a name beside the final one, else a way to the descriptor */
+    bool named; /* temporary is a name beside the final one; else it is a path to the descriptor */
     char *path;
     char *temporary;
     uint64_t size;
@@ -73,8 +73,8 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes)
     return stp_temporary_sweep(path, false, remove_file, bytes);
 }
 
-/* A file without a name in the output's folder: when its process ends, so does it. Not every file
- * system has them, and a name is given to it through /proc. */
+/* Opens a nameless file in the output's folder. The file vanishes when its process ends. Not every
+ * file system has such files, and naming one later needs /proc. */
 static bool open_nameless(stp_output *output, size_t bytes)
 {
     char *folder = strdup(output->path);
@@ -93,7 +93,7 @@ static bool open_nameless(stp_output *output, size_t bytes)
     return true;
 }
 
-/* One with a temporary name. False with errno set. */
+/* Opens a file with a temporary name. False with errno set. */
 static bool open_named(stp_output *output)
 {
     for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
@@ -156,7 +156,8 @@ stp_status stp_output_check_input(const char *path, const char *input, stp_error
                          path);
 }
 
-/* Whether two names, of files that need not be there, are of one place: one folder, one name. */
+/* Whether two paths name the same place, that is, the same name in the same folder. The files need
+ * not exist. */
 static bool is_same_place(const char *a, const char *b)
 {
     struct stat one, other;
@@ -221,7 +222,7 @@ const char *stp_output_temporary_path(const stp_output *output)
     return output->temporary;
 }
 
-/* Makes the rename itself durable; a file system that cannot sync a folder is no failure. */
+/* Makes the rename itself durable. If the file system cannot sync a folder, that is no failure. */
 static void sync_folder(const char *path)
 {
     char *copy = strdup(path);
@@ -235,8 +236,8 @@ static void sync_folder(const char *path)
     free(copy);
 }
 
-/* Gives the file a name that is free, which a rename would not make sure of. False with errno set.
- */
+/* Gives the file its name only if the name is free, which rename would not check. False with errno
+ * set. */
 static bool appear(stp_output *o)
 {
     if (linkat(AT_FDCWD, o->temporary, AT_FDCWD, o->path, AT_SYMLINK_FOLLOW) == 0)
@@ -248,8 +249,9 @@ static bool appear(stp_output *o)
     return !o->named;
 }
 
-/* Gives the file its name, whatever has that now; a nameless one comes by it through a temporary
- * name. It stays locked meanwhile, so that no other run sweeps it. False with errno set. */
+/* Gives the file its name and replaces whatever has the name now. A nameless file first gets a
+ * temporary name. It stays locked meanwhile, so that no other run sweeps it. False with errno set.
+ */
 static bool replace(stp_output *o)
 {
     char nameless[32];

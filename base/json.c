@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A camera path of 100,000 keyframes takes half of it. */
+/* A camera path of 100,000 keyframes takes half of this. */
 #define FILE_BYTES_LIMIT (64u << 20)
 
 stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err)

@@ -1,7 +1,7 @@
-/* JSON files as a whole, and numbers in them with all their digits.
+/* Whole JSON files in and out, and numbers with all their digits.
  *
- * What a key means is for the caller to know. Ownership: values are cJSON's, freed with
- * cJSON_Delete. Threads: any. */
+ * The caller knows what a key means. Ownership: values are cJSON's; free them with cJSON_Delete.
+ * Threads: any. */
 #ifndef STP_BASE_JSON_H
 #define STP_BASE_JSON_H
 
@@ -11,21 +11,23 @@
 #include <cjson/cJSON.h>
 #include <stdbool.h>
 
-/* Reads a file whose text is a JSON object; *out is to be freed with cJSON_Delete. expected: what
- * the file should be, for the message. Errors: NOT_FOUND, IO, FORMAT, OUT_OF_MEMORY. */
+/* Reads a file that holds one JSON object. Free *out with cJSON_Delete. expected: what the file
+ * should be, for the message. Errors: NOT_FOUND, IO, FORMAT, OUT_OF_MEMORY. */
 stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err);
-/* Writes a JSON value, freed in any case (NULL: memory is exhausted), to a file that appears whole
- * or not at all; an existing one is replaced with force. Errors: EXISTS, IO, OUT_OF_MEMORY. */
+/* Writes a JSON value to a file that appears whole or not at all. json is freed even on failure;
+ * NULL means that memory is exhausted. If force is set, an existing file is replaced. Errors:
+ * EXISTS, IO, OUT_OF_MEMORY. */
 stp_status stp_json_save(cJSON *json, const char *path, bool force, stp_error *err);
 
-/* Whether an object has the key, spelled so. */
+/* Whether an object has the key. Upper and lower case differ. */
 bool stp_json_has(const cJSON *object, const char *key);
-/* Replaces out[0..count), count <= 3, by the finite numbers of a key, a number or an array of them;
- * a key that is not there leaves them. where: of the message, like "C.json". Errors: FORMAT. */
+/* Sets out[0..count), count <= 3, to a key's finite numbers: one number if count is 1, else an
+ * array of count numbers. If the key is missing, out stays as it is. where: a name for the message,
+ * such as "C.json". Errors: FORMAT. */
 stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, int count,
                             const char *where, stp_error *err);
-/* Adds a finite number, or three of them as an array, so that they are read as they were: cJSON
- * itself writes 15 digits where that is nearly the number. */
+/* Adds a finite number, or an array of three, with 17 digits, so that reading gives the same value.
+ * cJSON by itself writes 15 digits if they are nearly the number. */
 void stp_json_add_number(cJSON *object, const char *key, double value);
 void stp_json_add_vector(cJSON *object, const char *key, stp_dvec3 vector);
 

@@ -37,7 +37,7 @@ struct stp_pool {
     stp_error error;
 };
 
-/* Takes indices until none is left; called and returns with the mutex held. */
+/* Takes indices until none is left. The mutex is held on entry and on return. */
 static void work(stp_pool *pool, unsigned number)
 {
     while (pool->next < pool->count && pool->status == STP_OK) {

@@ -1,8 +1,8 @@
 /* A pool of worker threads that runs indexed tasks.
  *
- * Does not queue: one stp_pool_run at a time per pool, from one thread; the caller works too.
- * Results must be written to places owned by the index, so that the outcome is the same for any
- * number of threads. */
+ * The pool has no queue: only one stp_pool_run at a time, from one thread. The calling thread works
+ * too. A task must write its results to places that its index owns. Then the outcome is the same
+ * for any number of threads. */
 #ifndef STP_BASE_POOL_H
 #define STP_BASE_POOL_H
 
@@ -20,8 +20,9 @@ stp_status stp_pool_create(stp_pool **out, unsigned thread_count, stp_error *err
 void stp_pool_destroy(stp_pool **pool);
 unsigned stp_pool_thread_count(const stp_pool *pool);
 
-/* Runs task for every index, in increasing order of start, and returns when all have ended. After a
- * failure no further index is started; the failure of the lowest failing index is returned. */
+/* Runs task for every index and returns when all tasks have ended. Indices start in increasing
+ * order. After a failure no further index starts. Returns the failure of the lowest index that
+ * failed. */
 stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void *context,
                         stp_error *err);
 

@@ -1,10 +1,10 @@
-/* Counts to places, as counting sorts need them. Threads: any (pure function). */
+/* Turns counts into places for counting sorts. Threads: any (pure function). */
 #ifndef STP_BASE_PREFIX_SUM_H
 #define STP_BASE_PREFIX_SUM_H
 
 #include <stddef.h>
 
-/* Replaces each count by the sum of those before it; returns the sum of all. */
+/* Replaces each count by the sum of the counts before it. Returns the total. */
 static inline size_t stp_prefix_sum(size_t *counts, size_t count)
 {
     size_t sum = 0;

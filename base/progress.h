@@ -1,8 +1,8 @@
 /* Progress reports and cancellation, passed down to everything that takes long.
  *
- * The library only calls back; bars and rates are the program's business. Threads: report may be
- * called from any thread, one call at a time per stage is not guaranteed; cancelled must be safe
- * from any thread. Both may be NULL, and so may the stp_progress pointer itself. */
+ * The library only calls back; the program draws bars and rates. Threads: report may be called from
+ * any thread, and calls for one stage may overlap. cancelled must be safe to call from any thread.
+ * Both may be NULL, and so may the stp_progress pointer itself. */
 #ifndef STP_BASE_PROGRESS_H
 #define STP_BASE_PROGRESS_H
 
@@ -18,7 +18,7 @@ typedef struct stp_progress {
     bool (*cancelled)(void *context);
 } stp_progress;
 
-/* Reports, then says whether to go on. Errors: CANCELLED. */
+/* Calls report, then asks cancelled whether to go on. Errors: CANCELLED. */
 stp_status stp_progress_update(const stp_progress *progress, const char *stage, uint64_t done,
                                uint64_t total, stp_error *err);
 

@@ -1,4 +1,4 @@
-/* Landlock: a ruleset of what is handled, with rules of what is allowed all the same. */
+/* Landlock: a ruleset denies groups of rights, and rules allow exceptions. */
 #include "base/sandbox.h"
 
 #include <errno.h>
@@ -14,7 +14,7 @@
 
 #ifdef SYS_landlock_create_ruleset
 
-/* The kernel's interface (landlock(7)), of which older headers know only the beginning. */
+/* The kernel's interface (landlock(7)). Older headers know only its first fields. */
 typedef struct ruleset {
     uint64_t files, net, scoped;
 } ruleset;
@@ -35,9 +35,9 @@ enum {
     TRUNCATE = 1 << 14, /* version 3 */
     OF_FILES = 1 << 0 | WRITE_FILE | READ_FILE | TRUNCATE | 1 << 15,
     OF_NET = 3,   /* bind and connect TCP, version 4 */
-    OF_SCOPES = 3 /* others' abstract sockets, signals to others; version 6 */
+    OF_SCOPES = 3 /* abstract sockets of others, signals to others; version 6 */
 };
-/* All rights on files and folders that versions 1, 2, 3, 4 and 5 know. */
+/* All rights on files and folders in versions 1, 2, 3, 4 and 5. */
 static const uint64_t file_rights[] = {(1u << 13) - 1, (1u << 14) - 1, (1u << 15) - 1,
                                        (1u << 15) - 1, (1u << 16) - 1};
 
@@ -46,7 +46,8 @@ static int create_ruleset(const ruleset *rules, size_t bytes, unsigned flags)
     return (int)syscall(SYS_landlock_create_ruleset, rules, bytes, flags);
 }
 
-/* Allows what a file can have of these rights to a file, to a folder all. */
+/* Allows these rights: all of them for a folder, those that files can have for a file. A missing
+ * path is skipped. Returns 0 on success. */
 static int allow(int rules, const char *path, uint64_t allowed)
 {
     struct stat info;
@@ -63,7 +64,7 @@ static int allow(int rules, const char *path, uint64_t allowed)
 
 static int allow_all(int rules, const stp_sandbox *s, uint64_t known)
 {
-    /* Names, certificates, and the libraries that find them. */
+    /* Host names, certificates, and the libraries that look them up. */
     static const char *const net[] = {"/etc", "/usr", "/lib", "/lib64", "/run", "/dev/urandom"};
     int failed = 0;
     for (int i = 0; i < STP_SANDBOX_PATHS && failed == 0; i++)

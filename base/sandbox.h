@@ -1,9 +1,9 @@
-/* Least power: a process that lets go of what it will not need, before it reads what may be
- * hostile.
+/* Least privilege: gives up the process's rights before it reads input that may be hostile.
  *
- * By Landlock, where the kernel has it (Linux 5.13; connections and signals later): after enter the
- * calling thread, and those it starts, open no file but those named, and connect nowhere. What is
- * open already stays. It cannot be undone. Threads: the main thread, before others are started. */
+ * Uses Landlock, if the kernel has it (Linux 5.13; later kernels add connections and signals).
+ * After enter, the calling thread and the threads that it starts can open only the named files.
+ * They cannot connect anywhere unless `connects` is set. Open files stay open. There is no way
+ * back. Threads: call it from the main thread, before others start. */
 #ifndef STP_BASE_SANDBOX_H
 #define STP_BASE_SANDBOX_H
 
@@ -14,13 +14,13 @@
 #define STP_SANDBOX_PATHS 6
 
 typedef struct stp_sandbox {
-    const char *read[STP_SANDBOX_PATHS]; /* files or folders; NULL, or what is not there: nothing */
-    const char *write_beside; /* files may be made, replaced and removed in this one's folder */
+    const char *read[STP_SANDBOX_PATHS]; /* files or folders; NULL and missing paths are skipped */
+    const char *write_beside; /* its folder: files may be made, replaced and removed there */
     bool connects;            /* may connect to web servers */
 } stp_sandbox;
 
-/* Does nothing, without an error, on a kernel that has no Landlock. Errors: IO (it has, and
- * refuses). */
+/* Gives up all rights but those in `sandbox`. If the kernel has no Landlock, does nothing and
+ * returns OK. Errors: IO (the kernel has Landlock but refuses). */
 stp_status stp_sandbox_enter(const stp_sandbox *sandbox, stp_error *err);
 
 #endif

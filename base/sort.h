@@ -11,7 +11,7 @@ static inline int stp_compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Least first; none is NaN. */
+/* Sorts in increasing order. No value may be NaN. */
 static inline void stp_sort_doubles(double *values, size_t count)
 {
     if (count > 0)

@@ -16,17 +16,18 @@
 #include <time.h>
 #include <unistd.h>
 
-/* How often the process's memory is looked at, and how far below the limit pages are let go: a part
- * of it, and at least what threads touch while the watching thread waits for its turn. */
+/* How often the watching thread looks at the process's memory. Pages are dropped when the process
+ * comes within a margin of the limit: a part of the limit, and at least what threads can touch
+ * while the watching thread waits for its turn. */
 #define WATCH_NS 1000000
 #define MARGIN_PART 10
 #define MARGIN_BYTES (64u << 20)
-/* So many bytes at a time, in turn, until half a margin more is free: all at once takes so long
- * that as much comes back meanwhile. */
+/* Pages are dropped slice by slice, in turn, until half a margin more is free. Dropping all at once
+ * takes so long that as many pages come back meanwhile. */
 #define SLICE_BYTES ((size_t)16 << 20)
 
-/* Arrays up to SMALL_BYTES share files of FILE_BYTES: a system has some ten thousands of mappings
- * for a process, and a large model more chunks. */
+/* Arrays up to SMALL_BYTES share files of FILE_BYTES. A system allows a process some ten thousands
+ * of mappings, and a large model has more chunks than that. */
 #define FILE_BYTES ((size_t)8 << 20)
 #define SMALL_BYTES ((size_t)2 << 20)
 #define ALIGN_BYTES ((size_t)64)
@@ -34,7 +35,7 @@
 typedef struct mapping {
     void *memory;
     size_t bytes, used, forgotten;
-    uint32_t array_count; /* that are in use; the file goes with the last */
+    uint32_t array_count; /* arrays in use; the file is freed with the last one */
 } mapping;
 
 struct stp_spill {
@@ -48,12 +49,12 @@ struct stp_spill {
     bool ending;
     mapping *mappings;
     size_t count, capacity;
-    void *shared;             /* memory of the mapping where small arrays go, NULL for none */
-    size_t turn, turn_offset; /* where letting go goes on: a mapping, bytes into it */
+    void *shared;             /* memory of the mapping that takes small arrays; NULL: none */
+    size_t turn, turn_offset; /* where the next slice begins: a mapping, and bytes into it */
     uint64_t file_bytes, most_file_bytes;
 };
 
-/* Bytes the process holds in memory; 0 where the system does not say. */
+/* Bytes that the process holds in memory; 0 if the system does not say. */
 static uint64_t resident_bytes(void)
 {
     unsigned long pages = 0, resident = 0;
@@ -66,8 +67,8 @@ static uint64_t resident_bytes(void)
     return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
-/* The next slice of all mappings, in turn; returns its size. Other threads may be in the middle of
- * its pages: their next touch brings them back. */
+/* Drops the next slice of all mappings, in turn. Returns its size. Other threads may be using these
+ * pages: their next touch brings the pages back. */
 static size_t let_go_slice(stp_spill *s)
 {
     if (s->turn >= s->count)
@@ -137,14 +138,14 @@ static stp_status io_error(const stp_spill *s, const char *doing, int code, uint
                          s->folder, doing, strerror(code));
 }
 
-/* A file without a name in the folder; -1 and errno if none can be made. */
+/* Opens a nameless file in the folder. Returns -1 with errno set if none can be made. */
 static int open_nameless(const char *folder)
 {
     int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL))
         return descriptor;
     size_t size = strlen(folder) + sizeof "/.stipple-XXXXXX";
-    char *path = malloc(size); /* an older file system: it has its name for a moment */
+    char *path = malloc(size); /* an older file system: the file has a name for a moment */
     if (!path)
         return -1;
     snprintf(path, size, "%s/.stipple-XXXXXX", folder);
@@ -180,7 +181,7 @@ static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_err
     return STP_OK;
 }
 
-/* Room for an array in a file of its own, or in the shared one. Called with the mutex held. */
+/* Finds room for an array in a file of its own or in the shared one. Called with the mutex held. */
 static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void **out,
                             stp_error *err)
 {
@@ -203,7 +204,8 @@ static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void *
     return STP_OK;
 }
 
-/* That files can be made there is found out before hours of work. */
+/* Starts the watching thread. Tries first whether files can be made in the folder, so that the user
+ * learns it before hours of work. */
 static stp_status start_watching(stp_spill *s, const char *folder, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -301,7 +303,7 @@ static mapping *mapping_of(const stp_spill *s, const void *array)
     return NULL;
 }
 
-/* Gives its room up; false if it is no array of files. */
+/* Gives up an array's room. False if the array is not in a file. */
 static bool give_room(stp_spill *s, const void *array)
 {
     mapping *m = mapping_of(s, array);

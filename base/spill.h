@@ -1,13 +1,14 @@
 /* Arrays that may be larger than the memory a program is given.
  *
- * With no limit they are plain memory. With one, they lie in nameless files in a folder of the
- * caller's, mapped, small ones together: its pages come when they are touched, and a watching
- * thread lets go of all of them whenever the process holds more than its limit. They stay in the
- * file, so nothing changes but time, and the system may keep them in memory nobody else needs. A
- * killed run leaves nothing. Who walks an array from end to end is as fast as with plain memory;
- * who jumps about is not.
+ * Without a limit, arrays are plain memory. With a limit, they lie in mapped nameless files in the
+ * caller's folder; small arrays share a file. The system loads a page when it is touched. A
+ * watching thread drops pages whenever the process holds more than its limit. Dropped pages stay in
+ * the file, so only time changes, never data; the system may also keep them in memory that nobody
+ * else needs. A killed run leaves nothing. Walking an array from end to end is as fast as with
+ * plain memory; random access is slower.
  *
- * The limit is the whole process's: what else it allocates should be far below it. Threads: any. */
+ * The limit is for the whole process, so its other allocations should stay far below it. Threads:
+ * any. */
 #ifndef STP_BASE_SPILL_H
 #define STP_BASE_SPILL_H
 
@@ -19,35 +20,39 @@
 typedef struct stp_spill stp_spill;
 
 typedef struct stp_spill_params {
-    uint64_t memory_bytes; /* the process's limit; 0: none, and folder is not used */
+    uint64_t memory_bytes; /* the process's limit; 0: no limit, folder is not used */
     const char *folder;
 } stp_spill_params;
 
-/* Errors: OUT_OF_MEMORY, IO (no file can be made in the folder). */
+/* Creates a spill. Errors: OUT_OF_MEMORY, IO (no file can be made in the folder). */
 stp_status stp_spill_create(stp_spill **out, const stp_spill_params *params, stp_error *err);
-/* Arrays that are still there go, too. */
+/* Destroys the spill and the arrays in files that are left. */
 void stp_spill_destroy(stp_spill **spill);
 
-/* Sets *out to count zeroed elements of size bytes, aligned for any type; NULL for none. `what`
- * names them. Room in the folder is taken at once, so that a full disk is found here. spill NULL:
- * plain memory. Errors: OUT_OF_MEMORY, IO (the folder is full: says how much was asked). */
+/* Sets *out to count zeroed elements of size bytes, aligned for any type; NULL if count is 0.
+ * `what` names the elements in the message. Space in the folder is taken at once, so a full disk
+ * shows up here. spill NULL: plain memory. Errors: OUT_OF_MEMORY, IO (the folder is full; the
+ * message says how much was asked for). */
 stp_status stp_spill_alloc(stp_spill *spill, void *out, size_t count, size_t size, const char *what,
                            stp_error *err);
-/* Moves *array, plain memory, here: where this is files, *array is replaced by a copy in one and
- * what it was is freed. Errors: as stp_spill_alloc; then *array is as before. */
+/* Moves *array, which is plain memory, into the spill. If the spill uses files, *array becomes a
+ * copy in a file and the old memory is freed; else nothing happens. Errors: those of
+ * stp_spill_alloc; *array then stays as it was. */
 stp_status stp_spill_move(stp_spill *spill, void *array, size_t count, size_t size,
                           const char *what, stp_error *err);
-/* Frees an array of this spill's, or plain memory; NULL is none. */
+/* Frees an array of this spill, or plain memory. NULL is allowed. */
 void stp_spill_free(stp_spill *spill, void *array);
 
-/* Gives the room of a part of an array back before all of it is freed: what it held is lost, and it
- * must not be touched again. Plain memory keeps it, and so do file systems that cannot. */
+/* Gives back the disk space of a part of an array, before the whole array is freed. The part's
+ * content is lost; do not touch it again. Plain memory keeps its space, and so do file systems that
+ * cannot give it back. */
 void stp_spill_forget(stp_spill *spill, void *part, size_t bytes);
 
-/* Lets go of pages now if the process holds too much: for who begins a piece of work that touches
- * some megabytes, since on a crowded machine the watching thread may come late. NULL is fine. */
+/* Drops pages now if the process holds too much. Call it before work that touches some megabytes:
+ * on a crowded machine the watching thread may come late. NULL is allowed. */
 void stp_spill_relieve(stp_spill *spill);
-/* Greatest number of bytes in the folder so far, but for what was forgotten; of plain memory 0. */
+/* The most bytes that the folder has held at a time so far, without forgotten parts. 0 for plain
+ * memory. */
 uint64_t stp_spill_most_file_bytes(stp_spill *spill);
 
 #endif

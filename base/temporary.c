@@ -49,7 +49,8 @@ static bool is_temporary_of(const char *entry, const char *name)
     return strspn(number, "0123456789abcdef") == DIGITS && strcmp(number + DIGITS, ".part") == 0;
 }
 
-/* Whether its process is gone, and it is no one else's. */
+/* Whether a killed run left this entry: nobody holds its lock, its type is right, and it has our
+ * mark (or the file system has no attributes). */
 static bool is_left(int descriptor, bool folders, struct stat *info)
 {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 || fstat(descriptor, info) != 0 ||

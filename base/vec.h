@@ -11,8 +11,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* The greater and the lesser of two numbers that are not NaN: an instruction where fmax is a call.
- */
+/* The greater and the lesser of two numbers that are not NaN. Each is one instruction; fmax is a
+ * call. */
 static inline double stp_max(double a, double b)
 {
     return a > b ? a : b;
@@ -65,13 +65,13 @@ static inline stp_dvec3 stp_dvec3_normalize(stp_dvec3 a)
     return length > 0.0 ? stp_dvec3_scale(a, 1.0 / length) : a;
 }
 
-/* How far the farthest of the coordinates is from 0. */
+/* The greatest absolute coordinate. */
 static inline double stp_dvec3_reach(stp_dvec3 a)
 {
     return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
 }
 
-/* Some right-handed axes of which the third one is a unit vector. */
+/* Completes a unit vector, the third axis, to right-handed axes. */
 static inline void stp_dvec3_axes(stp_dvec3 axes[3], stp_dvec3 third)
 {
     const stp_dvec3 other =
@@ -81,7 +81,7 @@ static inline void stp_dvec3_axes(stp_dvec3 axes[3], stp_dvec3 third)
     axes[1] = stp_dvec3_cross(third, axes[0]);
 }
 
-/* v turned about a unit axis (Rodrigues). */
+/* v rotated about a unit axis (Rodrigues). */
 static inline stp_dvec3 stp_dvec3_rotate(stp_dvec3 v, stp_dvec3 axis, double angle_rad)
 {
     double c = cos(angle_rad), s = sin(angle_rad);
@@ -106,7 +106,7 @@ static inline bool stp_dvec3_finite(stp_dvec3 a)
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-/* The identity of stp_dbox_add. */
+/* The empty box: adding a point gives that point's box. */
 static inline stp_dbox stp_dbox_empty(void)
 {
     return (stp_dbox){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -133,8 +133,8 @@ static inline double stp_dbox_side(const stp_dbox *box)
     return fmax(size.x, fmax(size.y, size.z));
 }
 
-/* The axis that points up, as a box's shape tells: z of what is less than half as high in z as in
- * both x and y (a surveyed terrain), else y. */
+/* Guesses the up axis from the box's shape: z if the box is less than half as high in z as it is
+ * long in both x and y (a surveyed terrain), else y. */
 static inline stp_dvec3 stp_dbox_up(const stp_dbox *box)
 {
     const stp_dvec3 size = stp_dvec3_sub(box->max, box->min);
@@ -147,14 +147,14 @@ static inline stp_dvec3 stp_dbox_middle(const stp_dbox *box)
     return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
 }
 
-/* Whether they share a point. */
+/* Whether the boxes share a point. */
 static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
 {
     return a->min.x <= b->max.x && b->min.x <= a->max.x && a->min.y <= b->max.y &&
            b->min.y <= a->max.y && a->min.z <= b->max.z && b->min.z <= a->max.z;
 }
 
-/* Square of the distance from the box; 0 inside. */
+/* Squared distance from p to the box; 0 inside. */
 static inline double stp_dbox_distance_squared(const stp_dbox *box, stp_dvec3 p)
 {
     double dx = stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x));

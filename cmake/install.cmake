@@ -2,6 +2,16 @@
 # bash, what to read; with the renderer also libstipple, its headers and stipple.pc. Nothing of it
 # knows where it lies, so it may be installed anywhere and moved as a whole.
 set(docs "${CMAKE_INSTALL_DOCDIR}")
+# Nothing is installed of a build that is not complete.
+set(needed $<TARGET_FILE:stipple> $<TARGET_FILE:stipple-image> ${PROJECT_BINARY_DIR}/stipple.1)
+if(STIPPLE_RUNTIME)
+    list(APPEND needed $<TARGET_FILE:libstipple>)
+endif()
+install(CODE "foreach(file \"$<JOIN:${needed},\" \">\")
+    if(NOT EXISTS \"\${file}\")
+        message(FATAL_ERROR \"\${file} is not built yet: run cmake --build '${PROJECT_BINARY_DIR}' first\")
+    endif()
+endforeach()")
 install(TARGETS stipple)
 install(TARGETS stipple-image DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
 # Pages keep their places, so that their links hold.

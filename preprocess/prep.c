@@ -1,4 +1,4 @@
-/* The whole of preprocessing: scans, lines and triangles in, one chunk file out. */
+/* All of preprocessing: scans, lines and triangles in, one chunk file out. */
 #include "preprocess/prep.h"
 
 #include "base/clock.h"
@@ -15,13 +15,13 @@
 
 #define READ_POINTS 65536u
 #define DEFAULT_LAMBDA 1.7
-/* What a unit takes for each of its points, and which part of the memory all of them take. */
+/* Memory of a unit per point; the part of the memory for all units. */
 #define UNIT_POINT_BYTES 448u
 #define UNIT_ROOM 8u
 #define UNIT_POINTS_MAX (4u * STP_CELL_POINTS)
-/* Which part of the memory voxels may take: points and their marks are all that is held then. */
+/* The part of the memory for voxels. Only points and their marks are held besides. */
 #define CLOSED_ROOM 8u
-/* At least, so that threads end at about the same time. */
+/* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
 enum {
@@ -38,7 +38,7 @@ enum {
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
 
-/* What is told of the points that are stored. */
+/* Counts a stored point in the statistics. */
 static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
 {
     stats->points_unstationed += p->station == 0;
@@ -79,7 +79,7 @@ static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, con
     return STP_OK;
 }
 
-/* Counts again, where some are gone. */
+/* Counts the stored points again after some were removed. */
 static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
 {
     stats->points_out = cloud->count;
@@ -89,14 +89,14 @@ static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
         count_stored(&cloud->points[i], stats);
 }
 
-/* Where reading goes back to if a file breaks off. */
+/* The state to return to if a file breaks off. */
 typedef struct read_mark {
     size_t file;
     uint32_t count;
     stp_prep_stats stats;
 } read_mark;
 
-/* Forgets what came of the file that cannot be read on; false where the error stands. */
+/* Forgets the points of a file that cannot be read on. False if the error ends the run. */
 static bool leave_out(const stp_prep_source *source, const stp_error *why, const read_mark *mark,
                       stp_cloud *cloud, stp_prep_stats *stats)
 {
@@ -110,7 +110,7 @@ static bool leave_out(const stp_prep_source *source, const stp_error *why, const
     return true;
 }
 
-/* one_station: all points are its. */
+/* Reads all points. one_station: all points belong to station 1. */
 static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool one_station,
                            stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats,
                            stp_error *err)
@@ -176,13 +176,14 @@ static void default_colour(stp_cloud *cloud)
             cloud->points[i].rgb[c] = STP_POINT_GREY;
 }
 
-/* Notes the stage's time and memory and says that the next begins. Errors: CANCELLED. */
+/* Whether a stage is left out in this run. */
 static bool is_left_out(int stage, const stp_prep_stats *stats)
 {
     return (stage == STAGE_LAYERS && !stats->join_layers) ||
            (stage == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP);
 }
 
+/* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
                             const stp_progress *progress, stp_error *err)
 {
@@ -222,7 +223,7 @@ done:
     return status;
 }
 
-/* By whose positions normals will be oriented, if anyone's. */
+/* Chooses the stations that normals will be turned to, if any. */
 static void choose_stations(stp_orient_params *orient, const stp_prep_source *source,
                             stp_prep_stats *stats)
 {
@@ -235,7 +236,7 @@ static void choose_stations(stp_orient_params *orient, const stp_prep_source *so
         orient->stations = source->stations;
         stats->station_count = source->station_count;
     } else if (stats->stations_off > 0) {
-        stats->points_unstationed = 0; /* no file named a scanner, but for what was guessed */
+        stats->points_unstationed = 0; /* no file named a scanner; stations were only guessed */
     }
 }
 
@@ -262,8 +263,8 @@ static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_
     return status;
 }
 
-/* How much a unit may be for all to fit beside everything else; they are the smaller, the fewer
- * there would be for each thread. */
+/* Points of a unit: all units must fit in memory beside everything else, and each thread should
+ * have enough units. */
 static uint32_t unit_points(const stp_prep_plan *plan, const stp_cloud *cloud, unsigned threads)
 {
     uint64_t room = plan->memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
@@ -283,7 +284,7 @@ static stp_surface_params surface_params(const stp_cloud *cloud, unsigned k,
                                     unit_points(plan, cloud, stp_pool_thread_count(pool))};
 }
 
-/* Spacings, normals, their signs and sheets. */
+/* Finds spacings, normals, their signs, and sheets. */
 static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_params *orient,
                                const stp_prep_plan *plan, stp_pool *pool,
                                const stp_progress *progress, stp_prep_stats *stats, double *since,
@@ -296,14 +297,15 @@ static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_pa
     STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
     STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
-        stats->station_count = 0; /* there was no normal to turn */
+        stats->station_count = 0; /* no normal was turned */
     STP_TRY(end_stage(stats, STAGE_ORIENTATION, since, progress, err));
 done:
     stp_surface_clear(&graphs, cloud);
     return status;
 }
 
-/* Whose backs nobody sees; signs that were guessed are known of these points alone. */
+/* Finds points whose backs nobody sees. If signs were guessed, they are known only for these
+ * points. */
 static stp_status find_closed(stp_cloud *cloud, const stp_orient_params *orient, double lambda,
                               const stp_prep_plan *plan, stp_pool *pool,
                               const stp_progress *progress, stp_prep_stats *stats,
@@ -327,7 +329,7 @@ static stp_status find_closed(stp_cloud *cloud, const stp_orient_params *orient,
     return end_stage(stats, STAGE_CLOSED, since, progress, err);
 }
 
-/* All that is found of points before they become chunks. */
+/* Runs all stages from sorting to the first view. */
 static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
                                stp_orient_params *orient, double lambda, const stp_prep_plan *plan,
                                stp_pool *pool, const stp_progress *progress, stp_prep_stats *stats,
@@ -370,7 +372,7 @@ static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
                                   .from_file = source->attributes & STP_POINT_HAS_NORMAL};
 }
 
-/* What is neither points nor in files. */
+/* The leaves of lines and of triangles; they are never in temporary files. */
 typedef struct shapes {
     stp_line_leaves lines;
     stp_triangle_leaves triangles;
@@ -395,8 +397,8 @@ static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t 
             stp_dbox_add(box, vertices[i].position);
 }
 
-/* The longest side of the box of points, lines and triangles. Errors: LIMIT (numbers that a picture
- * cannot be made of). */
+/* The longest side of the box of points, lines and triangles. Errors: LIMIT (coordinates too large,
+ * or the box too small, for a picture). */
 static stp_status measure_side(double *out, const stp_prep_source *source,
                                const stp_prep_stats *stats, stp_error *err)
 {
@@ -424,7 +426,7 @@ static stp_status measure_side(double *out, const stp_prep_source *source,
     return STP_OK;
 }
 
-/* Lines and triangles become leaves while points are read; they are never in files. */
+/* Cuts lines and triangles into leaves. They are never in temporary files. */
 static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const stp_prep_plan *plan,
                              stp_tree_params *tree, stp_prep_stats *stats, stp_error *err)
 {
@@ -464,7 +466,7 @@ static void clear_shapes(shapes *s)
     stp_triangle_leaves_clear(&s->triangles);
 }
 
-/* 255 stands for the greatest of all. */
+/* Sets intensity_max: 255 stands for the greatest intensity of all. */
 static void settle_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 {
     if (tree->lines && tree->lines->intensity_max > stats->intensity_max)

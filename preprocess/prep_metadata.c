@@ -1,4 +1,4 @@
-/* Facts of a run as JSON. */
+/* Writes the facts of a run as JSON. */
 #include "preprocess/prep_metadata.h"
 
 #include "base/json.h"
@@ -6,7 +6,7 @@
 #include <cjson/cJSON.h>
 #include <string.h>
 
-/* Whether the first file says the same in a note. */
+/* Whether the first file has the same note. */
 static bool is_repeated(const stp_prep_source *source, const stp_scan_note *note)
 {
     const stp_prep_file *first = &source->files[0];
@@ -42,7 +42,7 @@ static void add_displacement(cJSON *root, const stp_displacement *d, const stp_r
         cJSON_AddNumberToObject(to, "changed", (double)d->changed);
 }
 
-/* Nothing where the whole model is seen. */
+/* Adds the first view; nothing if the whole model is shown. */
 static void add_first_view(cJSON *root, const stp_first_camera *first)
 {
     static const char *const words[] = {

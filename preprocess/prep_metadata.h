@@ -1,12 +1,11 @@
-/* What a chunk file says of its making.
- * Threads: any. */
+/* The metadata of a chunk file: what it says about its making. Threads: any. */
 #ifndef STP_PREPROCESS_PREP_METADATA_H
 #define STP_PREPROCESS_PREP_METADATA_H
 
 #include "formats/chunk/outside.h"
 #include "preprocess/prep.h"
 
-/* What metadata is made of. */
+/* The facts that the metadata is made from. */
 typedef struct stp_prep_facts {
     const stp_prep_source *source;
     const stp_prep_stats *stats;
@@ -17,8 +16,9 @@ typedef struct stp_prep_facts {
     bool unlit;
 } stp_prep_facts;
 
-/* The metadata, to free with free(); NULL: no memory. No dates and no folders are in it, so that
- * equal runs give equal bytes. context: stp_prep_facts. The form of stp_tree_write's callback. */
+/* Makes the metadata. Free with free(). Returns NULL if out of memory. It has no dates and no
+ * folders, so equal runs give equal bytes. context: stp_prep_facts. This is an stp_metadata_maker
+ * (stp_tree_write's callback). */
 char *stp_prep_metadata(void *context, const stp_tree_stats *tree);
 
 #endif

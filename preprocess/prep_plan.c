@@ -1,4 +1,4 @@
-/* What memory and room on disk a run of preprocessing takes. */
+/* Plans the memory and disk space of a run of preprocessing. */
 #include "base/memory.h"
 #include "preprocess/prep.h"
 
@@ -8,23 +8,23 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-/* Beside the arrays by point: the program, and what each thread works with. */
+/* Memory besides the arrays by point: of the program, and of each thread. */
 #define FIXED_BYTES (48u << 20)
 #define THREAD_BYTES (40u << 20)
-/* By point: the point, its sheet and mark, and its share of the boxes. */
+/* Per point: the point, its sheet and mark, and its share of the boxes. */
 #define POINT_BYTES (sizeof(stp_cloud_point) + 6u)
-/* What else is kept of a surface while pieces are joined: edges at cells' borders, and the
- * neighbours of points on crumbs. The statue takes 3 bytes, an airborne survey with trees 17. */
+/* Per point, while the pieces of a surface are joined: edges at cells' borders, and the neighbours
+ * of points on crumbs. The statue takes 3 bytes, an airborne survey with trees 17. */
 #define SURFACE_BYTES 20u
-/* What else is kept where each point is a crumb, beside its neighbours: 8 edges (64), its place
- * (4), the pieces' trees, sizes, numbers and sums (30). */
+/* Per point if each point is a crumb, without its neighbours: 8 edges (64), its place (4), the
+ * pieces' trees, sizes, numbers and sums (30). */
 #define CRUMBS_BYTES 98u
-/* Of a million points that are looked at from outside, and in the worst case the depth buffers of
- * each thread (visibility.c). */
+/* For a million points that are drawn from outside; and in the worst case for each thread's depth
+ * buffer (visibility.c). */
 #define VIEW_BYTES (32u << 20)
 #define THREAD_VIEW_BYTES (64u << 20)
 
-/* Of a neighbour in a list (graph.c), at most. */
+/* Greatest size of a neighbour in a list (graph.c), in bytes. */
 static uint64_t step_bytes(uint64_t point_count)
 {
     uint64_t bytes = 1;
@@ -39,7 +39,7 @@ static uint64_t machine_bytes(void)
     return pages > 0 && size > 0 ? (uint64_t)pages * (uint64_t)size : (uint64_t)4 << 30;
 }
 
-/* Where a file lies. */
+/* The folder of a file. */
 static stp_status folder_of(const char *path, char **out, stp_error *err)
 {
     const char *slash = strrchr(path, '/');

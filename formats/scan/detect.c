@@ -293,3 +293,13 @@ done:
     free(p.bytes);
     return status;
 }
+
+const char *stp_scan_format_name(stp_scan_format format)
+{
+    static const char *const names[STP_SCAN_FORMAT_COUNT] = {
+        [STP_SCAN_PLY] = "PLY",       [STP_SCAN_OBJ] = "OBJ",        [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL", [STP_SCAN_LAS] = "LAS",
+        [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",        [STP_SCAN_XYZ] = "XYZ",
+        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX"};
+    return names[format];
+}

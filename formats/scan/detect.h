@@ -23,4 +23,7 @@ typedef enum stp_scan_format {
  * (unknown). */
 stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err);
 
+/* "PLY", "STL". */
+const char *stp_scan_format_name(stp_scan_format format);
+
 #endif

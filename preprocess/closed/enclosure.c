@@ -1,4 +1,4 @@
-/* Discs into voxels, the flood, and what it says of each point. */
+/* Puts discs into voxels, floods the outside, and classifies each point. */
 #include "preprocess/closed/enclosure.h"
 
 #include "base/memory.h"
@@ -7,36 +7,34 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Sides of a voxel, in median spacings: wanted, and at most. */
+/* Side of a voxel in median spacings: the wanted one and the largest. */
 #define VOXEL_SPACINGS 1.5
 #define VOXEL_SPACINGS_MOST 2.5
-/* From one try to the next. */
+/* Growth of the side from one try to the next. */
 #define VOXEL_GROWTH 1.2
 /* Empty voxels around the box: discs reach beyond their centres. */
 #define MARGIN 8
-/* Of voxels that are held at once: occupied ones, the outside, and three while openings are sealed.
- */
+/* Sets of voxels in memory at once: occupied, outside, and three while openings are sealed. */
 #define SETS 5u
-/* Voxels: a disc of a greater radius closes nothing, for it would cost too much. */
+/* Voxels. A disc with a greater radius closes nothing: it would cost too much. */
 #define RADIUS_LIMIT 48.0
-/* Voxels from a point to the open ones that are asked about it. */
+/* Voxels. How far from a point its open voxels are looked for. */
 #define REACH 8.0
-/* Likewise to the open ones beside a single layer of discs, at most. */
+/* Voxels. The farthest open voxel beside a single layer of discs. */
 #define LAYER 1.5
-/* By how much a second layer is farther than the first, at least, if it is to tell a sign. */
+/* Voxels. How much farther the second layer must be than the first to decide a guessed sign. */
 #define LAYER_EXCESS 1.0
-/* Cubes along the longest side of the coarse grid, at most. */
+/* Most cubes along the longest side of the coarse grid. */
 #define COARSE_LIMIT 48
-/* A scan of fewer points is drawn whole in no time, and the gaps at its edges are many pixels wide.
- */
+/* A smaller scan is fast to draw whole, and the gaps at its edges are many pixels wide. */
 #define POINTS_LEAST 32768u
-/* A closed part of a scan that is smaller is not worth what it may cost. */
+/* If a smaller share of the points is closed, the gain is not worth the cost. */
 #define CLOSED_SHARE 0.05
 /* A model is closed if more than this share of its points is. */
 #define CLOSED_MODEL_SHARE 0.5
-/* Voxels: if it is not, openings of up to twice as many and one are sealed, the small ones first.
- * Cubes that are larger than need be fit into no thin part or narrow gap either, and more is taken
- * for an opening. */
+/* Voxels. If the model is not closed, openings up to 2 reach + 1 voxels wide are sealed, small
+ * reaches first. A cube that is larger than needed does not fit into thin parts or narrow gaps
+ * either, so more is taken for an opening. */
 #define SEAL_REACH_MOST 5
 static const int seal_reaches[] = {1, SEAL_REACH_MOST};
 #define BLOCK_POINTS 65536u
@@ -48,7 +46,7 @@ typedef struct enclosing {
     stp_voxel_grid grid;
     stp_dvec3 origin;
     double voxel;      /* side, world units */
-    bool known_closed; /* most points are */
+    bool known_closed; /* most points are closed */
     atomic_uint closed_count;
 } enclosing;
 
@@ -58,7 +56,7 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Of points spread over the cloud. */
+/* The median spacing of points spread over the cloud. */
 static stp_status median_spacing(const stp_cloud *cloud, double *out, stp_error *err)
 {
     uint32_t stride = (cloud->count - 1) / MEDIAN_POINTS + 1, count = 0;
@@ -91,7 +89,7 @@ static voxel_disc disc_of(const enclosing *e, uint32_t i)
                         flat ? radius : 0.0};
 }
 
-/* Runs one of the passes over BLOCK_POINTS points. */
+/* A pass over all points, in tasks of BLOCK_POINTS points. */
 typedef struct pass {
     enclosing *e;
     void (*look)(enclosing *, uint32_t point);
@@ -129,8 +127,8 @@ static void claim(enclosing *e, uint32_t point)
     stp_voxel_grid_claim(&e->grid, low, high);
 }
 
-/* Marks the voxels that the disc's plane meets and whose centres it holds, column by column along
- * the axis that it lies most across. */
+/* Marks the voxels that the disc's plane meets and whose centres project into the disc. Goes column
+ * by column along the axis that is nearest to the normal. */
 static void rasterise(enclosing *e, uint32_t point)
 {
     voxel_disc d = disc_of(e, point);
@@ -164,7 +162,7 @@ static void rasterise(enclosing *e, uint32_t point)
         }
 }
 
-/* The nearest open voxel on one side of a point; OCCUPIED: there is none in reach. */
+/* The nearest open voxel on one side of a point. OCCUPIED: none within REACH. */
 typedef struct flank {
     stp_voxel voxel;
     double distance; /* voxels */
@@ -183,10 +181,9 @@ static flank flank_of(const enclosing *e, const voxel_disc *d, double sign)
     return (flank){STP_VOXEL_OCCUPIED, REACH};
 }
 
-/* Whether the one side is open to the outside and the other one is not. Of a model that is known to
- * be closed it is enough that the other one is inside, or that there is a second layer of voxels:
- * thin parts have no voxel inside. A sign that is a guess asks for more: both sides must tell it.
- */
+/* Whether a point is closed: its front is outside and its back inside. Thin parts have no voxel
+ * inside. So if the model is known to be closed, a back that is inside is enough, or a second layer
+ * of voxels at the back. If the sign is a guess, more is asked for: both sides must show it. */
 static bool is_closed(const enclosing *e, flank front, flank back)
 {
     bool beside = front.voxel == STP_VOXEL_OUTSIDE && back.voxel == STP_VOXEL_OUTSIDE;
@@ -224,7 +221,7 @@ static void unmark(enclosing *e, uint32_t point)
     *mark &= (uint8_t) ~(STP_MARK_CLOSED | (e->params->guessed ? STP_MARK_ORIENTED : 0u));
 }
 
-/* Blocks along each axis; false if they are too many. */
+/* Sets the blocks along each axis. False if there are too many. */
 static bool measure(enclosing *e, int blocks[3])
 {
     const stp_dbox *box = &e->cloud->box;
@@ -241,8 +238,8 @@ static bool measure(enclosing *e, int blocks[3])
     return true;
 }
 
-/* A grid whose voxels fit the spacing and whose blocks fit the memory; *found false if there is
- * none. */
+/* Makes a grid whose voxels fit the spacing and whose blocks fit the memory. *found is false if
+ * there is none. */
 static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -271,7 +268,7 @@ done:
     return status;
 }
 
-/* Where an eye is outside, in cubes of 2^n voxels. */
+/* Sets the cubes of 2^n voxels in which an eye is outside. */
 static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *err)
 {
     int side = 1, most = 0;
@@ -294,7 +291,7 @@ static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *
     return status;
 }
 
-/* Marks closed points anew. */
+/* Marks the closed points again from scratch. */
 static stp_status classify_all(enclosing *e, stp_pool *pool, stp_error *err)
 {
     stp_status status = look_at_all(e, unmark, pool, err);
@@ -307,7 +304,7 @@ static bool is_mostly_closed(const enclosing *e)
     return atomic_load(&e->closed_count) >= CLOSED_MODEL_SHARE * e->cloud->count;
 }
 
-/* Seals openings, if so few are left that they can be named. */
+/* Seals openings, if they are few enough to be listed. */
 static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;

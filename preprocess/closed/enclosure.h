@@ -1,9 +1,14 @@
-/* Which points' backs nobody outside can see: a proof that a surface is closed.
+/* Finds points whose backs nobody outside can see: a proof that a surface is closed.
  *
- * The points' discs, as large as they are drawn, are put into a grid of voxels; the outside floods
- * what they leave open. A point is *closed* if the flood stands before it, along its normal, and
- * the nearest open voxel behind it was not reached: whoever looks at its back from outside looks
- * through another disc. docs/closed.md has the argument, its limits and its cost. */
+ * Each point's disc, as large as it is drawn, occupies voxels of a grid. The outside floods the
+ * voxels that are left open. A point is *closed* if the nearest open voxel in front of it, along
+ * its normal, is flooded, and the nearest open voxel behind it is not. Then every line of sight
+ * from outside to the point's back passes another disc.
+ *
+ *                             closed point
+ *     eye ~ ~ ~ |disc| . . . . |back  front| ~ ~ ~     ~ flooded voxel   . not reached
+ *
+ * docs/closed.md has the proof, its limits and its cost. */
 #ifndef STP_PREPROCESS_CLOSED_ENCLOSURE_H
 #define STP_PREPROCESS_CLOSED_ENCLOSURE_H
 
@@ -13,15 +18,15 @@
 typedef struct stp_enclosure_params {
     double lambda;         /* radius of a disc over its spacing */
     uint64_t memory_bytes; /* for the voxels */
-    /* Signs are guesses: a point that is closed on its other side is turned, and which side is the
-     * outside is known of closed points alone. */
+    /* The signs of the normals are guesses. A point that is closed on its other side is turned, and
+     * only closed points count as oriented. */
     bool guessed;
 } stp_enclosure_params;
 
-/* Sets STP_MARK_CLOSED of a cloud whose spacings, normals and signs are known, and says where an
- * eye is outside; *out needs stp_outside_clear. None is closed if the voxels that the spacing asks
- * for do not fit in the memory given. The same for any number of threads. Errors: OUT_OF_MEMORY,
- * IO. */
+/* Sets STP_MARK_CLOSED in a cloud whose spacings, normals and signs are known. *out says where an
+ * eye is outside; free it with stp_outside_clear. If the voxels that the spacing asks for do not
+ * fit the given memory, no point is closed. The result is the same for any number of threads.
+ * Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
                               const stp_enclosure_params *params, stp_pool *pool, stp_error *err);
 

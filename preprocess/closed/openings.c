@@ -1,15 +1,16 @@
-/* Voxels of openings, halved until balls around them are small. */
+/* Halves sets of opening voxels until the balls around them are small. */
 #include "preprocess/closed/openings.h"
 
 #include "base/memory.h"
 
 #include <stdlib.h>
 
-/* More voxels of openings are a sieve's. */
+/* With more opening voxels than this the surface is a sieve. */
 #define VOXELS_LIMIT 16384u
-/* Voxels: openings that are larger are covered by several balls. */
+/* Voxels. A larger opening is covered by several balls. */
 #define RADIUS_MOST 6.0
-/* From a voxel's centre to its corners, and to the next voxel, whose face the way goes through. */
+/* Voxels. From a voxel's centre to its corners and to the next voxel, through whose face the path
+ * goes. */
 #define VOXEL_REACH 1.5
 
 typedef struct run {
@@ -44,7 +45,7 @@ static stp_opening ball_of(const run *r, int *longest)
     return (stp_opening){{middle[0], middle[1], middle[2]}, sqrt(squared) + VOXEL_REACH};
 }
 
-/* Moves the voxels below the middle of an axis to the front; returns how many. */
+/* Moves the voxels below the middle of an axis to the front. Returns their number. */
 static size_t part(const run *r, int axis, double middle)
 {
     size_t front = 0;

@@ -15,7 +15,7 @@ static bool beyond_grid(const stp_voxel_grid *g, int x, int y, int z)
            z >= g->blocks[2] * BLOCK;
 }
 
-/* The number of the block that a voxel of the grid lies in, or 0; *place: of that block. */
+/* The number of the block that holds a voxel, or 0. *place: the block's place. */
 static uint32_t block_of(const stp_voxel_grid *g, int x, int y, int z, size_t *place)
 {
     *place = stp_voxel_place(g, x / BLOCK, y / BLOCK, z / BLOCK);
@@ -99,7 +99,7 @@ typedef struct face {
     uint32_t row[BLOCK];
 } face;
 
-/* Places to look at, each at most once at a time, in a ring. */
+/* The queue of places to look at: a ring with each place at most once. */
 typedef struct flood {
     stp_voxel_grid *grid;
     const stp_voxel_bits *walls;
@@ -119,7 +119,7 @@ static void enqueue(flood *f, size_t place)
     f->queue[(f->begin + f->count++) % f->capacity] = (uint32_t)place;
 }
 
-/* The place beyond a side; false beyond the grid. */
+/* The place beyond a side of a block. False: beyond the grid. */
 static bool beyond(const stp_voxel_grid *g, const int at[3], int side, size_t *place)
 {
     int to[3] = {at[0], at[1], at[2]};
@@ -130,7 +130,7 @@ static bool beyond(const stp_voxel_grid *g, const int at[3], int side, size_t *p
     return true;
 }
 
-/* Set voxels of a block at one of its sides; across x row z has bit y. */
+/* The set voxels at one side of a block. For a side across x, row z has bit y. */
 static face face_of(const stp_voxel_bits *b, int side)
 {
     face out = {{0}};
@@ -147,7 +147,7 @@ static face face_of(const stp_voxel_bits *b, int side)
     return out;
 }
 
-/* What comes in through a side from what lies beyond it. */
+/* The outside voxels beyond one side of a block. */
 static face seen_beyond(const flood *f, const int at[3], int side)
 {
     const stp_voxel_grid *g = f->grid;
@@ -162,7 +162,7 @@ static face seen_beyond(const flood *f, const int at[3], int side)
     return g->reached[place] ? all : none;
 }
 
-/* A block while it is flooded. */
+/* A block during its flood. */
 typedef struct basin {
     uint32_t wet[BLOCK][BLOCK], open[BLOCK][BLOCK];
 } basin;
@@ -194,7 +194,7 @@ static uint32_t fill_row(uint32_t set, uint32_t open)
     return set;
 }
 
-/* One row from its neighbours in the block; whether it grew. */
+/* Grows one row from its neighbours in the block. Returns whether it grew. */
 static bool grow_row(basin *b, int z, int y)
 {
     uint32_t before = b->wet[z][y], set = before;
@@ -206,7 +206,7 @@ static bool grow_row(basin *b, int z, int y)
     return b->wet[z][y] != before;
 }
 
-/* Forth and back until nothing grows. */
+/* Sweeps forth and back until nothing grows. */
 static void flood_basin(basin *b)
 {
     for (bool grew = true; grew;) {
@@ -272,7 +272,7 @@ static bool on_border(const stp_voxel_grid *g, const int at[3])
     return false;
 }
 
-/* Nothing is outside, and all places at the border are to be looked at. */
+/* Resets: nothing is outside, and every place at the border is queued. */
 static void begin_flood(flood *f)
 {
     stp_voxel_grid *g = f->grid;

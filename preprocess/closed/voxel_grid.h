@@ -1,8 +1,8 @@
-/* A grid of voxels, of which some are occupied, and what of the others is outside.
+/* A grid of voxels. Some are occupied; each of the others is outside or inside.
  *
- * Bits, in blocks of 32 x 32 x 32 voxels; a block that nobody claims takes five bytes. Everything
- * beyond the grid is outside. Units: voxels; voxel (i, j, k) is the cube from there to (i + 1, j +
- * 1, k + 1). Threads: claims and marks from any thread; everything else from one. */
+ * Voxels are bits in blocks of 32 x 32 x 32. A block that nobody claims takes five bytes.
+ * Everything beyond the grid is outside. Units: voxels; voxel (i, j, k) is the cube from (i, j, k)
+ * to (i + 1, j + 1, k + 1). Threads: claims and marks from any thread; everything else from one. */
 #ifndef STP_PREPROCESS_CLOSED_VOXEL_GRID_H
 #define STP_PREPROCESS_CLOSED_VOXEL_GRID_H
 
@@ -21,49 +21,56 @@ typedef struct stp_voxel_bits {
 } stp_voxel_bits;
 
 typedef struct stp_voxel_grid {
-    int blocks[3];            /* along each axis */
-    _Atomic uint32_t *number; /* by place: 0, or that of the block there, counted from 1 */
-    uint8_t *reached;         /* by place: a block without a number is outside */
+    int blocks[3];                      /* along each axis */
+    _Atomic uint32_t *number;           /* by place: the block's number from 1; 0: no block */
+    uint8_t *reached;                   /* by place: the block has no number and is outside */
     stp_voxel_bits *occupied, *outside; /* by number - 1 */
-    uint32_t block_count;               /* that have a number */
+    uint32_t block_count;               /* blocks with a number */
     stp_spill *spill;                   /* where blocks lie, borrowed */
 } stp_voxel_grid;
 
-/* Blocks along each axis, 1 to the limit; none is claimed. Errors: OUT_OF_MEMORY. */
+/* Creates a grid of this many blocks along each axis, 1 to the limit. No block is claimed. Errors:
+ * OUT_OF_MEMORY. */
 stp_status stp_voxel_grid_create(stp_voxel_grid *out, const int blocks[3], stp_spill *spill,
                                  stp_error *err);
 void stp_voxel_grid_clear(stp_voxel_grid *grid);
 
-/* Says that voxels in a box may be occupied, ends included; what lies beyond the grid is left out.
- */
+/* Claims the blocks of a box of voxels, ends included: its voxels may be occupied later. Voxels
+ * beyond the grid are ignored. */
 void stp_voxel_grid_claim(stp_voxel_grid *grid, const int low[3], const int high[3]);
 /* How many blocks are claimed. */
 uint32_t stp_voxel_grid_claimed(const stp_voxel_grid *grid);
-/* Makes the claimed blocks; claim no more. Errors: OUT_OF_MEMORY, IO. */
+/* Makes the claimed blocks. After this, claim no more. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_voxel_grid_make(stp_voxel_grid *grid, stp_error *err);
-/* Occupies a voxel of a claimed block; one beyond the grid is left out. */
+/* Occupies a voxel of a claimed block. A voxel beyond the grid is ignored. */
 void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z);
 
-/* Outside is what a way through faces of voxels that are not in `walls` joins to what lies beyond
- * the grid. walls: by number - 1, none of its voxels in blocks that nobody claimed. Errors:
- * OUT_OF_MEMORY.
- */
+/* Floods the grid from beyond it: a voxel is outside if a path through faces of voxels that are not
+ * in `walls` joins it to beyond the grid. walls: by number - 1; blocks that nobody claimed have no
+ * walls. Errors: OUT_OF_MEMORY. */
 stp_status stp_voxel_grid_flood(stp_voxel_grid *grid, const stp_voxel_bits *walls, stp_error *err);
 
-/* Outside becomes what a cube of 2 reach + 1 voxels comes to without touching an occupied one, with
- * the open voxels that are nearer to that than to where such a cube fits but does not come. So it
- * ends in every opening that is narrower, if there is room behind. Blocks are to be claimed that
- * far around occupied voxels. *sealed: there is such room. Errors: OUT_OF_MEMORY, IO. */
+/* Floods with a cube of 2 reach + 1 voxels on a side instead of a single voxel.
+ * 1. The cube moves in from beyond the grid and touches no occupied voxel. Voxels that it covers
+ *    are outside.
+ * 2. Other places where the cube fits are rooms. Voxels that a room's cube covers are inside.
+ * 3. Outside and inside grow towards each other, one voxel a round, into the open voxels left. Each
+ *    of these joins the nearer of the two.
+ *
+ * So the outside ends in every opening that is narrower than the cube, if there is a room behind
+ * it. Claim blocks up to `reach` voxels around occupied voxels. *sealed: there is a room. Errors:
+ * OUT_OF_MEMORY, IO. */
 stp_status stp_voxel_grid_seal(stp_voxel_grid *grid, int reach, bool *sealed, stp_error *err);
 
 typedef enum stp_voxel { STP_VOXEL_INSIDE, STP_VOXEL_OUTSIDE, STP_VOXEL_OCCUPIED } stp_voxel;
 
-/* After a flood. */
+/* What a voxel is, after a flood. */
 stp_voxel stp_voxel_grid_at(const stp_voxel_grid *grid, int x, int y, int z);
-/* Whether all voxels of a cube are outside. side: a power of two up to 32 that divides x, y, z. */
+/* Whether all voxels of a cube are outside. side: a power of two, at most 32, that divides x, y and
+ * z. */
 bool stp_voxel_grid_clear_of(const stp_voxel_grid *grid, int x, int y, int z, int side);
-/* Where the inside meets the outside after a seal: voxels inside beside one that is not, three
- * numbers each, for up to `capacity` of them. Returns how many there are. */
+/* Finds where inside and outside meet after a seal: inside voxels beside an outside voxel. Writes
+ * three numbers each for up to `capacity` of them. Returns how many there are. */
 size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capacity);
 
 /* ---- for passes over all blocks ---- */
@@ -93,7 +100,7 @@ static inline void stp_voxel_row_set(stp_voxel_bits *bits, int z, int y, uint32_
     atomic_store_explicit(&bits->row[z][y], row, memory_order_relaxed);
 }
 
-/* Where a place lies. */
+/* Splits a place into its block coordinates. */
 static inline void stp_voxel_place_split(const stp_voxel_grid *g, size_t place, int at[3])
 {
     at[0] = (int)(place % (size_t)g->blocks[0]);

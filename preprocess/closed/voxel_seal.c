@@ -1,4 +1,4 @@
-/* Sealing openings: erosion, flood, and growth of the outside against the inside. */
+/* Seals openings: erodes, floods, and lets outside and inside grow towards each other. */
 #include "preprocess/closed/voxel_grid.h"
 
 #include "base/memory.h"
@@ -7,19 +7,20 @@
 #include <string.h>
 
 #define BLOCK STP_VOXEL_BLOCK
-/* Rounds of growth, of a voxel each: what is deeper in a crevice stays inside. */
+/* Rounds of growth, one voxel each. Deeper voxels of a crevice stay inside. */
 #define ROUNDS 256
 
-/* A set of voxels of the whole grid: bits of blocks with a number; in others all or nothing. */
+/* A set of voxels of the whole grid. Blocks with a number have bits; a block without one is in the
+ * set as a whole or not at all. */
 typedef struct set {
     const stp_voxel_grid *grid;
     stp_voxel_bits *bits;
-    bool reached,
-        unreached; /* whether blocks without a number that are outside, or not, are in it */
-    bool beyond;   /* whether what lies beyond the grid is */
+    bool reached, unreached; /* blocks without a number that are outside (reached) or not
+                                (unreached) are in the set */
+    bool beyond;             /* the space beyond the grid is in the set */
 } set;
 
-/* Row y of layer z of a block, either of which may lie in the next block. */
+/* Row y of layer z of a block. y and z may lie in the next block. */
 static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
 {
     const stp_voxel_grid *g = s->grid;
@@ -34,7 +35,7 @@ static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
     return stp_voxel_row(&s->bits[number - 1], (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK);
 }
 
-/* The row with what lies up to `reach` voxels beside its set ones along x. */
+/* The row with its set voxels widened by `reach` voxels along x. */
 static uint32_t widen(const set *s, const int at[3], int z, int y, int reach)
 {
     uint64_t row = row_at(s, at, 0, z, y), low = row_at(s, at, -1, z, y);
@@ -56,7 +57,7 @@ static uint32_t spread(const set *s, const int at[3], int axis, int z, int y, in
     return out;
 }
 
-/* Runs over the rows of all blocks with a number. */
+/* Loops over the rows of all blocks with a number. */
 #define EACH_ROW(g, at, number, z, y)                                                              \
     for (size_t place_ = 0; place_ < stp_voxel_place_count(g); place_++)                           \
         if (((number) = stp_voxel_number(g, place_)) != 0 &&                                       \
@@ -64,8 +65,8 @@ static uint32_t spread(const set *s, const int at[3], int axis, int z, int y, in
             for (int z = 0; z < BLOCK; z++)                                                        \
                 for (int y = 0; y < BLOCK; y++)
 
-/* Dilates by a cube: x into `a`, y into `b`, z into s->bits, of which only voxels outside of
- * `without` stay, if it is given. */
+/* Dilates a set by a cube: x into `a`, y into `b`, z into s->bits. If `without` is given, its
+ * voxels are removed. */
 static void dilate(set *s, int reach, const stp_voxel_bits *without, stp_voxel_bits *a,
                    stp_voxel_bits *b)
 {
@@ -91,7 +92,7 @@ static void copy(const stp_voxel_grid *g, stp_voxel_bits *to, const stp_voxel_bi
     memcpy((void *)to, (const void *)from, g->block_count * sizeof *to);
 }
 
-/* Whether a cube fits where none comes; these voxels go to `inside`. */
+/* Whether the cube fits where the flood does not come. Writes those voxels to `inside`. */
 static bool find_rooms(const stp_voxel_grid *g, const stp_voxel_bits *walls, stp_voxel_bits *inside)
 {
     bool any = false;
@@ -107,16 +108,18 @@ static bool find_rooms(const stp_voxel_grid *g, const stp_voxel_bits *walls, stp
     return any;
 }
 
-/* Outside and inside while they grow towards each other. A round reads them as they were before. */
+/* Outside and inside while they grow towards each other. A round reads the sets as they were before
+ * the round. */
 typedef struct growth {
     stp_voxel_grid *grid;
     set outer, inner;         /* before the round */
-    stp_voxel_bits *inside;   /* grid->outside and this are as they are now */
+    stp_voxel_bits *inside;   /* the current inside; grid->outside is the current outside */
     uint32_t *places;         /* by number - 1 */
-    uint8_t *active, *change; /* likewise: may grow in this round; did */
+    uint8_t *active, *change; /* by number - 1: may grow in this round; has grown */
 } growth;
 
-/* One voxel in all directions through faces; of equals the outside comes first. */
+/* Grows a block by one voxel in all directions through faces. If both reach a voxel, the outside
+ * takes it. */
 static bool grow_block(growth *w, uint32_t block)
 {
     int at[3];
@@ -143,8 +146,8 @@ static bool grow_block(growth *w, uint32_t block)
     return grew;
 }
 
-/* After a round: what grew is what was, and it and the blocks around it may grow in the next one.
- */
+/* Ends a round: takes over what grew. A block that grew, and the blocks around it, may grow in the
+ * next round. */
 static void end_round(growth *w)
 {
     const stp_voxel_grid *g = w->grid;

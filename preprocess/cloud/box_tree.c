@@ -5,7 +5,7 @@
 
 #define LEAF_POINTS 256u
 #define FANOUT 16u
-/* Leaves and nodes that a task makes. */
+/* Leaves that one task makes. */
 #define TASK_LEAVES 256u
 
 typedef struct planting {
@@ -79,7 +79,7 @@ void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill)
     *tree = (stp_box_tree){0};
 }
 
-/* The children of a tier's i-th node, in the tier below. */
+/* The children, in the tier below, of a tier's i-th node: *first and the returned count. */
 static uint32_t children_of(const stp_box_tree *tree, unsigned tier, uint32_t i, uint32_t *first)
 {
     uint32_t below = tree->begin[tier] - tree->begin[tier - 1];
@@ -104,7 +104,8 @@ static void try_point(nearest_search *s, uint32_t i)
     s->reach = stp_min(s->reach, stp_nearest_list_reach(s->list));
 }
 
-/* Where all points of a node are at one place, the first of them in the cloud stands for all. */
+/* Whether all points of a node are at one position. Then the first one in the cloud stands for all.
+ */
 static bool is_spot(const stp_dbox *box)
 {
     return box->min.x == box->max.x && box->min.y == box->max.y && box->min.z == box->max.z;
@@ -117,7 +118,7 @@ static uint32_t first_point(unsigned tier, uint32_t i)
     return i * LEAF_POINTS;
 }
 
-/* Nearest children first. */
+/* Searches a node, nearest children first. */
 static void search_node(nearest_search *s, unsigned tier, uint32_t i)
 {
     const stp_box_tree *tree = &s->cloud->tree;

@@ -1,8 +1,9 @@
-/* Boxes over runs of a cloud's order, over runs of those runs, and so on up to one: for searches
- * that must find all there is, wherever it lies.
+/* A tree of boxes over runs of a cloud's order, for searches that must find everything, wherever it
+ * lies.
  *
- * A leaf is the box of 256 points that follow each other, a node above it that of 16 below. Takes a
- * fifth of a byte a point. Threads: any may search a tree that is made. */
+ * A leaf is the box of 256 consecutive points. A node above is the box of 16 boxes below, up to one
+ * root. The tree takes a fifth of a byte per point. Threads: any number may search a finished tree.
+ */
 #ifndef STP_PREPROCESS_CLOUD_BOX_TREE_H
 #define STP_PREPROCESS_CLOUD_BOX_TREE_H
 
@@ -21,22 +22,23 @@ struct stp_cloud;
 
 typedef struct stp_box_tree {
     stp_dbox *boxes;                   /* tier by tier, leaves first */
-    uint32_t begin[STP_BOX_TIERS + 1]; /* of each tier; the end of the last */
+    uint32_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */
     unsigned tier_count;               /* 0: no points */
 } stp_box_tree;
 
-/* Over the points as they are sorted. Errors: OUT_OF_MEMORY, IO. */
+/* Builds the tree over the sorted points. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_box_tree_create(stp_box_tree *out, const struct stp_cloud *cloud, stp_pool *pool,
                                stp_error *err);
 void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill);
 
-/* Fills the list with the nearest distinct positions to a point's but its own, exactly. What the
- * list holds before bounds the search: places of the cloud at true distances, or nothing. */
+/* Fills the list with the nearest distinct positions to a point's position, without its own,
+ * exactly. If the list is full before, its farthest entry bounds the search: the entries must then
+ * be places of the cloud at true distances. Otherwise leave the list empty. */
 void stp_box_tree_nearest(const struct stp_cloud *cloud, uint32_t self, stp_nearest_list *list);
 
-/* Calls visit(context, begin, end) for the runs of points in all leaves of which test(context, box)
- * holds, as it does for the nodes above them, in the points' order; ends when visit returns false.
- * False if it did. */
+/* Calls visit(context, begin, end) for the run of points of each leaf, in the points' order. A node
+ * for which test(context, box) is false is skipped with everything below it. The walk ends when
+ * visit returns false; then the function returns false. */
 bool stp_box_tree_walk(const struct stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
                        bool (*visit)(void *, uint32_t begin, uint32_t end), void *context);
 

@@ -11,7 +11,7 @@ typedef struct cutter {
     size_t capacity;
 } cutter;
 
-/* A node of an octree over a grid: points of one code down to this depth. */
+/* An octree node over a grid: points whose codes are equal down to this depth. */
 typedef struct octant {
     uint32_t begin, end;
     int depth;
@@ -34,7 +34,7 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
 {
     unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
     uint32_t end = node.end;
-    stp_spill_relieve(c->cloud->spill); /* few points, but each on a page of its own */
+    stp_spill_relieve(c->cloud->spill); /* few points are read, but each lies on its own page */
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
         uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
@@ -48,7 +48,7 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
 
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err);
 
-/* A pile of points closer than the grid follows its own, as it is sorted. */
+/* Cuts a pile, points closer than the grid, by the pile's own grid, as it is sorted. */
 static stp_status cut_pile(cutter *c, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -62,7 +62,7 @@ static stp_status cut_pile(cutter *c, octant node, stp_error *err)
     return status;
 }
 
-/* Cuts a node into its octants; octants that fit together stay one cell. */
+/* Cuts a node into its octants. Consecutive octants that fit into one cell stay together. */
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -133,26 +133,6 @@ void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell)
     stp_spill_forget(cloud->spill, cloud->points + cell->begin, count * sizeof *cloud->points);
     stp_spill_forget(cloud->spill, cloud->sheets + cell->begin, count * sizeof *cloud->sheets);
     stp_spill_forget(cloud->spill, cloud->marks + cell->begin, count * sizeof *cloud->marks);
-}
-
-typedef struct relieved {
-    stp_spill *spill;
-    stp_pool_task *task;
-    void *context;
-} relieved;
-
-static stp_status run_relieved(void *context, size_t index, unsigned worker, stp_error *err)
-{
-    const relieved *r = context;
-    stp_spill_relieve(r->spill);
-    return r->task(r->context, index, worker, err);
-}
-
-stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
-                         void *context, stp_error *err)
-{
-    relieved r = {cloud->spill, task, context};
-    return stp_pool_run(pool, count, run_relieved, &r, err);
 }
 
 void stp_cloud_unsort(stp_cloud *cloud)

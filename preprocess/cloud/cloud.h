@@ -1,7 +1,8 @@
 /* The points of a scan in memory, in Morton order, and the cells they fall into.
  *
- * A cell is a run of the order: the unit of neighbour search and the leaf chunk to be. Cells depend
- * on the points alone, never on threads or memory. Does not read files. Threads: one builder. */
+ * A cell is a run of the Morton order. Neighbours are searched cell by cell, and each cell becomes
+ * a leaf chunk. Cells depend only on the points, never on threads or memory. Does not read files.
+ * Threads: one builder. */
 #ifndef STP_PREPROCESS_CLOUD_CLOUD_H
 #define STP_PREPROCESS_CLOUD_CLOUD_H
 
@@ -16,7 +17,7 @@
 /* Most points of a cell: as many as a chunk holds. */
 #define STP_CELL_POINTS 65536u
 
-/* Of points that belong to no sheet. */
+/* The sheet of a point that belongs to no sheet. */
 #define STP_SHEET_NONE UINT32_MAX
 
 typedef enum stp_given {
@@ -27,14 +28,14 @@ typedef enum stp_given {
 
 typedef struct stp_cloud_point {
     stp_dvec3 position;
-    vec3s normal;    /* unit, or zero where unknown; its sign is its mark's to turn */
+    vec3s normal;    /* unit; zero if unknown; STP_MARK_TURNED turns its sign */
     float spacing;   /* local sample spacing, world units */
     uint32_t source; /* place in the input */
     uint16_t rgb[3];
     uint16_t intensity;
-    uint16_t station; /* whose point it is, counted from 1; 0: unknown */
+    uint16_t station; /* the station that saw the point, from 1; 0: unknown */
     uint8_t class_id;
-    uint8_t given; /* what the normal is from, if not from near points: stp_given */
+    uint8_t given; /* where the normal comes from: stp_given; NOT: from near points */
 } stp_cloud_point;
 
 typedef struct stp_cell {
@@ -42,17 +43,17 @@ typedef struct stp_cell {
     stp_dbox box;
 } stp_cell;
 
-/* What is found of a point: bits. */
-#define STP_MARK_TURNED 1u   /* its normal's sign is the other one */
-#define STP_MARK_ORIENTED 2u /* which side is the outside is known */
+/* Bits: what is known about a point. */
+#define STP_MARK_TURNED 1u   /* its normal has the other sign */
+#define STP_MARK_ORIENTED 2u /* its outside is known */
 #define STP_MARK_OUTLIER 4u  /* far from everything else */
 #define STP_MARK_CLOSED 8u   /* its back is proven hidden (enclosure.h) */
-#define STP_MARK_WIDE 16u    /* its plane is wider than the nearest neighbours, because of noise, */
-#define STP_MARK_WIDEST 32u  /* or wider still */
+#define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
+#define STP_MARK_WIDEST 32u  /* likewise, and still more points */
 
 typedef struct stp_cloud {
     stp_cloud_point *points;
-    uint32_t *sheets; /* by point: which smooth piece of surface it lies on; STP_SHEET_NONE */
+    uint32_t *sheets; /* by point: the smooth piece of surface it lies on, or STP_SHEET_NONE */
     uint8_t *marks;   /* by point: STP_MARK_* */
     uint32_t count, capacity;
     stp_spill *spill; /* where arrays by point lie, borrowed; NULL: plain memory */
@@ -62,32 +63,32 @@ typedef struct stp_cloud {
     stp_box_tree tree; /* over the sorted points */
 } stp_cloud;
 
-/* Room for so many points, none yet. Errors: OUT_OF_MEMORY, IO. */
+/* Makes room for `capacity` points; the cloud is empty. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err);
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
- * source), cuts the order into cells and makes room for what will be found of each point. Errors:
- * OUT_OF_MEMORY, IO. */
+ * source), cuts the order into cells, and allocates the arrays by point. Errors: OUT_OF_MEMORY, IO.
+ */
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
-/* Frees what the sort made: the points may change, and be sorted again. */
+/* Frees what the sort made. The points may then change and be sorted again. */
 void stp_cloud_unsort(stp_cloud *cloud);
-/* Gives room in files back: a cell's points, sheets and marks are not needed any more. */
+/* Gives back the disk space of a cell's points, sheets and marks, which nobody needs any more. */
 void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell);
-/* stp_pool_run for tasks that walk through arrays by point: keeps to the spill's limit between
- * them. */
+/* stp_pool_run for tasks that walk through arrays by point. Keeps to the spill's memory limit
+ * between tasks. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
                          void *context, stp_error *err);
-/* At each turn of a loop over every stride-th point: keeps to the limit. */
+/* Call this at each turn of a loop over every stride-th point: it keeps to the memory limit. */
 static inline void stp_cloud_stride(stp_spill *spill, uint64_t i, uint32_t stride)
 {
     if (i % 65536u < stride)
         stp_spill_relieve(spill);
 }
-/* Likewise over all points. */
+/* Like stp_cloud_stride, in a loop over all points. */
 static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
 {
     stp_cloud_stride(spill, i, 1);
 }
-/* Around so many points that follow each other. */
+/* The box around `count` consecutive points. */
 static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint32_t count)
 {
     stp_dbox box = stp_dbox_empty();
@@ -96,7 +97,7 @@ static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint32_t co
     return box;
 }
 
-/* Whether the point lies where the one before it does: equal positions follow each other. */
+/* Whether the point has the same position as the one before. Equal positions are consecutive. */
 static inline bool stp_cloud_repeats(const stp_cloud *cloud, uint32_t i)
 {
     if (i == 0)

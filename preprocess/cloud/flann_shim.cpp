@@ -4,8 +4,8 @@
 #include <new>
 #include <stdlib.h>
 
-/* FLANN's pool says a word of its own and goes on with NULL where there is no memory: so it asks
- * here, and what is thrown is caught below. */
+/* If memory runs out, FLANN's pool prints a message and goes on with NULL. So FLANN gets this
+ * malloc, which throws; the entries below catch. */
 static inline void *stp_flann_malloc(size_t size)
 {
     void *memory = malloc(size);
@@ -31,10 +31,10 @@ namespace
 typedef flann::L2_3D<float> metric;
 typedef flann::KDTreeSingleIndex<metric> index_type;
 
-/* Fewer take longer to build than they save in searches for a group. */
+/* Points in a leaf. Smaller leaves take longer to build than they save in searches for a group. */
 const int leaf_points = 32;
 
-/* Everything nearer than a distance, into the caller's memory. */
+/* Collects every point nearer than a distance in the caller's memory. */
 class collector : public flann::ResultSet<float>
 {
   public:

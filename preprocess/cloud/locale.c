@@ -7,16 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Points of a cell by which its spacing is guessed, and of their distances the one that is taken:
- * so many in eight are less. */
+/* A cell's spacing is guessed from PROBES of its points: the distance that is greater than
+ * PROBE_EIGHTHS eighths of the probed ones. */
 #define PROBES 24u
 #define PROBE_EIGHTHS 7u
-/* More points around than this many times the cells' own, and cells' worth, are too many: halos are
- * halved, so often at most. */
+/* A halo has too many points if it has more than GREATEST_SHARE times the cells' own and one more
+ * cell's worth. Then halos are halved, at most HALVINGS times. */
 #define GREATEST_SHARE 2u
 #define HALVINGS 3
 
-/* Distance of the k-th neighbour, of most points of a cell. */
+/* The distance of the k-th neighbour that most points of a cell do not exceed. */
 static double probe(const stp_cloud *cloud, const stp_cell *cell, unsigned k)
 {
     double distances[PROBES];
@@ -82,7 +82,7 @@ static bool gather_leaf(void *context, uint32_t begin, uint32_t end)
     return l->count <= g->limit;
 }
 
-/* The cells' own points alone. */
+/* Gathers only the cells' own points. */
 static stp_status gather_home(stp_locale *l, stp_error *err)
 {
     uint32_t begin = l->cells[0].begin, end = l->cells[l->cell_count - 1].end;
@@ -169,7 +169,7 @@ uint32_t stp_locale_find(const stp_locale *l, uint32_t place, size_t *from)
 {
     size_t step = 1;
     size_t low = *from, high = *from;
-    while (high < l->count && l->places[high] < place) { /* near at hand, most often */
+    while (high < l->count && l->places[high] < place) { /* usually close by */
         low = high + 1;
         high += step;
         step *= 2;
@@ -186,7 +186,7 @@ uint32_t stp_locale_find(const stp_locale *l, uint32_t place, size_t *from)
     return low < l->count && l->places[low] == place ? (uint32_t)low : STP_LOCALE_NONE;
 }
 
-/* Distance from the box, below 0 inside: to its nearest face. */
+/* Distance from p to the box. Inside: minus the distance to the nearest face. */
 static double signed_distance(const stp_dbox *b, stp_dvec3 p)
 {
     double room = stp_min(

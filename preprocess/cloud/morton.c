@@ -9,15 +9,15 @@
 
 #define BLOCK 65536u
 #define CODE_BITS (3 * STP_MORTON_BITS)
-/* Digits by which points are parted in place: 8 cells an axis. */
+/* Points are parted in place by digits of 9 bits: 8 grid cells per axis. */
 #define PART_BITS 9
 #define PART_COUNT 512u
-/* Parts of no more points are sorted by keys beside them. */
+/* Parts up to this size are sorted by keys outside the point array. */
 #define KEYED_POINTS 131072u
-/* Digits of the keys. */
+/* Digits of the radix sort of keys. */
 #define DIGIT_BITS 11
 #define DIGIT_COUNT 2048u
-/* Parts that a comparison sort is faster for. */
+/* Parts up to this size: a comparison sort is faster. */
 #define SMALL_PART 256u
 
 typedef struct key {
@@ -25,13 +25,13 @@ typedef struct key {
     uint32_t index; /* of the point before sorting */
 } key;
 
-/* What points are sorted by. */
+/* The sort order of points: by code, or by source. */
 typedef struct order {
     stp_morton_grid grid;
     bool by_source;
 } order;
 
-/* A worker's room for KEYED_POINTS. */
+/* A worker's scratch memory for KEYED_POINTS points. */
 typedef struct room {
     key *keys, *other;
     stp_cloud_point *sorted;
@@ -49,7 +49,7 @@ typedef struct sorter {
     stp_spill *spill;
 } sorter;
 
-/* Spreads 21 bits so that two zeros stand between each pair. */
+/* Spreads 21 bits: puts two zeros between neighbouring bits. */
 static uint64_t spread(uint64_t v)
 {
     v &= 0x1fffff;
@@ -64,7 +64,7 @@ static uint64_t grid_coordinate(double value, double origin, double scale)
 {
     double cell = (value - origin) * scale;
     double last = (double)((1 << STP_MORTON_BITS) - 1);
-    return (uint64_t)(cell > 0.0 ? stp_min(cell, last) : 0.0); /* not NaN, of an endless box */
+    return (uint64_t)(cell > 0.0 ? stp_min(cell, last) : 0.0); /* NaN (endless box) gives 0 */
 }
 
 uint64_t stp_morton_code(const stp_morton_grid *grid, stp_dvec3 p)
@@ -106,7 +106,7 @@ static uint32_t part_of(const order *o, const stp_cloud_point *p, unsigned shift
     return (uint32_t)(code_of(o, p) >> shift) & (PART_COUNT - 1);
 }
 
-/* Counts to the parts' begins. */
+/* Turns counts into the parts' begins. */
 static void place_parts(uint32_t begin[PART_COUNT + 1])
 {
     uint32_t sum = 0;
@@ -117,7 +117,7 @@ static void place_parts(uint32_t begin[PART_COUNT + 1])
     }
 }
 
-/* Moves every point to its part, in place: each swap brings one where it belongs (McIlroy, Bostic
+/* Moves every point to its part, in place. Each swap brings one point to its place (McIlroy, Bostic
  * and McIlroy 1993). */
 static void move_to_parts(stp_cloud_point *points, const order *o, unsigned shift,
                           const uint32_t begin[PART_COUNT + 1], stp_spill *spill)
@@ -146,7 +146,7 @@ static int compare_keys(const void *a, const void *b)
     return p->code < q->code ? -1 : p->code > q->code;
 }
 
-/* Least significant digit first, stable; bits from `top` on are equal. */
+/* Sorts stably, least significant digit first. Bits from `top` on are equal. */
 static void radix_sort(key *keys, key *other, uint32_t count, unsigned top)
 {
     for (unsigned shift = 0; shift < top; shift += DIGIT_BITS) {
@@ -176,7 +176,7 @@ static int compare_points(const void *a, const void *b)
 static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, unsigned top,
                        const room *r);
 
-/* Points of one code. */
+/* Sorts points with equal codes. */
 static void sort_ties(stp_cloud_point *points, uint32_t count, const room *r)
 {
     if (count <= STP_CELL_POINTS) {
@@ -193,7 +193,7 @@ static void sort_ties(stp_cloud_point *points, uint32_t count, const room *r)
     sort_range(points, count, &own, CODE_BITS, r);
 }
 
-/* Sorts by keys in the worker's room, then what ties. */
+/* Sorts by keys in the worker's scratch memory, then sorts ties. */
 static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, unsigned top,
                        const room *r)
 {
@@ -206,7 +206,7 @@ static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, 
     for (uint32_t i = 0; i < count; i++)
         r->sorted[i] = points[r->keys[i].index];
     memcpy(points, r->sorted, count * sizeof *points);
-    uint32_t pile = 0, pile_end = 0; /* of more than a cell there is one at most */
+    uint32_t pile = 0, pile_end = 0; /* at most one run of ties is larger than a cell */
     for (uint32_t begin = 0, end; begin < count && !o->by_source; begin = end) {
         for (end = begin + 1; end < count && r->keys[end].code == r->keys[begin].code; end++)
             ;
@@ -216,7 +216,7 @@ static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, 
             sort_ties(points + begin, end - begin, r);
     }
     if (pile_end > pile)
-        sort_ties(points + pile, pile_end - pile, r); /* takes the room */
+        sort_ties(points + pile, pile_end - pile, r); /* last: it uses the same scratch */
 }
 
 _Static_assert(KEYED_POINTS < 2 * (STP_CELL_POINTS + 1), "two piles");

@@ -1,4 +1,4 @@
-/* The nearest points found so far, by distance, ties by source. Threads: none of its own. */
+/* The nearest points found so far, by distance; ties by source. Threads: any, a list each. */
 #ifndef STP_PREPROCESS_CLOUD_NEAREST_LIST_H
 #define STP_PREPROCESS_CLOUD_NEAREST_LIST_H
 
@@ -14,7 +14,7 @@ typedef struct stp_nearest_list {
     unsigned capacity, count;
     double squared[STP_NEIGHBOURS_LIMIT];
     uint32_t place[STP_NEIGHBOURS_LIMIT];  /* in the cloud, nearest first */
-    uint32_t source[STP_NEIGHBOURS_LIMIT]; /* of each, by which ties are told apart */
+    uint32_t source[STP_NEIGHBOURS_LIMIT]; /* of each; breaks ties */
 } stp_nearest_list;
 
 static inline bool stp_nearest_list_full(const stp_nearest_list *list)
@@ -22,7 +22,7 @@ static inline bool stp_nearest_list_full(const stp_nearest_list *list)
     return list->count > 0 && list->count == list->capacity;
 }
 
-/* No farther point can enter; squared, infinite while there is room. */
+/* The squared distance beyond which no point can enter the list; infinite while there is room. */
 static inline double stp_nearest_list_reach(const stp_nearest_list *list)
 {
     return stp_nearest_list_full(list) ? list->squared[list->count - 1] : INFINITY;

@@ -6,49 +6,50 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Points, following each other along the Morton curve, that share a search by radius. */
+/* Consecutive points along the Morton curve that share a search by radius. */
 #define GROUP 16u
-/* How far they lie from the first at most, in distances of the k-th neighbour of the one before. */
+/* Greatest distance from the first point of a group, in k-th neighbour distances of the point
+ * before. */
 #define GROUP_SIZE 1.8
-/* Reach of that search beyond the group, in distances of the k-th neighbour of the one before. */
+/* How far the shared search reaches beyond the group, in the same unit. */
 #define GROUP_REACH 1.18
-/* Groups among more points than this are searched point by point. */
+/* If a group has more candidates than this, its points are searched one by one. */
 #define GROUP_CANDIDATES 512u
-/* Asked of the tree beyond k: the point itself, and one farther by which the list is known to be
+/* Extra points asked of the tree: the point itself, and one farther point that proves the list
  * complete. */
 #define EXTRA 2u
-/* No float distance of the tree is off by more than this part, but for the rounding of points. */
+/* Greatest relative error of the tree's float distances, without the rounding of points. */
 #define FLOAT_ERROR 1e-5
 
-/* Candidates among which a point's nearest are found by counting, and for how many at once. */
+/* Most candidates that are ranked by counting, and how many are counted at once. */
 #define CHOICES 96u
 #define RANKS 12u
-/* Where a point's k-th neighbour is looked for first, in distances of that of the point before. */
+/* First guess for a point's k-th neighbour distance, in that of the point before. */
 #define LIKELY_REACH 1.15
 
-/* Of points at the position of the one before them. */
+/* Marks a point at the same position as the point before. */
 #define AT_REPEATED (STP_LOCALE_NONE - 1)
 
 typedef struct search {
     const stp_cloud *cloud;
     const stp_locale *locale;
     unsigned k;
-    double last; /* distance of the k-th neighbour of the point before, 0 where not known */
+    double last; /* k-th neighbour distance of the point before; 0: unknown */
     const uint32_t *places;
     uint32_t *lists;
     stp_cloud_point *points;
 } search;
 
-/* What lies near a group, in double: all there is within `radius` of the centre. */
+/* The points near a group, in double: all within `radius` of the centre. */
 typedef struct surroundings {
-    vec3s centre; /* of the group, as the tree's points */
+    vec3s centre; /* of the group, in the tree's coordinates */
     double radius;
     size_t count;
     uint32_t place[GROUP_CANDIDATES], source[GROUP_CANDIDATES];
     double x[GROUP_CANDIDATES], y[GROUP_CANDIDATES], z[GROUP_CANDIDATES];
 } surroundings;
 
-/* Takes a point's list; where others that are as near may lie outside the locale, an exact one. */
+/* Stores a point's list. If points outside the locale may be as near, makes an exact list first. */
 static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
 {
     uint32_t place = s->places[i];
@@ -84,8 +85,8 @@ static stp_status no_memory(stp_error *err)
     return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
 }
 
-/* The list of the locale's point `at`, searched for it alone. Where a point that was left out may
- * be as near as the last one, all points that near are looked at. */
+/* Searches the list of the locale's point `at` alone. If a point that was left out may be as near
+ * as the last one, looks at all points that near. */
 static stp_status list_find(stp_nearest_list *list, const search *s, uint32_t at, stp_error *err)
 {
     const stp_locale *l = s->locale;
@@ -115,7 +116,7 @@ static vec3s tree_point(const stp_locale *l, uint32_t at)
     return (vec3s){{p[0], p[1], p[2]}};
 }
 
-/* Looks around some of the locale's points; none where there are too many. */
+/* Finds the points around some of the locale's points; none if there are too many. */
 static stp_status surroundings_find(surroundings *around, const search *s, const uint32_t *ats,
                                     unsigned at_count, stp_error *err)
 {
@@ -149,14 +150,14 @@ static stp_status surroundings_find(surroundings *around, const search *s, const
     return STP_OK;
 }
 
-/* What of a group's surroundings may be among the nearest of a point. */
+/* The candidates, from a group's surroundings, for the nearest of one point. */
 typedef struct choice {
     unsigned count;
-    int32_t keys[CHOICES]; /* squared distances as floats, whose bits keep their order */
+    int32_t keys[CHOICES]; /* squared distances as floats, whose bits sort like integers */
     uint16_t places[CHOICES];
 } choice;
 
-/* Squared distances of all surroundings, and which are within the limit; false: too many. */
+/* Computes all squared distances and picks those within the limit. False: too many. */
 static bool choice_filter(choice *c, const surroundings *around, stp_dvec3 p, double limit,
                           double *squared)
 {
@@ -181,7 +182,7 @@ static bool choice_filter(choice *c, const surroundings *around, stp_dvec3 p, do
     return true;
 }
 
-/* Sorts by counting how many are nearer, which takes no branches; false where floats tie. */
+/* Sorts by counting nearer ones, without branches. False if floats tie. */
 static bool choice_rank(const choice *c, stp_nearest_list *list, const surroundings *around,
                         const double *squared)
 {
@@ -211,8 +212,8 @@ static bool choice_rank(const choice *c, stp_nearest_list *list, const surroundi
     return placed == list->capacity && __builtin_popcountll(filled) == (int)list->capacity;
 }
 
-/* The list of the locale's point `at` out of its group's surroundings. False: nearer ones may lie
- * outside. */
+/* Makes the list of the locale's point `at` from its group's surroundings. False: nearer points may
+ * lie outside. */
 static bool list_choose(stp_nearest_list *list, const search *s, const surroundings *around,
                         uint32_t at)
 {
@@ -235,14 +236,14 @@ static bool list_choose(stp_nearest_list *list, const search *s, const surroundi
     return sqrt(list->squared[list->count - 1]) < room - l->slack;
 }
 
-/* Some of the points, that share a search. */
+/* Points that share a search. */
 typedef struct group {
     unsigned count;
-    uint32_t members[GROUP], ats[GROUP]; /* their numbers among the points and in the locale */
+    uint32_t members[GROUP], ats[GROUP]; /* their numbers among the points, and in the locale */
 } group;
 
-/* The group that begins at point i: what follows it, no farther from it than GROUP_SIZE says.
- * Returns where the next begins. */
+/* Gathers the group that begins at point i: the points that follow, no farther from it than
+ * GROUP_SIZE. Returns where the next group begins. */
 static uint32_t group_gather(group *g, const search *s, const uint32_t *ats, uint32_t i,
                              uint32_t count)
 {
@@ -277,7 +278,7 @@ done:
     return status;
 }
 
-/* Points outside the locale are searched exactly, those at one position share a list. */
+/* Searches points outside the locale exactly. Points at one position share a list. */
 static void find_others(search *s, const uint32_t *ats, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {

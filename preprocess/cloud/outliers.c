@@ -1,4 +1,4 @@
-/* Points, and small groups of points, far from everything else. */
+/* Finds points, and small groups of points, far from everything else. */
 #include "preprocess/cloud/outliers.h"
 
 #include "base/memory.h"
@@ -8,19 +8,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The points around a cell that are looked at: neighbours, and theirs for the spacings of these. */
+/* Rings around a cell: its neighbours, and their neighbours for the spacings of the first. */
 #define RINGS 2u
-/* Rows of the table that a task takes. */
+/* Rows of the table per task. */
 #define BLOCK_ROWS 4096u
 
-/* What is known of a point: bits. None of them: joined with few, or a repeated position. */
+/* Bits: what is known about a point. Neither bit: joined with few, or a repeated position. */
 #define JOINED 1u /* with more than k positions: kept */
-#define TOLD 2u   /* near a kept point, and so kept */
+#define TOLD 2u   /* near a kept point: kept, too */
 
-/* Lists of points in doubt, of duplicates of the first alone. */
+/* Neighbour lists of the points in doubt. Duplicates have one row, that of the first. */
 typedef struct table {
     uint32_t count;
-    uint32_t *points; /* going up */
+    uint32_t *points; /* ascending */
     uint32_t *lists;  /* k each */
     float *spacings;  /* their own */
 } table;
@@ -30,10 +30,10 @@ typedef struct finder {
     unsigned k;
     double distance; /* in spacings */
     const stp_progress *progress;
-    float *spacings;          /* local ones, by point; of duplicates the first's */
+    float *spacings;          /* local spacings by point; a duplicate's is that of the first */
     _Atomic(uint8_t) *states; /* by point */
     table *tables;            /* by cell */
-    table doubtful;           /* all of them */
+    table doubtful;           /* the tables of all cells */
     atomic_uint_fast64_t done_count;
     atomic_bool any_joined;
 } finder;
@@ -45,11 +45,11 @@ static uint8_t state_of(const finder *f, uint32_t point)
 
 static void add_state(const finder *f, uint32_t point, uint8_t bit)
 {
-    if (!(state_of(f, point) & bit)) /* cheaper */
+    if (!(state_of(f, point) & bit)) /* a read is cheaper */
         atomic_fetch_or_explicit(&f->states[point], bit, memory_order_relaxed);
 }
 
-/* Whether two points are within so many of these spacings. */
+/* Whether two points are within `distance` times this spacing. */
 static bool within(const finder *f, const stp_cloud *cloud, uint32_t a, uint32_t b, float spacing)
 {
     stp_dvec3 d = stp_dvec3_sub(cloud->points[a].position, cloud->points[b].position);
@@ -79,7 +79,7 @@ static void table_clear(table *t, const finder *f)
     *t = (table){0};
 }
 
-/* The row of a point that is in doubt. */
+/* The row of a point in doubt. */
 static uint32_t row_of(const table *t, uint32_t point)
 {
     uint32_t low = 0, high = t->count;
@@ -93,7 +93,7 @@ static uint32_t row_of(const table *t, uint32_t point)
     return low;
 }
 
-/* Puts the cells' tables together. */
+/* Joins the cells' tables. */
 static stp_status gather_tables(finder *f, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -120,7 +120,7 @@ done:
 
 /* ---- cell by cell ---- */
 
-/* The lower median of at least one: by counting, which takes no branches. */
+/* The lower median of at least one value, by counting, without branches. */
 static float median(const float *values, unsigned count)
 {
     unsigned middle = (count - 1) / 2;
@@ -147,7 +147,7 @@ static float local_spacing(const stp_unit *unit, uint32_t self)
     return count > 0 ? fminf(own, median(values, count)) : own;
 }
 
-/* Whether one step leads to all of k neighbours, and so to k + 1 positions with the point's own. */
+/* Whether one step reaches all k neighbours. With the point's own these are k + 1 positions. */
 static bool joined_with_all(const finder *f, const stp_unit *unit, const float *spacings,
                             uint32_t self)
 {
@@ -164,7 +164,8 @@ static uint32_t place_of(const stp_unit *unit, uint32_t number)
     return number == STP_NEIGHBOUR_NONE ? STP_NEIGHBOUR_NONE : unit->places[number];
 }
 
-/* Sorts the cell's points into joined ones, whose neighbours are kept, too, and doubtful ones. */
+/* Splits the cell's points into joined and doubtful ones. The neighbours of joined points are kept,
+ * too. */
 static stp_status sort_out(finder *f, const stp_unit *unit, const float *spacings, table *doubtful,
                            stp_error *err)
 {
@@ -231,8 +232,7 @@ static bool among(const uint32_t *points, unsigned count, uint32_t wanted)
     return false;
 }
 
-/* Whether steps lead to more than k positions: to so many in doubt, or to one that is joined with
- * them. */
+/* Whether steps reach more than k positions: that many in doubt, or one that is joined. */
 static bool joined_with_many(const finder *f, uint32_t row)
 {
     const table *t = &f->doubtful;
@@ -269,7 +269,7 @@ static stp_status join_block(void *context, size_t block, unsigned worker, stp_e
     return stp_progress_update(f->progress, "outliers", f->cloud->count, f->cloud->count, err);
 }
 
-/* Tells those neighbours of a kept point that are within reach of its own spacing. */
+/* Keeps the neighbours of a kept point within `distance` of its own spacings. */
 static void tell_neighbours(const finder *f, uint32_t row)
 {
     const table *t = &f->doubtful;
@@ -290,7 +290,7 @@ static bool near_kept(const finder *f, uint32_t row)
     return false;
 }
 
-/* Goes on until nobody is told any more. */
+/* Repeats rule 2 until nothing changes. */
 static stp_status settle(finder *f, stp_error *err)
 {
     uint32_t *rows = NULL, count = f->doubtful.count;

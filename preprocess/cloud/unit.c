@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Beyond the rings and the last ring's own search, in distances of the k-th neighbour. */
+/* Spare reach beyond the rings and the last ring's own search, in k-th neighbour distances. */
 #define REACH_SPARE 0.25
 
-/* Numbers of ring points by place: open addressing, a power of two of slots. */
+/* Maps places of ring points to numbers: open addressing with a power of two of slots. */
 typedef struct place_map {
     uint32_t *places, *numbers; /* STP_NEIGHBOUR_NONE: free */
     uint32_t mask, count;
@@ -38,7 +38,7 @@ static uint32_t *map_slot(const place_map *map, uint32_t place)
     return &map->places[at];
 }
 
-/* Room for so many more. */
+/* Makes room for `more` entries. */
 static stp_status map_grow(place_map *map, uint32_t more, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -66,7 +66,7 @@ done:
     return status;
 }
 
-/* The number of a place, STP_NEIGHBOUR_NONE if it has none yet. */
+/* The number of a place; STP_NEIGHBOUR_NONE if it has none yet. */
 static uint32_t number_of(const maker *m, uint32_t place)
 {
     if (place - m->begin < m->unit->ring_end[0])
@@ -75,7 +75,7 @@ static uint32_t number_of(const maker *m, uint32_t place)
     return *slot == place ? m->map.numbers[slot - m->map.places] : STP_NEIGHBOUR_NONE;
 }
 
-/* What other units do not write. */
+/* Copies the fields that no other unit writes. */
 static void copy_point(stp_cloud_point *out, const stp_cloud_point *from)
 {
     out->position = from->position;
@@ -85,7 +85,7 @@ static void copy_point(stp_cloud_point *out, const stp_cloud_point *from)
     out->normal = from->given ? from->normal : (vec3s){{0.0f, 0.0f, 0.0f}};
 }
 
-/* Appends points at count places, ascending, as a ring. */
+/* Appends the points at `count` places, ascending, as a ring. */
 static stp_status add_ring(maker *m, const uint32_t *places, uint32_t count, unsigned ring,
                            stp_error *err)
 {
@@ -106,7 +106,7 @@ done:
     return status;
 }
 
-/* Searches a ring's points; lists of the last ring are not kept. */
+/* Searches the neighbours of a ring's points. The last ring's lists are not kept. */
 static stp_status search_ring(maker *m, unsigned ring, stp_error *err)
 {
     stp_unit *u = m->unit;
@@ -131,7 +131,7 @@ static int compare_places(const void *a, const void *b)
     return p < q ? -1 : p > q;
 }
 
-/* Gives numbers to what the lists of a ring name for the first time: the next ring. */
+/* Numbers the places that a ring's lists name for the first time: they are the next ring. */
 static stp_status number_ring(maker *m, unsigned ring, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -163,7 +163,7 @@ done:
     return status;
 }
 
-/* The own points, and ring by ring what is around them. */
+/* Gathers the own points, then ring by ring what is around them. */
 static stp_status gather(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,15 +1,17 @@
 /* Crumbs between the sheets. */
 #include "preprocess/orient/crumbs.h"
 
+#include "preprocess/orient/place_list.h"
+
 #include <string.h>
 
-/* Crumbs lie beside crumbs: what settles one may unsettle another. */
+/* Crumbs lie beside crumbs: turning one may make another wrong. */
 #define SWEEPS 3
 
 typedef struct settling {
     const stp_sheets *sheets;
-    float *odds; /* by kept point: logarithm, above 0 where its neighbours agree */
-    float *sums; /* by crumb, a piece */
+    float *odds; /* by kept point: log odds; above 0 if its neighbours agree */
+    float *sums; /* by piece: sum over a crumb */
 } settling;
 
 static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)
@@ -43,7 +45,7 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         settle->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
     }
     return STP_OK;

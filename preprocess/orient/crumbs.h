@@ -5,8 +5,8 @@
 
 #include "preprocess/orient/sheets.h"
 
-/* Turns each crumb of oriented points with which its oriented neighbours disagree, by the sum of
- * the logarithms of the odds that each relation is right. Errors: OUT_OF_MEMORY, IO. */
+/* Turns each crumb of oriented points whose oriented neighbours disagree with it. The neighbours
+ * decide by the sum of log odds that each relation is right. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_crumbs_settle(const stp_sheets *sheets, stp_pool *pool, stp_error *err);
 
 #endif

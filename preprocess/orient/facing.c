@@ -1,18 +1,20 @@
-/* Normals to the stations that saw their points. */
+/* Turns normals to the stations that saw their points. */
 #include "preprocess/orient/facing.h"
 
-/* Logarithm of the odds that a normal leans to its station, over the cosine: as measured on the
- * statue and the sheet, 1 M points each, with several stations. */
+#include "preprocess/orient/place_list.h"
+
+/* Log odds that a normal leans to its station, per unit of cosine. Measured on the statue and the
+ * sheet, 1 M points each, with several stations. */
 #define ODDS_OF_COSINE 25.0f
-/* Of a point seen more steeply the neighbours are not asked. */
+/* If a point's own log odds are at least this, its neighbours are not asked. */
 #define PLAIN_ODDS 12.5f
-/* What settles one point may unsettle another. */
+/* Turning one point may make another wrong. */
 #define SWEEPS 3
 
 typedef struct settling {
     const stp_sheets *sheets;
     const stp_dvec3 *stations;
-    uint8_t *wrong; /* by kept point: turned after the sweep */
+    uint8_t *wrong; /* by kept point: is turned after the sweep */
 } settling;
 
 double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stations)
@@ -21,7 +23,7 @@ double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stati
         return 0.0;
     stp_dvec3 d = stp_dvec3_sub(stations[p->station - 1], p->position);
     double cosine = stp_dvec3_dot(stp_dvec3_normalize(d), stp_dvec3_from_float(normal));
-    return isfinite(cosine) ? cosine : 0.0; /* too far away for a double */
+    return isfinite(cosine) ? cosine : 0.0; /* not finite: too far away for a double */
 }
 
 static bool is_plain(float odds)
@@ -41,7 +43,7 @@ static float own_odds(const settling *settle, uint32_t point)
                                               settle->stations);
 }
 
-/* What a neighbour says is no surer than the neighbour itself. */
+/* A neighbour's word is no surer than the neighbour itself. */
 static float said_odds(const settling *settle, uint32_t self, uint32_t other)
 {
     stp_relation r = stp_relate_marked(settle->sheets->cloud, self, other);
@@ -62,7 +64,7 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         float sum = own_odds(settle, self);
         bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
         for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)

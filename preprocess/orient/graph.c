@@ -1,18 +1,19 @@
-/* Pieces of a cell. */
+/* Joins a cell's points into pieces. */
 #include "preprocess/orient/graph.h"
 
 #include "base/memory.h"
 #include "base/prefix_sum.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/forest.h"
+#include "preprocess/orient/place_list.h"
 #include "preprocess/surface/layer.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define EDGE_NEIGHBOURS 8u /* of each point, nearest first: enough to connect it */
+#define EDGE_NEIGHBOURS 8u /* of each point, nearest first: enough to connect the surface */
 
-/* One of a cell's edges, between points that belong to it, numbered in the cell. */
+/* An edge between two points of the cell, numbered in the cell. */
 typedef struct cell_edge {
     uint32_t a, b;
     uint16_t rank;
@@ -35,7 +36,8 @@ static const uint32_t *edges_of(const connection *c, uint32_t a)
     return c->unit->neighbours.indices + (size_t)a * c->unit->neighbours.k;
 }
 
-/* Whether b lies on a's own sheet. Within one gap of a's height it does, whatever else is near. */
+/* Whether b lies on a's own sheet. If b's height over a's plane is within one gap, it does,
+ * whatever else is near. */
 static bool in_layer(const connection *c, uint32_t a, uint32_t b)
 {
     const stp_cloud *cloud = &c->unit->cloud;
@@ -48,7 +50,7 @@ static bool in_layer(const connection *c, uint32_t a, uint32_t b)
     return stp_layer_holds(layer, height);
 }
 
-/* Sure edges lie within the layers of both ends. */
+/* Relates two points. An edge is sure only if it lies within the layers of both ends. */
 static stp_relation relate_layers(const connection *c, uint32_t a, uint32_t b)
 {
     stp_relation r = stp_relate(&c->unit->cloud.points[a], &c->unit->cloud.points[b]);
@@ -57,7 +59,7 @@ static stp_relation relate_layers(const connection *c, uint32_t a, uint32_t b)
     return r;
 }
 
-/* Whether the edge from a to b is b's edge to a, too, and is left to b: the earlier one. */
+/* Whether the edge from a to b is also b's edge to a and b, the earlier point, handles it. */
 static bool is_repeated(const connection *c, uint32_t a, uint32_t b)
 {
     bool found = false;
@@ -78,8 +80,8 @@ static stp_status add_open(stp_graph *graph, stp_edge edge, stp_error *err)
     return status;
 }
 
-/* Looks at all edges of the cell's points: the sure ones inside it, and what else may join pieces.
- */
+/* Looks at all edges of the cell's points: sure ones inside the cell, and others that may join
+ * pieces. */
 static stp_status relate_cell(connection *c, stp_error *err)
 {
     uint32_t sure_count = 0;
@@ -119,7 +121,7 @@ static void join_cell(connection *c)
         stp_forest_join(&c->forest, c->order[e].a, c->order[e].b, c->order[e].turned);
 }
 
-/* Numbers the pieces in the order of their first points, which are their roots. */
+/* Numbers the pieces in the order of their roots, which are their first points. */
 static stp_status number_pieces(connection *c, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -142,7 +144,7 @@ done:
     return status;
 }
 
-/* Drops open edges inside a piece of the cell's. */
+/* Drops open edges whose ends are in one piece of the cell. */
 static void drop_joined(connection *c)
 {
     stp_graph *graph = c->out;
@@ -165,36 +167,6 @@ static bool is_kept(const connection *c, uint32_t i)
            (c->stations && !stp_facing_plainly(&c->unit->cloud.points[at], c->stations));
 }
 
-/* A place is kept as the step to it from a point that is near, as a rule: so many bits a byte, the
- * lowest first, with a bit above them where more follow; the lowest of all says that it goes down.
- * No point is its own neighbour, so that step 0 is none. */
-#define STEP_BITS 7u
-#define STEP_BYTES 5u
-
-static uint8_t *write_place(uint8_t *at, uint32_t self, uint32_t place)
-{
-    int64_t step = place == STP_NEIGHBOUR_NONE ? 0 : (int64_t)place - (int64_t)self;
-    uint64_t left = step < 0 ? 2 * (uint64_t)-step - 1 : 2 * (uint64_t)step;
-    for (; left >> STEP_BITS; left >>= STEP_BITS)
-        *at++ = (uint8_t)(left | 1u << STEP_BITS);
-    *at++ = (uint8_t)left;
-    return at;
-}
-
-const uint8_t *stp_graph_next_list(const uint8_t *at, uint32_t self, unsigned k, uint32_t *out)
-{
-    for (unsigned n = 0; n < k; n++) {
-        uint64_t coded = 0;
-        unsigned shift = 0;
-        for (; *at >> STEP_BITS; shift += STEP_BITS)
-            coded |= (uint64_t)(*at++ & ((1u << STEP_BITS) - 1)) << shift;
-        coded |= (uint64_t)*at++ << shift;
-        uint32_t half = (uint32_t)(coded / 2);
-        out[n] = coded == 0 ? STP_NEIGHBOUR_NONE : coded & 1 ? self - half - 1 : self + half;
-    }
-    return at;
-}
-
 static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -203,7 +175,8 @@ static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
     for (uint32_t i = 0; i < c->count; i++)
         graph->kept_count += is_kept(c, i);
     STP_TRY(stp_alloc(&graph->kept, graph->kept_count, sizeof *graph->kept, "neighbours", err));
-    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, STEP_BYTES, "neighbours", err));
+    STP_TRY(stp_alloc(&graph->lists, (size_t)graph->kept_count * k, STP_PLACE_BYTES, "neighbours",
+                      err));
     uint8_t *end = graph->lists;
     uint32_t count = 0;
     for (uint32_t i = 0; i < c->count; i++) {
@@ -213,8 +186,8 @@ static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
         graph->kept[count++] = self;
         for (unsigned n = 0; n < k; n++) {
             uint32_t other = edges_of(c, c->begin + i)[n];
-            end = write_place(end, self,
-                              other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
+            end = stp_place_list_write(
+                end, self, other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
         }
     }
     *bytes = (size_t)(end - graph->lists);
@@ -268,10 +241,10 @@ done:
     return status;
 }
 
-/* An edge while edges are compared. */
+/* An edge during sorting. */
 typedef struct joint {
-    uint32_t a, b;   /* its pieces, the lesser first */
-    uint32_t number; /* in the order in which the cell's points have them */
+    uint32_t a, b;   /* its pieces, the lower number first */
+    uint32_t number; /* in the order of the cell's points */
     stp_edge edge;
 } joint;
 
@@ -283,7 +256,7 @@ static int compare_ranks(const void *a, const void *b)
     return p->number < q->number ? -1 : p->number > q->number;
 }
 
-/* By the pieces, those that are not narrow apart, then by rank; of equals the earlier first. */
+/* By pieces, then narrow edges last, then by rank, then by number. */
 static int compare_pieces(const void *a, const void *b)
 {
     const joint *p = a, *q = b;

@@ -1,4 +1,4 @@
-/* Which way normals point. */
+/* Decides which way normals point. */
 #include "preprocess/orient/orientation.h"
 
 #include "preprocess/orient/crumbs.h"
@@ -12,7 +12,7 @@ static void mark_all(stp_cloud *cloud)
             cloud->marks[i] |= STP_MARK_ORIENTED;
 }
 
-/* Parts the points into sheets, makes signs agree and turns the pieces. */
+/* Splits the points into sheets, makes signs agree and turns the pieces. */
 static stp_status connect(stp_cloud *cloud, unsigned k, stp_graph **graphs,
                           const stp_orient_params *params, stp_pool *pool, stp_turned *turned,
                           stp_error *err)
@@ -59,7 +59,7 @@ stp_status stp_orientation_find(stp_cloud *cloud, unsigned k, stp_graph **graphs
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the input has no normals to orient by: use --orient propagate");
     if (stp_orient_by_file(params)) {
-        mark_all(cloud); /* signs are known: opposed sheets part by their normals */
+        mark_all(cloud); /* signs are known, so normals alone separate opposed sheets */
         *found = STP_ORIENTATION_FILE;
         return STP_OK;
     }

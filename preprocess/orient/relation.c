@@ -1,18 +1,18 @@
-/* What two points' normals say of each other. */
+/* Relates two points' normals. */
 #include "preprocess/orient/relation.h"
 
 #define SHEET_COSINE 0.7f
-#define SHEET_OFFSET 0.5f /* spacings off each other's plane */
-#define CRUMB_OFFSET 1.0f /* so far off, a point may be noise on a sheet, or on another sheet */
+#define SHEET_OFFSET 0.5f /* in spacings, from each other's plane */
+#define CRUMB_OFFSET 1.0f /* at this offset a point may be noise, or on another sheet */
 
 static float greater(float a, float b)
 {
     return a > b ? a : b;
 }
 
-/* Signs agree plainly on a smooth piece; across a crease, after reflection in the plane between the
- * two points, which says the less the nearer the reflected normal is to a right angle with the
- * other. */
+/* On a smooth piece the normals' signs compare directly. Across a crease, one normal is reflected
+ * in the plane between the two points and then compared. The nearer the reflected normal is to a
+ * right angle with the other, the less the relation says. */
 stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
 {
     if (!stp_has_normal(p) || !stp_has_normal(q))
@@ -29,10 +29,10 @@ stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
         return (stp_relation){(uint16_t)(badness * (float)(STP_RANK_SMOOTH - 1)), cosine < 0.0f,
                               false};
     }
-    if (parallel && offset > CRUMB_OFFSET) /* neither side knows of the other */
+    if (parallel && offset > CRUMB_OFFSET) /* too far apart to relate */
         return (stp_relation){.rank = STP_RANK_NONE};
     float reflected = cosine - 2.0f * along_p * along_q / glms_vec3_norm2(d);
-    float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN, beyond what floats hold: 0 */
+    float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN (floats overflowed) becomes 0 */
     return (stp_relation){
         (uint16_t)(STP_RANK_SMOOTH +
                    (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
@@ -46,7 +46,7 @@ stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b)
     return r;
 }
 
-/* As measured on the statue, 300 k points with noise of 0.1 spacings. */
+/* Measured on the statue, 300 k points with noise of 0.1 spacings. */
 float stp_relation_odds(stp_relation r)
 {
     float odds = 6.0f;

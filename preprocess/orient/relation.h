@@ -1,27 +1,25 @@
-/* What two neighbours' normals say of each other: whether their signs agree, and how surely.
- *
- * Threads: any (pure functions). */
+/* The relation of two neighbours' normals: whether their signs agree, and how surely. */
 #ifndef STP_PREPROCESS_ORIENT_RELATION_H
 #define STP_PREPROCESS_ORIENT_RELATION_H
 
 #include "preprocess/cloud/cloud.h"
 
 /* Ranks: smaller is surer. */
-#define STP_RANK_SURE 100u   /* below: up to a quarter of a spacing off and 31 degrees */
-#define STP_RANK_SMOOTH 200u /* below: inside a sheet; from here on: across creases */
-#define STP_RANK_NONE 256u   /* nothing can be said */
+#define STP_RANK_SURE 100u   /* below: offset up to a quarter of a spacing, and up to 31 degrees */
+#define STP_RANK_SMOOTH 200u /* below: inside a sheet; from here on: across a crease */
+#define STP_RANK_NONE 256u   /* unknown */
 
 typedef struct stp_relation {
     uint16_t rank;
-    bool turned; /* the signs of the normals as they are disagree */
-    bool narrow; /* may lead from a sheet to one parallel to it */
+    bool turned; /* the normals' own signs disagree */
+    bool narrow; /* may lead from one sheet to a parallel one */
 } stp_relation;
 
-/* Of their normals as they are, without marks. */
+/* Relates two points by their normals' own signs, without marks. */
 stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q);
-/* With the signs their marks say. */
+/* Relates two points with the signs that their marks say. */
 stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b);
-/* Logarithm of the odds that the signs of both agree as they are, of a rank below STP_RANK_NONE. */
+/* Log odds that both signs agree as they are. The rank must be below STP_RANK_NONE. */
 float stp_relation_odds(stp_relation relation);
 
 #endif

@@ -1,11 +1,12 @@
-/* Sheets out of the pieces of all cells. */
+/* Joins the pieces of all cells into sheets. */
 #include "preprocess/orient/sheets.h"
 
 #include "base/memory.h"
+#include "preprocess/orient/place_list.h"
 
 #include <stdlib.h>
 
-/* Pieces of a cell are numbered after those of the cells before. */
+/* Numbers a cell's pieces after those of the cells before. */
 static stp_status number_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const stp_sheets *s = context;
@@ -25,7 +26,7 @@ static stp_status resolve_cell(void *context, size_t index, unsigned worker, stp
                              s->piece_begin[index], err);
 }
 
-/* A forest of the pieces of all cells, and edges between them. */
+/* Makes a forest of the pieces of all cells, and edges between the pieces. */
 static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -56,8 +57,9 @@ static bool is_crumb(stp_sheets *s, uint32_t piece)
     return s->forest.size[stp_forest_find(&s->forest, piece, &parity)] <= STP_CRUMB_POINTS;
 }
 
-/* Joins the open edges of all cells with ranks below `end`, surest first, of equals those of the
- * first cells; crumbs_only: no two pieces greater than crumbs, for which narrow edges will do. */
+/* Joins across the open edges of all cells with ranks below `end`, surest first; equals go by cell.
+ * crumbs_only: only pairs with a crumb are joined, also across narrow edges. Otherwise narrow edges
+ * are skipped. */
 static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_error *err)
 {
     const uint32_t cell_count = s->cloud->cell_count;
@@ -120,8 +122,8 @@ done:
     return status;
 }
 
-/* The sheet among a point's neighbours whose planes are least far from it on the mean; its own if
- * there is none. */
+/* The sheet, among those of a point's neighbours, whose planes have the least mean distance from
+ * the point; its own sheet if there is none. */
 static uint32_t adopt(const stp_sheets *s, uint32_t self, const uint32_t *list)
 {
     struct {
@@ -158,8 +160,8 @@ typedef struct settling {
     uint32_t *adopted; /* by kept point */
 } settling;
 
-/* What noise has put off its surface goes with the sheet it lies nearest to: edges would lead from
- * one side of a thin plate to the other through such points. */
+/* A point that noise moved off its surface joins the sheet nearest to it. Edges would lead through
+ * such points from one side of a thin plate to the other. */
 static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const settling *settle = context;
@@ -171,7 +173,7 @@ static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_e
     (void)err;
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
-        at = stp_graph_next_list(at, self, s->k, list);
+        at = stp_place_list_next(at, self, s->k, list);
         settle->adopted[s->kept_begin[index] + i] =
             stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
     }

@@ -1,7 +1,7 @@
 /* Sheets: pieces of smooth surface, and the signs by which their points' normals agree.
  *
- * Each cell's own pieces are known (graph.h); here those of all cells are joined, surest edges
- * first: within sheets, and then across creases. The same for any number of threads. */
+ * graph.h finds each cell's pieces. Here the pieces of all cells are joined, surest edges first:
+ * within sheets, then across creases. The result is the same for any number of threads. */
 #ifndef STP_PREPROCESS_ORIENT_SHEETS_H
 #define STP_PREPROCESS_ORIENT_SHEETS_H
 
@@ -13,27 +13,27 @@ typedef struct stp_sheets {
     unsigned k;
     stp_graph *graphs;     /* by cell */
     uint32_t *piece_begin; /* by cell: the number of its first piece */
-    uint32_t *kept_begin;  /* by cell: how many points are kept in those before; all at the end */
+    uint32_t *kept_begin;  /* by cell: number of kept points in the cells before; then the total */
     uint32_t piece_count;
-    stp_forest forest; /* over pieces, as joined so far; signs against the marks */
-    uint32_t *roots;   /* by piece: its sheet, a piece */
-    uint8_t *crumbs;   /* by piece: 1 where that is too small to be a sheet */
-    uint32_t *parts;   /* by piece: one sheet and its crumbs; NULL before stp_sheets_cross */
+    stp_forest forest; /* over pieces, as joined so far; signs relative to the marks */
+    uint32_t *roots;   /* by piece: its sheet, named by its root piece */
+    uint8_t *crumbs;   /* by piece: 1 if its sheet is too small, that is, a crumb */
+    uint32_t *parts; /* by piece: its sheet with the sheet's crumbs; NULL before stp_sheets_cross */
 } stp_sheets;
 
-/* Takes the graphs of the cloud's cells, as stp_surface_find leaves them with it; *graphs becomes
- * NULL. Errors: OUT_OF_MEMORY, IO. */
+/* Takes the graphs of the cloud's cells, as stp_surface_find leaves them; *graphs becomes NULL.
+ * Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_sheets_create(stp_sheets *out, stp_cloud *cloud, unsigned k, stp_graph **graphs,
                              stp_pool *pool, stp_error *err);
-/* Joins the pieces across creases, too; sheets stay. Errors: OUT_OF_MEMORY, IO. */
+/* Joins the pieces across creases, too. Sheets stay as they are. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_sheets_cross(stp_sheets *sheets, stp_error *err);
-/* Sets the cloud's sheets for good: of a point its piece's; on a crumb that of the sheet nearby
- * whose planes it lies nearest to; without a normal none. Comes last: pieces are forgotten. Errors:
- * OUT_OF_MEMORY, IO. */
+/* Sets the cloud's final sheets. A point gets the sheet of its piece. A point on a crumb gets the
+ * sheet nearby whose planes are nearest to it. A point without a normal gets none. Call this last:
+ * it forgets the pieces. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_sheets_settle(stp_sheets *sheets, stp_pool *pool, stp_error *err);
 void stp_sheets_clear(stp_sheets *sheets);
 
-/* The sheet of a point's piece, and whether that is a crumb. */
+/* The sheet of a point's piece, and whether that sheet is a crumb. */
 static inline uint32_t stp_sheets_root(const stp_sheets *sheets, uint32_t point)
 {
     return sheets->roots[sheets->cloud->sheets[point]];

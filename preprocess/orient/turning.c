@@ -1,10 +1,10 @@
-/* Turns pieces by volume, by scanners' positions and by what is seen of them. */
+/* Turns pieces by volume, by stations and by what is seen of them. */
 #include "preprocess/orient/turning.h"
 
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/visibility.h"
 
-/* A piece whose summed area vectors are below this part of its area is closed. */
+/* A piece is closed if its summed area vectors are at most this part of its area. */
 #define CLOSED_RATIO 0.25
 #define CLOSED_POINTS 64u
 
@@ -12,22 +12,22 @@ typedef struct piece {
     stp_dvec3 area; /* sum of area vectors */
     stp_dvec3 first;
     double total, volume;
-    double facing; /* by how much more it faces its points' stations than it turns away */
+    double facing; /* sum of cosines: above 0 if it faces its points' stations */
     uint32_t count;
 } piece;
 
-/* Of points that are a piece of their own: there may be as many as points. */
+/* A point that is a piece by itself. There may be as many as points. */
 #define LONE UINT32_MAX
 
-/* Numbers by piece of a cell, of the pieces of several points they have come to be part of, in the
- * order of their roots; returns how many. */
+/* Sets, for each piece of a cell, the number of the joined piece that it belongs to, in the order
+ * of the roots. A joined piece of one point gets LONE. Returns how many numbers there are. */
 static uint32_t number_pieces(stp_sheets *s, uint32_t *numbers)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < s->piece_count; i++, stp_cloud_step(s->forest.spill, i)) {
         uint8_t parity = 0;
         uint32_t root = stp_forest_find(&s->forest, i, &parity);
-        if (root == i) /* it comes before its other pieces */
+        if (root == i) /* the root comes before its other pieces */
             numbers[i] = s->forest.size[i] > 1 ? count++ : LONE;
         else
             numbers[i] = numbers[root];
@@ -48,7 +48,7 @@ static void add_to_piece(piece *c, const stp_cloud_point *p, vec3s normal,
     c->facing += stp_facing(p, normal, stations);
 }
 
-/* Makes signs agree with the piece's first point and sums the pieces up. */
+/* Makes signs agree with the piece's first point, and sums up each piece. */
 static void sum_pieces(const stp_sheets *s, const uint32_t *numbers, const stp_dvec3 *stations,
                        piece *pieces)
 {
@@ -63,8 +63,8 @@ static void sum_pieces(const stp_sheets *s, const uint32_t *numbers, const stp_d
     }
 }
 
-/* Whether the piece's outside is known, and in *sign, above 0 where its normals point there: by its
- * points' stations or, where none is known, by its volume, if it is closed. */
+/* Whether the piece's outside is known: from its points' stations or, if none is known, from its
+ * volume, if it is closed. *sign is above 0 if its normals point outward. */
 static bool outside_of(const piece *c, double *sign)
 {
     *sign = c->facing != 0.0 ? c->facing : c->volume;
@@ -73,8 +73,8 @@ static bool outside_of(const piece *c, double *sign)
     return c->count >= CLOSED_POINTS && stp_dvec3_length(c->area) <= CLOSED_RATIO * c->total;
 }
 
-/* Either sign will do of which nothing is known; octahedral codes are contiguous around +z, not
- * around -z. */
+/* If the outside is unknown, either sign will do. The piece then faces +z, because octahedral codes
+ * are contiguous around +z, not around -z. */
 static void turn_point(stp_cloud *cloud, uint32_t i, const piece *c, const stp_dvec3 *stations)
 {
     const stp_cloud_point *p = &cloud->points[i];
@@ -117,8 +117,8 @@ done:
     return status;
 }
 
-/* Turns the sheets of closed pieces whose seen points say so: reflection across one crease may be
- * wrong, but what a closed surface shows to the outside is its outside. */
+/* Reflection across one crease may be wrong, but what a closed surface shows to the outside is its
+ * outside. So the sheets of closed pieces turn by what is seen of them. */
 stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;

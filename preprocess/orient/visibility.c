@@ -5,17 +5,17 @@
 
 #include <stdlib.h>
 
-/* Each seen from both its ends. */
+/* Each axis is viewed from both ends. */
 #define AXES 13u
 #define PIXELS_LIMIT 2048
 #define PIXEL_SPACINGS 2.5
-/* Of larger clouds every other, third, ... point is drawn, in wider pixels. */
+/* Of larger clouds only every second, third, ... point is drawn, in wider pixels. */
 #define DRAWN_POINTS 1000000u
 #define BLOCK 65536u
-/* Views flatter than this do not tell the sides of a noisy normal apart. */
+/* In flatter views, noise hides which side the normal is on. */
 #define GRAZING_COSINE 0.25f
 
-/* The nearest drawn points to both viewers of an axis; 0: none, else the point's number from 1. */
+/* The drawn points nearest to the two viewers of an axis, numbered from 1; 0: none. */
 typedef struct pixel {
     float front_depth, back_depth;
     uint32_t front, back;
@@ -29,16 +29,18 @@ typedef struct vote_job {
     uint32_t stride; /* points from one drawn to the next */
     uint32_t drawn_count;
     vec3s *positions; /* by drawn point: in pixels, from the centre */
-    vec3s *normals;   /* likewise: seen points lie anywhere, and the cloud may not be in memory */
-    pixel **pixels;   /* by worker: all zero between axes */
-    int size;         /* pixels */
+    vec3s *normals; /* by drawn point; a copy, since seen points lie anywhere and the cloud may not
+                       be in memory */
+    pixel **pixels; /* by worker: all zero between axes */
+    int size;       /* pixels */
 } vote_job;
 
 typedef struct view {
     vec3s right, up, back;
 } view;
 
-/* Faces, edges and corners of a cube, of each opposed two one: the first of 3 x 3 x 3 places. */
+/* The directions are those from a cube's centre to its faces, edges and corners: 26 of the 3 x 3 x
+ * 3 places. The first 13 places have one of each opposite pair. */
 static view view_along(size_t axis)
 {
     size_t row = axis / 3, layer = axis / 9;

@@ -1,10 +1,10 @@
-/* Which side of the surface is seen from outside.
+/* Decides which side of the surface is seen from outside.
  *
- * The cloud is looked at from 26 directions, both ends of 13 axes, far away; in each pixel the
- * nearest point is taken to be seen, and a seen point faces the viewer. A closed surface is seen
- * from one side only, whatever its shape; an open one from both, which says that nothing is known.
- * Pixels are wider than the sampling, so that nearly none looks through the surface. Threads: one
- * call at a time. */
+ * The cloud is viewed from 26 directions, both ends of 13 axes, from far away. In each pixel the
+ * nearest point counts as seen, and a seen point faces the viewer. A closed surface of any shape is
+ * seen from one side only. An open surface is seen from both, which decides nothing. Pixels are
+ * wider than the sampling, so almost no pixel sees through the surface. Threads: one call at a
+ * time. */
 #ifndef STP_PREPROCESS_ORIENT_VISIBILITY_H
 #define STP_PREPROCESS_ORIENT_VISIBILITY_H
 
@@ -12,11 +12,12 @@
 
 #include <stdatomic.h>
 
-/* Of large clouds every so-manieth point is looked at, the first included. The cloud has points. */
+/* The step between points that are drawn, from the first point on; more than 1 in large clouds. The
+ * cloud has points. */
 uint32_t stp_visibility_stride(const stp_cloud *cloud);
-/* Adds to votes[i], for each direction from which the i-th point that is looked at is seen, 1 if
- * its normal faces the viewer and -1 if it turns away; grazing views do not count. votes: zero at
- * first. The same for any number of threads. Errors: OUT_OF_MEMORY, IO. */
+/* Counts votes for the i-th drawn point: for each direction that sees it, +1 if its normal faces
+ * the viewer, -1 if it turns away. Grazing views do not count. votes: zero before. The result is
+ * the same for any number of threads. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err);
 

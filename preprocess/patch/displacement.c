@@ -1,13 +1,13 @@
-/* How far stored points are from the points that were read. */
+/* Measures how far stored points are from the points that were read. */
 #include "preprocess/patch/displacement.h"
 
 #include "preprocess/patch/patch_build.h"
 
-/* Rounding of the sums on either side of a comparison. */
+/* Tolerance for rounding in comparisons. */
 #define ROUNDING 1e-9
 
-/* Whether the stored number rounds to the one that was read: to the nearest step, float or double.
- */
+/* Whether the stored number rounds to the number that was read: to the nearest step, float or
+ * double. */
 static bool is_same(double stored, double read, const stp_resolution *r)
 {
     const bool is_float = (double)(float)read == read;

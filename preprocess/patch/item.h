@@ -1,6 +1,6 @@
 /* What a level-0 sample of a chunk is made from: a point of the scan, or the patch vertex of a
- * child chunk, of points or of lines, with everything it stands for. Positions are world
- * coordinates in double. */
+ * child chunk (of points or of lines). The item carries everything that the sample stands for.
+ * Positions are world coordinates in double. */
 #ifndef STP_PREPROCESS_PATCH_ITEM_H
 #define STP_PREPROCESS_PATCH_ITEM_H
 
@@ -9,11 +9,11 @@
 typedef struct stp_item {
     stp_disc disc;  /* centre in world coordinates */
     double area;    /* spacing squared, summed over the originals */
-    int exponent;   /* the centre may be rounded to multiples of 2^exponent; a vertex is one */
-    uint32_t sheet; /* piece of surface: items of different sheets share no patch */
+    int exponent;   /* the centre may be rounded to multiples of 2^exponent; a vertex's is one */
+    uint32_t sheet; /* items of different sheets share no patch */
     uint8_t intensity, class_id;
     uint8_t flags;     /* STP_SAMPLE_* */
-    uint8_t normal[3]; /* disc.normal as it is stored: quantised once, here */
+    uint8_t normal[3]; /* disc.normal as stored: quantised once, here */
 } stp_item;
 
 #endif

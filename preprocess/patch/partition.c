@@ -10,14 +10,14 @@
 
 /* Sets larger than this are split by position alone. */
 #define NORMAL_SPLIT_COUNT 512u
-/* Normals that differ by more than this on an axis do not share a patch. */
+/* Places whose normals differ by more than this on an axis do not share a patch. */
 #define NORMAL_EXTENT 1.1f
-/* Fewer points a sheet, on average, are a thicket; of two sheets never. */
+/* A set of more than two sheets with fewer points per sheet, on average, is a thicket. */
 #define THICKET_POINTS 4u
-/* How far apart, in box diagonals, a normal's unit counts when groups inside a patch are made. */
+/* How much a unit of normal counts, in box diagonals, when groups inside a patch are made. */
 #define NORMAL_WEIGHT 0.5f
 
-/* What is halved: runs of `order` are sets of places. */
+/* The sets that are halved: runs of `order`. */
 typedef struct sets {
     const stp_place *places;
     uint32_t *order, *ends;
@@ -30,10 +30,11 @@ static float key_of(const sets *s, uint32_t index, int axis)
     return s->places[index].key[axis];
 }
 
-/* A place's key on an axis as a number of the same order, and its index: no two are equal. */
+/* A place's key on an axis as an integer of the same order, followed by its index. No two are
+ * equal. */
 static uint64_t packed_key(const sets *s, uint32_t index, int axis)
 {
-    float key = key_of(s, index, axis) + 0.0f; /* of the two zeros one */
+    float key = key_of(s, index, axis) + 0.0f; /* -0 becomes 0 */
     uint32_t bits;
     memcpy(&bits, &key, sizeof bits);
     bits ^= bits >> 31 ? UINT32_MAX : 1u << 31;
@@ -54,7 +55,7 @@ static void swap(uint32_t *a, uint32_t *b)
     *b = t;
 }
 
-/* Quickselect: afterwards the first n keys are the n least. */
+/* Quickselect: moves the n least keys to the front. */
 static void select_keys(uint64_t *keys, uint32_t count, uint32_t n)
 {
     uint32_t low = 0;
@@ -84,7 +85,7 @@ static void select_keys(uint64_t *keys, uint32_t count, uint32_t n)
     }
 }
 
-/* Afterwards the first n of a set are those with the n least keys on the axis. */
+/* Moves the places with the n least keys on the axis to the front. */
 static void select_first(sets *s, uint32_t *order, uint32_t count, uint32_t n, int axis)
 {
     for (uint32_t i = 0; i < count; i++)
@@ -94,7 +95,7 @@ static void select_first(sets *s, uint32_t *order, uint32_t count, uint32_t n, i
         order[i] = (uint32_t)s->keys[i];
 }
 
-/* Of the first `axes` axes. */
+/* The extents along the first `axes` axes. */
 static void extents(const sets *s, const uint32_t *order, uint32_t count, int axes, float low[6],
                     float high[6])
 {
@@ -120,7 +121,8 @@ static int longest(const float low[6], const float high[6], int first, int last)
     return best;
 }
 
-/* Axis along which a set inside a patch is halved: positions, or normals scaled by the diagonal. */
+/* The axis along which a set inside a patch is halved: of positions, or of normals scaled by the
+ * diagonal. */
 static int group_axis(const sets *s, const uint32_t *order, uint32_t count)
 {
     float low[6], high[6];
@@ -134,7 +136,7 @@ static int group_axis(const sets *s, const uint32_t *order, uint32_t count)
     return (high[n] - low[n]) * diagonal * NORMAL_WEIGHT > high[p] - low[p] ? n : p;
 }
 
-/* Orders one patch: bounds[0, group_count] are the ends of the groups of some level. */
+/* Orders the groups of one level: bounds[0, group_count] are their ends. */
 static void order_groups(sets *s, uint32_t *order, const uint32_t *bounds, uint32_t group_count)
 {
     if (group_count < 2)
@@ -147,8 +149,9 @@ static void order_groups(sets *s, uint32_t *order, const uint32_t *bounds, uint3
     order_groups(s, order + at, bounds + half, group_count - half);
 }
 
-/* Orders the samples under one of level 1 along an axis of their surface: the file stores what is
- * left of a guess from those before, and it need not store on which side it is. */
+/* Orders the samples below one level-1 sample along an axis of their surface. The file stores a
+ * sample's difference from a guess by the samples before. In this order the file need not store on
+ * which side of the guess the sample lies. */
 static void order_family(const sets *s, uint32_t *order, uint32_t count)
 {
     float normal[3] = {0.0f, 0.0f, 0.0f};
@@ -169,7 +172,7 @@ static void order_family(const sets *s, uint32_t *order, uint32_t count)
         order[i] = (uint32_t)keys[i];
 }
 
-/* Ends of the level's groups in terms of level-0 samples, and ordering, coarse to fine. */
+/* Orders a patch, coarse levels first. Groups end at level-0 samples. */
 static void order_patch(sets *s, uint32_t *order, uint32_t count)
 {
     unsigned counts[STP_LEVEL_COUNT] = {count};
@@ -191,7 +194,7 @@ static void order_patch(sets *s, uint32_t *order, uint32_t count)
         order_family(s, order + first[j], first[j + 1] - first[j]);
 }
 
-/* Moves the places below the limit to the front; returns their number. */
+/* Moves the places below the limit to the front. Returns their number. */
 static uint32_t gather(const sets *s, uint32_t *order, uint32_t count, int axis, float limit)
 {
     uint32_t front = 0;
@@ -201,7 +204,8 @@ static uint32_t gather(const sets *s, uint32_t *order, uint32_t count, int axis,
     return front;
 }
 
-/* Places of the least sheet number to the front; count if there is one sheet only. */
+/* Moves the places of the least sheet number to the front. Returns their number; count if there is
+ * only one sheet. */
 static uint32_t gather_sheet(const sets *s, uint32_t *order, uint32_t count)
 {
     uint32_t least = UINT32_MAX;
@@ -228,7 +232,8 @@ static bool one_sheet(const sets *s, const uint32_t *order, uint32_t count)
     return differ == 0;
 }
 
-/* So many crumbs of surface that patches of a sample or two would keep nothing apart. */
+/* Whether the surface is in so many crumbs that patches of a sample or two would separate nothing.
+ */
 static bool are_crumbs(uint32_t parts, uint32_t count)
 {
     return parts > 2 && parts * THICKET_POINTS > count;
@@ -247,7 +252,8 @@ static bool is_thicket(const sets *s, const uint32_t *order, uint32_t count)
     return are_crumbs(distinct, count);
 }
 
-/* Places of the first piece to the front; 0 if there is one only, or nothing but crumbs. */
+/* Moves the places of the first piece to the front. Returns their number; 0 if there is only one
+ * piece, or only crumbs. */
 static uint32_t gather_piece(const sets *s, uint32_t *order, uint32_t count)
 {
     uint64_t first = 0;
@@ -261,7 +267,8 @@ static uint32_t gather_piece(const sets *s, uint32_t *order, uint32_t count)
     return front;
 }
 
-/* How many of a set are split off, moved to its front; 0: it is one patch. */
+/* Moves the places that are split off to the front. Returns their number; 0: the set is one patch.
+ */
 static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
 {
     bool small = count <= NORMAL_SPLIT_COUNT;
@@ -280,7 +287,7 @@ static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
     if (at == 0 && count > STP_PATCH_SAMPLES) {
         uint32_t patches = (count + STP_PATCH_SAMPLES - 1) / STP_PATCH_SAMPLES;
         uint32_t half = patches / 2;
-        /* full patches in large sets, even ones where a set does not fill its last */
+        /* large sets: full patches; small sets: patches of even size */
         at = patches > 8 ? half * STP_PATCH_SAMPLES : (uint32_t)((uint64_t)count * half / patches);
         select_first(s, order, count, at, longest(low, high, 0, 3));
     }

@@ -1,4 +1,4 @@
-/* One patch: quantised samples, merged levels and their errors. */
+/* Builds one patch: quantised samples, merged levels and their errors. */
 #include "preprocess/patch/patch_build.h"
 
 #include "formats/chunk/measure/surroundings.h"
@@ -7,7 +7,7 @@
 
 #define LATTICE_MIN (-160)
 #define LATTICE_MAX 160
-/* A bound of so many octaves of steps, and less than one more, has a code. */
+/* A bound below 2^(BOUND_OCTAVES + 1) steps has a code. */
 #define BOUND_OCTAVES 14
 
 typedef struct builder {
@@ -15,10 +15,10 @@ typedef struct builder {
     const uint32_t *order;
     unsigned count;
     const stp_patch_ground *ground;
-    double most_area; /* of all items, however many lie at one place */
+    double most_area; /* limit for the sum of areas, however many items lie at one place */
     stp_patch *patch;
     stp_patch_samples *samples;
-    /* decoded discs and the area of each, per level */
+    /* by level: decoded discs and their areas */
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     stp_merge_error total; /* of the patch vertex */
@@ -32,7 +32,7 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
         step =
             step > 0.0 ? stp_min(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
     double size = stp_max(fabs(position.x), stp_max(fabs(position.y), fabs(position.z)));
-    if (!(step > 0.0)) /* one place only: what a float would keep of it */
+    if (!(step > 0.0)) /* all at one place: a float's resolution */
         step = size > 0.0 ? ldexp(size, -24) : 1.0;
     int exponent = stp_floor_log2(step);
     if (radius > 0.0 && stp_floor_log2(radius) - BOUND_OCTAVES > exponent)
@@ -50,7 +50,7 @@ int stp_vertex_exponent(double area, double reach, int finest)
     return finest;
 }
 
-/* Multiples of a power of two, and how many of the patch's steps that is. */
+/* Converts to multiples of a power of two, and from these to the patch's steps. */
 typedef struct spacing {
     double inverse, ratio;
 } spacing;
@@ -65,8 +65,8 @@ static int32_t lattice_floor(double value, double step)
     return (int32_t)floor(value / step);
 }
 
-/* Chooses step and origin so that all items, and merges of them on the vertex's coarser lattice,
- * lie in 16 bits. */
+/* Chooses step and origin so that positions of all items, and of merges on the vertex's coarser
+ * lattice, fit in 16 bits. */
 static bool place(builder *b, int vertex_exponent)
 {
     stp_dbox box = stp_dbox_empty();
@@ -116,7 +116,7 @@ static void encode(const builder *b, const stp_disc *disc, spacing on, stp_sampl
         out->rgb[i] = byte(disc->rgb[i]);
 }
 
-/* What is kept of a disc whose sample reads back as `decoded`: everything after sees that. */
+/* Updates a disc to what its sample decodes to. Everything after sees the decoded disc. */
 static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp_sample *sample)
 {
     disc->centre = decoded->centre;
@@ -128,7 +128,8 @@ static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp
     disc->bound = stp_max(disc->bound, decoded->radius);
 }
 
-/* Quantises a merged disc into the sample, of which `like` holds the rest, and reads it back. */
+/* Quantises a merged disc into a sample and reads it back. `like` holds the sample's other fields.
+ */
 static void store(builder *b, int level, unsigned index, const stp_disc *disc, spacing on,
                   stp_sample like)
 {
@@ -147,7 +148,7 @@ static bool is_copied(const stp_disc *disc, const stp_flat_disc *decoded)
     return stp_dvec3_equal(disc->centre, decoded->centre) && disc->radius == decoded->radius;
 }
 
-/* Level 0. False where an item that is to be copied would read back as another one. */
+/* Stores level 0. False if an item that must be copied would read back differently. */
 static bool store_items(builder *b)
 {
     const spacing on = spacing_of(b, b->patch->exponent);
@@ -176,9 +177,9 @@ static bool store_items(builder *b)
     return true;
 }
 
-/* Area-weighted mean of the finer samples [begin, end); weight r^2 in steps, or equal where all are
- * 0. What stands for a line keeps its kind, and a tangent for its normal, while it is alone; merged
- * it is surface. */
+/* Area-weighted mean of the finer samples [begin, end). A weight is r^2 in steps; if all radii are
+ * 0, weights are equal. A sample of a line keeps its kind and its tangent in place of a normal as
+ * long as it is alone; merged, it is surface. */
 static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
                       double *area)
 {
@@ -228,20 +229,20 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     return out;
 }
 
-/* Radius that covers the centres under the disc and its own share of the surface. It is no less
- * than a step of its lattice, so that it has a code in the chunk above, too. */
+/* A radius that covers the centres of the finer samples and the disc's own share of the surface. It
+ * is at least a step of its lattice, so that it has a code in the chunk above, too. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
                             unsigned end, double area, int lattice)
 {
     const stp_disc *finer = b->discs[level - 1];
-    const bool alone = end - begin == 1; /* nothing merged: the sample itself */
+    const bool alone = end - begin == 1; /* the sample itself, unmerged */
     double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area);
     for (unsigned i = begin; i < end && !alone; i++)
         radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 
-/* The samples [from, to) of a level out of the finer one; returns their worst errors. */
+/* Merges the samples [from, to) of a level from the finer level. Returns their worst errors. */
 static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
 {
     unsigned finer_count = b->patch->counts[level - 1];
@@ -267,8 +268,8 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
     return worst;
 }
 
-/* Cone of normals and sphere around every disc and what it stands for; false if the sphere is too
- * large for the patch's lattice. */
+/* Sets the cone of normals and the bounding sphere of every disc and what it stands for. False if
+ * the sphere is too large for the patch's lattice. */
 static bool bound(builder *b)
 {
     stp_patch *patch = b->patch;
@@ -287,7 +288,7 @@ static bool bound(builder *b)
     stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
-    double least_cosine = 1.0; /* of the normals that stand for themselves */
+    double least_cosine = 1.0; /* of normals of discs without a cone */
     unsigned count = b->count;
     for (int level = 0; level < STP_LEVEL_COUNT; level++, count = stp_level_count_above(count)) {
         for (unsigned i = 0; i < count; i++) {
@@ -326,7 +327,7 @@ static bool bound(builder *b)
     return stp_radius_decode(patch->bound_radius, patch->exponent) * (1.0 + 1e-9) >= radius;
 }
 
-/* The lattice of the patch's vertex. Sets the greatest area, too: items that pile up in one place
+/* Returns the lattice of the patch vertex. Also sets most_area: items that pile up in one place
  * cover no more than their extent. */
 static int choose_vertex_lattice(builder *b)
 {
@@ -377,8 +378,8 @@ static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
     return a;
 }
 
-/* Level-0 samples [begin, end): what the items bring (inner chunks) or their quantisation error
- * (originals). */
+/* Errors of level-0 samples [begin, end): those that items carry (inner chunks), or the
+ * quantisation error (points). */
 static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
 {
     stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
@@ -392,7 +393,7 @@ static void store_errors(stp_patch *patch, int level, stp_merge_error worst)
     patch->error[level] = stp_error_encode(worst.error, patch->exponent);
 }
 
-/* What levels average of colours; none less than a finer one. */
+/* Stores how much colour each level averages away; never less than at a finer level. */
 static void store_variations(const builder *b)
 {
     double greatest = 0.0;
@@ -404,7 +405,7 @@ static void store_variations(const builder *b)
     }
 }
 
-/* Levels 1 and 2, quarter by quarter, then level 3; no error is less than a finer level's. */
+/* Merges levels 1 and 2 quarter by quarter, then level 3. No error is less than a finer level's. */
 static void merge_levels(builder *b, int vertex_lattice)
 {
     stp_patch *patch = b->patch;
@@ -434,7 +435,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
                      const stp_patch_ground *ground, stp_patch *patch, stp_patch_samples *samples,
                      stp_item *vertex)
 {
-    builder b; /* its discs are as many as are built */
+    builder b; /* not initialised: only discs that are built are read */
     b.items = items;
     b.order = order;
     b.count = count;

@@ -1,4 +1,4 @@
-/* Pieces of a patch that no surface joins. */
+/* Finds the pieces of a patch. */
 #include "preprocess/patch/pieces.h"
 
 #include "base/wide.h"
@@ -6,18 +6,23 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* A surface joins two places no farther apart than so many spacings, their heights over each
- * other's planes counted threefold, whose normals differ by at most 60 degrees. */
+/* A surface joins two places if their normals differ by at most 60 degrees and
+ *
+ *     d^2 + 8 h^2 <= (3 s)^2
+ *
+ * d: distance; h: height over the other's plane, the greater of the two; s: spacing, the greater of
+ * the two. Since d^2 contains h^2, heights count threefold. */
 #define LINK_SPACINGS 3.0f
-#define HEIGHT_WEIGHT 8.0f /* of squares, beyond the 1 that is in the distance */
+#define HEIGHT_WEIGHT 8.0f /* of squares, in addition to the 1 in d^2 */
 #define LINK_COSINE 0.5f
 
 _Static_assert(STP_PATCH_SAMPLES == 64, "a bit for each place");
 
-/* The places of a patch, as columns. */
+/* The places of a patch, by column. */
 typedef struct lanes {
     float key[6][STP_PATCH_SAMPLES], spacing[STP_PATCH_SAMPLES];
-    float cosine[STP_PATCH_SAMPLES]; /* that a normal asks of others: less than any without one */
+    float cosine[STP_PATCH_SAMPLES]; /* least cosine to other normals; -1, which all meet, if it has
+                                        no normal */
 } lanes;
 
 static void lanes_fill(lanes *l, const stp_place *places, const uint32_t *order, uint32_t count)
@@ -32,7 +37,7 @@ static void lanes_fill(lanes *l, const stp_place *places, const uint32_t *order,
     }
 }
 
-/* A bit for each place that a surface joins to the place `a`. */
+/* One bit for each place that a surface joins to place `a`. */
 STP_WIDE
 static uint64_t linked_to(const lanes *l, unsigned a)
 {

@@ -1,4 +1,4 @@
-/* Points of a scan as items of a leaf chunk. */
+/* Makes points of a scan into items of a leaf chunk. */
 #include "preprocess/patch/point_item.h"
 
 #include "preprocess/patch/patch_build.h"
@@ -6,21 +6,22 @@
 
 #include <limits.h>
 
-/* Points closer to each other than this against their coordinates should be one: rounding holds
- * them apart. */
+/* Points closer than their coordinates over 2^ROUNDING_OCTAVES should be one: only rounding
+ * separates them. */
 #define ROUNDING_OCTAVES 40
-/* So wide may a chunk be, of the steps of its finest lattice. */
+/* A chunk is at most 2^CHUNK_OCTAVES steps of its finest lattice wide. */
 #define CHUNK_OCTAVES 28
-/* A lattice so much finer than the spacing: 8 x 8 points lie in the 16 bits of a patch. */
+/* For floats the lattice is this many octaves finer than the spacing: 8 x 8 points then fit in the
+ * 16 bits of a patch. */
 #define FLOAT_OCTAVES 12
-/* A disc smaller than so many octaves of steps, and the bound of a patch around it, have codes. */
+/* A disc smaller than 2^RADIUS_OCTAVES steps, and the bound of a patch around it, have codes. */
 #define RADIUS_OCTAVES 15
 
-/* On which numbers of the inputs come back. */
+/* The exponent of a lattice on which the inputs' numbers come back exactly. */
 static int exact_exponent(double spacing, const stp_resolution *r)
 {
     int exponent = INT_MAX;
-    if (r->step > 0.0) /* half a step is off by a quarter at most */
+    if (r->step > 0.0) /* on half steps the error is at most a quarter step */
         exponent = stp_floor_log2(0.5 * r->step);
     if (r->floats && spacing > 0.0 && stp_floor_log2(spacing) - FLOAT_OCTAVES < exponent)
         exponent = stp_floor_log2(spacing) - FLOAT_OCTAVES;
@@ -44,7 +45,8 @@ bool stp_point_is_rounded(stp_dvec3 p, int exponent)
     return size > 0.0 && exponent < stp_floor_log2(size) - ROUNDING_OCTAVES;
 }
 
-/* A byte holds what the scan uses of its range: 12 bits of 16 would leave 4. */
+/* Scales intensity so that a byte covers the range that the scan uses. Scaled by all 16 bits, a
+ * scan with 12 bits would keep only 4. */
 static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
 {
     return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
@@ -97,8 +99,8 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item
     return item;
 }
 
-/* Points that rounding holds apart ask for lattices on which no chunk is wide: they get the finest
- * that takes them all. */
+/* Points that only rounding separates ask for lattices too fine for any chunk's width. They get the
+ * finest lattice on which all points of the chunk fit. */
 static void lift_rounding(stp_item *items, uint32_t count)
 {
     stp_dbox box = stp_dbox_empty();

@@ -1,4 +1,4 @@
-/* One patch out of a part of a polyline. */
+/* Builds one patch from a part of a polyline. */
 #include "preprocess/patch/strip_build.h"
 
 #include "formats/chunk/measure/strip.h"
@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* Vertices that are looked at for one that lies elsewhere. */
+/* Most vertices to step over in search of one at another position. */
 #define TANGENT_REACH 64u
 
 typedef struct builder {
@@ -47,8 +47,8 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
             length += stp_dvec3_length(stp_dvec3_sub(v[i].position, v[i - 1].position));
     }
     const double reach = 0.5 * stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
-    /* a line's places to a quarter of its half-width, a ribbon's, whose edges are seen, to a 32nd
-     */
+    /* a line's positions are kept to a quarter of its half-width; a ribbon's, whose edges are seen,
+     * to a 32nd */
     const double parts = part->kind == STP_LINE_RIBBON ? 1.0 : 0.25 * STP_SPACING_PARTS;
     const double spacing =
         isfinite(thin) ? parts * thin : length / (part->count > 1 ? part->count - 1 : 1);
@@ -65,7 +65,7 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
 
 /* ---- level 0 ---- */
 
-/* The way from the nearest vertex before that lies elsewhere to the nearest one behind. */
+/* The direction from the nearest vertex before to the nearest one after that lie elsewhere. */
 static vec3s tangent_at(const stp_strip_part *part, uint64_t i)
 {
     const stp_line_vertex *line = part->line;
@@ -102,7 +102,7 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
         lattice = greater(lattice, part->first_exponent);
     if (i + 1 == part->count)
         lattice = greater(lattice, part->last_exponent);
-    const uint8_t wide = stp_radius_encode(stp_line_radius(v), lattice); /* in both its parts */
+    const uint8_t wide = stp_radius_encode(stp_line_radius(v), lattice); /* in both parts */
     *out = (stp_sample){
         .radius = stp_radius_encode(stp_radius_decode(wide, lattice), b->patch->exponent),
         .flags = (uint8_t)((unsigned)part->kind << STP_SAMPLE_KIND_SHIFT),
@@ -119,7 +119,8 @@ static void store_vertex(builder *b, unsigned i, uint32_t greatest)
 
 /* ---- coarser levels ---- */
 
-/* Each sample one of those it covers, of the finer level's; the first and the last stay. */
+/* Chooses, for each sample, one of the finer level's samples that it covers. The first and the last
+ * vertex stay. */
 static stp_strip_loss choose_level(builder *b, int level)
 {
     stp_strip_choice choices[STP_STRIP_CANDIDATES] = {{0}};
@@ -139,8 +140,8 @@ static stp_strip_loss choose_level(builder *b, int level)
     return lost;
 }
 
-/* Mean colour, intensity and direction of the vertices, each with its half-width's weight; the
- * class of the first. */
+/* Mean colour, intensity and direction of the vertices, weighted by half-width; the class of the
+ * first vertex. */
 static stp_sample mean_sample(const builder *b)
 {
     const stp_sample *samples = b->samples->level[0];
@@ -168,7 +169,7 @@ static stp_sample mean_sample(const builder *b)
     return out;
 }
 
-/* The disc around all vertices, as stored; a lone vertex is its own. */
+/* Stores the disc around all stored vertices. A single vertex is its own disc. */
 static void store_disc(const builder *b, stp_sample *out)
 {
     stp_dbox box = stp_dbox_empty();
@@ -183,7 +184,8 @@ static void store_disc(const builder *b, stp_sample *out)
     middle = stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), b->part->vertex_exponent);
     stp_world_store(b->patch, b->chunk_origin, middle, out);
     double reach = stp_strip_reach(b->vertices, b->part->count, stp_sample_position(out, b->patch));
-    reach = stp_max(reach, ldexp(1.0, b->part->vertex_exponent)); /* has a code above, too */
+    /* At least a step, so that the radius has a code in the chunk above, too. */
+    reach = stp_max(reach, ldexp(1.0, b->part->vertex_exponent));
     out->radius = stp_radius_encode(reach, b->patch->exponent);
 }
 
@@ -220,7 +222,8 @@ static void store_levels(builder *b)
     }
 }
 
-/* The bound is the disc's, seen from all sides; greatest radii of the levels. */
+/* The bound is the disc's, with a cone of all directions. Also stores the greatest radius of each
+ * level. */
 static void store_bound(const builder *b)
 {
     stp_patch *patch = b->patch;

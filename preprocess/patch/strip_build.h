@@ -1,8 +1,8 @@
-/* One patch out of a part of a polyline: quantised vertices, the coarser levels through some of
+/* Builds one patch from a part of a polyline: quantised vertices, coarser levels through some of
  * them, and the disc that stands for all.
  *
- * Vertices lie on the world's own lattices, whatever the chunk: so the last vertex of one part and
- * the first of the next, which are the same, stay so. Threads: any (pure functions). */
+ * Vertices lie on the world's own lattices in every chunk. So the last vertex of one part and the
+ * first of the next, which are the same vertex, stay the same. Threads: any (pure functions). */
 #ifndef STP_PREPROCESS_PATCH_STRIP_BUILD_H
 #define STP_PREPROCESS_PATCH_STRIP_BUILD_H
 
@@ -16,26 +16,26 @@ typedef struct stp_strip_part {
     unsigned count;
     stp_line_kind kind;
     int exponent;              /* of the patch's lattice */
-    int first_exponent;        /* of the one that the first vertex lies on, no less */
-    int last_exponent;         /* likewise of the last one */
-    int vertex_exponent;       /* and of the disc's centre */
-    bool continues, continued; /* the first, the last vertex is another part's, too */
+    int first_exponent;        /* of the first vertex's lattice, which is no finer */
+    int last_exponent;         /* of the last vertex's lattice, likewise */
+    int vertex_exponent;       /* of the lattice of the disc's centre */
+    bool continues, continued; /* the first, or last, vertex is also another part's */
 } stp_strip_part;
 
-/* Half the width, 0 where it is none. */
+/* Half the width; 0 if the vertex has none. */
 static inline double stp_line_radius(const stp_line_vertex *v)
 {
     return isfinite(v->radius) && v->radius > 0.0f ? (double)v->radius : 0.0;
 }
 
-/* Sets the part's exponent and that of its disc: positions are kept to a quarter of the least
- * half-width (of lines without one: to 1/32 of the mean distance of vertices) and to `precision`,
- * where that is positive; coarser where the part is more than 2^15 steps long. Returns by how many
- * octaves coarser. side: greatest of the model's box. */
+/* Sets the part's exponents. Positions are kept to a quarter of the least half-width (ribbons:
+ * 1/32; lines without a width: 1/32 of the mean distance of vertices), and to `precision` if that
+ * is positive. If the part is more than 2^15 steps long, the lattice is coarser. Returns by how
+ * many octaves. side: the longest of the model's box. */
 int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side);
 
-/* chunk_origin is a multiple of twice each of the part's lattices; greatest: intensity that 255
- * stands for. Returns false if the part is too far from the origin. */
+/* Builds the patch. chunk_origin: a multiple of twice each of the part's lattices. greatest: the
+ * intensity that 255 stands for. Returns false if the part is too far from the origin. */
 bool stp_strip_build(const stp_strip_part *part, uint16_t greatest, stp_dvec3 chunk_origin,
                      stp_patch *patch, stp_patch_samples *samples, stp_item *vertex);
 

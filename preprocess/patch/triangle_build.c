@@ -1,4 +1,4 @@
-/* One patch out of up to 21 triangles. */
+/* Builds one patch from up to 21 triangles. */
 #include "preprocess/patch/triangle_build.h"
 
 #include "formats/chunk/measure/triangles.h"
@@ -39,7 +39,7 @@ static void store_corner(builder *b, unsigned i, uint32_t greatest)
     stp_world_store(b->patch, b->chunk_origin, stp_on_lattice(v->position, lattice), out);
 }
 
-/* The vertex's normal, or the triangle's where it has none. */
+/* Stores the vertex's normal; if it has none, the triangle's. */
 static void store_normal(builder *b, unsigned i)
 {
     const stp_line_vertex *v = corner_of(b, i);
@@ -72,7 +72,8 @@ static void store_corners(builder *b, uint32_t greatest)
 
 /* ---- discs ---- */
 
-/* Mean of triangles by their areas, as a sample without position and radius; *middle: where. */
+/* Area-weighted mean of triangles, as a sample without position and radius. *middle: the mean
+ * position. */
 static stp_sample mean_sample(const builder *b, unsigned first, unsigned end, stp_dvec3 *middle)
 {
     const stp_sample *corners = b->samples->level[0];
@@ -98,7 +99,7 @@ static stp_sample mean_sample(const builder *b, unsigned first, unsigned end, st
     return out;
 }
 
-/* How far the corners lie from a disc's centre, in its plane. */
+/* How far the corners lie from a disc's centre, measured in the disc's plane. */
 static double reach_of(const builder *b, const stp_disc *disc, unsigned first, unsigned end)
 {
     double reach = 0.0;
@@ -128,7 +129,7 @@ static stp_triangles_loss store_disc(builder *b, int level, unsigned j)
     stp_world_store(b->patch, b->chunk_origin,
                     stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), lattice), out);
     stp_disc disc = stp_disc_from_sample(out, b->patch);
-    const double least = ldexp(1.0, lattice); /* has a code in the chunk above, too */
+    const double least = ldexp(1.0, lattice); /* so that it has a code in the chunk above */
     const double reach = stp_max(reach_of(b, &disc, first, end), least);
     out->radius = stp_radius_encode(reach, b->patch->exponent);
     disc = stp_disc_from_sample(out, b->patch);
@@ -168,7 +169,7 @@ static double angle_between(stp_dvec3 a, stp_dvec3 b)
     return known ? acos(stp_max(-1.0, stp_min(1.0, stp_dvec3_dot(a, b)))) : M_PI;
 }
 
-/* Cone of the normals of triangles, corners and discs, and the ball around them. */
+/* Sets the cone of the normals of triangles, corners and discs, and the ball around them. */
 static void store_bound(const builder *b)
 {
     stp_patch *patch = b->patch;

@@ -1,4 +1,5 @@
-/* The parts of a triangle mesh: hash tables of positions, triangles and edges, and a union-find. */
+/* Finds the parts of a triangle mesh with hash tables of positions, triangles and edges, and a
+ * union-find. */
 #include "preprocess/plant/mesh_parts.h"
 
 #include "base/memory.h"
@@ -11,10 +12,10 @@
 #define NONE UINT32_MAX
 #define COUNT_LIMIT ((uint64_t)1 << 30)
 
-/* An edge between two positions, the lesser first; uses 0: an empty place of the table. */
+/* An edge between two positions, the lower number first. uses 0: a free slot of the table. */
 typedef struct edge {
     uint32_t low, high;
-    uint32_t triangle; /* the first that has it */
+    uint32_t triangle; /* the first one with this edge */
     uint32_t uses;
 } edge;
 
@@ -23,7 +24,7 @@ typedef struct edge_table {
     size_t mask;
 } edge_table;
 
-/* The least power of two that leaves a quarter of the places empty. */
+/* The least power of two that leaves a quarter of the slots empty. */
 static size_t table_size(uint64_t count)
 {
     size_t size = 16;
@@ -45,7 +46,7 @@ static uint64_t position_hash(stp_dvec3 p)
     return stp_random_u64(stp_random_u64(bits(p.x), bits(p.y)), bits(p.z));
 }
 
-/* Sets first_at. What is not finite equals nothing. */
+/* Sets first_at. A position that is not finite equals nothing. */
 static stp_status weld(stp_mesh_parts *parts, const stp_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -91,7 +92,7 @@ static bool is_triangle(const stp_mesh *mesh, const uint32_t corners[3])
     return true;
 }
 
-/* The triangle's corners as positions; false for one that is none. */
+/* The triangle's corners as positions. False if it is degenerate. */
 static bool welded(const stp_mesh_parts *parts, const stp_mesh *mesh, uint32_t triangle,
                    uint32_t corners[3])
 {
@@ -100,7 +101,7 @@ static bool welded(const stp_mesh_parts *parts, const stp_mesh *mesh, uint32_t t
     return is_triangle(mesh, corners);
 }
 
-/* Ascending. */
+/* Sorts the corners in ascending order. */
 static void sort_corners(uint32_t c[3])
 {
     for (int k = 0; k < 3; k++) {
@@ -120,7 +121,7 @@ static bool is_same(const stp_mesh_parts *parts, const stp_mesh *mesh, uint32_t 
     return c[0] == sorted[0] && c[1] == sorted[1] && c[2] == sorted[2];
 }
 
-/* Sets first_same, and counts_not of triangles that are none or another's twin. */
+/* Sets first_same, and counts_not of degenerate triangles and twins. */
 static stp_status find_twins(stp_mesh_parts *parts, const stp_mesh *mesh, uint8_t *counts_not,
                              stp_error *err)
 {
@@ -165,7 +166,7 @@ static void count_edges(const stp_mesh_parts *parts, const stp_mesh *mesh,
     }
 }
 
-/* Joins across the edges of two; marks the others. */
+/* Joins triangles across edges of two; marks the other edges as open. */
 static void join(stp_mesh_parts *parts, const stp_mesh *mesh, const uint8_t *counts_not,
                  const edge_table *table, stp_forest *forest)
 {
@@ -182,7 +183,7 @@ static void join(stp_mesh_parts *parts, const stp_mesh *mesh, const uint8_t *cou
     }
 }
 
-/* Numbers the roots in `number`, counts their triangles and lists them: a sort by counting. */
+/* Numbers the roots in `number`, counts their triangles and lists them by a counting sort. */
 static stp_status list(stp_mesh_parts *parts, uint32_t count, stp_forest *forest,
                        const uint8_t *counts_not, stp_error *err)
 {
@@ -192,7 +193,7 @@ static stp_status list(stp_mesh_parts *parts, uint32_t count, stp_forest *forest
     STP_TRY(stp_alloc(&number, count, sizeof *number, "parts", err));
     STP_TRY(stp_alloc(&parts->order, count, sizeof *parts->order, "parts", err));
     STP_TRY(stp_alloc(&parts->begins, (size_t)count + 2, sizeof *parts->begins, "parts", err));
-    uint32_t *ends = parts->begins + 1; /* of part i: in the end the begin of part i + 1 */
+    uint32_t *ends = parts->begins + 1; /* end of part i; finally the begin of part i + 1 */
     for (uint32_t i = 0; i < count; i++) {
         if (counts_not[i])
             continue;

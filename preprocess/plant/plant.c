@@ -1,4 +1,4 @@
-/* A plant's mesh to lines. */
+/* Turns a plant's mesh into lines. */
 #include "preprocess/plant/plant.h"
 
 #include "base/memory.h"
@@ -11,7 +11,7 @@
 
 static const double default_leaf_size = 0.1;
 static const double default_trunk_radius = 1.0 / 128.0;
-/* Models smaller or larger than this stay triangles: squares of their lengths must be floats. */
+/* Smaller or larger models stay triangles: squares of their lengths must fit in floats. */
 static const double size_range[2] = {1e-18, 1e18};
 
 typedef struct conversion {
@@ -21,7 +21,7 @@ typedef struct conversion {
     stp_plant_piece piece;
     stp_plant_tubes tubes;
     stp_plant_lines lines;
-    uint8_t *fates; /* of each triangle: the stp_line_kind that replaces it, 0: it is kept */
+    uint8_t *fates; /* by triangle: the stp_line_kind that replaces it; 0: kept */
 } conversion;
 
 static stp_status check_params(const stp_plant_params *params, stp_error *err)
@@ -36,7 +36,7 @@ static stp_status check_params(const stp_plant_params *params, stp_error *err)
     return STP_OK;
 }
 
-/* The diagonal of the box around the triangles; 0 without any. */
+/* The diagonal of the box around the triangles; 0 without triangles. */
 static double diagonal(const stp_mesh *mesh)
 {
     stp_dbox box = stp_dbox_empty();
@@ -111,13 +111,13 @@ static void copy_vertex(stp_mesh *to, const stp_mesh *from, uint32_t vertex)
         memcpy(to->rgb[i], from->rgb[vertex], sizeof to->rgb[i]);
 }
 
-/* Kept triangles, and their vertices in the mesh's order. */
+/* Makes a mesh of the kept triangles and their vertices, in the mesh's order. */
 static stp_status make_rest(stp_mesh **out, const stp_mesh *mesh, const uint8_t *fates,
                             stp_error *err)
 {
     stp_status status = STP_OK;
     stp_mesh *rest = NULL;
-    uint32_t *places = NULL; /* of each vertex; counted from 1, 0: it is not used */
+    uint32_t *places = NULL; /* by vertex: its place from 1; 0: unused */
     uint64_t vertex_count = 0, triangle_count = 0;
     STP_TRY(stp_alloc(&places, (size_t)mesh->vertex_count, sizeof *places, "vertices", err));
     for (uint64_t i = 0; i < mesh->triangle_count; i++) {

@@ -1,20 +1,21 @@
-/* Leaves of a plant's mesh to ribbons. */
+/* Turns leaves of a plant's mesh into ribbons. */
 #include "preprocess/plant/plant_leaf.h"
 
 #include <math.h>
 #include <string.h>
 
-/* How far pairs may lie from where the ribbon's edge will be, of the square root of the leaf's
- * area, and by what part the areas may differ: half a right angle's tilt of a square's pair is
- * 0.38. */
+/* Greatest misfit of a reading: how far a pair's ends may lie from the ribbon's edge, over the
+ * square root of the leaf's area; and the greatest relative difference of the areas. For scale: a
+ * square's pair, tilted by half a right angle, has 0.38. */
 static const double misfit_limit = 0.2;
-/* What a vertex more costs, and what a line e times as long is worth, as a misfit: a leaf twice as
- * long as wide is read along, a square as two vertices and not as three across its corners. */
+/* In units of misfit: the cost of one more vertex, and the worth of a line e times as long. So a
+ * leaf twice as long as wide is read along its length. A square is read as two vertices, not as
+ * three across its corners. */
 static const double vertex_cost = 0.01, length_worth = 0.02;
-/* The cosine within which a normal says how the leaf lies. */
+/* Least cosine at which a normal still says how the leaf lies. */
 static const double normal_cosine = 0.5;
 
-/* A row is a pair of the border's vertices, or a point: then both are the same. */
+/* A row: a pair of the border's vertices, or a point, where both are the same. */
 typedef struct row {
     uint32_t vertices[2];
     stp_dvec3 centre, half; /* half: from the centre to vertices[1] */
@@ -32,10 +33,10 @@ typedef struct leaf {
     uint32_t border[STP_PLANT_LEAF_VERTICES];
     uint32_t count;
     double area;
-    stp_dvec3 normal; /* the faces', turned to one side, weighted by area; unit */
+    stp_dvec3 normal; /* mean of the faces', turned to one side, by area; unit */
 } leaf;
 
-/* The two neighbours of each vertex along open edges; false where one has not two. */
+/* Finds the two neighbours of each vertex along open edges. False if a vertex does not have two. */
 static bool find_neighbours(const stp_plant_piece *piece,
                             uint32_t neighbours[STP_PLANT_LEAF_VERTICES][2])
 {
@@ -57,7 +58,7 @@ static bool find_neighbours(const stp_plant_piece *piece,
     return true;
 }
 
-/* The border from its first vertex on; false if it is not one cycle through all vertices. */
+/* Lists the border from its first vertex. False if it is not one cycle through all vertices. */
 static bool find_border(const stp_plant_piece *piece, leaf *out)
 {
     uint32_t neighbours[STP_PLANT_LEAF_VERTICES][2];
@@ -109,7 +110,7 @@ static row make_row(const leaf *l, uint32_t a, uint32_t b)
     return r;
 }
 
-/* The line's direction at a row: the mean of the segments' at its sides. */
+/* The line's direction at a row: the mean of the directions of the segments on its sides. */
 static stp_dvec3 direction(const reading *r, uint32_t i)
 {
     stp_dvec3 sum = {0.0, 0.0, 0.0};
@@ -119,7 +120,7 @@ static stp_dvec3 direction(const reading *r, uint32_t i)
     return stp_dvec3_normalize(sum);
 }
 
-/* How far the pair's ends lie from the ribbon's edge, which is at right angles to the line. */
+/* How far a pair's ends lie from the ribbon's edge. The edge is at right angles to the line. */
 static double row_misfit(const reading *r, uint32_t i)
 {
     const stp_dvec3 along = direction(r, i), half = r->rows[i].half;
@@ -129,8 +130,8 @@ static double row_misfit(const reading *r, uint32_t i)
     return stp_dvec3_length(stp_dvec3_sub(half, stp_dvec3_scale(across, r->rows[i].radius)));
 }
 
-/* The border from place `start`: rows pair what lies `gap` to 0 places on one side with what lies
- * on the other; gap 0 begins in a point, 1 in a pair. */
+/* Reads the border from place `start`: row i pairs border[start - i] with border[start + gap + i].
+ * gap 0: the reading begins with a point; 1: with a pair. */
 static reading read_border(const leaf *l, uint32_t start, uint32_t gap)
 {
     reading r = {0};
@@ -151,7 +152,8 @@ static reading read_border(const leaf *l, uint32_t start, uint32_t gap)
     return r;
 }
 
-/* A reading and its reverse are the same, so half the starts do where both ends are alike. */
+/* Tries all readings. A reading and its reverse are the same, so if both ends are alike, half the
+ * starts are enough. */
 static reading best_reading(const leaf *l)
 {
     reading best = {.cost = INFINITY};

@@ -1,4 +1,4 @@
-/* Lines that grow. */
+/* A growing set of lines. */
 #include "preprocess/plant/plant_lines.h"
 
 #include "base/memory.h"

@@ -57,7 +57,7 @@ static void add_corner(stp_plant_piece *p, uint32_t triangle, int k)
         v->rgb[c] += (double)p->mesh->rgb[vertex][c];
 }
 
-/* Where each vertex's triangles are listed: a sort by counting. */
+/* Lists each vertex's triangles by a counting sort. */
 static void list_stars(stp_plant_piece *p)
 {
     uint32_t *ends = p->star_begins + 1;

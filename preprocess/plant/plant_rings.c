@@ -8,13 +8,14 @@
 
 #define NONE UINT32_MAX
 
-/* What lies around the last ring: triangles and vertices from these places on are not proven. */
+/* The surroundings of the last ring. Triangles and vertices from first_* on are not yet proven to
+ * be a section. */
 typedef struct layer {
     uint32_t first_triangle, first_vertex;
     uint32_t inner;   /* vertices of the ring */
     uint32_t lids;    /* triangles with three corners of the ring */
-    uint32_t bases;   /* with two */
-    uint32_t singles; /* with one */
+    uint32_t bases;   /* triangles with two corners of the ring */
+    uint32_t singles; /* triangles with one corner of the ring */
 } layer;
 
 stp_status stp_plant_rings_create(stp_plant_rings *out, uint32_t most_triangles, stp_error *err)
@@ -58,7 +59,7 @@ void stp_plant_rings_begin(stp_plant_rings *r, const stp_plant_piece *piece)
     memset(r->ring_of, 0xff, piece->vertex_count * sizeof *r->ring_of);
 }
 
-/* Takes the free triangles around the last ring; false where there are too many. */
+/* Takes the free triangles around the last ring. False if there are too many. */
 static bool take(stp_plant_rings *r)
 {
     const uint32_t *star_begins = r->piece->star_begins;
@@ -83,7 +84,8 @@ static void link(stp_plant_rings *r, uint32_t from, uint32_t to)
     r->link_counts[from]++;
 }
 
-/* Counts a triangle of the layer and notes its new vertices; false if it meets an older ring. */
+/* Counts a triangle of the layer and notes its new vertices. False if the triangle touches an older
+ * ring. */
 static bool look_at(stp_plant_rings *r, layer *l, uint32_t triangle)
 {
     uint32_t others[3], other_count = 0;
@@ -110,7 +112,7 @@ static bool look_at(stp_plant_rings *r, layer *l, uint32_t triangle)
     return true;
 }
 
-/* Puts the new ring's vertices in order around it; false if they are not one closed row. */
+/* Puts the new ring's vertices in order around it. False if they are not one closed row. */
 static bool put_in_order(stp_plant_rings *r, uint32_t first, uint32_t count)
 {
     for (uint32_t i = first; i < first + count; i++)
@@ -129,13 +131,13 @@ static bool put_in_order(stp_plant_rings *r, uint32_t first, uint32_t count)
     return at == begin;
 }
 
-/* A tip has no edges of its own. */
+/* The edges of a ring. A tip has none. */
 static uint32_t edges_of(uint32_t vertices)
 {
     return vertices == 1 ? 0 : vertices;
 }
 
-/* Whether the layer is a section and nothing else, but for a lid that may begin a chain. */
+/* Whether the layer is exactly a section. Only at the first ring, a lid may be there, too. */
 static bool is_section(stp_plant_rings *r, const layer *l)
 {
     const uint32_t outer = r->vertex_count - l->first_vertex;
@@ -155,7 +157,7 @@ static void give_back(stp_plant_rings *r, uint32_t first_triangle, uint32_t firs
         r->ring_of[r->vertices[--r->vertex_count]] = NONE;
 }
 
-/* Adds the next ring; false at the chain's end. A lid there belongs to the last section. */
+/* Adds the next ring. False at the chain's end; a lid there belongs to the last section. */
 static bool step(stp_plant_rings *r)
 {
     layer l = {.first_triangle = r->triangle_count,
@@ -190,7 +192,7 @@ void stp_plant_rings_follow(stp_plant_rings *r, const uint32_t *ring, uint32_t c
         r->ring_of[ring[i]] = 0;
     while (step(r))
         ;
-    /* Chains do not meet in the numbers of rings: a later one may begin where this one ended. */
+    /* Clear the ring numbers: a later chain may begin where this one ended. */
     for (uint32_t i = 0; i < r->vertex_count; i++)
         r->ring_of[r->vertices[i]] = NONE;
 }

@@ -1,4 +1,4 @@
-/* Rings to begin a chain with where no border leads to one. */
+/* Finds rings to begin a chain with. */
 #include "preprocess/plant/plant_seed.h"
 
 #include "base/memory.h"
@@ -9,7 +9,7 @@
 #define NONE UINT32_MAX
 enum { REGULAR_STAR = 6, WAYS = 3 };
 
-/* On the way from a vertex to the next; the triangle is the one on the left of that edge. */
+/* A step of a walk, from one vertex to the next. triangle: on the left of that edge. */
 typedef struct edge_way {
     uint32_t from, at, triangle;
 } edge_way;
@@ -72,7 +72,7 @@ static uint32_t third_corner(const stp_plant_piece *p, uint32_t triangle, uint32
     return c[2];
 }
 
-/* The other triangle at an edge from a vertex, or NONE. */
+/* The other triangle at an edge of a vertex, or NONE. */
 static uint32_t across(const stp_plant_piece *p, uint32_t vertex, uint32_t other, uint32_t triangle)
 {
     for (uint32_t i = p->star_begins[vertex]; i < p->star_begins[vertex + 1]; i++)
@@ -81,7 +81,7 @@ static uint32_t across(const stp_plant_piece *p, uint32_t vertex, uint32_t other
     return NONE;
 }
 
-/* Straight on at the way's vertex; *left gets the two triangles that the turn adds. */
+/* Goes straight on at a walk's vertex. *left gets the two triangles that the turn adds. */
 static bool go_on(const stp_plant_rings *r, edge_way *way, uint32_t left[2])
 {
     const stp_plant_piece *p = r->piece;
@@ -100,7 +100,7 @@ static bool go_on(const stp_plant_rings *r, edge_way *way, uint32_t left[2])
     return true;
 }
 
-/* Notes that the way through a vertex between two neighbours is walked; false if it was before. */
+/* Notes the walk through a vertex between two neighbours. False if it was noted before. */
 static bool note(stp_plant_seeds *s, uint32_t vertex, uint32_t before, uint32_t after)
 {
     const uint32_t lesser = before < after ? before : after;
@@ -124,7 +124,7 @@ static bool is_simple(const loop *l)
     return l->count >= 3;
 }
 
-/* Walks until the way is back where it began. */
+/* Walks until the walk is back at its begin. */
 static bool walk(stp_plant_seeds *s, const stp_plant_rings *r, edge_way way, loop *out)
 {
     const edge_way begin = way;
@@ -141,7 +141,7 @@ static bool walk(stp_plant_seeds *s, const stp_plant_rings *r, edge_way way, loo
     return is_simple(out);
 }
 
-/* The way-th of the three through a regular vertex. */
+/* Sets out on one of the three walks through a regular vertex. */
 static bool set_out(const stp_plant_rings *r, uint32_t vertex, int way, edge_way *out)
 {
     const stp_plant_piece *p = r->piece;
@@ -164,7 +164,8 @@ static void set_taken(stp_plant_rings *r, const uint32_t *triangles, uint32_t co
         r->taken[triangles[i]] = taken;
 }
 
-/* The free triangles around the last ring: what lies beyond the chain's end. */
+/* Sets aside the free triangles around the last ring, beyond the chain's end. Returns their number.
+ */
 static uint32_t set_beyond_aside(stp_plant_seeds *s, stp_plant_rings *r)
 {
     const stp_plant_piece *p = r->piece;
@@ -180,7 +181,7 @@ static uint32_t set_beyond_aside(stp_plant_seeds *s, stp_plant_rings *r)
     return count;
 }
 
-/* To the chain's end on the loop's right. */
+/* Follows the chain to its end on the loop's right. */
 static void follow_right(stp_plant_rings *r, const loop *l)
 {
     set_taken(r, l->left, l->left_count, 1);
@@ -188,8 +189,8 @@ static void follow_right(stp_plant_rings *r, const loop *l)
     set_taken(r, l->left, l->left_count, 0);
 }
 
-/* To one end, then back from there to the other; where no chain can begin at the end, the way there
- * is all, so that it is not looked for again. */
+/* Follows the chain to one end, then back from there to the other end. If no chain can begin at
+ * that end, the first way is the whole chain, so that it is not looked for again. */
 static bool follow_both(stp_plant_seeds *s, stp_plant_rings *r, const loop *l)
 {
     uint32_t ring[STP_PLANT_RING_LIMIT];

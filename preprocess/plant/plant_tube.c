@@ -1,4 +1,4 @@
-/* Branches of a plant's mesh to tubes. */
+/* Turns branches of a plant's mesh into tubes. */
 #include "preprocess/plant/plant_tube.h"
 
 #include "base/memory.h"
@@ -8,11 +8,12 @@
 #include <string.h>
 
 static const double two_pi = 6.28318530717958647692;
-/* The least of 4 pi area / length squared, which is 1 for a circle, 0.6 for three equal sides. */
+/* Least roundness, 4 pi area / length^2: 1 for a circle, 0.6 for an equilateral triangle. */
 static const double least_roundness = 0.4;
-/* How much wider an end may be than the ring before it, of the distance between. */
+/* Greatest growth of an end's radius over that of the ring before, relative to the distance between
+ * them. */
 static const double greatest_flare = 0.25;
-/* The least length of a tube, of its greatest radius. */
+/* Least length of a tube, in its greatest radius. */
 static const double least_length = 4.0;
 
 stp_status stp_plant_tubes_create(stp_plant_tubes *out, uint32_t most_triangles, stp_error *err)
@@ -107,7 +108,7 @@ static bool is_round(const stp_plant_rings *r, uint32_t ring, stp_dvec3 along, d
     return ring_size(r, ring) == 1 || seen >= least_roundness * 0.5 * two_pi * radius * radius;
 }
 
-/* The rings as vertices of a line. A tip, which is at one end, has its neighbour's radius to go by.
+/* Turns the rings into vertices of a line. A tip is at an end; its radius follows its neighbour's.
  */
 static void measure(stp_plant_tubes *t, double greatest_radius)
 {
@@ -142,7 +143,7 @@ static bool is_long(const stp_line_vertex *vertices, uint32_t count)
     return length > 0.0 && length >= least_length * radius;
 }
 
-/* Rings begin .. end - 1 as a tube, if they make one. */
+/* Adds rings begin .. end - 1 as a tube, if they make one. */
 static stp_status add_run(const stp_plant_tubes *t, uint32_t begin, uint32_t end,
                           stp_plant_lines *lines, uint8_t *fates, stp_error *err)
 {
@@ -160,7 +161,7 @@ static bool flares(const stp_line_vertex *end, const stp_line_vertex *inner)
     return (double)(end->radius - inner->radius) > greatest_flare * step;
 }
 
-/* The last chain's thin runs. */
+/* Adds the thin runs of the last chain. */
 static stp_status add_chain(stp_plant_tubes *t, double greatest_radius, stp_plant_lines *lines,
                             uint8_t *fates, stp_error *err)
 {
@@ -202,7 +203,8 @@ static void find_borders(stp_plant_tubes *t, const stp_plant_piece *piece)
             }
 }
 
-/* The closed border through a vertex; returns how many vertices, 0: it is not one, or too long. */
+/* Walks the closed border through a vertex. Returns its number of vertices; 0: not closed, or too
+ * long. */
 static uint32_t walk_border(stp_plant_tubes *t, uint32_t begin, uint32_t ring[STP_PLANT_RING_LIMIT])
 {
     uint32_t count = 0, from = t->borders[begin][1], at = begin;
@@ -222,7 +224,7 @@ static uint32_t walk_border(stp_plant_tubes *t, uint32_t begin, uint32_t ring[ST
     return fits && at == begin && count > 2 ? count : 0;
 }
 
-/* Tubes that end in a border. */
+/* Finds tubes that end in a border. */
 static stp_status find_open(stp_plant_tubes *t, const stp_plant_piece *piece,
                             double greatest_radius, stp_plant_lines *lines, uint8_t *fates,
                             stp_error *err)

@@ -1,28 +1,28 @@
-/* How much given normals differ between near points and between farther ones, and their means. */
+/* Measures how much given normals differ between near and between farther points; averages them. */
 #include "preprocess/surface/given_normals.h"
 
 #include <stdlib.h>
 
-/* Runs of the sorted points that are looked at, evenly spread, and points of each. */
+/* Runs of sorted points that are measured, evenly spread, and the points of each. */
 #define RUNS 64u
 #define RUN_POINTS 512u
-/* The nearest points of a point, and those that count as farther, of FAR_END. */
+/* A point's neighbours by distance: [0, NEAR_END) are near, [FAR_BEGIN, FAR_END) are farther. */
 #define NEAR_END 4u
 #define FAR_BEGIN 8u
 #define FAR_END 16u
-/* A squared difference counts as no more than that: an edge is no noise. */
+/* Cap of a squared difference: an edge is not noise. */
 #define MOST_SQUARED 0.2f
-/* Noisy: near differences are at least this part of farther ones, squared. True normals of the
- * generated surfaces have 0.2 to 0.25, ten overlapping range scans 0.8. */
+/* Noisy if the sum of squared near differences is at least this part of that of farther ones. True
+ * normals of the generated surfaces have 0.2 to 0.25, ten overlapping range scans 0.8. */
 #define NOISY_RATIO 0.5f
-/* And squared no less than 2 degrees of noise have (quantised normals), no more than 20 (no
- * normals of a surface): twice the square of the angle. */
+/* The mean squared near difference, twice the square of the angle, must also be in this range: from
+ * 2 degrees of noise (quantised normals) to 20 degrees (no normals of a surface). */
 #define LEAST_NEAR 0.00244f
 #define MOST_NEAR 0.244f
-/* Normals this near to the mean, a cosine, are averaged, */
+/* Normals are averaged if their cosine to the mean is at least this, */
 #define LIKE 0.9f
-/* of points at most so many spacings over its plane, weighted so by the squared distance in
- * spacings. */
+/* and their points' height over the plane is at most BESIDE spacings. DECAY: weight falls with the
+ * squared distance in spacings. */
 #define BESIDE 1.0f
 #define DECAY 0.25f
 #define ROUNDS 2u
@@ -36,7 +36,7 @@ static float squared_difference(const stp_cloud_point *a, const stp_cloud_point 
     return fminf(glms_vec3_norm2(glms_vec3_sub(a->normal, b->normal)), MOST_SQUARED);
 }
 
-/* Adds the differences between a point and its nearest ones of the run. */
+/* Adds the differences between a point and its nearest points of the run. */
 static void add_point(run_sums *sums, const stp_cloud_point *run, uint32_t count, uint32_t self)
 {
     double distances[FAR_END];
@@ -64,7 +64,7 @@ static void add_point(run_sums *sums, const stp_cloud_point *run, uint32_t count
             squared_difference(&run[self], &run[nearest[i]]) / (float)(FAR_END - FAR_BEGIN);
 }
 
-/* True if the run's normals differ as noisy ones do. */
+/* Whether the run's normals differ as noisy ones do. */
 static bool run_noisy(const stp_cloud_point *run, uint32_t count)
 {
     run_sums sums = {0.0f, 0.0f};
@@ -87,8 +87,8 @@ bool stp_given_noisy(const stp_cloud *cloud)
     return 2 * noisy > runs;
 }
 
-/* The mean of the normals near a direction, of the point and its neighbours; the direction, if
- * there are none. */
+/* The mean of those normals of the point and its neighbours that are near a direction; the
+ * direction itself if there are none. */
 static vec3s mean_near(const stp_unit *unit, uint32_t self, vec3s direction, unsigned count)
 {
     const stp_cloud_point *points = unit->cloud.points;
@@ -106,8 +106,8 @@ static vec3s mean_near(const stp_unit *unit, uint32_t self, vec3s direction, uns
     return glms_vec3_norm2(sum) > 0.0f ? glms_vec3_normalize(sum) : direction;
 }
 
-/* Begins at the mean of all that are on the point's own side, so that a normal that is far off does
- * not choose its own kind. */
+/* Averages a normal. Begins with the mean of all normals on its side, so that a normal that is far
+ * off does not choose others like itself. */
 static vec3s average(const stp_unit *unit, uint32_t self)
 {
     const stp_cloud_point *points = unit->cloud.points;

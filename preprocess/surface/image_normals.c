@@ -1,4 +1,4 @@
-/* Planes through windows of an image. */
+/* Fits planes to windows of an image. */
 #include "preprocess/surface/image_normals.h"
 
 #include "base/memory.h"
@@ -8,36 +8,37 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Pixels of a tile's side, and every how many of them its noise is measured, in windows of this
- * reach. */
+/* Pixels: the side of a tile; the step between pixels where noise is measured; the reach of the
+ * windows for that. */
 #define TILE 32u
 #define NOISE_STRIDE 3u
 #define NOISE_REACH 3
-/* A tile wants so many windows at least. */
+/* Least windows of a tile. */
 #define WINDOWS_LEAST 5u
-/* Windows that noise is measured in take pixels in whose inverse depth is off by this part. */
+/* A window for noise takes pixels whose inverse depth differs by at most this part. */
 #define NEAR 0.2
-/* Noise below this part of the pixels' spacing is left to the planes of near points. */
+/* If the noise is below this part of the pixels' spacing, planes of near points are good enough. */
 #define QUIET 0.25
-/* Pixels to each side: the first window's and the widest one's. A window has 9 x 9 at most. */
+/* Reach in pixels to each side: of the first window and of the widest one. A window has at most 9 x
+ * 9 pixels. */
 #define FIRST_REACH 2
 #define LAST_REACH 16
 #define WINDOW 81u
-/* A plane wants so many pixels. */
+/* Least pixels of a plane. */
 #define PIXELS_LEAST 6u
-/* Pixels further off are no part of a plane, in deviations. */
+/* In deviations. A pixel farther off does not belong to the plane. */
 #define OUTSIDE 3.0
-/* Planes that leave this many times the noise are wrong. */
+/* A plane with a residual of this many times the noise is wrong. */
 #define EXCESS 2.0
-/* An angle is sure enough, radians. */
+/* The angle is sure enough at this error, in radians. */
 #define SURE 0.015
-/* Tangent of the greatest angle to the ray: no surface was seen at a more grazing one. */
+/* Tangent of the greatest angle to the ray. Nothing is seen at a more grazing angle. */
 #define STEEPEST 5.7
-/* An image has at most so many pixels for each of its points. */
+/* Most pixels of an image per point. */
 #define SPARSEST 64u
 
-/* What a pixel's ray meets, about another pixel's: tangents, and depth of that one over its own
- * depth, less 1. */
+/* A pixel's point relative to the ray of another pixel, the middle: tangents x and y, and the
+ * middle's distance over the point's depth, less 1. */
 typedef struct sight {
     double x, y, depth;
 } sight;
@@ -45,11 +46,11 @@ typedef struct sight {
 /* depth = at_x x + at_y y + offset. */
 typedef struct image_plane {
     double at_x, at_y, offset;
-    double rms;    /* that it leaves */
-    double unsure; /* deviation of the slope for noise of 1 */
+    double rms;    /* of the residuals */
+    double unsure; /* deviation of the slope at a noise of 1 */
 } image_plane;
 
-/* Axes about the ray through a pixel. */
+/* Axes with the ray through a pixel. */
 typedef struct pixel_axes {
     stp_dvec3 axes[3]; /* the third is the ray */
     double distance;
@@ -59,9 +60,9 @@ typedef struct pixel_grid {
     const stp_file_points *points;
     stp_dvec3 station;
     uint32_t columns, rows, tile_columns, tile_rows;
-    uint32_t *at;  /* by pixel: the point's place in the cloud and 1; 0: none */
-    double *noise; /* by tile: of inverse depths, the median of windows */
-    double *most;  /* by tile: likewise, in nearly all windows */
+    uint32_t *at;  /* by pixel: the point's place in the cloud plus 1; 0: none */
+    double *noise; /* by tile: noise of inverse depths, the median of its windows */
+    double *most;  /* by tile: the noise that most windows do not exceed */
     double *angle; /* by tile: between pixels, radians */
     atomic_uint_fast64_t count;
 } pixel_grid;
@@ -74,7 +75,7 @@ static const stp_cloud_point *point_at(const pixel_grid *g, int64_t column, int6
     return at > 0 ? &g->points->cloud->points[at - 1] : NULL;
 }
 
-/* False where the pixel has no point, or the point no ray. */
+/* False if the pixel has no point, or the point no ray. */
 static bool axes_at(const pixel_grid *g, uint32_t column, uint32_t row, pixel_axes *out)
 {
     const stp_cloud_point *p = point_at(g, column, row);
@@ -86,7 +87,7 @@ static bool axes_at(const pixel_grid *g, uint32_t column, uint32_t row, pixel_ax
     return out->distance > 0.0 && isfinite(out->distance);
 }
 
-/* False where there is nothing to see in front of the station. */
+/* False if no point is in front of the station. */
 static bool see(const pixel_grid *g, const pixel_axes *axes, int64_t column, int64_t row,
                 sight *out)
 {
@@ -103,7 +104,7 @@ static bool see(const pixel_grid *g, const pixel_axes *axes, int64_t column, int
     return true;
 }
 
-/* All pixels of a window around one, every stride-th to `reach` of them on each side. */
+/* Collects a window's pixels: every stride-th, up to `reach` on each side. */
 static unsigned look(const pixel_grid *g, const pixel_axes *axes, uint32_t column, uint32_t row,
                      int reach, int stride, sight *out)
 {
@@ -114,7 +115,7 @@ static unsigned look(const pixel_grid *g, const pixel_axes *axes, uint32_t colum
     return count;
 }
 
-/* Least squares; false where the pixels are too few, or all in a line. */
+/* Fits a plane by least squares. False if there are too few pixels, or all are on a line. */
 static bool fit_plane(const sight *s, unsigned count, image_plane *out)
 {
     double x = 0.0, y = 0.0, depth = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, xd = 0.0, yd = 0.0;
@@ -149,8 +150,8 @@ static bool fit_plane(const sight *s, unsigned count, image_plane *out)
     return true;
 }
 
-/* Takes out what is off the plane by more than `most`, and by so much more for each unit of slope
- * from the middle. */
+/* Drops pixels that are off the plane by more than `most`, plus `slope` times their distance from
+ * the middle. */
 static unsigned keep_near(const image_plane *p, double most, double slope, sight *s, unsigned count)
 {
     unsigned kept = 0;
@@ -162,7 +163,7 @@ static unsigned keep_near(const image_plane *p, double most, double slope, sight
     return kept;
 }
 
-/* Noise and angle of a tile. */
+/* Measures the noise and the angle between pixels of a tile. */
 static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
 {
     const uint32_t side = (TILE + NOISE_STRIDE - 1) / NOISE_STRIDE;
@@ -194,7 +195,7 @@ static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
     g->angle[tile] = count >= WINDOWS_LEAST ? angles[count / 2] : 0.0;
 }
 
-/* The plane at a pixel, in windows that grow; false where there is none. */
+/* Fits the plane at a pixel in growing windows. False if there is none. */
 static bool plane_at(const pixel_grid *g, const pixel_axes *axes, uint32_t column, uint32_t row,
                      double noise, image_plane *out)
 {
@@ -221,7 +222,7 @@ static bool plane_at(const pixel_grid *g, const pixel_axes *axes, uint32_t colum
     return found && 1.0 + best.offset > 0.0;
 }
 
-/* Towards the station, and no more aslant than surfaces are seen. */
+/* The plane's normal: faces the station, and is no more slanted than STEEPEST. */
 static vec3s normal_of(const pixel_axes *axes, const image_plane *p)
 {
     const double forward = 1.0 + p->offset;
@@ -285,8 +286,8 @@ static stp_status place_points(pixel_grid *g, const stp_scan_grid *grid, stp_err
     return status;
 }
 
-/* Where depths come in steps, most windows may lie within one: takes what nearly all windows have,
- * yet no more than twice what the image has for the most part. */
+/* If depths come in steps, most windows of a tile may lie within one step. So the noise of a tile
+ * is what most of its windows do not exceed, but at most twice the image's median. */
 static stp_status settle_noise(pixel_grid *g, size_t tiles, stp_error *err)
 {
     double *sorted = NULL;

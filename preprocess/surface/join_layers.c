@@ -1,4 +1,4 @@
-/* Points onto the planes of their neighbourhoods. */
+/* Moves points onto the planes of their neighbourhoods. */
 #include "preprocess/surface/join_layers.h"
 
 #include <stdlib.h>

@@ -1,14 +1,20 @@
-/* Which neighbours of a point are on its own sheet where another lies close over or under it: those
- * that no gap in height parts from it. Threads: any (pure functions). */
+/* Finds the neighbours on a point's own sheet if another sheet is close above or below: those that
+ * no gap in height separates from the point.
+ *
+ *         o   o    o         other sheet
+ *                            gap
+ *       o   P   o    o       own sheet: the layer around P
+ *
+ * Threads: any (pure functions). */
 #ifndef STP_PREPROCESS_SURFACE_LAYER_H
 #define STP_PREPROCESS_SURFACE_LAYER_H
 
 #include "preprocess/cloud/cloud.h"
 
-/* Spacings without a point between two sheets. */
+/* The gap between two sheets, in spacings: no point lies in it. */
 #define STP_LAYER_GAP 0.35f
 
-/* Heights over the point's plane, world units, that its own sheet has nearby. */
+/* The range of heights over the point's plane, in world units, that its own sheet has nearby. */
 typedef struct stp_layer {
     float low, high;
 } stp_layer;
@@ -20,8 +26,8 @@ static inline float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s n
     return glms_vec3_dot(normal, stp_dvec3_to_float(d));
 }
 
-/* list: k neighbours of self, or fewer and STP_NEIGHBOUR_NONE; gap: STP_LAYER_GAP in world units.
- */
+/* list: k neighbours of self, or fewer and then STP_NEIGHBOUR_NONE. gap: STP_LAYER_GAP in world
+ * units. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
                          unsigned k, float gap);
 

@@ -65,7 +65,7 @@ vec3s stp_moments_normal(const stp_moments *m, float *variance)
     return stp_dvec3_to_float(eigenvector(&c, values[2]));
 }
 
-/* Twice the inverse, but for its determinant. */
+/* Multiplies twice by the inverse covariance, without its determinant. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance)
 {
     covariance c = covariance_of(m);

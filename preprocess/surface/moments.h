@@ -6,8 +6,8 @@
 
 typedef float stp_float4 __attribute__((vector_size(16)));
 
-/* Sum of w q q^T of weighted points with q = (x, y, z, 1), places relative to the point that they
- * are collected at: the last row is the sum of the places and the weight. */
+/* Sum of w q q^T over weighted points, q = (x, y, z, 1). Places are relative to the point where
+ * they are collected. The last row holds the sum of the places, and the total weight. */
 typedef struct stp_moments {
     stp_float4 row[4];
 } stp_moments;
@@ -23,7 +23,7 @@ static inline void stp_moments_add_point(stp_moments *m, stp_float4 place)
         m->row[r] += place[r] * place;
 }
 
-/* Adds, with a weight, what was collected at another place. */
+/* Adds, with a weight, moments that were collected at another place. */
 static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp_float4 place,
                                    float weight)
 {
@@ -33,10 +33,11 @@ static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp
         m->row[r] += weight * (other->row[r] + d[r] * t + t[r] * d);
 }
 
-/* Direction of least extent of the points; zero where they lie on a line (Hoppe 1992). *variance:
- * of the heights along it. */
+/* Direction of the points' least extent; zero if they lie on a line (Hoppe 1992). *variance: of the
+ * heights along it. */
 vec3s stp_moments_normal(const stp_moments *m, float *variance);
-/* The same from a direction that is near, cheaper; its side stays. */
+/* Like stp_moments_normal, but refines a direction that is near: cheaper, and the direction keeps
+ * its side. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance);
 
 #endif

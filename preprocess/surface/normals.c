@@ -7,52 +7,59 @@
 
 #include <stdlib.h>
 
-/* Fewer neighbours are no second sheet. */
+/* A second sheet has at least this many neighbours. */
 #define LAYER_POINTS 4u
-/* Where the noise is less than this part of the spacing, the nearest neighbours do. */
+/* If the noise is less than this part of the spacing, the nearest neighbours are enough. */
 #define QUIET 0.04f
-/* A plane is widened once where the noise is more than QUIET, and once more where it is more than
- * this, as it is where scans overlap: each time to about as many points more. */
+/* A plane is widened once if the noise is more than QUIET, and again if it is more than NOISY, as
+ * where scans overlap. Each time it takes in about as many points again. */
 #define NOISY 0.12f
 #define ROUNDS 2u
-/* Planes are joined up to this angle, 1 - cosine, and more by this times the squared noise in
- * spacings, for noise turns planes; and up to this height, in spacings and in noise. */
+/* A neighbour's plane joins if 1 - cosine of the angle is below `slack` and its height is at most
+ * `reach`. With the deviation of the noise in spacings, s:
+ *
+ *     slack = max(min(LEAST_SLACK + SLACK s^2, MOST_SLACK), LEAST_SLACK + LOUD_SLACK s^2)
+ *     reach = LEAST_REACH + REACH s, in spacings
+ *
+ * Noise turns planes, so slack grows with it. */
 #define LEAST_SLACK 0.1f
 #define SLACK 2.05f
-/* But so no farther than this, where the rim of a thin sheet would join its sides; where noise is
- * so strong that it alone turns planes that far, by the latter. */
+/* Beyond MOST_SLACK the rim of a thin sheet would join its sides. LOUD_SLACK is for noise so strong
+ * that it alone turns planes that far. */
 #define MOST_SLACK 0.5f
 #define LOUD_SLACK 0.7f
 #define LEAST_REACH 0.5f
 #define REACH 3.0f
-/* A wide plane is taken where the variance of its heights is this many times that of narrow ones,
- * and not where it is so many times that: there is a crease, or curvature. */
+/* r is the variance of heights over a wide plane, divided by that over narrow ones. If r <= EXCESS,
+ * the wide plane is taken. If r >= MOST_EXCESS, it is not: there is a crease, or curvature. Between
+ * them the two are mixed. */
 #define EXCESS 1.4f
 #define MOST_EXCESS 2.1f
-/* The same above NOISY: few points of overlapping scans lie on one layer, so that a narrow plane
- * sees less of the distance between layers than a wide one. */
+/* The same above NOISY. Few points of overlapping scans lie on one layer, so a narrow plane sees
+ * less of the distance between layers than a wide one. */
 #define NOISY_EXCESS 3.0f
 #define MOST_NOISY_EXCESS 4.0f
-/* But only where 1 - cosine of the angle between the wide and the narrow plane is at most this
- * times the variance of the narrow one's heights / spacing^2: folds turn planes more. */
+/* NOISY_EXCESS and MOST_NOISY_EXCESS hold only if 1 - cosine of the angle between wide and narrow
+ * plane is at most this times the variance of the narrow plane's heights / spacing^2. Folds turn
+ * planes more. */
 #define MOST_TURN 0.3f
-/* A point moves to its plane from as many spacings, and REACH times the noise: noise is measured
- * within layers, and overlapping ones lie farther apart. */
+/* A point moves to its plane if its height is at most this many spacings plus REACH times the
+ * noise. Noise is measured within layers, and overlapping layers lie farther apart. */
 #define JOIN_REACH 2.0f
 
 /* The plane near a point. */
 typedef struct plane {
-    stp_moments moments; /* of the points of its own sheet, lengths times estimation.scale */
+    stp_moments moments; /* of its own sheet's points; lengths times estimation.scale */
     vec3s normal;
-    float variance; /* of their heights, at first */
-    float noise;    /* variance of the noise, where wide */
-    uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: goes beyond the nearest neighbours */
+    float variance; /* of the heights over the first plane */
+    float noise;    /* variance of the noise, if wide */
+    uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: has more than the nearest neighbours */
 } plane;
 
 typedef struct estimation {
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
-    double scale; /* of lengths, so that floats hold their squares */
+    double scale; /* factor of lengths, so that floats hold their squares */
     plane *planes, *grown;
     vec3s *normals; /* as fitted */
 } estimation;
@@ -73,7 +80,7 @@ static stp_float4 place_of(const estimation *e, uint32_t other, uint32_t self)
     return stp_moments_place((float)d.x, (float)d.y, (float)d.z);
 }
 
-/* About the point itself, which is one of them if with_self. */
+/* Collects moments relative to the point itself. with_self: the point is one of them. */
 static stp_moments collect(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
                            bool with_self)
 {
@@ -84,16 +91,17 @@ static stp_moments collect(const estimation *e, uint32_t self, const uint32_t *l
     return m;
 }
 
-/* Least variance of heights of `count` points and the point itself, of which enough for a second
- * sheet lie beyond a gap: all of them on one side, few or all but a few. */
+/* The least variance of heights of `count` points and the point itself if enough of them for a
+ * second sheet lie beyond a gap. It is least if those are all on one side, and are LAYER_POINTS or
+ * all but LAYER_POINTS. */
 static float two_sheet_variance(unsigned count, float gap)
 {
     float n = (float)count + 1.0f, beyond = LAYER_POINTS;
     return 0.999f * gap * gap * beyond * (n - beyond) / (n * n);
 }
 
-/* Where the neighbours lie on two sheets, one direction for both, each about its own mean, so that
- * their distance does not tilt it; keeps the own sheet's moments alone. */
+/* If the neighbours lie on two sheets, fits one direction to both, each about its own mean, so that
+ * the sheets' distance does not tilt it. Keeps only the own sheet's moments. */
 static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint32_t *list,
                         unsigned count, float gap)
 {
@@ -117,7 +125,7 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint
     f->moments = own;
 }
 
-/* A plane through the nearest neighbours. */
+/* Fits a plane to the nearest neighbours. */
 static plane fit(const estimation *e, uint32_t self)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
@@ -135,8 +143,9 @@ static plane fit(const estimation *e, uint32_t self)
     return f;
 }
 
-/* Variance of the noise around a point: the harmonic mean of what its neighbours' own planes leave,
- * since that is more, not less, at creases. The farther half of them says it as well as all. */
+/* Variance of the noise around a point: the harmonic mean of the variances that its neighbours' own
+ * planes leave. At creases a plane leaves more, never less, so small ones must count most. The
+ * farther half of the neighbours is as good as all. */
 static float noise_near(const estimation *e, const uint32_t *list, unsigned count)
 {
     float inverse = 0.0f;
@@ -145,7 +154,8 @@ static float noise_near(const estimation *e, const uint32_t *list, unsigned coun
     return (float)(count - count / 2) / inverse;
 }
 
-/* Adds the moments of the farther half of the neighbours, those on the same piece of surface. */
+/* Adds to a plane the moments of those of the farther half of the neighbours that are on the same
+ * piece of surface. */
 static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
                          float noise, float spacing)
 {
@@ -167,8 +177,8 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
     return sums;
 }
 
-/* A point's plane, widened by those of its neighbours if there is noise, more than this part of the
- * spacing, and what all of them lie off the wide plane is no more than that. */
+/* Widens a point's plane by its neighbours' planes if the noise is more than least_noise spacings
+ * and the heights of all points over the wide plane are no more than noise. */
 static plane grow(const estimation *e, uint32_t self, float least_noise)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
@@ -176,7 +186,7 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     float spacing = (float)e->scale * e->cloud->points[self].spacing;
     float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
     plane f = e->planes[self];
-    if (!(f.variance > 0.25f * quiet)) /* spares to ask the neighbours, most often */
+    if (!(f.variance > 0.25f * quiet)) /* usually saves asking the neighbours */
         return f;
     float noise = noise_near(e, list, count);
     if (!(noise > quiet))
@@ -199,8 +209,9 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     return f;
 }
 
-/* Weight of a neighbour's normal: falls with the distance (squared, in spacings), with the offset
- * from the tangent plane and with the angle; negative where the signs disagree. */
+/* Weight of a neighbour's normal. Falls with the angle and with the squared distance in spacings;
+ * zero if the offset from the tangent plane is more than one spacing. Negative if the signs
+ * disagree. */
 static float weight_of(float cosine, float offset, float distance)
 {
     float closeness = fabsf(cosine) - 0.9f;
@@ -211,8 +222,8 @@ static float weight_of(float cosine, float offset, float distance)
     return copysignf(closeness, cosine) * beside / decay;
 }
 
-/* Averages a fitted normal with those of neighbours that lie on the same piece of surface. Takes
- * the noise out of a fit over k points without rounding edges. */
+/* Averages a fitted normal with those of neighbours on the same piece of surface. This removes the
+ * noise of a fit over k points without rounding edges. */
 static vec3s smooth(const estimation *e, uint32_t self)
 {
     const stp_cloud *cloud = e->cloud;
@@ -242,7 +253,8 @@ static vec3s smooth(const estimation *e, uint32_t self)
     return glms_vec3_normalize(n);
 }
 
-/* Of lengths, a power of two, so that floats hold the squares of all that the cloud has. */
+/* A power of two that scales lengths so that floats hold the squares of all of the cloud's lengths.
+ */
 static double scale_of(const stp_cloud *whole)
 {
     double side = stp_dbox_side(&whole->box);
@@ -257,7 +269,7 @@ static bool all_given(const stp_unit *unit)
     return given == unit->cloud.count;
 }
 
-/* The way of a point to its plane. */
+/* The shift of a point to its plane. */
 static vec3s shift_of(const estimation *e, uint32_t self)
 {
     const plane *f = &e->planes[self];

@@ -5,14 +5,14 @@
 
 #include <stdlib.h>
 
-/* Fewer mutual neighbours make no surface. */
+/* Least mutual neighbours of a point on a surface. */
 #define SURFACE_POINTS 3u
 
 typedef struct smoother {
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
     float *held;      /* spacings without outliers */
-    uint64_t *mutual; /* of each point, which of its neighbours have it as theirs: one bit each */
+    uint64_t *mutual; /* by point: one bit for each neighbour that has the point as its neighbour */
 } smoother;
 
 /* Lower median; reorders the values. */
@@ -46,13 +46,13 @@ static float median(float *values, unsigned count)
     return values[middle];
 }
 
-/* The greatest spacing believed: by the nearest third of the mutual neighbours, or, if hardly any
- * neighbour knows the point, by their median spacing. */
+/* The greatest spacing that a point may have: by the nearest third of its mutual neighbours; if it
+ * has hardly any, by its neighbours' median spacing. */
 static float limit(smoother *s, uint32_t self)
 {
     const stp_cloud_point *points = s->cloud->points;
     const uint32_t *list = s->neighbours->indices + (size_t)self * s->neighbours->k;
-    /* The square of d_k in spacings, and a little for rounding. */
+    /* d_k^2 in squared spacings, and a little for rounding. */
     const double reach = (1.0 + 1e-6) * (double)s->neighbours->k / M_PI;
     float values[STP_NEIGHBOURS_LIMIT];
     double mutual[STP_NEIGHBOURS_LIMIT]; /* squared distances, nearest first */
@@ -75,7 +75,7 @@ static float limit(smoother *s, uint32_t self)
     return STP_SPACING_EXCESS * (float)sqrt(mutual[third - 1] * M_PI / (double)third);
 }
 
-/* Harmonic, so that the finer side of a step in density does not swell. */
+/* The harmonic mean: the finer side of a step in density then does not swell. */
 static float average(const smoother *s, uint32_t self)
 {
     const uint32_t *list = s->neighbours->indices + (size_t)self * s->neighbours->k;

@@ -1,4 +1,4 @@
-/* Units on the pool. */
+/* Runs the units on the pool. */
 #include "preprocess/surface/surface.h"
 
 #include "base/memory.h"
@@ -14,13 +14,14 @@ typedef struct finding {
     const stp_surface_params *params;
     const stp_progress *progress;
     atomic_uint_fast64_t done_count, grown_count;
-    uint32_t *unit_ends; /* by unit: the cell after its last */
+    uint32_t *unit_ends; /* by unit: one past its last cell */
     uint32_t unit_count;
     stp_graph *graphs; /* by cell */
-    vec3s *averaged;   /* normals by point, where given ones are noisy: units still read those */
+    vec3s *averaged;   /* averaged normals by point, if given ones are noisy: a copy, since units
+                          still read the given ones */
 } finding;
 
-/* Puts cells that follow each other together. */
+/* Groups consecutive cells into units. */
 static stp_status make_units(finding *f, stp_error *err)
 {
     const stp_cloud *cloud = f->cloud;
@@ -36,7 +37,7 @@ static stp_status make_units(finding *f, stp_error *err)
     return status;
 }
 
-/* Returns how many planes are wide. */
+/* Writes a unit's results to the cloud. Returns how many planes are wide. */
 static uint64_t write_back(stp_cloud *cloud, const stp_unit *unit)
 {
     uint64_t wide = 0;
@@ -79,7 +80,7 @@ done:
     return status;
 }
 
-/* Puts the averaged normals in the place of noisy given ones; returns how many. */
+/* Replaces noisy given normals by the averaged ones. Returns how many. */
 static uint64_t take_averaged(finding *f)
 {
     uint64_t count = 0;

@@ -1,7 +1,7 @@
-/* What is found of points by their neighbourhoods: spacings, normals, the pieces of each cell.
+/* Finds what points' neighbourhoods tell: spacings, normals, and the pieces of each cell.
  *
- * Works unit by unit (unit.h), each of which touches a run of the cloud once. The result is the
- * same for any number of threads and any size of units. */
+ * Works unit by unit (unit.h); a unit touches a run of the cloud once. The result is the same for
+ * any number of threads and any size of units. */
 #ifndef STP_PREPROCESS_SURFACE_SURFACE_H
 #define STP_PREPROCESS_SURFACE_SURFACE_H
 
@@ -10,21 +10,22 @@
 
 typedef struct stp_surface_params {
     unsigned k;                /* neighbours of a point, 3 to STP_NEIGHBOURS_LIMIT */
-    bool pieces;               /* are wanted, and graphs */
-    const stp_dvec3 *stations; /* that points will be turned to; NULL for none */
-    uint32_t unit_points;      /* about so many to a unit; 0: one cell */
-    vec3s *shifts;             /* takes of each point the way to its plane (normals.h); NULL */
+    bool pieces;               /* find pieces and graphs, too */
+    const stp_dvec3 *stations; /* that normals will be turned to; NULL for none */
+    uint32_t unit_points;      /* points of a unit, about; 0: one cell per unit */
+    vec3s *shifts; /* by point: gets its way to its plane (normals.h); NULL: not wanted */
 } stp_surface_params;
 
-/* What was found because of noise. */
+/* What noise led to. */
 typedef struct stp_surface_counts {
-    uint64_t grown;    /* points whose normals are from more than their nearest neighbours */
+    uint64_t grown;    /* points whose planes have more than their nearest neighbours */
     uint64_t averaged; /* points whose given normals are averaged (given_normals.h) */
 } stp_surface_counts;
 
-/* Sets the spacings and normals of a sorted cloud, and, if wanted, its marks, its sheets (numbers
- * of pieces in their cells) and *graphs, one for each cell, for stp_orientation_find; else *graphs
- * is NULL. counts may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
+/* Sets the spacings and normals of a sorted cloud. If pieces are wanted, also sets its marks, its
+ * sheets (numbers of pieces in their cells) and *graphs, one per cell, for stp_orientation_find;
+ * else *graphs is NULL. counts may be NULL. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k),
+ * CANCELLED. */
 stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surface_params *params,
                             stp_surface_counts *counts, stp_pool *pool,
                             const stp_progress *progress, stp_error *err);

@@ -1,4 +1,4 @@
-/* Cells cut where one chunk's lattices do not reach. */
+/* Cuts cells that are too wide for one chunk's lattices. */
 #include "preprocess/tree/cell_cut.h"
 
 #include "base/memory.h"
@@ -20,7 +20,7 @@ static void add_spacing(stp_chunk_extent *e, const cutter *c, stp_dvec3 position
                          stp_point_exponent(position, spacing, c->params));
 }
 
-/* Whether the cell fits even if its points' least and greatest spacing lie anywhere in it. */
+/* Whether the cell fits, wherever in it the points of least and greatest spacing lie. */
 static stp_status check_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const cutter *c = context;
@@ -49,8 +49,8 @@ static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *e
     return status;
 }
 
-/* Runs of the cell's points, each as long as it fits. What rounding holds apart asks for nothing.
- */
+/* Cuts the cell into runs of points, each as long as it fits. Points that only rounding separates
+ * do not ask for a finer lattice. */
 static stp_status cut_cell(cutter *c, const stp_cell *cell, stp_error *err)
 {
     stp_status status = STP_OK;

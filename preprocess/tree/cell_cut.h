@@ -1,5 +1,5 @@
-/* Cells cut where one chunk's lattices do not reach from their finest points to their farthest: a
- * dense cluster with a few points far around it, say.
+/* Cuts cells that are too wide for one chunk: a chunk's lattices must reach from its finest points
+ * to its farthest. Example: a dense cluster with a few points far around it.
  *
  * Threads: those of the pool; the same cells for any number. */
 #ifndef STP_PREPROCESS_TREE_CELL_CUT_H
@@ -7,8 +7,8 @@
 
 #include "preprocess/patch/point_item.h"
 
-/* Cuts cells of a cloud whose spacings are known; all but such cells stay as they are. Errors:
- * OUT_OF_MEMORY. */
+/* Cuts the cells that are too wide in a cloud whose spacings are known. All other cells stay as
+ * they are. Errors: OUT_OF_MEMORY. */
 stp_status stp_cells_cut(stp_cloud *cloud, const stp_point_item_params *params, stp_pool *pool,
                          stp_error *err);
 

@@ -1,4 +1,4 @@
-/* A chunk out of items. */
+/* Builds a chunk from items. */
 #include "preprocess/tree/chunk_build.h"
 
 #include "base/memory.h"
@@ -19,11 +19,11 @@ typedef struct assembly {
     stp_sample *samples[STP_LEVEL_COUNT];
     size_t sample_capacity[STP_LEVEL_COUNT];
     uint32_t sample_count[STP_LEVEL_COUNT];
-    stp_carry *carry; /* by level-0 sample; of a leaf none */
+    stp_carry *carry; /* by level-0 sample; none for a leaf */
     size_t carry_capacity;
-    uint32_t *order; /* of the patches: runs of them are what the parent's patches stand for */
+    uint32_t *order; /* of the patches: a run of them becomes one patch of the parent */
     int vertex_least;
-    const stp_resolution *resolution; /* of points; else NULL */
+    const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
     bool leaf, linked;
 } assembly;
@@ -43,9 +43,9 @@ void stp_chunk_extent_add(stp_chunk_extent *e, stp_dvec3 centre, double area, do
     e->coarsest = exponent > e->coarsest ? exponent : e->coarsest;
 }
 
-/* The chunk's origin is a multiple of this power of two, which is no smaller than any lattice of
- * the items and of the vertices of patches of them: so lattices of the chunk, its children and its
- * parent meet. */
+/* The chunk's origin is a multiple of 2^(this exponent), which is no finer than any lattice of the
+ * items and of the patch vertices. So the lattices of the chunk, its children and its parent
+ * coincide. */
 static int unit_exponent(const stp_chunk_extent *e)
 {
     const double side = stp_dbox_side(&e->box), reach = sqrt(3.0) * side + 2.0 * e->bound;
@@ -97,7 +97,8 @@ done:
     return status;
 }
 
-/* Keeps what the patch's level-0 samples, in their order, bring from their own chunks. */
+/* Keeps the errors that the patch's level-0 samples, in their order, bring from their own chunks.
+ */
 static stp_status append_carry(assembly *a, const stp_item *items, const uint32_t *order,
                                uint32_t count, stp_error *err)
 {
@@ -131,7 +132,7 @@ static void measure_displacement(assembly *a, const stp_item *items, const uint3
     }
 }
 
-/* Builds the run as one patch, or halves it until its items fit one lattice. */
+/* Builds the run as one patch. If its items do not fit one lattice, halves it. */
 static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
                             uint32_t count, uint8_t child, stp_error *err)
 {
@@ -168,7 +169,7 @@ static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place
     }
 }
 
-/* Orders items so that runs of them become patches: order and ends have room for all of them. */
+/* Orders items so that runs of them become patches. order and ends have room for all items. */
 static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint32_t *order,
                             uint32_t *ends, uint32_t *run_count, stp_error *err)
 {
@@ -210,8 +211,8 @@ done:
     return status;
 }
 
-/* Orders the patches so that runs of them, which end at *run_ends, become one patch of the parent
- * each: what their vertices alone decide. */
+/* Orders the patches so that runs of them, which end at *run_ends, each become one patch of the
+ * parent. Only their vertices decide. */
 static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_count,
                                 stp_error *err)
 {
@@ -221,14 +222,14 @@ static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_
     STP_TRY(stp_alloc(&a->order, a->patch_count, sizeof *a->order, "patches", err));
     STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
     STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
-    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: no more */
+    STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: exact */
     memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
 done:
     free(ends);
     return status;
 }
 
-/* What each patch has of an array, patch by patch, in the patches' order. */
+/* Copies each patch's part of an array, in the order of the patches. */
 static void gather(void *out, const void *from, size_t item_bytes, const assembly *a,
                    const uint32_t *from_begin)
 {
@@ -241,7 +242,8 @@ static void gather(void *out, const void *from, size_t item_bytes, const assembl
     }
 }
 
-/* Where each patch's samples of a level begin, in the order in which patches were built. */
+/* Finds where each patch's samples of a level begin, in the order in which the patches were built.
+ */
 static void find_begins(const assembly *a, int level, uint32_t *begin)
 {
     begin[0] = 0;
@@ -317,7 +319,7 @@ static void clear_assembly(assembly *a)
         free(a->samples[level]);
 }
 
-/* Orders the patches that are there and makes them a chunk. */
+/* Orders the patches and packs them into a chunk. */
 static stp_status finish(assembly *a, stp_built_chunk *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -377,13 +379,13 @@ done:
     return status;
 }
 
-/* `from` may be freed: only its place counts. */
+/* Moves a pointer from one block to another. `from` may be freed: only its address counts. */
 static void *rebase(void *pointer, const void *from, void *to)
 {
     return pointer ? (char *)to + ((uintptr_t)pointer - (uintptr_t)from) : NULL;
 }
 
-/* All arrays of a chunk are one block, which is the built chunk's from here on. */
+/* Moves the chunk's arrays, which are one block. From here on the built chunk owns the block. */
 static stp_status stow_arrays(stp_built_chunk *built, stp_error *err)
 {
     stp_chunk *c = built->chunk;

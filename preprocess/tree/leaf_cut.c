@@ -1,4 +1,4 @@
-/* Patches that are to be made, cut into leaf chunks. */
+/* Cuts an ordered list of patches into leaf chunks. */
 #include "preprocess/tree/leaf_cut.h"
 
 #include "base/memory.h"
@@ -6,7 +6,8 @@
 
 #include <stdlib.h>
 
-/* Lattices of a leaf differ by no more octaves, and it is no more octaves of steps wide. */
+/* The lattices of a leaf differ by at most this many octaves, and the leaf is at most
+ * 2^LEAF_OCTAVES of its finest steps wide. */
 #define LEAF_OCTAVES 28
 
 typedef struct runs {

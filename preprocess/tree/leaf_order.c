@@ -1,4 +1,4 @@
-/* In which order the leaves of a model stand. */
+/* Orders the leaves of a model. */
 #include "preprocess/tree/leaf_order.h"
 
 #include "base/memory.h"
@@ -46,7 +46,7 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
         list(&l, STP_LEAF_LINES, i, lines->leaves[i].middle);
     for (uint32_t i = 0; i < triangle_leaves; i++)
         list(&l, STP_LEAF_TRIANGLES, i, triangles->leaves[i].middle);
-    if (all > cells) /* cells alone are in order */
+    if (all > cells) /* cells alone are in order already */
         stp_morton_order(l.codes, all);
     for (uint32_t i = 0; i < all; i++)
         places[i] = l.places[l.codes[i].index];

@@ -1,4 +1,4 @@
-/* In which order the leaves of a model stand: those near each other get one parent. */
+/* The order of a model's leaves: leaves near each other get one parent. */
 #ifndef STP_PREPROCESS_TREE_LEAF_ORDER_H
 #define STP_PREPROCESS_TREE_LEAF_ORDER_H
 
@@ -14,9 +14,9 @@ typedef struct stp_leaf_place {
     uint32_t index;
 } stp_leaf_place;
 
-/* Cells alone stand as they are; with lines or triangles (NULL: none) all leaves follow the Morton
- * curve of the model's box by their boxes' middles. *out: *count leaves, free with free(). Errors:
- * OUT_OF_MEMORY. */
+/* Orders the leaves. If there are only cells, they keep their order. With lines or triangles (NULL:
+ * none), all leaves follow the Morton curve of the model's box by the middles of their boxes. *out:
+ * *count leaves, free with free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
                           const stp_triangle_leaves *triangles, stp_leaf_place **out,
                           uint32_t *count, stp_error *err);

@@ -1,4 +1,4 @@
-/* Leaf chunks out of polylines. */
+/* Makes leaf chunks from polylines. */
 #include "preprocess/tree/line_leaves.h"
 
 #include "base/memory.h"
@@ -7,10 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A part is halved for a finer lattice down to so few vertices; for a precision that is asked for,
+/* To get a finer lattice, a part is halved down to this many vertices; if a precision is asked for,
  * down to 2. */
 #define PART_LEAST 9u
-/* Lattices of parts that meet differ by no more octaves. */
+/* The lattices of parts that meet differ by at most this many octaves. */
 #define MEETING_OCTAVES 12
 
 typedef struct maker {
@@ -29,7 +29,7 @@ static void raise_to(stp_strip_part *part, int exponent)
         part->vertex_exponent = exponent;
 }
 
-/* The vertex where two parts meet lies on the coarser of their lattices. */
+/* Joins two parts: the vertex where they meet lies on the coarser of their lattices. */
 static void join(stp_strip_part *a, stp_strip_part *b)
 {
     int coarser = a->exponent > b->exponent ? a->exponent : b->exponent;
@@ -37,7 +37,7 @@ static void join(stp_strip_part *a, stp_strip_part *b)
     a->last_exponent = b->first_exponent = coarser;
 }
 
-/* As many vertices as a lattice that is fine enough allows. */
+/* Gives the part as many vertices as a fine enough lattice allows. */
 static void cut_part(const maker *m, stp_strip_part *part)
 {
     const unsigned least = m->precision > 0.0 ? 2 : PART_LEAST;
@@ -49,7 +49,7 @@ static void cut_part(const maker *m, stp_strip_part *part)
     }
 }
 
-/* A polyline without vertices that are not finite. */
+/* Adds a polyline whose vertices are all finite. */
 static stp_status add_line(maker *m, const stp_line_vertex *line, uint64_t count,
                            stp_line_kind kind, stp_error *err)
 {
@@ -125,7 +125,7 @@ static stp_dbox part_box(const stp_strip_part *part)
     return box;
 }
 
-/* Along the Morton curve of the lines' box. */
+/* Sorts the parts along the Morton curve of the lines' box. */
 static stp_status sort_parts(stp_line_leaves *out, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,8 +1,9 @@
-/* Leaf chunks out of polylines: parts of up to 64 vertices, those near each other in one leaf.
+/* Makes leaf chunks from polylines: parts of up to 64 vertices, and parts near each other in one
+ * leaf.
  *
- * Polylines are held in memory whole, and 96 bytes a part beside them; points are not. Vertices
- * that are not finite are left out, and the polyline is cut there. Consecutive parts share the
- * vertex where they meet. Threads: one maker; leaves may be built on any. */
+ * All polylines are held in memory, plus 96 bytes per part; points are not. Vertices that are not
+ * finite are dropped, and the polyline is cut there. Consecutive parts share the vertex where they
+ * meet. Threads: one maker; leaves may be built on any. */
 #ifndef STP_PREPROCESS_TREE_LINE_LEAVES_H
 #define STP_PREPROCESS_TREE_LINE_LEAVES_H
 
@@ -10,8 +11,8 @@
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
 
-/* Vertices are those of the polylines, each once; samples those of level 0, where vertices at which
- * parts meet count twice. */
+/* vertices: those of the polylines, each once. samples: those of level 0; a vertex where parts meet
+ * counts twice. */
 typedef struct stp_line_counts {
     uint64_t strips, vertices, segments, samples;
     uint64_t rejected; /* vertices that are not finite */
@@ -27,11 +28,11 @@ typedef struct stp_line_leaves {
     stp_dbox box; /* of all vertices */
 } stp_line_leaves;
 
-/* lines is borrowed as long as the leaves are used; side: the longest of the
- * model's box. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Cuts the lines into leaves. lines: borrowed as long as the leaves are used. side: the longest of
+ * the model's box. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_line_leaves_create(stp_line_leaves *out, const stp_line_set *lines, double precision,
                                   double side, stp_error *err);
-/* intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Builds one leaf. intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_line_leaf_build(const stp_line_leaves *leaves, uint32_t leaf, uint16_t intensity_max,
                                stp_built_chunk *out, stp_error *err);
 void stp_line_leaves_clear(stp_line_leaves *leaves);

@@ -1,4 +1,4 @@
-/* An inner chunk out of its children as a file holds them. */
+/* Rebuilds an inner chunk from its children as a file holds them. */
 #include "preprocess/tree/rebuild.h"
 
 #include "base/memory.h"
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Exponent of the lowest bit set in a finite number other than 0. */
+/* Exponent of the lowest set bit of a finite number other than 0. */
 static int lowest_bit(double value)
 {
     int exponent = 0;
@@ -17,7 +17,7 @@ static int lowest_bit(double value)
     return exponent - 53 + __builtin_ctzll((uint64_t)mantissa);
 }
 
-/* Of a point's coordinates; INT_MAX of the origin's. */
+/* Exponent of the lowest set bit of a point's coordinates; INT_MAX if all are 0. */
 static int lowest_bits(stp_dvec3 p)
 {
     const double at[3] = {p.x, p.y, p.z};
@@ -28,7 +28,7 @@ static int lowest_bits(stp_dvec3 p)
     return lowest;
 }
 
-/* Greatest lattice on which all vertices of the children lie. */
+/* The coarsest lattice on which all vertices of the children lie. */
 static int shared_lattice(const stp_placed_chunk *children, uint32_t count)
 {
     int lowest = INT_MAX;
@@ -43,8 +43,8 @@ static int shared_lattice(const stp_placed_chunk *children, uint32_t count)
     return lowest;
 }
 
-/* The vertex's lattice: where its spacing would put it, or the one that all share, if its radius
- * has a code there; but one that it lies on. */
+/* The vertex's lattice: the one that follows from its spacing, or the shared one if that is coarser
+ * and the radius has a code on it. But always one that the vertex lies on. */
 static int lattice_of(const stp_disc *disc, double area, const stp_patch *patch, int shared)
 {
     const int lowest = lowest_bits(disc->centre);

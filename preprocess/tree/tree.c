@@ -1,5 +1,5 @@
-/* The chunk tree: leaf chunks out of cells, lines and triangles, and parents out of their
- * children's patch vertices. */
+/* The chunk tree: leaf chunks from cells, lines and triangles, and parents from their children's
+ * patch vertices. */
 #include "preprocess/tree/tree.h"
 
 #include "base/memory.h"
@@ -13,13 +13,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Chunks that are encoded before they are written: bounds the memory of a wave. */
+/* Chunks that are encoded before they are written. Limits the memory of a wave. */
 #define WAVE_CHUNKS 32u
 
-/* A tier of as many chunks as the one below has at most this part of its patches. */
+/* If a tier has as many chunks as the tier below, it must have at most 1 / LEAST_MERGE of its
+ * patches. */
 #define LEAST_MERGE 2u
 
-/* A chunk that is written, as its parent needs it. */
+/* A written chunk, as its parent needs it. */
 typedef struct node {
     stp_item *vertices;
     uint32_t vertex_count;
@@ -37,7 +38,7 @@ typedef struct span {
 
 typedef struct built {
     stp_built_chunk chunk;
-    stp_dbox reach; /* of its patches' bounds, world */
+    stp_dbox reach; /* box of its patches' bounds, world */
     void *payload;
     stp_chunk_entry entry;
     stp_dbox box; /* of a leaf's samples as stored, world */
@@ -58,7 +59,7 @@ typedef struct tree {
     node *below; /* nodes of the tier below; NULL while leaves are made */
     span *spans;
     uint32_t span_count;
-    built *tier; /* all chunks of the tier, in order: each is measured against those around it */
+    built *tier; /* all chunks of the tier, in order; each is measured with those around it */
     uint32_t tier_count, wave_begin;
 
     uint32_t **children; /* by handle */
@@ -96,7 +97,7 @@ static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp
         STP_TRY(build_cell(t, &t->cloud->cells[leaf.index], out, err));
     const stp_chunk *chunk = out->chunk.chunk;
     out->entry.points_under = chunk->level_begin[0][chunk->patch_count];
-    /* quantisation moves points a little: the file's box holds them as they are stored */
+    /* quantisation moves points a little: the file's box holds them as stored */
     stp_chunk_box(chunk, out->chunk.origin, &out->box);
 done:
     return status;
@@ -222,7 +223,7 @@ done:
     return status;
 }
 
-/* Builds and writes `count` chunks, giving one node each. */
+/* Builds and writes `count` chunks. Makes one node each. */
 static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -242,8 +243,8 @@ done:
     return status;
 }
 
-/* Runs of nodes that fit one parent: at most 64 children and 64 k patch vertices. Runs follow the
- * Morton order, so they are near each other. */
+/* Groups nodes into runs that fit one parent: at most 64 children and 64 k patch vertices. Runs
+ * follow the Morton order, so their nodes are near each other. */
 static stp_status group_nodes(tree *t, const node *nodes, uint32_t count, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -273,8 +274,8 @@ static uint64_t sum_vertices(const node *nodes, uint32_t count)
     return sum;
 }
 
-/* A tier that has no fewer chunks than the one below has fewer patches at least: then chunks of the
- * next one have room for several of them. */
+/* If a tier has no fewer chunks than the one below, it must have far fewer patches. Then a chunk of
+ * the next tier has room for several of its chunks. */
 static stp_status check_growth(const tree *t, const node *above, const node *below, uint32_t count,
                                stp_error *err)
 {
@@ -295,7 +296,7 @@ static void free_nodes(const tree *t, node *nodes, uint32_t count)
     free(nodes);
 }
 
-/* Tiers until one chunk is left; *root is its handle. */
+/* Builds tiers until one chunk is left. *root is its handle. */
 static stp_status build_tiers(tree *t, uint32_t *root, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -327,7 +328,7 @@ done:
     return status;
 }
 
-/* The chunks of every tier are at most as wide as the model. */
+/* A chunk of any tier is at most as wide as the model, which gives vertex_least. */
 static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
 {
     stp_dbox box = cloud->count > 0 ? cloud->box : stp_dbox_empty();

@@ -1,5 +1,5 @@
-/* The chunk tree: leaf chunks out of cells, lines and triangles, and parents out of their
- * children's patch vertices. */
+/* The chunk tree: leaf chunks from cells, lines and triangles, and parents from their children's
+ * patch vertices. */
 #ifndef STP_PREPROCESS_TREE_TREE_H
 #define STP_PREPROCESS_TREE_TREE_H
 
@@ -12,7 +12,7 @@
 
 typedef struct stp_tree_params {
     double lambda;             /* radius of a sample over its spacing */
-    uint16_t intensity_max;    /* of all points: what 255 stands for */
+    uint16_t intensity_max;    /* of all points; 255 in the file stands for it */
     stp_resolution resolution; /* of the inputs */
     stp_codec codec;
     const stp_line_leaves *lines;         /* borrowed; NULL for none */
@@ -23,17 +23,17 @@ typedef struct stp_tree_stats {
     uint32_t chunk_count;
     uint64_t patch_count;
     uint64_t file_bytes;
-    stp_displacement displacement; /* of points: not of lines and triangles */
+    stp_displacement displacement; /* of points only, not of lines and triangles */
 } stp_tree_stats;
 
-/* What the file says of its making, when all chunks are written; NULL: no memory. Free with free().
- * `stats` lack file_bytes. */
+/* Makes the file's metadata when all chunks are written. Returns NULL if out of memory. Free with
+ * free(). `stats` lacks file_bytes. */
 typedef char *stp_metadata_maker(void *context, const stp_tree_stats *stats);
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
- * Uses the cloud up: its points may be lost; it may have none where there are others. Chunks are
- * built on the pool in waves and written in order: the same bytes for any number of threads.
- * Errors: those of stp_chunk_build and the writer, CANCELLED. */
+ * Uses up the cloud: its points may be lost. The cloud may be empty if there are lines or
+ * triangles. Chunks are built on the pool in waves and written in order: the same bytes for any
+ * number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
 stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
                           const stp_tree_params *params, stp_metadata_maker *metadata,
                           void *context, stp_pool *pool, const stp_progress *progress,

@@ -1,4 +1,4 @@
-/* Leaf chunks out of triangles. */
+/* Makes leaf chunks from triangles. */
 #include "preprocess/tree/triangle_leaves.h"
 
 #include "base/memory.h"
@@ -7,14 +7,14 @@
 
 #include <stdlib.h>
 
-/* A patch's diagonal is so many sizes of its triangles, at most: the curve along which they are
- * sorted jumps. */
+/* Greatest diagonal of a patch, in sizes of its triangles. The curve that orders the triangles
+ * jumps. */
 #define PART_SIZES 8.0
 
 typedef struct maker {
     stp_triangle_leaves out;
     const stp_triangle_set *set;
-    uint32_t *order; /* the source's */
+    uint32_t *order; /* order of the source */
     int16_t *exponents;
     size_t part_capacity;
     double precision, side;
@@ -36,7 +36,7 @@ static bool is_valid(const stp_triangle_set *set, uint64_t t)
 
 /* ---- order ---- */
 
-/* Valid triangles along the Morton curve of their box, by their middles. */
+/* Sorts the valid triangles along the Morton curve of their box, by their middles. */
 static stp_status sort_triangles(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -86,9 +86,9 @@ static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
     return box;
 }
 
-/* Corners are kept to 1/1024 of the triangles' mean size and to the precision asked for; coarser
- * where the part is large. Returns whether it is small enough for that, and its triangles are near
- * each other. */
+/* Chooses the part's lattice. Corners are kept to 1/1024 of the triangles' mean size and to the
+ * precision asked for; if the part is large, the lattice is coarser. Returns whether the part is
+ * small enough for the finer lattice and its triangles are near each other. */
 static bool choose_lattice(const maker *m, stp_triangle_part *part)
 {
     const stp_dbox box = part_box(m, part);
@@ -132,8 +132,8 @@ done:
     return status;
 }
 
-/* Each vertex lies on the coarsest lattice of the parts that it is in; these are no finer than so
- * many octaves below. */
+/* Puts each vertex on the coarsest lattice of the parts that have it. These parts' lattices are at
+ * most STP_CORNER_OCTAVES finer. */
 static stp_status share_lattices(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,9 +1,9 @@
-/* Leaf chunks out of triangles: patches of up to 21 near each other, those near each other in one
- * leaf.
+/* Makes leaf chunks from triangles: patches of up to 21 triangles near each other, and patches near
+ * each other in one leaf.
  *
- * Triangles are held in memory whole, and about 20 bytes each and 2 a vertex beside them. Those
- * with a corner that does not exist or is not finite are left out and counted. A vertex lies at one
- * place in all patches: there are no cracks. Threads: one maker; leaves may be built on any. */
+ * All triangles are held in memory, plus about 20 bytes each and 2 per vertex. A triangle with a
+ * corner that does not exist or is not finite is dropped and counted. A vertex has one position in
+ * all patches, so there are no cracks. Threads: one maker; leaves may be built on any. */
 #ifndef STP_PREPROCESS_TREE_TRIANGLE_LEAVES_H
 #define STP_PREPROCESS_TREE_TRIANGLE_LEAVES_H
 
@@ -12,7 +12,7 @@
 #include "preprocess/tree/leaf_cut.h"
 
 typedef struct stp_triangle_counts {
-    uint64_t triangles; /* that are stored, three samples each */
+    uint64_t triangles; /* stored triangles, three samples each */
     uint64_t rejected;
 } stp_triangle_counts;
 
@@ -27,11 +27,11 @@ typedef struct stp_triangle_leaves {
     stp_dbox box; /* of all corners */
 } stp_triangle_leaves;
 
-/* set is borrowed as long as the leaves are used; side: the longest of the
- * model's box. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Cuts the triangles into leaves. set: borrowed as long as the leaves are used. side: the longest
+ * of the model's box. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_triangle_leaves_create(stp_triangle_leaves *out, const stp_triangle_set *set,
                                       double precision, double side, stp_error *err);
-/* intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Builds one leaf. intensity_max: what 255 stands for. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_triangle_leaf_build(const stp_triangle_leaves *leaves, uint32_t leaf,
                                    uint16_t intensity_max, stp_built_chunk *out, stp_error *err);
 void stp_triangle_leaves_clear(stp_triangle_leaves *leaves);

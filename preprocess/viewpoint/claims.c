@@ -1,10 +1,11 @@
-/* Claimed stations against the points; of images, cameras and normals. */
+/* Checks claimed stations against the points; finds cameras and normals of images. */
 #include "preprocess/viewpoint/claims.h"
 
 #include "preprocess/surface/image_normals.h"
 #include "preprocess/viewpoint/seen_from.h"
 
-/* An image whose pixels a map does not meet so well is seen as other points are. */
+/* If a map meets a smaller share of an image's pixels, the first view treats the image like other
+ * points. */
 #define FITTING_LEAST 0.95
 
 static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_stats *stats)
@@ -16,7 +17,7 @@ static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_s
         }
 }
 
-/* One file: its claim, then its image. */
+/* Checks one file: its claim, then its image. */
 static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
                               const stp_dvec3 *stations, const stp_file_points *points,
                               stp_pool *pool, stp_prep_stats *stats, stp_error *err)

@@ -1,15 +1,19 @@
-/* What files say of how their points were seen, held against the points before these are sorted.
- * Depends on the points, the order they came in and what their files say; not on threads or memory.
- * Threads: one call at a time. */
+/* Checks what files say about how their points were seen, before the points are sorted. Depends on
+ * the points, the order they came in and what their files say; not on threads or memory. Threads:
+ * one call at a time. */
 #ifndef STP_PREPROCESS_VIEWPOINT_CLAIMS_H
 #define STP_PREPROCESS_VIEWPOINT_CLAIMS_H
 
 #include "preprocess/prep.h"
 #include "preprocess/viewpoint/first_camera.h"
 
-/* Takes the points of claimed stations that cannot have seen them (seen_from.h) off these stations
- * and counts them in stats. Of images: sets *out if a camera is found (image_fit.h), and the
- * normals if a station saw it (image_normals.h). Errors: OUT_OF_MEMORY, IO. */
+/* Checks each file.
+ * - Station: if its points cannot have been seen from the claimed station (seen_from.h), they lose
+ *   the station, and stats counts them.
+ * - Image: sets *out if a camera is found (image_fit.h), and the normals if a station saw the image
+ *   (image_normals.h).
+ *
+ * Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_claims_settle(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
                              stp_pool *pool, stp_prep_stats *stats, stp_error *err);
 

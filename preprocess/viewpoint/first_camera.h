@@ -1,11 +1,11 @@
-/* A camera that a model is first seen by: what prep decides and the file's metadata keeps. */
+/* The camera that first shows a model: prep decides it, and the file's metadata keeps it. */
 #ifndef STP_PREPROCESS_VIEWPOINT_FIRST_CAMERA_H
 #define STP_PREPROCESS_VIEWPOINT_FIRST_CAMERA_H
 
 #include "base/vec_types.h"
 
 typedef enum stp_first_why {
-    STP_FIRST_WHOLE = 0, /* no camera: the whole model is seen */
+    STP_FIRST_WHOLE = 0, /* no camera: the whole model is shown */
     STP_FIRST_SCANNER,
     STP_FIRST_INTERIOR
 } stp_first_why;
@@ -13,7 +13,7 @@ typedef enum stp_first_why {
 typedef struct stp_first_camera {
     stp_first_why why;
     stp_dvec3 eye, look, up;
-    double fovy_deg, aspect; /* width / height of what should be seen */
+    double fovy_deg, aspect; /* width / height of what should be visible */
 } stp_first_camera;
 
 #endif

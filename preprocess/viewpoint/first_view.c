@@ -1,4 +1,4 @@
-/* First cameras: of stations, within interiors. */
+/* First cameras: at stations, within interiors. */
 #include "preprocess/viewpoint/first_view.h"
 
 #include "base/memory.h"
@@ -10,21 +10,22 @@
 
 #define PI 3.14159265358979323846
 #define DEGREES (PI / 180.0)
-/* Points whose rays are looked at, and the part of them that may lie beyond each edge of a view; if
- * more than that are this far from their mean direction, they go all around. */
+/* RAYS: rays that are examined. LEFT_OUT: share of them that may lie beyond each edge of a view. If
+ * more than 4 LEFT_OUT have less than NARROW_COSINE to their mean direction, the rays go all
+ * around. */
 #define RAYS 16384u
 #define LEFT_OUT 0.002
 #define NARROW_COSINE 0.4
-/* Of a cloud, so that nothing overflows. */
+/* Greatest extent of a cloud, so that nothing overflows. */
 #define EXTENT_MOST 1e100
 #define FOVY_LEAST_DEG 1.0
 #define FOVY_MOST_DEG 110.0
-/* A view among rays that go all around: sectors about up, and how steep it is. */
+/* For rays that go all around: sectors about up, and the steepest view. */
 #define SECTORS 36
 #define STEEPEST_RAD 0.35
 #define AROUND_FOVY_DEG 70.0
 
-/* Unit rays from a position to some of its points: free() them. */
+/* Unit rays from the eye to some of a station's points. Free with free(). */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
                           uint16_t station, stp_dvec3 eye, stp_error *err)
 {
@@ -50,7 +51,7 @@ static stp_dvec3 mean_of(const stp_dvec3 *rays, uint32_t count)
     return stp_dvec3_normalize(sum);
 }
 
-/* Between which tangents, along an axis across the view, nearly all rays lie. */
+/* The range of tangents, along an axis across the view, that holds nearly all rays. */
 static void spread_along(double out[2], const stp_dvec3 *rays, uint32_t count, stp_dvec3 forward,
                          stp_dvec3 axis, double *room)
 {
@@ -62,8 +63,8 @@ static void spread_along(double out[2], const stp_dvec3 *rays, uint32_t count, s
     out[1] = room[count - 1 - left];
 }
 
-/* Turns a camera about its eye, from the mean ray to the middle of the rays, and opens it for them.
- * Errors: OUT_OF_MEMORY. */
+/* Turns a camera about its eye from the mean ray to the middle of the rays, and opens it to take
+ * them in. Errors: OUT_OF_MEMORY. */
 static stp_status take_in(stp_first_camera *camera, stp_dvec3 *forward, const stp_dvec3 *rays,
                           uint32_t count, stp_error *err)
 {
@@ -96,7 +97,7 @@ static bool is_narrow(const stp_dvec3 *rays, uint32_t count, stp_dvec3 mean)
     return within >= (1.0 - 4.0 * LEFT_OUT) * count;
 }
 
-/* Across a direction, as near to what is wanted as can be. */
+/* The wanted up direction; another axis if it is nearly parallel to forward. */
 static stp_dvec3 up_across(stp_dvec3 forward, stp_dvec3 wanted)
 {
     if (fabs(stp_dvec3_dot(forward, wanted)) > 0.99)
@@ -104,11 +105,12 @@ static stp_dvec3 up_across(stp_dvec3 forward, stp_dvec3 wanted)
     return wanted;
 }
 
-/* How far the surface is along the view; as far as the box where none is met. */
+/* Distance to the surface along the view. If there is none, the distance to the middle of the ray's
+ * way through the box. */
 static double distance_along(const stp_space *s, stp_dvec3 eye, stp_dvec3 forward)
 {
     double d = 0.0, before = INFINITY;
-    for (;;) { /* up to the grid, in steps that cannot pass it */
+    for (;;) { /* approach the grid in steps that cannot pass it */
         const stp_dvec3 at = stp_dvec3_add(eye, stp_dvec3_scale(forward, d));
         const double away = sqrt(stp_dbox_distance_squared(&s->box, at));
         if (!(away > 0.5 * s->side && away < before))
@@ -121,8 +123,8 @@ static double distance_along(const stp_space *s, stp_dvec3 eye, stp_dvec3 forwar
     return fmax(d + (hit.solid ? hit.distance : 0.5 * hit.distance), s->side);
 }
 
-/* The level direction with the most voxels of surface around it, each by the square of its cosine,
- * and as steep as these lie. */
+/* The level direction with the most voxels of surface around it, weighted by the squared cosine;
+ * then tilted to the mean height of these voxels. */
 static stp_dvec3 largest_surface(const stp_space *s, stp_dvec3 eye, stp_dvec3 up)
 {
     double area[SECTORS] = {0.0}, height[SECTORS] = {0.0}, best = -1.0, angle = 0.0, slope = 0.0;
@@ -161,8 +163,8 @@ static stp_dvec3 largest_surface(const stp_space *s, stp_dvec3 eye, stp_dvec3 up
     return stp_dvec3_add(stp_dvec3_scale(level, cos(slope)), stp_dvec3_scale(up, sin(slope)));
 }
 
-/* Of a station that says nothing of its up axis: z where that is the height, else as a box's shape
- * tells; along y of a depth camera's own axes, y being downwards, where its rays go along z. */
+/* Guesses the up axis of a station that does not tell it: z if z is the height; else against y, if
+ * rays go along z as in a depth camera's own axes, where y points down; else by the box's shape. */
 static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_station_word word)
 {
     if (heights)
@@ -211,7 +213,7 @@ done:
     return status;
 }
 
-/* The first that any point is left of; 0 if there is none. */
+/* The first station that still has a point; 0 if there is none. */
 static uint16_t first_station(const stp_cloud *cloud, uint32_t station_count)
 {
     uint16_t first = 0;

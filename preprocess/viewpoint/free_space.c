@@ -9,7 +9,8 @@
 
 #define SAMPLE 16384u
 #define FAR_OUT 100u
-/* A normal within 20 degrees of an axis is along it, one so near to its plane across it. */
+/* A normal within 20 degrees of an axis is along it. A normal within 20 degrees of the axis's plane
+ * is across it. */
 #define ALONG_COSINE 0.94f
 #define ACROSS_COSINE 0.34f
 /* Free voxels around the points. */
@@ -26,7 +27,7 @@ static double coordinate(stp_dvec3 p, int axis)
     return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
 }
 
-/* The box without what is far out. */
+/* The box of the points without those far out. */
 static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t station, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -53,7 +54,7 @@ done:
     return status;
 }
 
-/* False for a position outside the grid. */
+/* The voxel of a position. False if it is outside the grid. */
 static bool voxel_of(const stp_space *s, stp_dvec3 position, int at[3])
 {
     const stp_dvec3 p = stp_dvec3_scale(stp_dvec3_sub(position, s->origin), 1.0 / s->side);
@@ -91,8 +92,8 @@ static void count_points(stp_space *s, const stp_cloud *cloud, uint16_t station)
     }
 }
 
-/* One pass of a chamfer over the voxels, forwards or backwards: 8, 11 and 14 for steps along one,
- * two and three axes. */
+/* One pass of a chamfer distance over the voxels, forwards or backwards. Steps along one, two and
+ * three axes cost 8, 11 and 14. */
 static void spread(stp_space *s, int way)
 {
     for (int k = 0; k < s->size[2]; k++)
@@ -102,7 +103,7 @@ static void spread(stp_space *s, int way)
                 const int y = way > 0 ? j : s->size[1] - 1 - j;
                 const int z = way > 0 ? k : s->size[2] - 1 - k;
                 uint16_t *room = &s->room[stp_space_at(s, x, y, z)];
-                for (int n = 0; n < 13; n++) { /* the neighbours that came before */
+                for (int n = 0; n < 13; n++) { /* the 13 neighbours that the pass visited before */
                     const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
                     const int a = x + way * dx, b = y + way * dy, c = z + way * dz;
                     if (a < 0 || b < 0 || c < 0 || a >= s->size[0] || b >= s->size[1] ||

@@ -1,9 +1,9 @@
-/* Where a cloud leaves room: a coarse grid of voxels over it, how far each is from a surface, and
- * rays through it.
+/* The free space of a cloud: a coarse grid of voxels, each voxel's distance to a surface, and rays
+ * through the grid.
  *
- * At most STP_SPACE_SIDE voxels along the longest side; points far out, one in a hundred at either
- * end of each axis, do not widen it. A voxel with points is solid. Memory: 12 bytes a voxel, at
- * most 17 MB, and 1 MB. Threads: one at a time. */
+ * The longest side has at most STP_SPACE_SIDE voxels. Points far out, one in a hundred at either
+ * end of each axis, do not widen the grid. A voxel with points is solid. Memory: 12 bytes per
+ * voxel, at most 17 MB, and 1 MB. Threads: one at a time. */
 #ifndef STP_PREPROCESS_VIEWPOINT_FREE_SPACE_H
 #define STP_PREPROCESS_VIEWPOINT_FREE_SPACE_H
 
@@ -12,27 +12,28 @@
 #define STP_SPACE_SIDE 112
 
 typedef struct stp_space {
-    stp_dbox box; /* of the points, but for those far out */
+    stp_dbox box; /* of the points without those far out */
     stp_dvec3 origin;
     double side; /* of a voxel */
     int size[3];
-    uint16_t *count;                 /* of points, by voxel, x fastest */
-    uint16_t *level[3], *upright[3]; /* of those whose normal is along an axis (1: y, 2: z), or
-                                        across it; of x: NULL */
-    uint16_t *room;                  /* voxels to the nearest solid one, times STP_SPACE_ROOM */
+    uint16_t *count;                 /* points, by voxel, x fastest */
+    uint16_t *level[3], *upright[3]; /* points whose normal is along an axis (level) or across it
+                                        (upright), for axis 1: y and 2: z; NULL for x */
+    uint16_t *room; /* distance to the nearest solid voxel, in voxels times STP_SPACE_ROOM */
 } stp_space;
 
-/* Unit of stp_space.room. */
+/* stp_space.room counts this many per voxel. */
 #define STP_SPACE_ROOM 8.0
 
-/* What a ray meets. */
+/* What a ray hits. */
 typedef struct stp_space_hit {
     bool solid;
-    double distance; /* to it, or to where the ray leaves the grid */
+    double distance; /* to the hit, or to where the ray leaves the grid */
     size_t voxel;
 } stp_space_hit;
 
-/* The cloud has points. station: of all points (0) or of one station's. Errors: OUT_OF_MEMORY. */
+/* Makes the grid. The cloud has points. station: only this station's points; 0: all points. Errors:
+ * OUT_OF_MEMORY. */
 stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t station,
                             stp_error *err);
 void stp_space_clear(stp_space *space);
@@ -47,9 +48,9 @@ static inline stp_dvec3 stp_space_middle(const stp_space *s, int x, int y, int z
     return stp_dvec3_add(s->origin,
                          stp_dvec3_scale((stp_dvec3){x + 0.5, y + 0.5, z + 0.5}, s->side));
 }
-/* From a position inside the grid along a unit direction, in steps of half a voxel. */
+/* Casts a ray from a position inside the grid along a unit direction, in steps of half a voxel. */
 stp_space_hit stp_space_cast(const stp_space *space, stp_dvec3 from, stp_dvec3 direction);
-/* The i-th of count unit directions, evenly around. */
+/* The i-th of count unit directions that are spread evenly. */
 stp_dvec3 stp_space_direction(int i, int count);
 
 #endif

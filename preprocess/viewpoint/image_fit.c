@@ -1,4 +1,4 @@
-/* Cameras of scans that are images. */
+/* Finds cameras of scans that are images. */
 #include "preprocess/viewpoint/image_fit.h"
 
 #include "base/memory.h"
@@ -8,14 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A map wants so many pixels at least. */
+/* Least pixels for a map. */
 #define PIXELS_LEAST 16u
-/* Unknowns of a map, its last number being 1. */
+/* Unknowns of a map; its last number is 1. */
 #define UNKNOWNS 8
-/* How a view along parallel rays opens: nearly parallel, yet with depth. */
+/* The opening of a view along parallel rays: nearly parallel, but with depth. */
 #define ALONG_FOVY_DEG 20.0
-/* Parallel rays must meet this share of the pixels, to within so small a part of the image's
- * smaller side: scanners that move along one axis still see the other one in perspective. */
+/* Parallel rays must meet this share of the pixels to within ALONG_OFF of the image's smaller side.
+ * A scanner that moves along one axis still sees the other axis in perspective. */
 #define ALONG_FITTING 0.95
 #define ALONG_OFF (1.0 / 64.0)
 #define DEGREES (3.14159265358979323846 / 180.0)
@@ -92,7 +92,7 @@ void stp_image_clear(stp_image *image)
 
 /* ---- least squares ---- */
 
-/* Solves n equations by elimination; false if they do not say. */
+/* Solves n equations by elimination. False if they have no single solution. */
 static bool solve(double (*a)[UNKNOWNS + 1], int n)
 {
     for (int c = 0; c < n; c++) {
@@ -118,7 +118,7 @@ static bool solve(double (*a)[UNKNOWNS + 1], int n)
     return true;
 }
 
-/* Adds a row of weights with what they should sum to. */
+/* Adds an equation: a row of weights and their sum. */
 static void add_equation(double (*a)[UNKNOWNS + 1], const double *row, double sum, int n)
 {
     for (int i = 0; i < n; i++) {
@@ -150,7 +150,7 @@ static bool invert(const double m[3][3], double out[3][3])
 
 /* ---- from an eye ---- */
 
-/* Tangents of the ray to a pixel's point; false if it does not point forwards. */
+/* Tangents of the ray to a pixel's point. False if the ray does not point forwards. */
 static bool ray_of(const stp_image_map *map, const stp_pixel *pixel, stp_dvec3 eye, double out[3])
 {
     const stp_dvec3 d = stp_dvec3_sub(pixel->position, eye);
@@ -163,7 +163,7 @@ static bool ray_of(const stp_image_map *map, const stp_pixel *pixel, stp_dvec3 e
     return true;
 }
 
-/* How far a map's pixel is off, in pixels of the larger side. */
+/* The distance of a map's pixel from the true one, in pixels. */
 static double off_by(const stp_image *image, const double found[3], const stp_pixel *pixel)
 {
     return 0.5 * hypot((found[0] / found[2] - pixel->x) * image->columns,
@@ -209,7 +209,7 @@ stp_image_map stp_image_fit(const stp_image *image, stp_dvec3 eye)
     return map;
 }
 
-/* Through a place in the image, of any length. */
+/* The direction through a place in the image, of any length. */
 static stp_dvec3 direction_at(const stp_image_map *map, double x, double y)
 {
     const double pixel[3] = {x, y, 1.0};
@@ -222,8 +222,8 @@ static stp_dvec3 direction_at(const stp_image_map *map, double x, double y)
                            sign);
 }
 
-/* Median depth along an axis of the points that lie in the middle half of the image; of all where
- * there is none. */
+/* Median depth along an axis of the points in the middle half of the image; of all points if there
+ * are none. */
 static double middle_depth(const stp_image *image, stp_dvec3 eye, stp_dvec3 forward)
 {
     double depths[1024];
@@ -241,7 +241,8 @@ static double middle_depth(const stp_image *image, stp_dvec3 eye, stp_dvec3 forw
     }
 }
 
-/* The image's own up: against its rows, unless columns, rows and forwards are left-handed. */
+/* The image's own up: against its rows, or along them if columns, rows and forwards are
+ * left-handed. */
 static stp_dvec3 up_of(stp_dvec3 column, stp_dvec3 row, stp_dvec3 forward)
 {
     const bool downwards = stp_dvec3_dot(stp_dvec3_cross(column, row), forward) > 0.0;
@@ -305,8 +306,8 @@ static stp_dvec3 plane_at(const stp_dvec3 axes[3], const stp_pixel *p)
         axes[2], stp_dvec3_add(stp_dvec3_scale(axes[0], p->x), stp_dvec3_scale(axes[1], p->y)));
 }
 
-/* The way along which points leave the plane: the greatest axis of their offsets, by powers of the
- * covariance. */
+/* The direction in which points leave the plane: the main axis of their offsets, by power iteration
+ * with the covariance. */
 static stp_dvec3 offset_axis(const stp_image *image, const stp_dvec3 axes[3])
 {
     double c[3][3] = {{0.0}};

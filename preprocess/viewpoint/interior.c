@@ -1,24 +1,27 @@
-/* Insides of rooms. */
+/* Finds insides of rooms. */
 #include "preprocess/viewpoint/interior.h"
 
 #include <math.h>
 
 #define PI 3.14159265358979323846
-/* Rays of a place that is considered, and of the one that is taken. */
+/* Rays from a place that is considered, and from the one that is taken. */
 #define RAYS_FEW 64
 #define RAYS 512
 #define STEP 3 /* voxels from place to place */
-/* How far from the middle an eye may be, in parts of the box; its height from the floor. */
+/* Where an eye may be, in parts of the box: greatest distance from the middle; lowest and highest
+ * height over the floor. */
 #define MIDDLE_PART 0.3
 #define LOWEST_PART 0.3
 #define HIGHEST_PART 0.6
-#define OFF_MIDDLE 0.3 /* what a length off the middle costs, in lengths of room */
-/* Sampled points, and rays from each to see whether it is seen from outside. */
+#define OFF_MIDDLE 0.3 /* cost of a length off the middle, in lengths of room */
+/* Sampled points, rays from each, and how many of these may leave the cloud if the point is within.
+ */
 #define POINTS 4096u
 #define OUTSIDE_RAYS 48
 #define OUTSIDE_MOST 3
 #define GIVEN_LEAST 64u
-/* How much more floor and ceiling there must be along y: most scans of interiors are surveys. */
+/* y is up only if it has this many times more floor and ceiling: most scans of interiors are
+ * surveys, with z up. */
 #define UPWARDS 1.4
 /* The rule. */
 #define ENCLOSED_LEAST 0.8
@@ -40,7 +43,7 @@ static double along(stp_dvec3 v, int axis)
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-/* Voxels of floor and ceiling: level ones in the lowest and the highest fifth of the box. */
+/* Counts voxels of floor and ceiling: level ones in the lowest and highest fifth of the box. */
 static double floors(const stp_space *s, int axis)
 {
     double found = 0.0;
@@ -63,7 +66,7 @@ static double enclosed_from(const stp_space *s, stp_dvec3 eye, int rays)
     return (double)solid / rays;
 }
 
-/* Whether an eye may be here, as far as the box says. */
+/* Whether the box allows an eye here. */
 static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis)
 {
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
@@ -77,7 +80,8 @@ static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis)
     return true;
 }
 
-/* An enclosed place goes before one that is not; then room counts, and being in the middle. */
+/* Finds the best eye. An enclosed place goes before others; then room and nearness to the middle
+ * count. */
 static void find_eye(stp_interior *in, const stp_space *s)
 {
     const stp_dvec3 middle = stp_dbox_middle(&s->box);
@@ -102,7 +106,7 @@ static void find_eye(stp_interior *in, const stp_space *s)
             }
 }
 
-/* What rays from the eye meet. */
+/* Measures what rays from the eye hit. */
 static void look_around(stp_interior *in, const stp_space *s)
 {
     int below = 0, level = 0, around = 0, upright = 0, solid = 0;
@@ -123,7 +127,8 @@ static void look_around(stp_interior *in, const stp_space *s)
     in->upright = around > 0 ? (double)upright / around : 0.0;
 }
 
-/* Whether few rays from the point leave the cloud; they begin a little off its own surface. */
+/* Whether few rays from the point leave the cloud. They begin a little off the point's own surface.
+ */
 static bool is_within(const stp_space *s, stp_dvec3 p)
 {
     int left = 0;
@@ -180,14 +185,14 @@ static stp_dvec3 level_direction(int up_axis, double angle)
                         : (stp_dvec3){cos(angle), sin(angle), 0.0};
 }
 
-/* How far one sees on the whole within a fan about a level direction. */
+/* The sum of free distances in a fan around a level direction. */
 static double free_way(const stp_interior *in, const stp_space *s, double angle)
 {
     double sum = 0.0;
     for (int i = 0; i < FAN_RAYS; i++) {
         const double turned = angle + FAN_RAD * (2.0 * i / (FAN_RAYS - 1) - 1.0);
         const stp_space_hit hit = stp_space_cast(s, in->eye, level_direction(in->up_axis, turned));
-        sum += hit.solid ? hit.distance : 0.5 * hit.distance; /* nothing is to be seen there */
+        sum += hit.solid ? hit.distance : 0.5 * hit.distance; /* nothing to see there */
     }
     return sum;
 }

@@ -1,4 +1,4 @@
-/* Claimed positions of scanners, held against the points. */
+/* Checks claimed positions of scanners against the points. */
 #include "preprocess/viewpoint/seen_from.h"
 
 #include "base/memory.h"
@@ -7,24 +7,25 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Of an image. */
+/* For an image. */
 #define FITTING_LEAST 0.95
 #define JUMP 1.05
 #define JUMPS_LEAST 64u
 #define EVEN_LEAST 0.9
 #define BESIDE_IMAGE 0.1
-/* Of other points: how many share a pixel, how steep one surface may be within it, how many may be
- * hidden, and by how much more from beside. */
+/* For other points: points per pixel; the steepest surface within a pixel; the greatest hidden
+ * share; how much more must be hidden from beside. */
 #define PIXEL_POINTS 4.0
 #define STEEPEST 8.0
 #define HIDDEN_MOST 0.05
 #define HIDDEN_MORE 1.5
 #define HIDDEN_ADDED 0.005
 #define BESIDE_POINTS 0.25
-/* Rays within this cosine of their mean are projected to a plane, others to an octahedron. */
+/* If all rays are within this cosine of their mean, they are projected to a plane, else to an
+ * octahedron. */
 #define PLANE_COSINE 0.5
 #define POINTS_LEAST 64u
-#define SLIMMEST 1e-4 /* sides of a layout, for what memory squares take */
+#define SLIMMEST 1e-4 /* least ratio of a layout's sides: limits the memory of squares */
 #define DISTANCE_MOST 1e100
 
 /* ---- images ---- */
@@ -36,7 +37,7 @@ static stp_dvec3 ray_to(const stp_file_points *p, uint32_t i, stp_dvec3 from, do
     return stp_dvec3_normalize(d);
 }
 
-/* Whether the steps of rays from one pixel to the next stay even over jumps of the distance. */
+/* Whether the steps of rays from pixel to pixel stay even over jumps of the distance. */
 static bool is_even(const stp_file_points *p, const stp_image *image, stp_dvec3 from)
 {
     uint32_t jumps = 0, even = 0;
@@ -69,11 +70,11 @@ static bool image_allows(const stp_file_points *p, const stp_image *image, stp_d
 
 /* ---- other points ---- */
 
-/* From a position: how its rays are laid out in a plane. */
+/* How the rays of a position are laid out in a plane. */
 typedef struct layout {
     stp_dvec3 from, axes[3];
     bool plane;
-    double low[2], size[2]; /* of what the points take of it */
+    double low[2], size[2]; /* of the part that the points take */
 } layout;
 
 /* A place in the plane, and the distance. */
@@ -90,7 +91,7 @@ static spot lay(const layout *l, stp_dvec3 position)
     spot s = {x / z, y / z, stp_dvec3_length(d)};
     if (!l->plane) {
         const double sum = fabs(x) + fabs(y) + fabs(z), turned = x / sum;
-        if (!(sum > 0.0)) /* the point is the position */
+        if (!(sum > 0.0)) /* the point is at the position */
             return (spot){0.0, 0.0, 0.0};
         x /= sum;
         y /= sum;
@@ -148,7 +149,7 @@ static uint64_t square_at(const layout *l, const squares *s, const spot *at)
            (column < s->columns ? column : s->columns - 1);
 }
 
-/* The nearest distance in each square, infinite where there is none: free() it. */
+/* The nearest distance in each square; infinite if the square is empty. Free with free(). */
 static stp_status nearest_of(float **out, uint64_t *taken, const layout *l, const squares *s,
                              const stp_dvec3 *positions, uint32_t count, stp_error *err)
 {
@@ -181,7 +182,7 @@ stp_status stp_hidden_share(double *out, const stp_dvec3 *positions, uint32_t co
     if (!(l.size[0] > 0.0) || !(l.size[1] > 0.0))
         return STP_OK;
     squares s = squares_of(&l, count / PIXEL_POINTS);
-    /* Finer, where the points take a part of the layout alone. */
+    /* If the points take only a part of the layout, use finer squares. */
     STP_TRY(nearest_of(&nearest, &taken, &l, &s, positions, count, err));
     const double finer = (double)(s.columns * s.rows) / (double)taken;
     if (finer > 1.5) {
@@ -267,7 +268,7 @@ stp_status stp_seen_from(bool *out, const stp_file_points *p, const stp_image *i
     if (!image)
         return points_allow(out, p, position, word, err);
     *out = image_allows(p, image, position);
-    /* Of six places two or more lie well across the rays. */
+    /* At least two of the six places lie well across the rays. */
     const double step = BESIDE_IMAGE * median_distance(p, position);
     int others = 0;
     for (int i = 0; *out && word == STP_STATION_DEFAULT && i < 6; i++)

@@ -25,6 +25,16 @@ test_program() { # prefix
     [ ! -s "$FOLDER/found" ] || fail "the build folder is named: $(head -3 "$FOLDER/found")"
 }
 
+# A build that is not complete installs nothing.
+test_incomplete() {
+    cmake -S "$SOURCE" -B "$FOLDER/bare" -DSTIPPLE_TESTS=OFF >"$FOLDER/log" 2>&1 || fail "no configuration"
+    if cmake --install "$FOLDER/bare" --prefix "$FOLDER/half" >"$FOLDER/log" 2>&1; then
+        fail "an empty build was installed"
+    fi
+    grep -q 'is not built yet: run cmake --build' "$FOLDER/log" || fail "no sentence: $(tail -3 "$FOLDER/log")"
+    [ ! -e "$FOLDER/half" ] || fail "half a prefix: $(find "$FOLDER/half" -type f | head -3)"
+}
+
 # Every command and option of the help, and no warning of roff.
 test_manual() {
     local page=$PREFIX/share/man/man1/stipple.1 name option
@@ -121,6 +131,7 @@ commands=$("$STIPPLE" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p'
 test_program "$PREFIX"
 test_manual
 test_completion
+test_incomplete
 if [ -e "$PREFIX/lib/libstipple.so" ]; then
     test_library
     mv "$PREFIX" "$FOLDER/moved"

@@ -375,6 +375,15 @@ static void names_what_is_wrong(void **state)
         {"{\"keyframes\": [{\"time\": 0, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]},"
          "{\"time\": 1, \"eye\": [0, 1, 0], \"look\": [0, 0, 0], \"height\": 1}]}",
          "keyframe 2: perspective"},
+        {"{\"keyframes\": [{\"time\": 0, \"eye\": [1e17, 1, 0], \"look\": [0, 0, 0]}]}",
+         "farthest of a path"},
+        {"{\"keyframes\": [{\"time\": 0, \"eye\": [1e9, 1e-4, 0], \"look\": [1e9, 0, 0]}]}",
+         "too near"},
+        {"{\"keyframes\": [{\"time\": 1e10, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]}]}",
+         "keyframe 1: its time"},
+        {"{\"keyframes\": [{\"time\": 0, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]},"
+         "{\"time\": 1e-7, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]}]}",
+         "or more after"},
         {"{\"loop\": 1, \"keyframes\": []}", "\"loop\""},
         {"{\"loop\": true, \"loop_seconds\": 1, \"keyframes\": ["
          "{\"time\": 0, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]},"

@@ -15,6 +15,8 @@ for codec in zstd raw draco; do
         expect_code 0
     done
     cmp "${codec}1.stipple" "${codec}3.stipple" || fail "$codec: other bytes with three threads"
+    "$STIPPLE" info ${codec}1.stipple | grep -qE "^codec +$codec$" || fail "info does not say $codec"
+    "$STIPPLE" info ${codec}1.stipple --json | grep -qE "\"codec\":[[:space:]]*\"$codec\"" || fail "info --json does not say $codec"
     "$STIPPLE" verify ${codec}1.stipple --quiet || fail "$codec: not sound"
     "$STIPPLE" convert ${codec}1.stipple -o back.stipple --codec draco --force --quiet
     cmp back.stipple 'a ö.stipple' || fail "$codec: other bytes after coming back"

@@ -4,6 +4,7 @@
 #include "tools/view/view_bookmarks.h"
 #include "tools/view/view_move.h"
 #include "tools/view/view_record.h"
+#include "tools/view/view_smooth.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -112,8 +113,8 @@ static void a_recorded_rest_is_one(void **state)
     stp_path *path = NULL;
     double time_s = 100.0;
     view_record_begin(&record, time_s);
-    for (int i = 0; i <= 300; i++, time_s += 0.02) {
-        double moved = i < 100 ? i : i < 200 ? 100.0 : i - 100.0;
+    for (int i = 0; i <= 400; i++, time_s += 0.02) {
+        double moved = i < 100 ? i : i < 300 ? 100.0 : i - 200.0;
         stp_camera camera = camera_at(0.01 * moved);
         check_ok(view_record_note(&record, &camera, time_s, err));
     }
@@ -123,10 +124,10 @@ static void a_recorded_rest_is_one(void **state)
     assert_false(record.on);
     stp_camera base = camera_at(0.0);
     check_ok(stp_path_load(&path, "recorded.path.json", &base, err));
-    check_near(stp_path_duration_s(path), time_s - 100.0, 1e-9);
-    for (double t = 2.3; t < 3.7; t += 0.1)
-        check_near(stp_path_camera(path, t).eye.x, camera_at(1.0).eye.x, 1e-9);
-    check_near(stp_path_camera(path, 1.0).eye.x, camera_at(0.5).eye.x, 0.02);
+    check_near(stp_path_duration_s(path), time_s - 100.0 + 2.0 * VIEW_SMOOTH_EASE_S, 1e-9);
+    for (double t = 3.1; t < 4.9; t += 0.1)
+        check_near(stp_path_camera(path, t + VIEW_SMOOTH_EASE_S).eye.x, camera_at(1.0).eye.x, 1e-6);
+    check_near(stp_path_camera(path, 1.0 + VIEW_SMOOTH_EASE_S).eye.x, camera_at(0.5).eye.x, 0.1);
     check_near(stp_path_camera(path, 99.0).eye.x, last.eye.x, 0.0);
     stp_path_destroy(&path);
     unlink("recorded.path.json");
@@ -138,6 +139,48 @@ static void a_recorded_rest_is_one(void **state)
     assert_int_equal(view_record_note(&record, &last, 1.0, NULL), STP_UNSUPPORTED);
     view_record_destroy(&record);
     unlink("recorded.path.json");
+}
+
+/* A flight at one speed, 3 s after the recording begins, with frames that come late, and 2 s before
+ * it ends: the path has an even pace, eased ends and no dead time. */
+static void a_recording_is_made_even(void **state)
+{
+    (void)state;
+    view_record record = {0};
+    stp_path *path = NULL;
+    const stp_camera base = camera_at(0.0);
+    stp_camera shown = base;
+    view_record_begin(&record, 0.0);
+    for (double t = 0.0; t < 15.0; t += 0.02) {
+        const double moved = 0.5 * fmin(fmax(t - 3.0, 0.0), 10.0);
+        const stp_camera camera = camera_at(moved);
+        const bool late =
+            (t > 5.0 && t < 5.4) || (t > 8.0 && t < 8.3); /* frames that took so long */
+        check_ok(view_record_note(&record, late ? &shown : &camera, t, err));
+        if (!late)
+            shown = camera;
+    }
+    const stp_camera last = camera_at(5.0);
+    unlink("even.path.json");
+    check_ok(view_record_end(&record, &last, "even.path.json", 15.0, err));
+    check_ok(stp_path_load(&path, "even.path.json", &base, err));
+    const double length_s = stp_path_duration_s(path);
+    check_near(length_s, 10.0 + 2.0 * VIEW_SMOOTH_EASE_S, 0.15);
+    double fastest = 0.0, slowest = INFINITY;
+    for (double t = 1.0; t < length_s - 1.0; t += 0.1) {
+        const double speed =
+            (stp_path_camera(path, t + 0.05).eye.x - stp_path_camera(path, t - 0.05).eye.x) / 0.1;
+        fastest = fmax(fastest, speed);
+        slowest = fmin(slowest, speed);
+    }
+    assert_true(slowest > 0.4 && fastest < 0.6);
+    check_near(stp_path_camera(path, 0.0).eye.x, base.eye.x, 1e-6);
+    check_near(stp_path_camera(path, length_s).eye.x, last.eye.x, 1e-6);
+    assert_true(stp_path_camera(path, 0.1).eye.x - base.eye.x < 0.03);
+    assert_true(last.eye.x - stp_path_camera(path, length_s - 0.1).eye.x < 0.03);
+    stp_path_destroy(&path);
+    view_record_destroy(&record);
+    unlink("even.path.json");
 }
 
 /* ---- moving ---- */
@@ -232,6 +275,21 @@ static void flying_goes_where_it_looks(void **state)
 }
 
 /* Orthographic and back, what is at the middle's depth keeps its size. */
+/* A held key repeats some 30 times a second, and frames may be slower: no turn for each repeat. */
+static void repeats_of_a_key_share_a_turn(void **state)
+{
+    (void)state;
+    stp_window_event key = {.kind = STP_WINDOW_KEY, .key = 'W', .down = true};
+    assert_true(view_control_ends_turn(&key));
+    key.repeated = true;
+    assert_false(view_control_ends_turn(&key));
+    key.repeated = key.down = false;
+    assert_true(view_control_ends_turn(&key));
+    assert_true(view_control_ends_turn(&(stp_window_event){.kind = STP_WINDOW_PRESS}));
+    assert_true(view_control_ends_turn(&(stp_window_event){.kind = STP_WINDOW_RELEASE}));
+    assert_false(view_control_ends_turn(&(stp_window_event){.kind = STP_WINDOW_MOVE}));
+}
+
 static void projections_keep_sizes(void **state)
 {
     (void)state;
@@ -292,6 +350,8 @@ int main(void)
         cmocka_unit_test(a_recorded_rest_is_one),
         cmocka_unit_test(walking_keeps_to_the_ground),
         cmocka_unit_test(flying_goes_where_it_looks),
+        cmocka_unit_test(a_recording_is_made_even),
+        cmocka_unit_test(repeats_of_a_key_share_a_turn),
         cmocka_unit_test(projections_keep_sizes),
         cmocka_unit_test(empty_pixels_have_a_depth),
     };

@@ -75,4 +75,20 @@ grep -q '^layers' "$FOLDER/info" && fail "info: joined without --layers"
 run "$STIPPLE" prep "$FOLDER/noisy.ply" -o "$FOLDER/none.stipple" --layers joined --precision exact
 expect_code 2
 expect_text err "--layers joined moves points, --precision exact keeps them"
+
+# A scan with noisy normals: how to join overlapping scans is said, but not to one who does so already.
+awk 'BEGIN {
+    srand(1)
+    printf "ply\nformat ascii 1.0\nelement vertex 10000\n"
+    n = split("x y z nx ny nz", name, " ")
+    for (i = 1; i <= n; i++) printf "property float %s\n", name[i]
+    printf "end_header\n"
+    for (i = 0; i < 10000; i++)
+        printf "%d %d 0 %.3f %.3f 1\n", i % 100, i / 100, 0.6 * (rand() - 0.5), 0.6 * (rand() - 0.5)
+}' >"$FOLDER/normals.ply"
+prepared "$FOLDER/normals.ply"
+expect_text err "normals of the input are averaged"
+expect_text err "if these are overlapping scans, --layers joined"
+prepared "$FOLDER/normals.ply" --layers joined
+! grep -q "if these are overlapping scans" "$FOLDER/err" || fail "the hint is given though layers are joined"
 end_test

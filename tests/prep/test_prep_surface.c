@@ -1,5 +1,6 @@
 /* What is found unit by unit: the same as of the whole cloud at once, by one index over it. */
 #include "base/random.h"
+#include "preprocess/orient/place_list.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -66,8 +67,8 @@ static void assert_same_graph(const stp_graph *a, const stp_graph *b)
     const uint8_t *a_list = a->lists, *b_list = b->lists;
     for (uint32_t i = 0; i < a->kept_count; i++) {
         uint32_t a_places[NEIGHBOURS], b_places[NEIGHBOURS];
-        a_list = stp_graph_next_list(a_list, a->kept[i], NEIGHBOURS, a_places);
-        b_list = stp_graph_next_list(b_list, b->kept[i], NEIGHBOURS, b_places);
+        a_list = stp_place_list_next(a_list, a->kept[i], NEIGHBOURS, a_places);
+        b_list = stp_place_list_next(b_list, b->kept[i], NEIGHBOURS, b_places);
         assert_memory_equal(a_places, b_places, sizeof a_places);
     }
 }

@@ -149,16 +149,21 @@ back=$({
 [ "$back" = 400 ] || fail "$back of 400 points came back where they were"
 rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 
-# Squares of these distances are beyond what floats hold.
-awk 'BEGIN { for (i = 1; i <= 40; i++)
-    printf "%d.25e30 %d.5e30 %d.125e30\n", i * 7 % 11, i * 5 % 13, i * 3 % 17 }' |
-    ply 40 >"$FOLDER/huge.ply"
-run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+# The largest coordinates that are taken, and ones beyond.
+far_points() { # exponent
+    awk -v e="$1" 'BEGIN { for (i = 1; i <= 40; i++)
+        printf "%d.25e%d %d.5e%d %d.125e%d\n", i * 7 % 11, e, i * 5 % 13, e, i * 3 % 17, e }' |
+        ply 40 >"$FOLDER/huge.ply"
+    run "$STIPPLE" prep "$FOLDER/huge.ply" -o "$FOLDER/m.stipple" --force
+}
+far_points 13
 expect_code 0
 expect_text err "40 points read, 40 stored, 0 rejected"
 run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
 expect_code 0
 rm -f "$FOLDER/m.stipple"
+far_points 30
+expect_failure "they may reach 1e+15"
 
 : >"$FOLDER/empty.ply"
 refused "$FOLDER/empty.ply" "0 bytes"
@@ -185,4 +190,20 @@ run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
 expect_failure "exists already"
 [ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
 expect_no_litter
+# A scan where a chunk file is wanted: the command that makes one is said.
+"$STIPPLE" gen sphere -n 500 -o "$FOLDER/ball.ply" --quiet --force
+printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"
+for command in "info" "verify" "export -o $FOLDER/none.ply" "convert -o $FOLDER/none.stipple" \
+    "render -o $FOLDER/none.png" "fly --turntable 1 -o $FOLDER/none"; do
+    "$STIPPLE" --help | grep -q "^  ${command%% *} " || continue
+    # shellcheck disable=SC2086
+    run "$STIPPLE" ${command%% *} "$FOLDER/ball.ply" $([[ $command == *" "* ]] && echo "${command#* }")
+    expect_failure "ball.ply is a scan (PLY), not a chunk file: make one with \`stipple prep $FOLDER/ball.ply"
+    [ ! -e "$FOLDER/none" ] || fail "$command made something of a scan"
+done
+run "$STIPPLE" info "$FOLDER/a few.xyz"
+expect_failure "is a scan (XYZ), not a chunk file"
+printf 'no scan either' >"$FOLDER/none.bin"
+run "$STIPPLE" info "$FOLDER/none.bin"
+expect_failure "not a stipple chunk file"
 end_test

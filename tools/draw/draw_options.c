@@ -97,7 +97,7 @@ stp_status draw_options_open(const draw_options *o, const char *path, stp_model 
 {
     stp_byte_source_params params =
         source_options_params(o->cache_folder, o->cache_bytes, o->timeout_s);
-    return stp_model_open_at(model, path, &params, err);
+    return source_options_explain(stp_model_open_at(model, path, &params, err), path, err);
 }
 
 /* The ends of the palette: what is asked for, else what the model has. */

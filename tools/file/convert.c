@@ -47,7 +47,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
                                  .progress = cli_progress(&o->common)};
     STP_TRY(sandbox_options_enter(o->no_sandbox, o->path, o->output, err));
     STP_TRY(cli_check_outputs(outputs, &o->path, 1, o->force, err));
-    STP_TRY(stp_chunk_file_open_at(&file, o->path, &source, err));
+    STP_TRY(source_options_open(&file, o->path, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
     params.pool = pool;
     uint64_t before = stp_chunk_file_get_info(file)->file_bytes;

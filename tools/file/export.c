@@ -32,7 +32,7 @@ static stp_status export_path(const char *path, const export_params *params, dou
     uint64_t left_out = 0;
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(stp_output_check_input(params->output, path, err));
-    STP_TRY(stp_chunk_file_open_at(&file, path, &source, err));
+    STP_TRY(source_options_open(&file, path, &source, err));
     STP_TRY(export_file(file, params, &left_out, err));
     cli_progress_end();
     if (left_out > 0 && !common->quiet)

@@ -30,6 +30,7 @@ typedef struct depth_summary {
     uint64_t patch_count;
     uint64_t sample_count[STP_LEVEL_COUNT];
     uint64_t payload_bytes;
+    unsigned codecs; /* a bit for each that a chunk has */
     double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
     double radius_min, radius_max;
 } depth_summary;
@@ -40,6 +41,7 @@ static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
         sum->radius_min = INFINITY;
     sum->chunk_count++;
     sum->patch_count += e->patch_count;
+    sum->codecs |= 1u << (e->codec < 31 ? e->codec : 31); /* 31: any unknown one */
     sum->payload_bytes += e->segment_end[STP_SEGMENT_COUNT - 1];
     sum->radius_min = fmin(sum->radius_min, (double)e->radius_min);
     sum->radius_max = fmax(sum->radius_max, (double)e->radius_max);
@@ -68,6 +70,22 @@ static stp_status summarise(stp_chunk_file *file, depth_summary **depths, stp_er
 done:
     free(sums);
     return status;
+}
+
+/* "draco", or several names with spaces between them. */
+static void name_codecs(const depth_summary *depths, uint32_t count, char out[64])
+{
+    static const char *const names[] = {
+        [STP_CODEC_RAW] = "raw", [STP_CODEC_DRACO] = "draco", [STP_CODEC_ZSTD] = "zstd"};
+    unsigned codecs = 0;
+    out[0] = '\0';
+    for (uint32_t d = 0; d < count; d++)
+        codecs |= depths[d].codecs;
+    for (unsigned c = 0; c < sizeof names / sizeof *names; c++)
+        if (codecs >> c & 1u)
+            snprintf(out + strlen(out), 64 - strlen(out), "%s%s", out[0] ? " " : "", names[c]);
+    if (codecs >> (sizeof names / sizeof *names))
+        snprintf(out + strlen(out), 64 - strlen(out), "%sunknown", out[0] ? " " : "");
 }
 
 /* ---- text ---- */
@@ -210,12 +228,15 @@ static void print_repairs(const stp_chunk_file_info *info)
 static void print_text(const char *path, const stp_chunk_file_info *info,
                        const depth_summary *depths)
 {
+    char codecs[64];
     printf("file           %s\n", path);
     printf("version        %u.%u\n", info->version_major, info->version_minor);
     printf("points         %" PRIu64 "\n", info->point_count);
     print_shapes(info);
     print_repairs(info);
     printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
+    name_codecs(depths, info->depth, codecs);
+    printf("codec          %s\n", codecs);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
     print_attributes(info->attributes);
@@ -280,7 +301,7 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
                         const depth_summary *depths)
 {
     cJSON *out = cJSON_CreateObject();
-    char version[16];
+    char version[16], codecs[64];
     const double low[3] = {info->box.min.x, info->box.min.y, info->box.min.z};
     const double high[3] = {info->box.max.x, info->box.max.y, info->box.max.z};
     snprintf(version, sizeof version, "%u.%u", info->version_major, info->version_minor);
@@ -299,6 +320,8 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     cJSON_AddItemToObject(out, "box_max", numbers(high, 3));
     if (stp_chunk_file_threshold(info) > 0.0)
         cJSON_AddNumberToObject(out, "threshold_px", stp_chunk_file_threshold(info));
+    name_codecs(depths, info->depth, codecs);
+    cJSON_AddStringToObject(out, "codec", codecs);
     cJSON *list = cJSON_AddArrayToObject(out, "depths");
     for (uint32_t d = 0; d < info->depth; d++)
         cJSON_AddItemToArray(list, json_depth(&depths[d]));
@@ -345,7 +368,7 @@ static int run(int argc, char **argv)
         return code;
     STP_TRY(sandbox_options_enter(no_sandbox, path, NULL, &err));
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
-    STP_TRY(stp_chunk_file_open_at(&file, path, &source, &err));
+    STP_TRY(source_options_open(&file, path, &source, &err));
     STP_TRY(summarise(file, &depths, &err));
     if (json)
         STP_TRY(print_json(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths, &err));

@@ -1,6 +1,8 @@
 /* Models on web servers, as commands read them. */
 #include "tools/file/source_options.h"
 
+#include "formats/scan/detect.h"
+
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -27,6 +29,23 @@ stp_byte_source_params source_options_params(const char *cache, uint64_t cache_b
                                     .cache_bytes = cache_bytes,
                                     .patience_ms = (unsigned)patience_ms,
                                     .cancelled = is_interrupted};
+}
+
+stp_status source_options_explain(stp_status status, const char *path, stp_error *err)
+{
+    stp_scan_format format;
+    if (status != STP_FORMAT || stp_scan_detect(&format, path, NULL) != STP_OK)
+        return status;
+    return stp_error_set(err, status,
+                         "%s is a scan (%s), not a chunk file: make one with `stipple prep %s -o "
+                         "M.stipple` and open that",
+                         path, stp_scan_format_name(format), path);
+}
+
+stp_status source_options_open(stp_chunk_file **out, const char *path,
+                               const stp_byte_source_params *params, stp_error *err)
+{
+    return source_options_explain(stp_chunk_file_open_at(out, path, params, err), path, err);
 }
 
 void source_options_warn(const cli_command *command, const cli_common *common, stp_chunk_file *file)

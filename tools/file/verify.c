@@ -42,7 +42,7 @@ static stp_status verify(const verify_options *o, stp_pool *pool, stp_error *err
     stp_status status = STP_OK;
     stp_chunk_file *file = NULL;
     const stp_byte_source_params params = source_options_params(NULL, 0, o->timeout_s);
-    STP_TRY(stp_chunk_file_open_at(&file, o->path, &params, err));
+    STP_TRY(source_options_open(&file, o->path, &params, err));
     STP_TRY(stp_chunk_file_verify(file, pool, cli_progress(&o->common), err));
     cli_progress_end();
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);

@@ -299,6 +299,10 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 " normals of the input are averaged with their neighbours': they are noisy, "
                 "near points' differ as much as farther ones'\n",
                 s->normals_wide.averaged);
+    if (s->normals_wide.averaged > 0 && !s->join_layers)
+        fprintf(stderr,
+                "if these are overlapping scans, --layers joined moves them onto one surface "
+                "and sharpens the picture\n");
     if (s->join_layers)
         fprintf(stderr,
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",

@@ -157,16 +157,14 @@ static void follow(viewer *v, const stp_window_event *e)
     }
 }
 
-/* Events up to a press or a release: each of these gets a turn of the panels of its own, so that
- * none is lost on them. */
+/* Events up to one that ends the turn. */
 static void take_events(viewer *v)
 {
     stp_window_event event;
     bool again = true;
     while (again && stp_window_next(v->window, &event)) {
         v->ui_turns = VIEW_TURNS_TO_SETTLE;
-        again = event.kind != STP_WINDOW_PRESS && event.kind != STP_WINDOW_RELEASE &&
-                event.kind != STP_WINDOW_KEY;
+        again = !view_control_ends_turn(&event);
         if (event.kind == STP_WINDOW_DROP)
             take_dropped(v);
         if (panels_take(v, &event))

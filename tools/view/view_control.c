@@ -13,21 +13,10 @@
 #define CLICK_PX 4.0
 #define DOUBLE_CLICK_S 0.4
 
-/* Depth to assume where nothing was drawn: the model's centre from outside, what the camera looks
- * at from within. */
-static double empty_depth(const view_control *c)
+bool view_control_ends_turn(const stp_window_event *event)
 {
-    double centre = stp_dvec3_dot(stp_dvec3_sub(c->view.eye, c->ball.centre), c->view.back);
-    return centre > c->ball.radius ? centre
-                                   : stp_dvec3_length(stp_dvec3_sub(c->camera.eye, c->camera.look));
-}
-
-stp_dvec3 view_control_point(const view_control *c, double x, double y, double *depth)
-{
-    *depth = c->depth(c->context, (int)floor(x), (int)floor(y));
-    if (!(*depth > 0.0))
-        *depth = empty_depth(c);
-    return stp_view_unproject(&c->view, x, y, *depth);
+    return event->kind == STP_WINDOW_PRESS || event->kind == STP_WINDOW_RELEASE ||
+           (event->kind == STP_WINDOW_KEY && !event->repeated);
 }
 
 static void begin_drag(view_control *c, const stp_window_event *event)

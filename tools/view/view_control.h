@@ -73,6 +73,10 @@ typedef struct view_control {
 /* How long a pivot is shown after the hand let go. */
 #define VIEW_PIVOT_S 0.8
 
+/* Whether the panels get a turn of their own after an event, so that no press or release is lost on
+ * them. A key that is held repeats many times a frame: repeats have none, or they would queue up
+ * and the camera would go on long after the key is released. */
+bool view_control_ends_turn(const stp_window_event *event);
 void view_control_handle(view_control *control, const stp_window_event *event);
 /* Looks along a direction from the same distance at the middle of the scene. */
 void view_control_face(view_control *control, stp_dvec3 direction, stp_dvec3 up);

@@ -2,6 +2,7 @@
 #include "tools/view/view_record.h"
 
 #include "base/memory.h"
+#include "tools/view/view_smooth.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -61,12 +62,16 @@ stp_status view_record_end(view_record *r, const stp_camera *camera, const char 
 {
     double time_s = now_s - r->begun_s;
     stp_status status = STP_OK;
+    stp_path_params params = {0};
+    stp_keyframe *frames = NULL;
     r->on = false;
     if (r->count == 0 || time_s > r->frames[r->count - 1].time_s)
-        status = add(r, camera, time_s, err);
-    const stp_path_params params = {.keyframes = r->frames, .count = r->count};
-    if (status == STP_OK)
-        status = stp_path_save(&params, path, false, err);
+        STP_TRY(add(r, camera, time_s, err));
+    STP_TRY(view_smooth(&frames, &params.count, r->frames, r->count, err));
+    params.keyframes = frames;
+    STP_TRY(stp_path_save(&params, path, false, err));
+done:
+    free(frames);
     return status;
 }
 

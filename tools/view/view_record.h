@@ -19,7 +19,8 @@ void view_record_begin(view_record *record, double now_s);
  * LIMIT (of keyframes), UNSUPPORTED (the projection changed): it is to be ended then. */
 stp_status view_record_note(view_record *record, const stp_camera *camera, double now_s,
                             stp_error *err);
-/* Ends where the camera is now and writes a new file. Errors: those of stp_path_save. */
+/* Ends where the camera is now, makes the path even (view_smooth.h) and writes it to a new file.
+ * Errors: those of stp_path_save. */
 stp_status view_record_end(view_record *record, const stp_camera *camera, const char *path,
                            double now_s, stp_error *err);
 void view_record_destroy(view_record *record);

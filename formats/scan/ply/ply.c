@@ -8,16 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
-{
-    for (size_t i = 0; i < ply->vertex->property_count; i++) {
-        const stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
-        if (p->target == target)
-            return p;
-    }
-    return NULL;
-}
-
 static bool has_targets(const stp_ply *ply, stp_ply_target first, int count)
 {
     for (int i = 0; i < count; i++)
@@ -150,59 +140,6 @@ void stp_ply_close(stp_ply **ply)
     free((*ply)->cells);
     free(*ply);
     *ply = NULL;
-}
-
-/* Records of one size: column by column, without a branch per value. */
-static stp_status read_fixed(stp_ply *ply, size_t count, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const stp_ply_element *vertex = ply->vertex;
-    const size_t bytes = count * vertex->stride;
-    const unsigned char *data;
-    size_t available;
-    STP_TRY(stp_source_peek(&ply->source, bytes, &data, &available, err));
-    if (available < bytes) {
-        ply->cursor.index += available / vertex->stride;
-        return stp_ply_cut(&ply->cursor, err);
-    }
-    for (size_t i = 0; i < vertex->property_count; i++) {
-        const stp_ply_property *p = &ply->header.properties[vertex->property_first + i];
-        if (p->target != STP_PLY_TARGET_COUNT)
-            stp_ply_load_column(p->type, ply->cursor.encoding, data + p->offset, vertex->stride,
-                                count, ply->columns[p->target]);
-    }
-    stp_source_consume(&ply->source, bytes);
-    ply->cursor.index += count;
-done:
-    return status;
-}
-
-static stp_status read_record(stp_ply *ply, size_t row, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_ply_cursor *cursor = &ply->cursor;
-    STP_TRY(stp_ply_record_begin(cursor, err));
-    for (size_t i = 0; i < ply->vertex->property_count; i++) {
-        const stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
-        if (p->target == STP_PLY_TARGET_COUNT)
-            STP_TRY(stp_ply_skip_property(cursor, p, err));
-        else
-            STP_TRY(stp_ply_next_value(cursor, p->type, &ply->columns[p->target][row], err));
-    }
-    STP_TRY(stp_ply_record_end(cursor, err));
-done:
-    return status;
-}
-
-stp_status stp_ply_read_columns(stp_ply *ply, size_t count, stp_error *err)
-{
-    stp_status status = STP_OK;
-    if (ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists)
-        return read_fixed(ply, count, err);
-    for (size_t row = 0; row < count; row++)
-        STP_TRY(read_record(ply, row, err));
-done:
-    return status;
 }
 
 static void set_stations(const stp_ply *ply, stp_point *points, size_t count)

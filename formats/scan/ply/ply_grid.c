@@ -8,18 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-void stp_ply_grid_line(uint64_t size[2], const char *begin, const char *end)
-{
-    static const char *const names[2] = {"num_cols", "num_rows"};
-    const char *word = stp_token(&begin, end);
-    const size_t length = word ? (size_t)(begin - word) : 0;
-    const char *number = stp_token(&begin, end);
-    for (int i = 0; number && i < 2; i++)
-        if (length == strlen(names[i]) && memcmp(word, names[i], length) == 0 &&
-            !stp_number_parse_u64(number, begin, &size[i]))
-            size[i] = 0;
-}
-
 stp_status stp_ply_camera_read(stp_ply *ply, const stp_ply_element *element, stp_error *err)
 {
     static const char *const names[6] = {"view_px", "view_py", "view_pz",

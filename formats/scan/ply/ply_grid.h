@@ -12,8 +12,6 @@
 /* Most pixels of a range image that are told. */
 #define STP_PLY_GRID_CELLS 32768u
 
-/* The rest of a line of obj_info. */
-void stp_ply_grid_line(uint64_t size[2], const char *begin, const char *end);
 /* Passes over the element camera and takes its position and axis. Errors: as for any element. */
 stp_status stp_ply_camera_read(stp_ply *ply, const stp_ply_element *element, stp_error *err);
 /* Reads the range image, if there is one, and goes back to the first vertex. A grid that is cut or

@@ -201,6 +201,19 @@ done:
     return status;
 }
 
+/* A line of the kind "num_cols 512": the size of the range image. */
+static void parse_grid_line(uint64_t size[2], const char *begin, const char *end)
+{
+    static const char *const names[2] = {"num_cols", "num_rows"};
+    const char *name = stp_token(&begin, end);
+    const size_t length = name ? (size_t)(begin - name) : 0;
+    const char *number = stp_token(&begin, end);
+    for (int i = 0; number && i < 2; i++)
+        if (length == strlen(names[i]) && memcmp(name, names[i], length) == 0 &&
+            !stp_number_parse_u64(number, begin, &size[i]))
+            size[i] = 0;
+}
+
 static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *err)
 {
     word keyword = next_word(p);
@@ -214,7 +227,7 @@ static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *er
     if (strcmp(k, "comment") == 0)
         return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
     if (strcmp(k, "obj_info") == 0)
-        stp_ply_grid_line(p->header->grid_size, p->at, p->end);
+        parse_grid_line(p->header->grid_size, p->at, p->end);
     *done_reading = strcmp(k, "end_header") == 0;
     if (*done_reading || k[0] == '\0' || strcmp(k, "obj_info") == 0)
         return STP_OK;

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# No circles of calls between files: if file A needs B, B does not need A, directly or through others.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+
+# Lines "user definer" of the objects that the program and its libraries are made of.
+calls() { # folder of the build
+    find "$1"/{base,formats,preprocess,runtime,tools} -name '*.o' -print0 2>/dev/null |
+        xargs -0 "${NM:-nm}" -A 2>/dev/null | awk '
+        {
+            file = $1
+            sub(/:.*/, "", file)
+            sub(/.*\.dir\//, "", file)
+        }
+        $(NF - 1) == "U" { used[file, $NF] = 1; next }
+        $(NF - 1) ~ /^[TDBRVW]$/ { definer[$NF] = file }
+        END {
+            for (pair in used) {
+                split(pair, part, SUBSEP)
+                if (part[2] in definer && definer[part[2]] != part[1]) print part[1], definer[part[2]]
+            }
+        }' | sort -u
+}
+
+circles() { tsort 2>&1 >/dev/null | sed 's/^tsort: //'; }
+
+# The test sees a circle where there is one.
+[ -n "$(printf 'a b\nb c\nc a\n' | circles)" ] || fail "a circle of three is not seen"
+found=$(calls "$(dirname "$STIPPLE")")
+[ "$(wc -l <<<"$found")" -gt 500 ] || fail "only $(wc -l <<<"$found") calls between files are seen"
+grep -q 'draw/render.c.o cli/cli.c.o' <<<"$found" || fail "the call of the options by render is not seen"
+circle=$(circles <<<"$found")
+[ -z "$circle" ] || fail "files that need each other: $circle"
+end_test
