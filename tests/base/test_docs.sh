@@ -39,6 +39,12 @@ while read -r file; do
 done < <(grep -ohP '`\K(base|formats|preprocess|runtime|shaders|tools|tests|cmake)/[a-z0-9_/]+\.(h|c|cpp|glsl|frag|geom|comp|sh|md|txt|cmake)(?=`)' \
     ARCHITECTURE.md docs/glossary.md docs/algorithms.md | sort -u)
 
+# And so is every name of the code.
+git grep -hoE '\b(stp|STP)_[A-Za-z0-9_]+' -- '*.c' '*.h' '*.cpp' shaders 2>/dev/null | sort -u >"$FOLDER/names"
+[ ! -s "$FOLDER/names" ] || while read -r name; do
+    grep -qxF "$name" "$FOLDER/names" || fail "$name is named by a page, but not in the code"
+done < <(grep -ohE '`(stp|STP)_[A-Za-z0-9_]+`' ARCHITECTURE.md docs/*.md | tr -d '`' | sort -u)
+
 [ "$(wc -l <README.md)" -le 150 ] || fail "README.md has $(wc -l <README.md) lines, more than 150"
 [ "$(wc -w <README.md)" -le 1500 ] || fail "README.md has $(wc -w <README.md) words, more than 1,500"
 [ "$(wc -l <ARCHITECTURE.md)" -le 120 ] || fail "ARCHITECTURE.md has $(wc -l <ARCHITECTURE.md) lines, more than 120"
