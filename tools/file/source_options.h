@@ -16,7 +16,8 @@ cli_option source_options_timeout(double *seconds);
  * a server that sends next to nothing; infinite for ever. */
 stp_byte_source_params source_options_params(const char *cache, uint64_t cache_bytes,
                                              double timeout_s);
-/* Opens a chunk file. Errors: those of stp_chunk_file_open_at; of a scan it says how to prepare it. */
+/* Opens a chunk file. Errors: those of stp_chunk_file_open_at; of a scan it says how to prepare it.
+ */
 stp_status source_options_open(stp_chunk_file **out, const char *path,
                                const stp_byte_source_params *params, stp_error *err);
 /* If a file could not be opened because it is no chunk file, but a scan: says so and how to prepare
