@@ -112,7 +112,7 @@ static void print_help(const parser *p)
         printf("\nOptions:\n");
     for (size_t i = 0; i < p->option_count; i++)
         print_option(&p->options[i]);
-    printf("\nOf every command:\n");
+    printf("\nCommon options:\n");
     for (size_t i = 0; i < p->common_count; i++)
         print_option(&p->common[i]);
 }
@@ -215,9 +215,9 @@ int cli_parse(const cli_command *command, const cli_option *options, size_t opti
     const cli_option shared[COMMON_COUNT] = {
         {"--threads", 0, CLI_UINT, &common->threads, "N",
          "threads to use, at most 256 (default: one per processor)", NULL},
-        {"--quiet", 'q', CLI_FLAG, &common->quiet, NULL, "no progress and no remarks", NULL},
-        {"--help", 'h', CLI_FLAG, &help, NULL, "print this and end", NULL},
-        {"--version", 0, CLI_FLAG, &version, NULL, "print the version and end", NULL},
+        {"--quiet", 'q', CLI_FLAG, &common->quiet, NULL, "print no progress and no remarks", NULL},
+        {"--help", 'h', CLI_FLAG, &help, NULL, "print this help and exit", NULL},
+        {"--version", 0, CLI_FLAG, &version, NULL, "print the version and exit", NULL},
     };
     const parser p = {command, options, option_count, shared, COMMON_COUNT};
     for (int i = 1; i < argc; i++) {

@@ -22,18 +22,19 @@
 static int run(int argc, char **argv);
 const cli_command cli_fly = {
     .name = "fly",
-    .summary = "a camera path as numbered pictures or a film, without a display",
+    .summary = "draw a camera path as numbered pictures or a film, without a display",
     .usage = "stipple fly M.stipple --path P.json -o F.mp4 [options]",
     .details =
         "A path is JSON: {\"keyframes\": [{\"time\": 0, \"eye\": [x, y, z], \"look\": [x, y, z]}, "
         "...],\n"
-        "\"loop\": false}, with \"up\" and \"fovy_deg\" or \"height\" where they change; or\n"
-        "{\"turntable\": {\"seconds\": 8, \"degrees\": 360, \"elevation_deg\": 20}}, which turns "
-        "the camera\n"
-        "that the options give about what it looks at. Films end in .mp4, .mov, .mkv or .webm and\n"
-        "are made by an installed ffmpeg; any other name is a folder, which gets frame_000001.png\n"
-        "and so on. The same command goes on in a folder where it was interrupted; a film begins\n"
-        "anew.",
+        "\"loop\": false}. A keyframe also has \"up\" and \"fovy_deg\" or \"height\" where they "
+        "change. Or:\n"
+        "{\"turntable\": {\"seconds\": 8, \"degrees\": 360, \"elevation_deg\": 20}} turns the "
+        "camera of the\n"
+        "options about the point that it looks at.\n"
+        "If the output's name ends in .mp4, .mov, .mkv or .webm, it is a film, and an installed\n"
+        "ffmpeg makes it. Any other name is a folder, which gets frame_000001.png and so on. If a\n"
+        "run into a folder is interrupted, the same command continues there. A film starts anew.",
     .run = run,
 };
 
@@ -334,18 +335,20 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 9] = {
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "F.mp4|DIR",
-                               "the film, or the folder of frames, to write", NULL},
-        {"--path", 0, CLI_STRING, &o.path, "P.json", "keyframes or a turntable", NULL},
+                               "the film or the folder of frames to write", NULL},
+        {"--path", 0, CLI_STRING, &o.path, "P.json", "JSON file with keyframes or a turntable",
+         NULL},
         {"--turntable", 0, CLI_NUMBER, &o.turntable_s, "SECONDS",
-         "instead: once around, in so many seconds", &o.has_turntable},
+         "turn once around the model in so many seconds, instead of --path", &o.has_turntable},
         {"--rate", 0, CLI_NUMBER, &o.rate, "N", "frames a second (30)", NULL},
-        {"--frames", 0, CLI_STRING, &o.frames, "A:B", "only these, counted from 1", NULL},
+        {"--frames", 0, CLI_STRING, &o.frames, "A:B", "draw only frames A to B, counted from 1",
+         NULL},
         {"--depth", 0, CLI_FLAG, &o.depth, NULL,
-         "also frame_000001_depth.exr and so on, as render --depth", NULL},
+         "also write frame_000001_depth.exr and so on, like render --depth", NULL},
         {"--normals", 0, CLI_FLAG, &o.normals, NULL,
-         "also frame_000001_normals.exr and so on, as render --normals", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
-        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace what is there", NULL},
+         "also write frame_000001_normals.exr and so on, like render --normals", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write times and counts", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
     int code = cli_parse(&cli_fly, list, sizeof list / sizeof *list, argc, argv, &model, 1, 1,

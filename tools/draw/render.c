@@ -12,13 +12,17 @@
 static int run(int argc, char **argv);
 const cli_command cli_render = {
     .name = "render",
-    .summary = "one picture of a model, without a display",
+    .summary = "draw one picture of a model, without a display",
     .usage = "stipple render M.stipple -o I.png [options]",
     .details =
-        "Without a camera the model is seen as its scanner saw it or, if it is an interior, from\n"
-        "inside; else, and with --view whole, all of it is seen, filling the smaller side. The\n"
-        "picture's alpha says where it is covered. --repeat N draws N times more and --stats says\n"
-        "how long each took.",
+        "If no camera is given and --view is first, the picture shows the model as its scanner "
+        "saw\n"
+        "it or, if the model is an interior, from inside. For other models, and with --view "
+        "whole,\n"
+        "the picture shows the whole model, which fills the smaller side. The picture's alpha "
+        "says\n"
+        "where the model covers it. --repeat N draws N more times and --stats says how long each\n"
+        "picture took.",
     .run = run,
 };
 
@@ -110,11 +114,11 @@ static int run(int argc, char **argv)
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.files.picture, "I.png",
                                "the picture to write", NULL},
         {"--depth", 0, CLI_STRING, &o.files.depth, "F.exr",
-         "depths along the camera's axis to write, inf where nothing is", NULL},
+         "write depths along the camera's axis; inf where nothing is drawn", NULL},
         {"--normals", 0, CLI_STRING, &o.files.normals, "F.exr",
-         "normals in the world's axes to write, 0 0 0 where nothing is", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
-        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N times more, for the times (0)", NULL},
+         "write normals in the world's axes; 0 0 0 where nothing is drawn", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write times and counts", NULL},
+        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N more times, to measure time (0)", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);

@@ -17,10 +17,10 @@ static int run(int argc, char **argv);
 
 const cli_command cli_info = {
     .name = "info",
-    .summary = "say what is in a chunk file",
+    .summary = "print what is in a chunk file",
     .usage = "stipple info M.stipple [--json]",
     .details =
-        "Reads header, directory and metadata, no payloads. Lengths are the scan's own units.",
+        "Reads header, directory and metadata, no payloads. Lengths are in the scan's own units.",
     .run = run,
 };
 

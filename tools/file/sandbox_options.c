@@ -13,7 +13,7 @@ cli_option sandbox_options_off(bool *off)
                         CLI_FLAG,
                         off,
                         NULL,
-                        "keep the right to open other files than those named",
+                        "keep the right to open files that are not named on the command line",
                         NULL};
 }
 

@@ -15,7 +15,7 @@ cli_option source_options_timeout(double *seconds)
 {
     return (cli_option){
         "--timeout", 0,   CLI_NUMBER,
-        seconds,     "S", "seconds to wait in all for a server that sends next to nothing (60)",
+        seconds,     "S", "total seconds to wait for a server that sends almost nothing (60)",
         NULL};
 }
 

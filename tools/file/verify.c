@@ -20,10 +20,14 @@ const cli_command cli_verify = {
     .summary = "check every checksum and invariant of a chunk file, or repair it",
     .usage = "stipple verify M.stipple [options]",
     .details =
-        "Decodes every chunk. Names the first fault with its chunk, patch and byte, and exits 1.\n"
-        "--repair puts flipped bits back, rebuilds header, directory and inner chunks, and names\n"
-        "what is lost: there coarser samples stand in, which export leaves out. Exits 0 if the\n"
-        "file was sound (then nothing is written) or nothing is lost, 1 if something is.\n"
+        "Decodes every chunk. If there is a fault, verify names the first one with its chunk, "
+        "patch\n"
+        "and byte, and exits with 1.\n"
+        "--repair flips wrong bits back and rebuilds the header, the directory and inner chunks.\n"
+        "It names what is lost. Coarser samples stand in for lost points; export leaves them out.\n"
+        "It exits with 0 if the file was sound (then it writes nothing) or if nothing is lost, "
+        "with\n"
+        "1 if something is lost.\n"
         "--force without -o replaces the file itself, but only if nothing is lost.",
     .run = run,
 };
@@ -120,7 +124,7 @@ static int run(int argc, char **argv)
         {.name = "--repair",
          .kind = CLI_FLAG,
          .target = &o.repair,
-         .help = "write the file as far as it can be repaired"},
+         .help = "write a repaired file, with everything that can be saved"},
         {.name = "--output",
          .letter = 'o',
          .kind = CLI_STRING,

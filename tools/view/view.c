@@ -13,11 +13,12 @@
 static int run(int argc, char **argv);
 const cli_command cli_view = {
     .name = "view",
-    .summary = "a window to fly through models",
+    .summary = "open a window to fly through models",
     .usage = "stipple view M.stipple... [options]",
-    .details = "The window's title says how long a frame took, how many points it drew, and how.\n"
-               "With --shaders, files saved in the folder show at once. Pictures and paths are\n"
-               "written to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
+    .details =
+        "The window's title says how long a frame took, how many points it drew, and "
+        "how.\nWith --shaders, the viewer reloads shader files when you save them. Pictures "
+        "and paths\ngo to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
     .run = run,
 };
 
@@ -308,7 +309,7 @@ static int run(int argc, char **argv)
     double fps = 0.0;
     cli_option list[DRAW_OPTION_COUNT + 1] = {
         [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
-                               "frames a second to hold while the camera moves; at rest finer",
+                               "hold N frames a second while the camera moves; finer at rest",
                                NULL},
     };
     draw_options_fill(&o, list);
