@@ -8,7 +8,8 @@
  * inverted box, or a box that does not meet the model's box). */
 stp_status draw_filter_clip(const char *text, const stp_dbox *model, stp_clip *out, stp_error *err);
 
-/* A list of numbers and names after `option`, into a bit set. Errors: INVALID_ARGUMENT. */
+/* Parses a list of class numbers and names into a bit set. `option` is the option's name for
+ * messages. Errors: INVALID_ARGUMENT. */
 stp_status draw_filter_classes(const char *option, const char *text, uint32_t out[8],
                                stp_error *err);
 

@@ -5,10 +5,11 @@
  * decides how (m: the greatest value seen; values outside the range are clamped):
  *   - Colours up to 1 are fractions: times 65535. Up to 255: times 257. Others stay.
  *   - Intensities without negative values: the same, but if m > 65535: times 65535 / m.
- *   - Whole intensities with negative values within -2048..2047, as Leica's programs write them:
- * -2048 becomes 0 and 2047 becomes 65535.
- *   - Other intensities with negative values (decibels): the least seen becomes 0, the greatest
- * 65535. A line with too few, too many or unreadable numbers is an error that names the line: a
+ *   - Whole intensities with negative values within -2048..2047 (Leica's programs): -2048 becomes 0
+ *     and 2047 becomes 65535.
+ *   - Other intensities with negative values (decibels): the least becomes 0, the greatest 65535.
+ *
+ * A line with too few, too many or unreadable numbers is an error that names the line: a
  * silent loss would be found too late. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_H
