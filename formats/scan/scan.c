@@ -223,7 +223,7 @@ done:
     return status;
 }
 
-/* Fails if columns are named for a format that names its own. */
+/* Fails if the user names columns for a format that names its own. */
 static stp_status check_columns(const stp_scan *scan, stp_scan_format format, stp_error *err)
 {
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)

@@ -1,4 +1,4 @@
-/* `stipple compare`: two pictures of the same size, in figures. */
+/* `stipple compare`: measures how far a picture is from its reference. */
 #include "tools/cli/cli.h"
 
 #include "formats/image/image.h"

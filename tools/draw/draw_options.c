@@ -115,7 +115,7 @@ stp_status draw_options_open(const draw_options *o, const char *path, stp_model 
     return stp_model_open_at(model, path, &params, err);
 }
 
-/* The ends of the palette: what is asked for, else what the model has. */
+/* Chooses the ends of the palette: those of the option, else those of the model. */
 static stp_status choose_range(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
@@ -144,7 +144,7 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
     return STP_OK;
 }
 
-/* Clip box and classes. */
+/* Sets the clip box and the classes. */
 static stp_status choose_filter(const draw_options *o, const stp_model *model,
                                 stp_draw_params *params, stp_error *err)
 {
@@ -183,7 +183,7 @@ static stp_status check_amounts(const draw_options *o, stp_error *err)
     return STP_OK;
 }
 
-/* Words of stp_term, each once; none alone. */
+/* Parses words of stp_term, each at most once, or "none" alone. */
 static bool parse_terms(const char *text, uint32_t *terms)
 {
     static const char *const words[] = {"radius", "colour", "silhouette"};

@@ -1,4 +1,4 @@
-/* stipple fly: a camera path as numbered pictures or as a film, without a display. */
+/* stipple fly: draws a camera path as numbered pictures or as a film, without a display. */
 #include "base/clock.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -42,26 +42,26 @@ typedef struct options {
     draw_options draw;
     const char *output, *stats, *path, *frames;
     double turntable_s, rate;
-    const cli_option *list; /* all of them, those of drawing first */
-    uint64_t first, last;   /* frames asked for, from 1; last 0: to the end */
+    const cli_option *list; /* all options, those of drawing first */
+    uint64_t first, last;   /* range of frames, counted from 1; last 0: to the end */
     bool has_turntable, depth, normals, force;
 } options;
 
-/* A flight in the making. */
+/* The state of a flight. */
 typedef struct flight {
     const options *o;
     stp_model *model;
     stp_gl_context *context;
     stp_renderer *renderer;
     stp_path *path;
-    fly_folder *folder; /* or */
+    fly_folder *folder; /* folder or film is set */
     fly_film *film;
-    uint8_t *rgba; /* of a film's frame */
+    uint8_t *rgba; /* a frame of the film */
     stp_draw_params params;
     draw_picture picture;
     int size[2];
     uint64_t frame_count, first, last;
-    uint64_t done, there; /* frames made by this run, and found made */
+    uint64_t done, there; /* number of frames made by this run, and found finished */
     draw_measure measure;
 } flight;
 
@@ -185,7 +185,7 @@ done:
     return status;
 }
 
-/* How to go on after Ctrl-C. */
+/* The error after Ctrl-C: says how to continue. */
 static stp_status interrupted(const flight *f, stp_error *err)
 {
     unsigned long long done = f->done + f->there, wanted = f->last - f->first + 1;
@@ -286,7 +286,7 @@ static bool parse_frames(const char *text, uint64_t *first, uint64_t *last)
     return a > 0 && (b == 0 || a <= b);
 }
 
-/* A name that means a file of a kind that is not made here. */
+/* True if the ending is that of another kind of file, which fly does not make. */
 static bool is_other_file(const char *path)
 {
     static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
@@ -299,7 +299,7 @@ static bool is_other_file(const char *path)
     return found && !(stat(path, &info) == 0 && S_ISDIR(info.st_mode));
 }
 
-/* CLI_CONTINUE where the options make sense. */
+/* Returns CLI_CONTINUE if the options make sense. */
 static int check(options *o)
 {
     if (o->output == NULL)

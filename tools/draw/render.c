@@ -1,4 +1,4 @@
-/* stipple render: one picture without a display. */
+/* stipple render: draws one picture without a display. */
 #include "base/json.h"
 #include "formats/image/image.h"
 #include "runtime/gl/gl_context.h"
@@ -36,8 +36,8 @@ typedef struct options {
     bool force;
 } options;
 
-/* The picture, and where --repeat asks for it more of the same. The first frame, which loads and
- * warms up, counts only if it is the only one. */
+/* Draws the picture, and with --repeat more of the same. The first frame loads and warms up, so it
+ * counts only if it is the only one. */
 static stp_status draw(const options *o, const stp_draw_params *params, stp_renderer *renderer,
                        const stp_view *view, draw_picture *picture, draw_measure *m, stp_error *err)
 {
@@ -136,6 +136,6 @@ static int run(int argc, char **argv)
     code = draw_options_check(&o.draw, &cli_render);
     if (code != CLI_CONTINUE)
         return code;
-    cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
+    cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
     return render(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_render, &err);
 }

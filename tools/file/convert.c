@@ -1,4 +1,4 @@
-/* `stipple convert`: a chunk file with another codec or another default threshold. */
+/* `stipple convert`: rewrites a chunk file with another codec or another default threshold. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"

@@ -1,4 +1,4 @@
-/* `stipple export`: the level-0 samples of the leaf chunks as PLY, with edges and faces. */
+/* `stipple export`: writes the level-0 samples of the leaf chunks as PLY, with edges and faces. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"

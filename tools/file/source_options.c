@@ -1,4 +1,4 @@
-/* Models on web servers, as commands read them. */
+/* Options for models on web servers. */
 #include "tools/file/source_options.h"
 
 #include <cjson/cJSON.h>

@@ -1,5 +1,5 @@
-/* `stipple verify`: every checksum and invariant of a chunk file; the first fault is named, or what
- * is damaged repaired. */
+/* `stipple verify`: checks every checksum and invariant of a chunk file and names the first fault,
+ * or repairs the file. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"
@@ -69,7 +69,7 @@ static void say(void *context, const char *line)
         printf("%s: %s\n", o->path, line);
 }
 
-/* Losses are a failure, though the output is there. */
+/* Reports the result. Losses are a failure, although the output exists. */
 static stp_status sum_up(const verify_options *o, const stp_repair_result *result, stp_error *err)
 {
     const char *output = o->output ? o->output : o->path;

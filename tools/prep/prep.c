@@ -1,4 +1,4 @@
-/* stipple prep: scans to one chunk file. */
+/* stipple prep: converts scans to one chunk file. */
 #include "tools/commands.h"
 
 #include "base/json.h"
@@ -21,19 +21,19 @@ typedef struct prep_options {
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
-    int lines; /* 1: a plant's mesh becomes lines */
+    int lines; /* 1: meshes of plants become lines */
     int codec, progress, outliers, shade;
-    int layers; /* 1: overlapping ones are joined */
+    int layers; /* 1: overlapping layers are joined */
     cli_common common;
 } prep_options;
 
-/* What part of the time stages take, for the time left: 4 M points on 2 cores. */
+/* Shares of the stages in the total time, for the time left; measured for 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
     {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
     {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
-/* The surface is found twice more. */
+/* Joining layers finds the surface two more times. */
 #define LAYERS_WEIGHT 60.0
-/* Neighbours are searched for once more. */
+/* Finding outliers searches for neighbours once more. */
 #define OUTLIERS_WEIGHT 20.0
 
 static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
@@ -58,7 +58,7 @@ static stp_status parse_orient(const char *text, stp_prep_params *params, stp_er
                          "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
 }
 
-/* A length, or as exactly as the input. */
+/* Parses --precision: a length, or "exact". */
 static stp_status parse_precision(const char *text, stp_prep_params *params, stp_error *err)
 {
     const cli_option number = {.kind = CLI_NUMBER, .target = &params->precision};
@@ -71,7 +71,7 @@ static stp_status parse_precision(const char *text, stp_prep_params *params, stp
                          "--precision %s: give a positive length, or exact", text);
 }
 
-/* Runs the stages; the files of rejects and figures appear after the model. */
+/* Runs the stages. The files of rejects and statistics appear after the model. */
 static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
                              const stp_progress *progress, stp_error *err)
 {
@@ -97,12 +97,13 @@ done:
     return status;
 }
 
-/* Each unit and chunk takes as much memory as the last: freed, it is kept for the next instead of
- * being given back and cleared anew. 3 % of the time of 4 M points, half of the system's. */
+/* Keeps freed memory for the next unit or chunk, which needs as much as the last. Otherwise the
+ * system takes it back and clears it anew. Saves 3 % of the time of 4 M points, half of the
+ * system's time. */
 static void keep_freed_memory(void)
 {
 #ifdef __GLIBC__
-    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there is */
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the largest value allowed */
     (void)mallopt(M_TRIM_THRESHOLD, 512 << 20);
 #endif
 }
@@ -131,7 +132,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                               .planned = o->common.quiet ? NULL : prep_report_plan};
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
-    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
+    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++) {
         stages[i] = stage_weights[i];
@@ -213,7 +214,7 @@ const cli_command cli_prep = {
     .run = prep_main,
 };
 
-/* CLI_CONTINUE where options go together. */
+/* Returns CLI_CONTINUE if the options fit together. */
 static int check_options(const prep_options *o)
 {
     if (!o->output)

@@ -1,4 +1,4 @@
-/* A PLY file as a stream of points. */
+/* Reads a PLY file as a stream of points. */
 #include "formats/scan/ply/ply.h"
 
 #include "base/memory.h"
@@ -53,7 +53,7 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
     return STP_OK;
 }
 
-/* What comments say goes before a camera. */
+/* Stations in comments win over a camera. */
 static void find_stations(stp_ply *ply)
 {
     const bool named = has_targets(ply, STP_PLY_STATION, 1);
@@ -82,7 +82,7 @@ static void find_edge_element(stp_ply *ply)
         ply->edges = element;
 }
 
-/* A count that the file cannot hold is found here, before anyone allocates by it. */
+/* Rejects a count that the file cannot hold, before anyone allocates by it. */
 static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
 {
     const stp_ply_element *vertex = ply->vertex;
@@ -152,7 +152,7 @@ void stp_ply_close(stp_ply **ply)
     *ply = NULL;
 }
 
-/* Records of one size: column by column, without a branch per value. */
+/* Reads records of a fixed size column by column, without a branch per value. */
 static stp_status read_fixed(stp_ply *ply, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
