@@ -1,4 +1,4 @@
-/* stipple-bench: how long a frame takes by each road, measured in turns in one run. */
+/* stipple-bench: measures how long a frame takes by each road, in turns in one run. */
 #include "base/clock.h"
 #include "runtime/gl/gl_context.h"
 #include "tools/bench/decode_run.h"
@@ -55,7 +55,7 @@ typedef struct bench_state {
     stp_view view;
 } bench_state;
 
-/* The table of roads. */
+/* Prints the table of roads. */
 static stp_status bench_roads(const bench_state *s, const options *o, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -76,7 +76,7 @@ done:
     return status;
 }
 
-/* The rate that is held, in one line. */
+/* Prints the rate that is held, in one line. */
 static stp_status bench_pace(const bench_state *s, const options *o, stp_error *err)
 {
     pace_run_result r;
@@ -95,7 +95,7 @@ static stp_status bench_pace(const bench_state *s, const options *o, stp_error *
     return status;
 }
 
-/* How soon the model looks like itself, in one line. */
+/* Prints how soon the model looks like itself, in one line. */
 static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
 {
     open_run_result r;
@@ -111,7 +111,8 @@ static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
     return status;
 }
 
-/* One line: the sum over the stops of what chunks cost, then each stop's two frames. */
+/* Prints one line: the cost of chunks, summed over the stops, then the times of each stop's two
+ * frames. */
 static stp_status bench_stops(const bench_state *s, const options *o, stp_error *err)
 {
     stops_run_result r;
@@ -223,7 +224,7 @@ static int run(int argc, char **argv)
     }
     if (o.decode)
         return bench_decode(&o, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
-    cli_progress(&common); /* Ctrl-C from here on is asked for between rounds */
+    cli_progress(&common); /* from here on, Ctrl-C is checked between rounds */
     return run_bench(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
 }
 

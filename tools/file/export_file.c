@@ -43,8 +43,8 @@ static double allowed_error(const stp_chunk_file_info *info)
 }
 
 /* Decides between floats and doubles. Floats do if their spacing at the farthest coordinate is
- * below 1/64 of the least distance between samples, which is half of the lattice's step, and below
- * the allowed error, so that georeferenced points come back as they were. */
+ * below 1/64 of the least distance between samples, and so below half of the lattice's step, and
+ * below the allowed error, so that georeferenced points come back as they were. */
 static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);

@@ -1,4 +1,5 @@
-/* stipple tune: what a level-of-detail threshold costs and buys, measured; solves for one. */
+/* stipple tune: measures what a level-of-detail threshold costs and buys; finds the threshold for a
+ * goal. */
 #include "base/memory.h"
 #include "base/sort.h"
 #include "formats/chunk/byte_source.h"
@@ -67,7 +68,7 @@ typedef struct tuning {
     tune_sweep_params params;
     tune_sweep sweep;
     tune_answer answer;
-    tune_row *rows; /* of what is probed while solving */
+    tune_row *rows; /* rows of thresholds probed while solving */
 } tuning;
 
 /* ---- before the first picture ---- */
@@ -91,7 +92,7 @@ done:
     return status;
 }
 
-/* What the terms of the error rule buy: the default, none, each alone, all. */
+/* Settings that show what each term of the error rule buys: the default, none, each alone, all. */
 static const struct {
     const char *name;
     uint32_t terms;
@@ -136,7 +137,7 @@ done:
     return status;
 }
 
-/* The thresholds nearest to some that are often wanted. */
+/* Chooses the thresholds nearest to some common ones, whose pictures are shown. */
 static void choose_shown(tuning *t)
 {
     static const double wanted[SHOWN_LIMIT] = {0.5, 1.0, 4.0, 16.0};
@@ -295,7 +296,7 @@ done:
 
 /* ---- the command line ---- */
 
-/* Numbers from 0 on, rising once they are sorted. */
+/* Parses numbers of 0 or more and sorts them. */
 static bool parse_thresholds(options *o)
 {
     const char *text = o->threshold_list;
@@ -318,7 +319,7 @@ static bool parse_thresholds(options *o)
     return true;
 }
 
-/* Words of DRAW_RECONSTRUCTIONS, each once. */
+/* Parses words of DRAW_RECONSTRUCTIONS, each at most once. */
 static bool parse_compared(options *o)
 {
     const char *text = o->compare_list;
@@ -364,7 +365,7 @@ static int check_solver(const options *o)
     return CLI_CONTINUE;
 }
 
-/* CLI_CONTINUE where the options make sense. */
+/* Returns CLI_CONTINUE if the options make sense. */
 static int check(options *o)
 {
     if (o->output == NULL)
@@ -438,7 +439,7 @@ static int run(int argc, char **argv)
         if (strcmp(list[i].name, "--size") == 0)
             list[i].help = "size of the pictures in pixels (512x512)";
         if (strcmp(list[i].name, "--threshold") == 0)
-            list[i].help = NULL; /* understood, to be refused with a sentence */
+            list[i].help = NULL; /* parsed, so that check() can refuse it with a message */
         if (strcmp(list[i].name, "--view") == 0) {
             list[i].help =
                 "use one view only: the model's first view, or the whole model (26 views of the "

@@ -1,4 +1,4 @@
-/* The files of a report, and its charts. */
+/* Writes the files of a report, and its charts. */
 #include "tools/tune/tune_report.h"
 
 #include "base/json.h"
@@ -20,7 +20,7 @@ enum {
     COLUMNS
 };
 
-/* Figures of a setting by threshold, as columns. */
+/* The figures of a setting by threshold, as columns. */
 static double *columns_of(const tune_sweep *sweep, size_t setting)
 {
     size_t count = sweep->params->threshold_count;

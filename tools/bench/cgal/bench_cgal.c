@@ -1,4 +1,4 @@
-/* stipple-bench-cgal: how long CGAL takes for the normals of a scan's points. */
+/* stipple-bench-cgal: measures how long CGAL takes for the normals of a scan's points. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "formats/scan/scan.h"
