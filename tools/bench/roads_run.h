@@ -19,9 +19,8 @@ typedef struct bench_road {
  * frame that waits between its stages. */
 typedef struct road_times {
     double frame_ms;
-    double project_ms, pull_push_ms, shade_ms,
-        waited_ms;                              /* by the CPU's clock; waited_ms is the sum */
-    double gpu_ms[STP_STAGE_COUNT], gpu_all_ms; /* by the GPU's clock; gpu_all_ms is the sum */
+    double project_ms, pull_push_ms, shade_ms, waited_ms; /* CPU's clock; waited_ms: the sum */
+    double gpu_ms[STP_STAGE_COUNT], gpu_all_ms;           /* GPU's clock; gpu_all_ms: the sum */
     uint64_t points_drawn;
 } road_times;
 

@@ -1,4 +1,4 @@
-/* stipple gen: a known surface as a scan, with its true mesh and, for one shape, its true picture.
+/* stipple gen: makes a scan of a known surface, its true mesh and, for one shape, its true picture.
  */
 #include "base/clock.h"
 #include "base/memory.h"
@@ -13,7 +13,7 @@
 
 extern const cli_command cli_gen;
 
-/* Points a task makes; a batch is so many tasks, written in order. */
+/* Points per task. A batch is this many tasks, written in order. */
 enum { TASK_POINTS = 1 << 15, BATCH_TASKS = 8 };
 
 typedef struct options {
@@ -182,7 +182,7 @@ done:
     return status;
 }
 
-/* A usage message for what is missing or does not go together, or NULL. */
+/* Returns a usage message if something is missing or does not fit together, else NULL. */
 static const char *check(const options *o, gen_shape shape)
 {
     if (o->output == NULL && o->mesh == NULL && o->truth == NULL)

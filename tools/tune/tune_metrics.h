@@ -44,11 +44,10 @@ stp_status tune_angles_compute(const float *a, const float *b, size_t pixel_coun
 
 /* Sums over the steps of a film; zero is the start. */
 typedef struct tune_change {
-    uint64_t pixels;               /* pixels covered in any of the four pictures, times steps */
-    uint64_t squares_a, squares_b; /* squares of the RGB changes of A and of B over black */
-    uint64_t squares_extra;        /* squares of the difference between A's change and B's */
-    uint64_t opened, closed,
-        steps; /* opened, closed: holes of A (see compare_metrics.h) that come and go */
+    uint64_t pixels;                /* pixels covered in any of the four pictures, times steps */
+    uint64_t squares_a, squares_b;  /* squares of the RGB changes of A and of B over black */
+    uint64_t squares_extra;         /* squares of the difference between A's change and B's */
+    uint64_t opened, closed, steps; /* holes of A that come and go */
 } tune_change;
 
 /* Adds the step from one frame to the next. All four pictures have the same size. */

@@ -15,7 +15,7 @@
 
 typedef struct hunt {
     const tune_solve_params *p;
-    double low, high;              /* thresholds: low does not satisfy, high does */
+    double low, high;              /* thresholds: low is too fine, high is coarse enough */
     double least, greatest;        /* values measured so far */
     double finest_px, coarsest_px; /* thresholds measured so far */
     tune_solution best;
@@ -46,7 +46,8 @@ static bool near_enough(const hunt *h)
                                                            : 0.5 * NEAR_SHARE);
 }
 
-/* True if the value satisfies: the threshold is coarse enough, or coarser ones are too coarse. */
+/* True if the threshold with this value is coarse enough: fps has risen to the target, or PSNR or
+ * bytes have fallen to it. */
 static bool does(const tune_solve_params *p, double value)
 {
     return p->kind == TUNE_GOAL_FPS ? value >= p->target : value <= p->target;
@@ -77,7 +78,7 @@ static stp_status measure(hunt *h, const double *thresholds, size_t count, doubl
     return status;
 }
 
-/* Finds the first threshold that satisfies and the last before it. *found: there is one. */
+/* Finds the first threshold that is coarse enough and the last before it. *found: there is one. */
 static stp_status bracket(hunt *h, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -159,8 +160,8 @@ stp_status tune_solve(tune_solution *out, const tune_solve_params *p, stp_error 
               .best_error = INFINITY};
     bool found;
     STP_TRY(bracket(&h, &found, err));
-    /* The finest threshold already satisfies, so there is nothing to narrow. For a limit it is the
-     * answer. */
+    /* The finest threshold is already coarse enough, so there is nothing to narrow. For a limit it
+     * is the answer. */
     bool within = p->kind == TUNE_GOAL_BYTES && does(p, p->values[0]);
     if (within)
         h.best = (tune_solution){p->thresholds[0], p->values[0], h.best.measured};

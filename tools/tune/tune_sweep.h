@@ -43,8 +43,7 @@ typedef struct tune_row {
 /* Ratios of predicted to measured error, over the random discs of all views that do not lie on the
  * surface. NaN if there are none. */
 typedef struct tune_ratios {
-    size_t discs,
-        broken; /* broken: number of all measured discs with an error above the threshold */
+    size_t discs, broken;             /* broken: those measured above the threshold, of all discs */
     double median, p10, p90;          /* predicted / measured */
     double factor[TUNE_FACTOR_COUNT]; /* medians */
 } tune_ratios;
@@ -94,10 +93,9 @@ typedef struct tune_sweep {
     draw_picture picture;
     uint8_t *rgba;
     float *normals, *full_normals;
-    uint8_t *film[TUNE_DOLLY_FRAMES],
-        *judged[2];       /* film: of every sample; judged: before and after */
-    double *times;        /* of one view: by point, then by repeat */
-    uint64_t done, total; /* number of pictures */
+    uint8_t *film[TUNE_DOLLY_FRAMES], *judged[2]; /* film: of every sample; judged: before, after */
+    double *times;                                /* of one view: by point, then by repeat */
+    uint64_t done, total;                         /* number of pictures */
 } tune_sweep;
 
 /* Measures everything. params is borrowed. Call clear even after a failure. Errors: those of

@@ -86,8 +86,7 @@ static const char csv_head[] =
 static stp_status write_row(const tune_sweep *s, const tune_setting *setting, double threshold_px,
                             size_t v, const tune_row *r, stp_output *out, stp_error *err)
 {
-    char text[1024],
-        measured[64] = ","; /* fields predicted and measured; empty if there are no discs */
+    char text[1024], measured[64] = ","; /* empty fields if there are no discs */
     const compare_metrics *m = &r->compared;
     const tune_cut *c = &r->cut;
     if (r->discs > 0)

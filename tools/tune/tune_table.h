@@ -15,15 +15,14 @@ typedef struct tune_summary {
     /* From the squared differences of all views' covered pixels together. */
     double psnr_db;
     double ssim, angle_mean_deg, angle_median_deg,
-        angle_p95_deg; /* means weighted by covered pixels */
-    double shift_mean_px, shift_p95_px,
-        shift_max_px;                     /* means weighted by outline; the last is the greatest */
-    double holes, spill, points, patches; /* means over the views */
-    double file_bytes, gpu_bytes;         /* greatest of the views */
-    double ms;                            /* median of the views */
-    double predicted_px;                  /* greatest of the views */
-    double measured_px;                   /* greatest of the views; NaN if no disc was measured */
-    double view_ratio; /* median of the views' greatest predicted / greatest measured, or NaN */
+        angle_p95_deg;                                /* means weighted by covered pixels */
+    double shift_mean_px, shift_p95_px, shift_max_px; /* means by outline; the last: greatest */
+    double holes, spill, points, patches;             /* means over the views */
+    double file_bytes, gpu_bytes;                     /* greatest of the views */
+    double ms;                                        /* median of the views */
+    double predicted_px;                              /* greatest of the views */
+    double measured_px; /* greatest of the views; NaN if no disc was measured */
+    double view_ratio;  /* median of the views' greatest predicted / greatest measured, or NaN */
     tune_ratios ratios;
     double change, change_full, extra; /* RGB levels from frame to frame: of this picture, of every
                                           sample, and the difference of the two */

@@ -9,8 +9,7 @@ typedef struct search {
     view_ground *ground;
     const view_ground_params *params;
     unsigned reads_left;
-    double height,
-        below; /* height of the best sample so far; samples above `below` are no ground */
+    double height, below; /* of the best so far; higher than `below` is no ground */
     bool found;
 } search;
 

@@ -190,8 +190,7 @@ static void survey(viewer *v)
     for (size_t i = 0; i < v->scene.count; i++) {
         uint32_t classes[8] = {0};
         if (v->scene.models[i].model->info->attributes & STP_HAS_CLASS)
-            stp_model_classes(v->scene.models[i].model, classes,
-                              NULL); /* on failure, no classes are listed */
+            stp_model_classes(v->scene.models[i].model, classes, NULL); /* on failure: none */
         for (int k = 0; k < 8; k++)
             v->model_classes[k] |= classes[k];
     }

@@ -23,8 +23,7 @@ typedef struct reader {
     stp_e57_pose pose;
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
-    stp_dvec3 *stations,
-        *ups; /* position and z axis of each scan that has a station, in their order */
+    stp_dvec3 *stations, *ups; /* positions and z axes of scans that have a station, in order */
     uint16_t station_count, stations_begun;
     stp_scan_note notes[2];
 } reader;

@@ -11,8 +11,7 @@ typedef struct obj_parser {
     stp_text_lines lines;
     stp_point_mesh *mesh;
     stp_text_colours colours;
-    uint64_t greatest_index,
-        greatest_line; /* from faces that count vertices from the start of the file */
+    uint64_t greatest_index, greatest_line; /* of faces with absolute vertex numbers */
 } obj_parser;
 
 /* Joins lines in place: a backslash at a line's end continues the line. Later messages count joined

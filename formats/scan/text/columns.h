@@ -66,9 +66,8 @@ typedef struct stp_column_range {
     bool written_whole; /* no number is written with a point or an exponent */
     uint32_t
         decimals; /* most digits after a point, without trailing zeros; UINT32_MAX: exponents */
-    uint64_t unit,
-        zero;    /* lines in which the column begins three numbers of unit length, or three zeros */
-    double step; /* sum of the differences to the next column */
+    uint64_t unit, zero; /* lines where it begins 3 numbers of unit length, or 3 zeros */
+    double step;         /* sum of the differences to the next column */
 } stp_column_range;
 
 typedef struct stp_columns_sample {

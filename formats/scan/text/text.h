@@ -24,8 +24,7 @@
 
 typedef struct stp_text {
     stp_source source;
-    uint64_t first_offset,
-        first_line; /* byte where points begin, and the number of the line before */
+    uint64_t first_offset, first_line; /* where points begin; number of the line before */
     stp_columns columns;
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
