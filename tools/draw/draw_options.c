@@ -25,31 +25,26 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
     const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
         {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
-         "start view if no eye, look or camera is given. first: from the scanner or from "
-         "inside, if the model knows such a view; whole: the whole model (first)",
+         "start view, unless eye, look or camera is given. first: from the scanner or inside, "
+         "if the model knows that; whole: the whole model (first)",
          NULL},
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
-         "largest error on the screen in pixels (the model's default, else 1); 0: draw every "
-         "sample",
+         "largest error on the screen (the model's, else 1); 0: draw every sample",
          &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "largest radius of coarse samples; multiplied by the square of a threshold above 1 "
-         "(6)",
-         NULL},
+         "largest radius of coarse samples; times threshold squared, if above 1 (6)", NULL},
         {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
          "errors that refine levels besides the surface's error: radius,colour,silhouette or "
          "none (radius,colour)",
          NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
-         "what chooses the levels: geometry or compute shaders, the CPU, or nothing: full "
-         "draws every sample (auto: the faster shaders)",
+         "what chooses levels: shaders or the CPU; full draws every sample (auto: the faster "
+         "of both shaders)",
          NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
          "method that closes gaps between samples (gauss)", NULL},
         {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
-         "edges: smooth edges by how far discs reach into a pixel; N: average N x N pixels "
-         "(off)",
-         NULL},
+         "edges: smooth edges by how far discs reach; N: average N x N pixels (off)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
         {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "what colours the samples (rgb)",
@@ -58,21 +53,17 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
          "palette; auto: grey for intensity, viridis for elevation (auto)", NULL},
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
-         "values at the ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th "
-         "percentile)",
-         NULL},
+         "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
-         "how much of --shade level, chunk, error or confidence is mixed into the colours, up "
-         "to 1 (0: shown alone)",
+         "share of --shade level, chunk, error, confidence in the colours, up to 1 (0: shown "
+         "alone)",
          NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what lies in this box",
          NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
-         "samples seen from behind to leave out. auto: those proven hidden; none; back: all "
-         "(auto)",
-         NULL},
+         "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
         {"--classes", 0, CLI_STRING, &o->classes, "LIST",
          "draw only these classes: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",

@@ -420,9 +420,9 @@ static int run(int argc, char **argv)
         {"--discs", 0, CLI_UINT, &o.discs, "N",
          "number of drawn discs per picture whose error is measured (64)", NULL},
         {"--compare", 0, CLI_STRING, &o.compare_list, "LIST",
-         "compare these reconstructions at equal numbers of points, like gauss,splat", NULL},
+         "compare these reconstructions at equal points, like gauss,splat", NULL},
         {"--terms", 0, CLI_FLAG, &o.terms, NULL,
-         "compare the gain of each term of the error rule at equal numbers of points", NULL},
+         "compare what each term of the error rule gains at equal points", NULL},
         {"--fps", 0, CLI_NUMBER, &o.fps, "N", "find the threshold that reaches N frames a second",
          &o.has_fps},
         {"--psnr", 0, CLI_NUMBER, &o.psnr, "DB", "find the threshold that reaches this quality",
@@ -441,9 +441,7 @@ static int run(int argc, char **argv)
         if (strcmp(list[i].name, "--threshold") == 0)
             list[i].help = NULL; /* parsed, so that check() can refuse it with a message */
         if (strcmp(list[i].name, "--view") == 0) {
-            list[i].help =
-                "use one view only: the model's first view, or the whole model (26 views of the "
-                "whole)";
+            list[i].help = "use one view: the model's first one, or the whole model (26 views)";
             list[i].given = &o.has_home;
         }
     }
