@@ -228,10 +228,11 @@ static stp_status check_columns(const stp_scan *scan, stp_scan_format format, st
 {
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
         return STP_OK;
-    return stp_error_set(err, STP_INVALID_ARGUMENT,
-                         "%s: says itself what its numbers are: --columns is for XYZ, TXT, CSV and "
-                         "PTS",
-                         scan->path);
+    return stp_error_set(
+        err, STP_INVALID_ARGUMENT,
+        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and "
+        "PTS",
+        scan->path);
 }
 
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,

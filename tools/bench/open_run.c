@@ -49,8 +49,8 @@ static void wait_for_news(const stp_renderer *r)
         nanosleep(&(struct timespec){0, PAUSE_NS}, NULL);
 }
 
-/* Draws frames until the cut is complete or nothing more arrives, and keeps those that bring
- * something. If there are too many, the last room is reused. */
+/* Draws and keeps frames until the cut is complete or nothing more arrives. If there are too many
+ * frames, the newest replaces the one before. */
 static stp_status draw_frames(stp_renderer *r, const stp_view *view, double begun, frame *frames,
                               open_run_result *out, stp_error *err)
 {

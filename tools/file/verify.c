@@ -82,7 +82,7 @@ static stp_status sum_up(const verify_options *o, const stp_repair_result *resul
     } else if (result->points_lost > 0) {
         return stp_error_set(err, STP_CORRUPT,
                              "%s is repaired, but %" PRIu64 " points are lost: %" PRIu64
-                             " samples stand in for such, as its metadata tells",
+                             " samples stand in for them, as its metadata says",
                              output, result->points_lost, result->stand_ins);
     } else {
         return stp_error_set(err, STP_CORRUPT,

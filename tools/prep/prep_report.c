@@ -195,9 +195,8 @@ static void print_displacement(const stp_prep_stats *s)
     else if (r->exact)
         fprintf(stderr,
                 "%" PRIu64
-                " stored positions do not round to the very numbers that were read: these "
-                "have digits far below the distance to the next point, for which a patch has no "
-                "bits\n",
+                " stored positions do not round to the very numbers that were read: a patch "
+                "has no bits for digits far below the distance to the next point\n",
                 d->changed);
     else if (d->beyond > 0 && r->precision > 0.0)
         fprintf(
@@ -330,7 +329,8 @@ void prep_report_sweep(const char *output)
 {
     uint64_t bytes = 0, count = stp_output_sweep(output, &bytes);
     if (count > 0)
-        fprintf(stderr, "%s: a run was stopped before it was whole: %.1f MB of it removed\n",
+        fprintf(stderr,
+                "%s: an earlier run was stopped before its end: removed %.1f MB of its files\n",
                 output, 1e-6 * (double)bytes);
 }
 
