@@ -230,8 +230,7 @@ static stp_status check_columns(const stp_scan *scan, stp_scan_format format, st
         return STP_OK;
     return stp_error_set(
         err, STP_INVALID_ARGUMENT,
-        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and "
-        "PTS",
+        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and PTS",
         scan->path);
 }
 
