@@ -52,7 +52,7 @@ static void look_at(common *all, const stp_point *point)
 }
 
 /* Returns the step; 0: none. */
-static double settle(const common *all)
+static double decide(const common *all)
 {
     const double reach = stp_dvec3_length(stp_dvec3_sub(all->box.max, all->box.min));
     if (all->step == all->count || (all->step >= SURVEY_STEPS && !all->doubles) ||
@@ -77,7 +77,7 @@ stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error
         for (size_t i = 0; i < count; i++)
             look_at(&all, &points[i]);
     }
-    *step = settle(&all);
+    *step = decide(&all);
 done:
     free(points);
     return status;

@@ -169,7 +169,7 @@ done:
 }
 
 /* Takes normals from the faces if the file has none; removes normals if none are wanted. */
-static void settle_normals(stp_scan *scan)
+static void decide_normals(stp_scan *scan)
 {
     if (scan->params.recompute_normals) {
         scan->info.attributes &= ~(uint32_t)STP_POINT_HAS_NORMAL;
@@ -252,7 +252,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     STP_TRY(take_edges(scan, err));
-    settle_normals(scan);
+    decide_normals(scan);
     if (scan->params.hybrid)
         STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)

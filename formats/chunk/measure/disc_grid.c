@@ -256,7 +256,7 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
     double height = stp_dvec3_dot(v, d.normal);
     v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, height));
     double overhang = stp_max(0.0, stp_dvec3_length(v) - d.radius);
-    double counted = overhang + carry.tangential_error * grid->scale;
+    double cost = overhang + carry.tangential_error * grid->scale;
     height = fabs(height);
     double high = height + carry.error * grid->scale;
     double open = sqrt(stp_max((high - merged->error) * (high + merged->error), 0.0));
@@ -265,7 +265,7 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
         stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
         open += height * stp_dvec3_length(aside);
     }
-    return counted + stp_min(open, height);
+    return cost + stp_min(open, height);
 }
 
 static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
@@ -310,7 +310,7 @@ static void set_reach(search *s)
 {
     float error = s->over.error;
     s->reach = s->least;
-    if (s->over.what == STP_OVER_COUNT)
+    if (s->over.what == STP_OVER_COST)
         s->reach = fminf(s->least * s->least + error * error, s->over.near_squared);
     s->reach *= REACH_SLACK;
 }

@@ -117,8 +117,8 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        float counted = value(point, disc, is_own(index[i], over), what, over);
-        out[i] = i < count ? counted : FAR;
+        float cost = value(point, disc, is_own(index[i], over), what, over);
+        out[i] = i < count ? cost : FAR;
         less |= out[i] < least;
     }
     return less;
@@ -151,8 +151,8 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
     if (over->what == STP_OVER_SQUARED)
         return least_of(columns, begin, count, false, STP_OVER_SQUARED, over, point, least);
     if (columns->of[STP_LANE_CARRIED])
-        return least_of(columns, begin, count, true, STP_OVER_COUNT, over, point, least);
-    return least_of(columns, begin, count, false, STP_OVER_COUNT, over, point, least);
+        return least_of(columns, begin, count, true, STP_OVER_COST, over, point, least);
+    return least_of(columns, begin, count, false, STP_OVER_COST, over, point, least);
 }
 
 STP_WIDE
@@ -170,7 +170,7 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COUNT, &o) <= limit;
+        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
     }
     return reached;
 }
@@ -198,7 +198,7 @@ void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const
 }
 
 static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what what,
-                                const stp_over *over, float counted[STP_DISC_LANES])
+                                const stp_over *over, float cost[STP_DISC_LANES])
 {
     const stp_over o = *over;
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
@@ -207,20 +207,20 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
             point[c] = lanes->point[c][i];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = lanes->disc[c][i];
-        counted[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+        cost[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
     }
 }
 
 STP_WIDE
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
-                                float counted[STP_DISC_LANES])
+                                float cost[STP_DISC_LANES])
 {
     uint32_t bits = 0;
     if (over->what == STP_OVER_SQUARED)
-        count_paired(lanes, STP_OVER_SQUARED, over, counted);
+        count_paired(lanes, STP_OVER_SQUARED, over, cost);
     else
-        count_paired(lanes, STP_OVER_COUNT, over, counted);
+        count_paired(lanes, STP_OVER_COST, over, cost);
     for (unsigned i = 0; i < STP_DISC_LANES; i++)
-        bits |= (counted[i] <= limit ? 0u : 1u) << i;
+        bits |= (cost[i] <= limit ? 0u : 1u) << i;
     return bits;
 }

@@ -37,7 +37,7 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
                         uint32_t index);
 
 /* What is asked of a point over a disc: its cost (overhang.h), or the square of its distance. */
-typedef enum stp_over_what { STP_OVER_COUNT, STP_OVER_SQUARED } stp_over_what;
+typedef enum stp_over_what { STP_OVER_COST, STP_OVER_SQUARED } stp_over_what;
 
 /* What cost(p, d) needs to know besides p and d. */
 typedef struct stp_over {
@@ -109,9 +109,9 @@ typedef struct stp_paired_lanes {
 /* The points of a disc, as stp_disc_points gives them. axes: the two that span its plane. */
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius);
-/* The cost of each point over its disc, or its squared distance, in counted[]. Returns a bit for
+/* The cost of each point over its disc, or its squared distance, in cost[]. Returns a bit for
  * each point for which this exceeds `limit`. */
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
-                                float counted[STP_DISC_LANES]);
+                                float cost[STP_DISC_LANES]);
 
 #endif

@@ -15,9 +15,9 @@
 typedef struct suspect {
     stp_dvec3 x, normal; /* the point; the normal of its merged disc */
     double slack;        /* possible error of float results */
-    double counted; /* upper bound of its cost over the hinted disc; 1e30 if that disc is too far
-                       away */
-    uint32_t disc;  /* the hinted disc */
+    double cost;   /* upper bound of its cost over the hinted disc; 1e30 if that disc is too far
+                         away */
+    uint32_t disc; /* the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
 
@@ -44,7 +44,7 @@ typedef struct measure {
 } measure;
 
 /* Raises the greatest error to one that can be stored. Every point whose cost is no greater is
- * settled. */
+ * answered. */
 static void raise_to(measure *m, double units)
 {
     const stp_patch *patch = m->patch;
@@ -59,7 +59,7 @@ static void check_point(measure *m, const suspect *s)
     stp_merged_disc merged = m->merged;
     uint32_t disc = s->disc;
     const double stop = m->greatest - s->slack;
-    double least = stp_min(s->counted, m->greatest + 3.0 * s->slack);
+    double least = stp_min(s->cost, m->greatest + 3.0 * s->slack);
     merged.normal = s->normal;
     merged.error += s->slack;
     merged.near_squared = INFINITY;
@@ -82,7 +82,7 @@ static double forgiven(const measure *m, double slack)
     return stp_max(0.0, m->merged.error - slack) * m->sine;
 }
 
-/* Square of the greatest distance of a disc that settles a point without being the nearest: (t + e
+/* Square of the greatest distance of a disc that answers a point without being the nearest: (t + e
  * sin(gamma))^2. Whatever is nearer than that disc is no farther on the screen than the rule says.
  */
 static double near_squared(const measure *m, double slack)
@@ -91,7 +91,7 @@ static double near_squared(const measure *m, double slack)
     return m->check ? INFINITY : near * near;
 }
 
-/* Square of a distance that settles a point by itself. o and h are legs of the distance s, so o + h
+/* Square of a distance that answers a point by itself. o and h are legs of the distance s, so o + h
  * <= sqrt(2) s. If s is small enough, the cost is therefore no more than the greatest. Not used (0)
  * if discs carry errors. */
 static double enough(const measure *m, double slack)
@@ -104,7 +104,7 @@ static double enough(const measure *m, double slack)
  * under the merged disc, so costs are upper bounds. */
 static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
 {
-    return (stp_over){STP_OVER_COUNT,
+    return (stp_over){STP_OVER_COST,
                       {(float)n.x, (float)n.y, (float)n.z},
                       (float)stp_max(0.0, m->merged.error - slack),
                       (float)near_squared(m, slack),
@@ -112,8 +112,8 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
                       0};
 }
 
-/* Whether one of the discs that the hint cells around the point name settles it. */
-static bool is_settled_about(const measure *m, const suspect *s)
+/* Whether one of the discs that the hint cells around the point name answers it. */
+static bool is_answered_about(const measure *m, const suspect *s)
 {
     const stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
@@ -123,8 +123,8 @@ static bool is_settled_about(const measure *m, const suspect *s)
                                 (float)(m->greatest - s->slack));
 }
 
-/* Whether some disc near enough settles the point. */
-static bool is_settled(const measure *m, const suspect *s)
+/* Whether some disc near enough answers the point. */
+static bool is_answered(const measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     uint32_t disc = s->disc;
@@ -155,7 +155,7 @@ static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     double squared = 0.0;
-    if (is_settled_about(m, s))
+    if (is_answered_about(m, s))
         return;
     uint32_t disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
     double value = over_own(m, disc, s->x, squared, s->slack);
@@ -171,7 +171,7 @@ static void measure_point(measure *m, const suspect *s)
         return;
     if (found)
         value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
-    if (value > m->greatest && !is_settled(m, s))
+    if (value > m->greatest && !is_answered(m, s))
         raise_to(m, value);
 }
 
@@ -200,8 +200,8 @@ static stp_disc in_units(const stp_disc *disc, double scale)
 
 /* Tests a merged disc's points against their hinted discs. A set bit means: the hint does not show
  * that the point's cost is at most the greatest. told: the cost over the hinted disc. */
-static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
-                          stp_paired_lanes *lanes, float told[STP_DISC_LANES])
+static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
+                           stp_paired_lanes *lanes, float told[STP_DISC_LANES])
 {
     const stp_dvec3 n = disc->normal, c = disc->centre;
     stp_dvec3 u = {0.0, 0.0, 0.0}, v = u;
@@ -219,7 +219,7 @@ static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
 }
 
 /* Adds to the suspects those points of a merged disc over the level-0 discs [first, last) that
- * their hints do not settle. */
+ * their hints do not answer. */
 static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
     stp_paired_lanes lanes;
@@ -231,7 +231,7 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
         measure_far(m, disc, first, last);
         return;
     }
-    uint32_t above = unsettled(m, disc, slack, &lanes, told);
+    uint32_t above = unanswered(m, disc, slack, &lanes, told);
     if (above)
         stp_disc_points(disc, points);
     for (unsigned i = 0; above >> i; i++)
@@ -240,24 +240,24 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
                 .x = points[i],
                 .normal = disc->normal,
                 .slack = slack,
-                .counted = (double)told[i] + slack,
+                .cost = (double)told[i] + slack,
                 .disc = lanes.index[i],
                 .first = first,
                 .last = last,
             };
 }
 
-/* Takes the greatest cost first: what it raises the error to may settle the other points. */
+/* Takes the greatest cost first: what it raises the error to may answer the other points. */
 static void measure_suspects(measure *m)
 {
     while (m->suspect_count > 0) {
         unsigned most = 0;
         for (unsigned i = 1; i < m->suspect_count; i++)
-            most = m->suspects[i].counted > m->suspects[most].counted ? i : most;
+            most = m->suspects[i].cost > m->suspects[most].cost ? i : most;
         const suspect *s = &m->suspects[most];
-        if (s->counted > m->greatest && m->check)
+        if (s->cost > m->greatest && m->check)
             check_point(m, s);
-        else if (s->counted > m->greatest)
+        else if (s->cost > m->greatest)
             measure_point(m, s);
         m->suspects[most] = m->suspects[--m->suspect_count];
     }
@@ -284,7 +284,7 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
     m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
                       STP_STORED_SLACK * m->grid->scale;
-    m->merged.what = STP_OVER_COUNT;
+    m->merged.what = STP_OVER_COST;
     for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
         unsigned first = stp_covered_begin(patch->counts, level, i, 0);
         unsigned count = stp_covered_begin(patch->counts, level, i + 1, 0) - first;

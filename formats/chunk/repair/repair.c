@@ -4,8 +4,8 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/repair/damaged.h"
+#include "formats/chunk/repair/repair_build.h"
 #include "formats/chunk/repair/repair_write.h"
-#include "formats/chunk/repair/settle.h"
 #include "formats/chunk/verify/verify.h"
 
 #include <stdlib.h>
@@ -82,7 +82,7 @@ static stp_status write_rest(stp_damaged *d, stp_repair_result *out, stp_error *
                              "damaged file stays",
                              d->path);
     STP_TRY(stp_repair_plan_make(&plan, d, err));
-    STP_TRY(stp_repair_settle(&plan, err));
+    STP_TRY(stp_repair_build(&plan, err));
     STP_TRY(stp_repair_write(&plan, check_output, d, out, err));
 done:
     stp_repair_plan_clear(&plan);

@@ -5,8 +5,9 @@
 
 #include "formats/chunk/repair/repair_plan.h"
 
-/* Writes a settled plan. check is called before the output appears (stp_chunk_writer_params).
- * Reports what is lost. Errors: those of the writer, of check, and IO. */
+/* Writes a plan whose chunks are built. check is called before the output appears
+ * (stp_chunk_writer_params). Reports what is lost. Errors: those of the writer, of check, and IO.
+ */
 stp_status stp_repair_write(stp_repair_plan *plan,
                             stp_status (*check)(void *context, const char *path, stp_error *err),
                             void *context, stp_repair_result *out, stp_error *err);

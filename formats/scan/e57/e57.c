@@ -63,7 +63,7 @@ static void drop_useless(reader *r, stp_e57_scan *scan)
         drop(r, scan, STP_E57_INTENSITY_INVALID, STP_E57_INTENSITY_INVALID);
 }
 
-static stp_status settle_scan(reader *r, stp_e57_scan *scan, stp_error *err)
+static stp_status decide_scan(reader *r, stp_e57_scan *scan, stp_error *err)
 {
     if (!scan->has_points)
         scan->record_count = 0;
@@ -116,7 +116,7 @@ done:
     return status;
 }
 
-static stp_status settle_scans(reader *r, stp_error *err)
+static stp_status decide_scans(reader *r, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_e57_pose pose;
@@ -125,7 +125,7 @@ static stp_status settle_scans(reader *r, stp_error *err)
     STP_TRY(stp_alloc(&r->ups, r->document.scan_count, sizeof *r->ups, "stations", err));
     for (size_t i = 0; i < r->document.scan_count; i++) {
         stp_e57_scan *scan = &r->document.scans[i];
-        STP_TRY(settle_scan(r, scan, err));
+        STP_TRY(decide_scan(r, scan, err));
         STP_TRY(stp_e57_pose_of(&pose, scan, r->pages.path, err));
         if (has_station(scan, &pose)) {
             r->ups[r->station_count] = stp_e57_rotate(&pose, (stp_dvec3){0.0, 0.0, 1.0});
@@ -333,7 +333,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     r->pages.descriptor = -1;
     STP_TRY(stp_e57_pages_open(&r->pages, path, err));
     STP_TRY(stp_e57_xml_read(&r->document, &r->pages, err));
-    STP_TRY(settle_scans(r, err));
+    STP_TRY(decide_scans(r, err));
     r->vector.scan = NULL; /* finding the ranges moved the vector */
     fill_info(r, info);
 done:

@@ -159,7 +159,7 @@ done:
 
 /* Makes the strip a ribbon if all its vertices have normals, else a tube. Tangents of tubes are
  * found later. */
-static void settle_kind(stp_line_set *set, stp_line_strip *strip)
+static void decide_kind(stp_line_set *set, stp_line_strip *strip)
 {
     stp_line_vertex *v = set->vertices + strip->begin;
     bool normals = true;
@@ -187,7 +187,7 @@ static stp_status walk(chainer *c, uint32_t vertex, size_t edge, stp_error *err)
         edge = at[at[0] == edge];
     }
     strip.count = c->set.vertex_count - strip.begin;
-    settle_kind(&c->set, &strip);
+    decide_kind(&c->set, &strip);
     STP_TRY(stp_grow(&c->set.strips, &c->strip_capacity, c->set.strip_count + 1,
                      sizeof *c->set.strips, "lines", err));
     c->set.strips[c->set.strip_count++] = strip;

@@ -290,7 +290,7 @@ done:
 }
 
 /* Checks that the counts agree. HEIGHT and one of WIDTH and POINTS may be missing. */
-static stp_status settle_counts(parser *p, stp_error *err)
+static stp_status decide_counts(parser *p, stp_error *err)
 {
     stp_pcd_header *h = p->header;
     uint64_t product;
@@ -310,7 +310,7 @@ static stp_status settle_counts(parser *p, stp_error *err)
     return STP_OK;
 }
 
-static stp_status settle_layout(parser *p, stp_error *err)
+static stp_status decide_layout(parser *p, stp_error *err)
 {
     stp_pcd_header *h = p->header;
     uint64_t stride = 0, bytes;
@@ -389,7 +389,7 @@ static bool has_all(const stp_pcd_header *h, stp_pcd_target first, stp_pcd_targe
     return true;
 }
 
-static stp_status settle_targets(parser *p, stp_error *err)
+static stp_status decide_targets(parser *p, stp_error *err)
 {
     static const char *const axes[] = {"x", "y", "z"};
     stp_pcd_header *h = p->header;
@@ -417,9 +417,9 @@ stp_status stp_pcd_header_read(stp_pcd_header *header, stp_source *source, stp_e
     parser p = {.header = header, .source = source};
     *header = (stp_pcd_header){0};
     STP_TRY(parse_lines(&p, source, err));
-    STP_TRY(settle_layout(&p, err));
-    STP_TRY(settle_counts(&p, err));
-    STP_TRY(settle_targets(&p, err));
+    STP_TRY(decide_layout(&p, err));
+    STP_TRY(decide_counts(&p, err));
+    STP_TRY(decide_targets(&p, err));
 done:
     if (status != STP_OK)
         stp_pcd_header_free(header);

@@ -277,7 +277,7 @@ stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_erro
     }
     header.data_offset = source->offset;
     header.header_lines = source->line;
-    stp_ply_stations_settle(&header.stations);
+    stp_ply_stations_sort(&header.stations);
     *out = header;
     header = (stp_ply_header){0};
 done:

@@ -75,7 +75,7 @@ typedef struct stp_ply_header {
     size_t element_count, element_capacity;
     stp_ply_property *properties;
     size_t property_count, property_capacity;
-    stp_ply_stations stations; /* settled */
+    stp_ply_stations stations; /* sorted */
     uint64_t grid_size[2];     /* columns and rows of a range image; 0: not given */
     uint64_t data_offset;      /* first byte after the header */
     uint64_t header_lines;

@@ -49,7 +49,7 @@ static bool same_position(const stp_ply_station *a, const stp_ply_station *b)
            a->position.z == b->position.z;
 }
 
-void stp_ply_stations_settle(stp_ply_stations *stations)
+void stp_ply_stations_sort(stp_ply_stations *stations)
 {
     stp_ply_station *list = stations->list;
     size_t kept = 0, next;

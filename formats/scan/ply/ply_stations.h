@@ -12,7 +12,7 @@
  * is a fault. A comment of another form is an ordinary comment. A number with two different
  * positions has none. The station of a point is unknown if its number has no position, is negative,
  * fractional or not finite. Without the property, positions of several stations say nothing about
- * the points. Threads: any once settled. */
+ * the points. Threads: any once sorted. */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_STATIONS_H
 #define STP_FORMATS_SCAN_PLY_PLY_STATIONS_H
 
@@ -28,7 +28,7 @@ typedef struct stp_ply_station {
 } stp_ply_station;
 
 typedef struct stp_ply_stations {
-    stp_ply_station *list; /* if settled: sorted by number, each once */
+    stp_ply_station *list; /* if sorted: sorted by number, each once */
     size_t count, capacity;
 } stp_ply_stations;
 
@@ -38,8 +38,8 @@ stp_status stp_ply_stations_add(stp_ply_stations *stations, const char *begin, c
                                 stp_error *err);
 /* Sorts the list and drops repeated and contradictory stations. Keeps at most STP_STATION_LIMIT,
  * those with the lowest numbers. */
-void stp_ply_stations_settle(stp_ply_stations *stations);
-/* The index of the station with this number in the settled list, counted from 1; 0 if there is
+void stp_ply_stations_sort(stp_ply_stations *stations);
+/* The index of the station with this number in the sorted list, counted from 1; 0 if there is
  * none. */
 uint16_t stp_ply_stations_find(const stp_ply_stations *stations, double number);
 void stp_ply_stations_free(stp_ply_stations *stations);

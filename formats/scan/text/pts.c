@@ -100,7 +100,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(survey(text, &info->point_count, first, err));
     if (first->length > 0)
         STP_TRY(find_columns(text, first, params->columns, sample, err));
-    stp_text_settle(text, sample);
+    stp_text_decide(text, sample);
     stp_text_fill_info(text, sample, info);
     info->format = "PTS";
     stp_source_seek(&text->source, start, 0);

@@ -86,7 +86,7 @@ static bool is_near(const double *values, double a, double b, double c, double d
 
 /* Converts the matrix of the file to one that multiplies a column vector. False if it is no pose.
  */
-static bool settle_pose(double file[4][4], double pose[3][4])
+static bool decide_pose(double file[4][4], double pose[3][4])
 {
     double m[4][4];
     const double last_column[4] = {file[0][3], file[1][3], file[2][3], file[3][3]};
@@ -121,7 +121,7 @@ static stp_status read_pose(stp_text *text, ptx_scan *scan, stp_dvec3 *station, 
         STP_TRY(read_numbers(text, 3, axes[i], axis, err));
     for (int i = 0; i < 4; i++)
         STP_TRY(read_numbers(text, 4, "a row of the pose", matrix[i], err));
-    if (!settle_pose(matrix, scan->pose))
+    if (!decide_pose(matrix, scan->pose))
         return stp_error_set(err, STP_CORRUPT,
                              "%s: the pose in lines %llu to %llu is none: expected three axes, a "
                              "translation and 0 0 0 1; mend the header of the scan or export the "
@@ -241,7 +241,7 @@ static stp_columns columns_of(uint32_t fields)
 }
 
 /* Sets the attributes of all scans, and the scales from the points with the most numbers. */
-static void settle_columns(ptx *p)
+static void decide_columns(ptx *p)
 {
     stp_text *text = &p->text;
     uint32_t all = 0;
@@ -249,7 +249,7 @@ static void settle_columns(ptx *p)
         if (p->samples[fields].rows == 0)
             continue;
         text->columns = columns_of(fields);
-        stp_text_settle(text, &p->samples[fields]);
+        stp_text_decide(text, &p->samples[fields]);
         all |= text->attributes;
     }
     text->attributes = all | STP_POINT_HAS_STATION;
@@ -269,7 +269,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_text_open(text, path, err));
     p->start = text->source.offset;
     STP_TRY(survey(p, &info->point_count, err));
-    settle_columns(p);
+    decide_columns(p);
     stp_text_fill_info(text, NULL, info);
     info->format = "PTX";
     info->heights = true;

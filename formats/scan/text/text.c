@@ -212,7 +212,7 @@ static double step_of(const stp_text *text, const stp_columns_sample *sample)
     return decimals < sizeof steps / sizeof *steps ? steps[decimals] : 0.0;
 }
 
-void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
+void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     text->attributes = stp_columns_attributes(&text->columns);
     if (text->attributes & STP_POINT_HAS_COLOUR)

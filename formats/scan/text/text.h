@@ -55,7 +55,7 @@ stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bo
 stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin, const char *end,
                              stp_error *err);
 /* Sets attributes and scales. Call it when the columns are known. */
-void stp_text_settle(stp_text *text, const stp_columns_sample *sample);
+void stp_text_decide(stp_text *text, const stp_columns_sample *sample);
 /* Makes two notes. `columns`: the order of the columns and its origin, as in "x,y,z,_ (header)".
  * `left_out`: columns of a line with field_count fields that are not read, by their names in the
  * header; header may be NULL. */

@@ -176,7 +176,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_text_open(text, path, err));
     STP_TRY(read_beginning(text, b, err));
     STP_TRY(find_columns(text, b, params->columns, sample, err));
-    stp_text_settle(text, sample);
+    stp_text_decide(text, sample);
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);

@@ -1,5 +1,5 @@
 /* Builds and measures the chunks of a repaired file that differ from the damaged one. */
-#include "formats/chunk/repair/settle.h"
+#include "formats/chunk/repair/repair_build.h"
 
 #include "base/memory.h"
 #include "formats/chunk/measure/overhang.h"
@@ -430,7 +430,7 @@ done:
     return status;
 }
 
-stp_status stp_repair_settle(stp_repair_plan *plan, stp_error *err)
+stp_status stp_repair_build(stp_repair_plan *plan, stp_error *err)
 {
     stp_status status = STP_OK;
     for (uint32_t depth = plan->depth; depth-- > 0;) {
