@@ -3,6 +3,7 @@
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/promise.h"
+#include "tools/tune/tune_advice.h"
 #include "tools/tune/tune_metrics.h"
 #include "tools/tune/tune_nearest.h"
 #include "tools/tune/tune_solve.h"
@@ -283,13 +284,42 @@ static void refused(void **state)
     assert_true(s.threshold_px == -7.0); /* untouched */
 }
 
+/* The greatest threshold up to which pictures look like the finest one is recommended. */
+static void advised(void **state)
+{
+    (void)state;
+    tune_choice choices[] = {{0.25, 40.0, 8000.0, 20.0},
+                             {0.5, 40.2, 4000.0, 10.0},
+                             {1.0, 39.6, 2000.0, 8.0},
+                             {2.0, 37.0, 1000.0, 7.0},
+                             {4.0, 39.9, 500.0, 6.0}}; /* by chance: one before it does not do */
+    char words[240];
+    tune_advice a;
+    assert_false(tune_advise(choices, 1, &a));
+    assert_true(tune_advise(choices, 5, &a));
+    assert_int_equal(a.chosen, 2);
+    tune_advice_words(&a, choices, words);
+    assert_string_equal(words, "recommended: --threshold 1: it looks like 0.25 px (0.40 dB less), "
+                               "draws 4.0 times fewer samples and is 2.5 times as fast");
+    choices[2].psnr_db = choices[1].psnr_db = 30.0;
+    assert_true(tune_advise(choices, 5, &a));
+    assert_int_equal(a.chosen, a.finest);
+    tune_advice_words(&a, choices, words);
+    assert_non_null(strstr(words, "recommended: --threshold 0.25: every coarser one"));
+    choices[1] = (tune_choice){0.5, 41.0, 4000.0, 19.9};
+    assert_true(tune_advise(choices, 5, &a));
+    tune_advice_words(&a, choices, words);
+    assert_non_null(strstr(words, "--threshold 0.5: it looks like 0.25 px (no dB less), draws 2.0 "
+                                  "times fewer samples and is no faster on this machine"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outlines), cmocka_unit_test(outlines_without_holes),
         cmocka_unit_test(angles),   cmocka_unit_test(changes),
         cmocka_unit_test(nearest),  cmocka_unit_test(solved),
-        cmocka_unit_test(refused),
+        cmocka_unit_test(refused),  cmocka_unit_test(advised),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

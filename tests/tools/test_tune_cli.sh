@@ -38,6 +38,8 @@ test_report() {
     awk -F, 'NR == 1 { n = NF } NF != n || n != 29 { exit 1 }' "$report/tune.csv" ||
         fail "a row of the CSV has other fields than its head"
     [ "$(grep -c '^ *[0-9]' "$FOLDER/out")" = 4 ] || fail "the table: $(cat "$FOLDER/out")"
+    [ "$(grep -c '^recommended: --threshold [0-9.]*: ' "$FOLDER/out")" = 1 ] || fail "no threshold is recommended"
+    grep -q '<strong>recommended: --threshold ' "$report/index.html" || fail "the page recommends no threshold"
     # points fall as the threshold rises, and quality is best with all of them, but for what
     # merging smooths
     for place in 2 3 4; do

@@ -36,7 +36,6 @@ const cli_command cli_tune = {
     .run = run,
 };
 
-#define THRESHOLDS_LIMIT 32
 #define SETTINGS_LIMIT 7
 #define SHOWN_LIMIT 4
 
@@ -47,7 +46,7 @@ typedef struct options {
     double fps, psnr;
     uint64_t bytes;
     bool has_fps, has_psnr, has_bytes, has_home, save, force;
-    double thresholds[THRESHOLDS_LIMIT];
+    double thresholds[TUNE_THRESHOLDS_LIMIT];
     size_t threshold_count;
     int compared[SETTINGS_LIMIT]; /* stp_reconstruct */
     size_t compared_count;
@@ -220,7 +219,7 @@ static stp_status solve(tuning *t, stp_error *err)
 {
     stp_status status = STP_OK;
     const options *o = t->o;
-    double values[THRESHOLDS_LIMIT];
+    double values[TUNE_THRESHOLDS_LIMIT];
     t->answer.kind = o->has_fps     ? TUNE_GOAL_FPS
                      : o->has_psnr  ? TUNE_GOAL_PSNR
                      : o->has_bytes ? TUNE_GOAL_BYTES
@@ -300,7 +299,7 @@ done:
 static bool parse_thresholds(options *o)
 {
     const char *text = o->threshold_list;
-    for (o->threshold_count = 0; o->threshold_count < THRESHOLDS_LIMIT;) {
+    for (o->threshold_count = 0; o->threshold_count < TUNE_THRESHOLDS_LIMIT;) {
         char *end;
         double value = strtod(text, &end);
         if (end == text || !(value >= 0.0 && value <= 1000.0) || (*end != ',' && *end != '\0'))
@@ -309,7 +308,7 @@ static bool parse_thresholds(options *o)
         if (*end == '\0')
             break;
         text = end + 1;
-        if (o->threshold_count == THRESHOLDS_LIMIT)
+        if (o->threshold_count == TUNE_THRESHOLDS_LIMIT)
             return false;
     }
     stp_sort_doubles(o->thresholds, o->threshold_count);
@@ -379,7 +378,7 @@ static int check(options *o)
         return cli_usage(&cli_tune,
                          "--thresholds %s: give up to %d different numbers from 0 to 1000, like "
                          "0,0.5,1,2",
-                         o->threshold_list, THRESHOLDS_LIMIT);
+                         o->threshold_list, TUNE_THRESHOLDS_LIMIT);
     if (o->terms && (o->compare_list != NULL || o->draw.terms != NULL))
         return cli_usage(&cli_tune, "--terms compares them all: without --compare, --error-terms");
     if (!parse_compared(o))

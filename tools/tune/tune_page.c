@@ -227,6 +227,10 @@ static void add_intro(const tune_report *r, tune_text *out)
                   "normals and changes along dollies against the plain picture of every sample."
                   "</p>\n",
                   p->times, p->times);
+    char advice[240];
+    tune_advice_of(r->sweep, advice);
+    if (advice[0] != '\0')
+        tune_text_add(out, "<p><strong>%s.</strong></p>\n", advice);
     if (r->answer->kind != TUNE_GOAL_NONE)
         tune_text_add(out,
                       "<p><strong>Solved: threshold %.4g px</strong> gives %s %.4g; asked "

@@ -1,5 +1,6 @@
 /* Sums up one setting at one threshold over all views. */
 #include "base/sort.h"
+#include "tools/tune/tune_advice.h"
 #include "tools/tune/tune_table.h"
 
 #include <math.h>
@@ -114,6 +115,20 @@ tune_summary tune_summarise(const tune_sweep *sweep, size_t setting, size_t thre
     sum.ms = tune_median_ms(point->rows, views);
     add_changes(&sum, point, sweep->params->views->dolly_count);
     return sum;
+}
+
+void tune_advice_of(const tune_sweep *sweep, char out[240])
+{
+    tune_choice choices[TUNE_THRESHOLDS_LIMIT];
+    const size_t count = sweep->params->threshold_count;
+    tune_advice advice;
+    out[0] = '\0';
+    for (size_t t = 0; t < count; t++) {
+        const tune_summary s = tune_summarise(sweep, 0, t);
+        choices[t] = (tune_choice){s.threshold_px, s.psnr_db, s.points, s.ms};
+    }
+    if (tune_advise(choices, count, &advice))
+        tune_advice_words(&advice, choices, out);
 }
 
 /* ---- at equal points ---- */

@@ -63,6 +63,7 @@ typedef struct tune_shot {
 } tune_shot;
 #define TUNE_REFERENCE SIZE_MAX
 #define TUNE_SHOTS_LIMIT 24
+#define TUNE_THRESHOLDS_LIMIT 32
 #define TUNE_SHOT_VIEWS 3
 
 typedef struct tune_sweep_params {

@@ -72,6 +72,10 @@ void tune_table_print(const tune_sweep *sweep, const tune_answer *answer, FILE *
         }
     }
     print_equal(sweep, out);
+    char advice[240];
+    tune_advice_of(sweep, advice);
+    if (advice[0] != '\0')
+        fprintf(out, "\n%s\n", advice);
     print_answer(answer, out);
 }
 

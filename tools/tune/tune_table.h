@@ -30,6 +30,10 @@ typedef struct tune_summary {
     uint64_t discs;
 } tune_summary;
 
+/* What the first setting's thresholds speak for, in words; empty if fewer than two were measured.
+ */
+void tune_advice_of(const tune_sweep *sweep, char out[240]);
+
 /* The goal and the threshold found for it. */
 typedef struct tune_answer {
     tune_goal_kind kind; /* TUNE_GOAL_NONE: nothing */
