@@ -1,6 +1,5 @@
 /* Embeds stipple: a host application draws a model among its own triangles, into its own
- * framebuffer, with its own matrices. A ring passes through the model, before it here and behind it
- * there.
+ * framebuffer, with its own matrices. A ring passes before and behind the model.
  *
  *     embed M.stipple PICTURE.ppm
  *
@@ -81,7 +80,7 @@ static bool write_picture(const char *path)
     return fclose(file) == 0;
 }
 
-/* Multiplies matrices, columns first. In double: a scan's coordinates may be in the millions. */
+/* Product of matrices, columns first, in double: coordinates of scans may be in the millions. */
 static void multiply(double out[16], const double a[16], const double b[16])
 {
     for (int i = 0; i < 16; i++) {
