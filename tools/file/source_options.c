@@ -16,12 +16,9 @@ static bool is_interrupted(void *context)
 cli_option source_options_timeout(double *seconds)
 {
     return (cli_option){
-        "--timeout",
-        0,
-        CLI_NUMBER,
-        seconds,
-        "S",
-        "total seconds to wait for a server that sends almost nothing (60; view: no limit)",
+        "--timeout", 0,
+        CLI_NUMBER,  seconds,
+        "S",         "seconds to wait in total for an almost silent server (60; view: no limit)",
         NULL};
 }
 
