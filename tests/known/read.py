@@ -18,7 +18,7 @@ sys.dont_write_bytecode = True
 import codec_draco  # noqa: E402
 import codec_raw  # noqa: E402
 import codec_zstd  # noqa: E402
-from model import Fault, counts_of, integer_normal, require  # noqa: E402
+from model import Fault, counts_of, families, integer_normal, require  # noqa: E402
 from xxh3 import xxh3  # noqa: E402
 
 NONE = 2 ** 32 - 1
@@ -192,25 +192,62 @@ def check_links(entries, chunks):
 
 def check_patch(entry, patch, samples, name):
     """samples: lists of levels 0 to 3. The entry holds the patch, the patch holds its samples."""
-    near = 1 + 1e-6
     for level in range(4):
         errors = (error_of(patch, patch.error[level]), error_of(patch, patch.tangential[level]),
                   patch.colour[level])
-        require(all(e <= of[level] * near for e, of in zip(errors, entry.errors)),
+        require(all(e <= of[level] for e, of in zip(errors, entry.errors)),
                 f"{name}: an error exceeds the chunk's")
         codes = [s.radius for s in samples[level]]
         require(max(codes) <= patch.radius[level], f"{name}: a radius exceeds the patch's")
-        require(all(entry.radii[0] <= radius_of(patch, c) * near and
-                    radius_of(patch, c) <= entry.radii[1] * near for c in codes),
+        require(all(entry.radii[0] <= radius_of(patch, c) and
+                    radius_of(patch, c) <= entry.radii[1] for c in codes),
                 f"{name}: a radius is beyond the chunk's")
         bound = world(entry, patch, patch.bound)
-        reach = radius_of(patch, patch.bound_radius) * near
+        reach = radius_of(patch, patch.bound_radius)
         require(all(math.dist(world(entry, patch, s.position), bound) <= reach for s in samples[level]),
                 f"{name}: a sample is outside the patch's bound")
     cosine = math.cos(min(math.pi, patch.cone_angle * math.pi / 255)) - 1e-6
     axis = unit(patch)
     require(all(sum(a * b for a, b in zip(axis, unit(s))) >= cosine for s in samples[0] if s.flags & 2),
             f"{name}: a normal is outside the cone")
+
+
+def check_kinds(entry, patch, samples, name):
+    """Flags of a patch and of its samples, samples: lists of levels 0 to 3."""
+    kinds = {s.flags >> 4 & 3 for s in samples[0]}
+    strip, triangles, leaf = patch.flags & 2, patch.flags & 4, entry.child_count == 0
+    require(patch.flags < 64 and (leaf or not patch.flags & 30), f"{name}: its flags are wrong")
+    if strip:
+        require(not triangles and kinds in ({1}, {2}), f"{name}: a strip of kinds {kinds}")
+    elif triangles:
+        count = len(samples[0])
+        require(kinds == {3} and count % 3 == 0 and all(s.flags & 48 == 0 for s in sum(samples[1:], [])),
+                f"{name}: triangles of kinds {kinds}")
+    else:
+        require(not leaf or kinds == {0}, f"{name}: a surface of kinds {kinds}")
+    require(patch.flags & 1 or all(s.flags & 3 == 3 for s in samples[0]), f"{name}: is two-sided")
+    require(not patch.flags & 32 or all(s.flags & 8 for s in samples[0]), f"{name}: is not closed")
+    for level in range(3):
+        for above, group in zip(samples[level + 1], families(patch, level)):
+            flags = [samples[level][i].flags for i in group]
+            require(all(bool(above.flags & bit) == all(f & bit for f in flags) for bit in (4, 8)),
+                    f"{name}: a sample of level {level + 1} is marked otherwise than its children")
+            require(strip or above.flags >> 6 == min(f >> 6 for f in flags),
+                    f"{name}: a sample of level {level + 1} has not the least fit of its children")
+
+
+def check_closed(header, metadata):
+    """The grid of cubes outside, where samples are closed. A repaired file may have lost it."""
+    if not header.attributes & 64 or ("closed" not in metadata and "repaired" in metadata):
+        return
+    require("closed" in metadata, "metadata: closed is missing")
+    closed = metadata["closed"]
+    cells = closed["cells"]
+    require(closed["points"] >= 1 and closed["cell"] > 0 and len(closed["origin"]) == len(cells) == 3 and
+            all(1 <= n <= 256 for n in cells), "metadata: the grid is wrong")
+    require(sum(closed["outside"]) == math.prod(cells), "metadata: the runs do not fill the grid")
+    require(len(closed.get("openings", [])) <= 128 and
+            all(len(ball) == 4 for ball in closed.get("openings", [])), "metadata: openings are wrong")
 
 
 def check_points(header, entries, chunks):
@@ -220,6 +257,7 @@ def check_points(header, entries, chunks):
         for k, p in enumerate(patches):
             own = [[next(samples[level]) for _ in range(p.counts[level])] for level in range(4)]
             check_patch(e, p, own, f"chunk {e.id}, patch {k}")
+            check_kinds(e, p, own, f"chunk {e.id}, patch {k}")
             places = [world(e, p, s.position) for s in own[0]] if e.child_count == 0 else []
             require(all(header.box[i] <= place[i] <= header.box[3 + i]
                         for place in places for i in range(3)),
@@ -244,7 +282,9 @@ def read_file(path):
     header = Header(data)
     metadata = data[header.metadata:header.metadata + header.metadata_bytes]
     require(xxh3(metadata) == header.metadata_hash, "the metadata's checksum is wrong")
-    require(isinstance(json.loads(metadata.decode("utf-8")), dict), "the metadata is no JSON object")
+    facts = json.loads(metadata.decode("utf-8"))
+    require(isinstance(facts, dict), "the metadata is no JSON object")
+    check_closed(header, facts)
     entries = read_directory(data, header)
     check_tree(header, entries)
     chunks = [read_chunk(data, e) for e in entries]
@@ -261,7 +301,7 @@ def main():
         sys.exit("usage: read.py FILE")
     try:
         read_file(sys.argv[1])
-    except (Fault, OSError, ValueError, IndexError, struct.error) as fault:
+    except (Fault, OSError, ValueError, KeyError, TypeError, IndexError, struct.error) as fault:
         print(f"read.py: {sys.argv[1]}: {fault}", file=sys.stderr)
         sys.exit(1)
 
