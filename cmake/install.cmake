@@ -14,7 +14,13 @@ install(CODE "foreach(file \"$<JOIN:${needed},\" \">\")
 endforeach()")
 install(TARGETS stipple)
 install(TARGETS stipple-image DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
-install(FILES README.md CHANGELOG.md LICENSE formats/SPEC.md DESTINATION ${docs})
+# Pages keep their places, so that their links hold.
+install(FILES README.md ARCHITECTURE.md CHANGELOG.md LICENSE DESTINATION ${docs})
+install(DIRECTORY docs DESTINATION ${docs} PATTERN plan.md EXCLUDE)
+foreach(page formats/SPEC.md shaders/README.md benchmarks/README.md)
+    get_filename_component(folder ${page} DIRECTORY)
+    install(FILES ${page} DESTINATION ${docs}/${folder})
+endforeach()
 
 # Made of the program's own --help.
 foreach(kind man bash)

@@ -1,9 +1,10 @@
-/* A host application that draws a model among its own triangles, into its own framebuffer, with its
- * own matrices: a ring goes through the model, in front of it here and behind it there.
+/* Embeds stipple: a host application that draws a model among its own triangles, into its own
+ * framebuffer, with its own matrices. A ring passes through the model, partly in front of it and
+ * partly behind it.
  *
  *     embed M.stipple PICTURE.ppm
  *
- * It is headless; with a window all but make_framebuffer and write_picture stays the same. */
+ * The example is headless. With a window, only make_framebuffer and write_picture change. */
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdio.h>
@@ -19,7 +20,7 @@ static const char *const ring_shaders[2] = {
     "layout(location = 0) uniform mat4 clip;\n"
     "layout(location = 1) uniform float radius;\n"
     "out float around;\n"
-    "void main() {\n" /* corners in and out by turns, about the vertical axis */
+    "void main() {\n" /* corners alternate between inside and outside, about the vertical axis */
     "    around = 6.2831853 * float(gl_VertexID / 2) / 128.0;\n"
     "    float r = radius * (gl_VertexID % 2 == 0 ? 0.3 : 0.55);\n"
     "    gl_Position = clip * vec4(r * cos(around), 0.0, r * sin(around), 1.0);\n"
@@ -64,7 +65,7 @@ static void make_framebuffer(void)
     glNamedFramebufferRenderbuffer(frame, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffers[1]);
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     glCreateVertexArrays(1, &array);
-    glBindVertexArray(array); /* of nothing: the ring's corners are made in its shader */
+    glBindVertexArray(array); /* without attributes: the shader makes the ring's corners */
 }
 
 static bool write_picture(const char *path)
@@ -80,7 +81,8 @@ static bool write_picture(const char *path)
     return fclose(file) == 0;
 }
 
-/* Columns first, and in double: a scan's coordinates may be in the millions. */
+/* Multiplies matrices, columns first. In double, since a scan's coordinates may be in the
+ * millions. */
 static void multiply(double out[16], const double a[16], const double b[16])
 {
     for (int i = 0; i < 16; i++) {
@@ -94,7 +96,7 @@ static void multiply(double out[16], const double a[16], const double b[16])
 
 static stp_status draw_scene(const stp_model *model, stp_renderer *renderer, stp_error *err)
 {
-    /* The host's world has the model's middle at its origin; its eye looks at it from above. */
+    /* The model's middle is the origin of the host's world; the eye looks at it from above. */
     const stp_ball ball = stp_model_ball(model);
     const double c = cos(0.35), s = sin(0.35), near = ball.radius, far = 6.0 * ball.radius;
     const double view[16] = {1, 0, 0, 0, 0, c, s, 0, 0, -s, c, 0, 0, 0, -2.5 * ball.radius, 1};
@@ -105,7 +107,7 @@ static stp_status draw_scene(const stp_model *model, stp_renderer *renderer, stp
                                    [10] = (near + far) / (near - far),
                                    [11] = -1.0,
                                    [14] = 2.0 * near * far / (near - far)};
-    const stp_draw_params params = {.threshold_px = 1.0}; /* waits until all is loaded: one frame */
+    const stp_draw_params params = {.threshold_px = 1.0}; /* waits until all chunks are loaded */
     double model_view[16], clip[16];
     stp_view seen;
     multiply(model_view, view, place);

@@ -467,7 +467,7 @@ static void clear_shapes(shapes *s)
 }
 
 /* Sets intensity_max: 255 stands for the greatest intensity of all. */
-static void settle_intensity(stp_tree_params *tree, stp_prep_stats *stats)
+static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 {
     if (tree->lines && tree->lines->intensity_max > stats->intensity_max)
         stats->intensity_max = tree->lines->intensity_max;
@@ -517,11 +517,11 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     STP_TRY(cut_shapes(&others, source, &plan, &tree, stats, err));
     STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
     if (cloud.count > 0)
-        STP_TRY(stp_claims_settle(&stats->first, &cloud, source, pool, stats, err));
+        STP_TRY(stp_claims_check(&stats->first, &cloud, source, pool, stats, err));
     if (cloud.count > 0)
         STP_TRY(treat_points(&cloud, k, source, &orient, tree.lambda, &plan, pool, progress, stats,
                              &outside, &since, err));
-    settle_intensity(&tree, stats);
+    decide_intensity(&tree, stats);
     STP_TRY(
         write_tree(path, &cloud, source, params, &tree, &outside, k, pool, progress, stats, err));
     STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));

@@ -11,7 +11,7 @@ typedef struct legend_line {
 
 #define RESERVED 0.75f, 0.75f, 0.75f
 
-/* By number. 8 and 12 are reserved since version 1.4; older files have them. */
+/* By class number. 8 and 12 are reserved since version 1.4; older files use them. */
 static const legend_line lines[] = {
     {"never classified", {RESERVED}},
     {"unclassified", {RESERVED}},
@@ -67,7 +67,7 @@ static bool same_name(const char *name, const char *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
         char c = (char)tolower((unsigned char)text[i]);
-        if ((c == '-' || c == '_' ? ' ' : c) != name[i]) /* the name's end is unlike any letter */
+        if ((c == '-' || c == '_' ? ' ' : c) != name[i]) /* also stops at the end of the name */
             return false;
     }
     return name[length] == '\0';

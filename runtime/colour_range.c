@@ -1,4 +1,4 @@
-/* From what to what a palette goes. */
+/* Chooses the palette, and the values at its two ends. */
 #include "runtime/colour_range.h"
 
 #include "base/memory.h"
@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-/* Left out at either end: outliers would take most of the palette. */
+/* The share left out at either end; outliers would otherwise take most of the palette. */
 #define TAIL 0.02
 
 stp_palette stp_colour_palette(const stp_draw_params *params)

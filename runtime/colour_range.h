@@ -1,13 +1,13 @@
-/* From what to what a palette goes.
+/* Which palette a picture uses, and the values at the palette's two ends.
  * Threads: any (the model is read-only). */
 #ifndef STP_RUNTIME_COLOUR_RANGE_H
 #define STP_RUNTIME_COLOUR_RANGE_H
 
 #include "runtime/stipple.h"
 
-/* The palette that is meant, never OWN. */
+/* The palette to use: OWN is resolved, so never OWN. */
 stp_palette stp_colour_palette(const stp_draw_params *params);
-/* The range as shaders take it. */
+/* Fills `out` with the range in the form that shaders read. */
 void stp_colour_range_place(float out[4], const stp_draw_params *params, const stp_dvec3 *eye);
 
 #endif

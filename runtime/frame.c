@@ -1,4 +1,5 @@
-/* The ways to a picture: with the whole cut, waiting for it, or with what of it is there. */
+/* Draws one frame: chooses the cut, loads chunks, projects, reconstructs. Either waits for the
+ * whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
 #include "runtime/colour_range.h"
 #include "runtime/cut/culling.h"
 #include "runtime/draw/filter.h"
@@ -7,11 +8,11 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-/* Wants ahead of the motion, and all of them. */
+/* Requests at most so many chunks ahead of the camera's motion, and at most so many in all. */
 #define AHEAD_LIMIT 64
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 
-/* Waiting for the cut: everything that is not damaged will be there. */
+/* For frames that wait for the cut: every chunk that is not damaged will be resident. */
 static int available_soon(const void *context, uint32_t chunk)
 {
     const stp_renderer *r = context;
@@ -31,7 +32,7 @@ static bool was_drawn(const void *context, uint32_t chunk)
     return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
 }
 
-/* Whether the picture has the samples' own colours, or shows how one that has them is chosen. */
+/* Whether the picture shows the samples' own colours, or how a picture that does chooses levels. */
 static bool shows_colours(const stp_draw_params *params)
 {
     bool plain = params->shade == STP_SHADE_NORMAL || params->shade == STP_SHADE_DEPTH;
@@ -58,7 +59,7 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
-/* The road by which a picture is projected: segments and triangles are rasterised. */
+/* The road that draws a picture. Segments and triangles are rasterised, so no compute road then. */
 static stp_lod road_of(const stp_variant *variant, stp_lod lod)
 {
     bool rasterised = !variant->splat && (variant->lines || variant->triangles);
@@ -102,7 +103,7 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *er
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
 
-/* The records that shaders read of the chunks drawn. */
+/* Uploads the records of the drawn chunks for the shaders. */
 static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
 {
     uint32_t first = UINT32_MAX, last = 0;
@@ -119,11 +120,12 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
             (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
 }
 
-/* STP_ELLIPSE_FLOOR of shaders/reconstruct/ellipse.glsl, for templates. */
+/* For templates: at least STP_ELLIPSE_FLOOR of shaders/reconstruct/ellipse.glsl. */
 #define ELLIPSE_FLOOR_PX 1.0
 
-/* Levels above the viewport that a disc of this radius can reach down from; none for splats and
- * points. With templates those up to where windows hold it, and one for what merging adds to it. */
+/* The number of levels above the viewport from which a disc of this radius can reach down; 0 for
+ * splats and points. With templates: the levels up to where windows hold the disc, plus one for the
+ * radius that merging adds. */
 static int levels_for(const stp_renderer *r, const stp_drawing *d, double radius_px)
 {
     int most = r->pyramid.level_count, window_px = r->variant.template_px;
@@ -151,8 +153,8 @@ static void begin_pass(stp_renderer *r, bool first)
     glEnable(GL_DEPTH_TEST);
 }
 
-/* Counts what the last pass's shaders drew where they choose levels: geometry shaders, whatever the
- * road of the samples, and compute shaders. Is asked for late: an answer waits for the GPU. */
+/* Adds the points that the last pass's shaders drew, if shaders choose levels: geometry shaders on
+ * any road of samples, and compute shaders. Called late, since the answer waits for the GPU. */
 static void count_emitted(const stp_renderer *r, stp_drawing *d)
 {
     GLuint emitted = 0;
@@ -172,7 +174,7 @@ stp_sight_params stp_frame_sight(const stp_renderer *r)
         .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
 }
 
-/* What times the frame's stages, or NULL. */
+/* The clock for the frame's stages; NULL if the frame is not timed. */
 static stp_stage_clock *clock_of(stp_renderer *r, stp_drawing *d)
 {
     r->clock.ms = d->stats.gpu_ms;
@@ -204,7 +206,7 @@ static stp_status draw_samples(stp_renderer *r, const stp_project_params *params
                             : stp_project_draw(&r->project, params, points, err);
 }
 
-/* The nearest samples of each pixel; of splats those whose interval ends first. */
+/* Draws the nearest sample of each pixel; of splats, the one whose interval ends first. */
 static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                               stp_error *err)
 {
@@ -232,11 +234,11 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
     return STP_OK;
 }
 
-/* Adds splats to those that are there. Where their fronts were drawn just now they are listed. */
+/* Adds up splats. If their fronts were drawn just now, the splats are listed already. */
 static stp_status draw_blends(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                               stp_error *err)
 {
-    uint64_t again = 0; /* the samples of the fronts */
+    uint64_t again = 0; /* the fronts' samples are counted already */
     stp_status status = STP_OK;
     stp_project_params params = params_of(r, d, draws, count);
     stp_stage_begin(params.clock);
@@ -304,7 +306,7 @@ stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t c
     return status;
 }
 
-/* Loads the cut's draws from the first on as far as there is room. */
+/* Loads the cut's draws from draw `begin` on, as many as there is room for. */
 static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
                              stp_error *err)
 {
@@ -327,18 +329,18 @@ static stp_status refuse_chunk(const stp_renderer *r, uint32_t chunk, stp_error 
         stp_chunk_file_path(stp_scene_find(&r->scene, chunk)->model->file), chunk);
 }
 
-/* The whole cut, in as many passes as the budget makes of it. */
+/* Draws the whole cut, in as many passes as the budget needs, and waits for chunks. */
 static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t begin = 0;
     double radius_px = 0.0;
-    bool fronts_done = false; /* of splats, in a pass before */
+    bool fronts_done = false; /* splats: an earlier pass drew all fronts */
     stp_cache_load load;
     STP_TRY(stp_frame_select(r, d, err));
     do {
         STP_TRY(load_draws(r, d, begin, &load, err));
-        if (load.damaged) { /* now known: choose again without it */
+        if (load.damaged) { /* the damage is now known: choose again without the chunk */
             STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
@@ -361,7 +363,7 @@ done:
     return status;
 }
 
-/* Adds what a cut misses, and what may come, to the wants, up to a limit; *count are there. */
+/* Appends a cut's missing chunks to r->wants, at most `limit`; *count counts all wants. */
 static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
                             stp_error *err)
 {
@@ -377,7 +379,7 @@ static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, s
     return status;
 }
 
-/* Asks for what is missing, and for what will be if the camera goes on as it does. */
+/* Requests the chunks that are missing, and the chunks that the camera's motion will reveal. */
 static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
                                stp_error *err)
 {
@@ -395,7 +397,7 @@ done:
     return status;
 }
 
-/* What is there; what is missing is asked for. */
+/* Draws the resident part of the cut, and requests the missing chunks. */
 static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view *ahead,
                                  stp_error *err)
 {
@@ -473,7 +475,7 @@ stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead
     return status;
 }
 
-/* Adds what one chunk's patches chose. */
+/* Adds the levels that one chunk's patches choose to the measure. */
 static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_measure *out)
 {
     const stp_resident *resident =

@@ -1,5 +1,4 @@
-/* What tests and measurements look at inside a renderer after a frame; not for host applications.
- */
+/* Lets tests and measurements look inside a renderer after a frame; not for host applications. */
 #ifndef STP_RUNTIME_INSPECT_H
 #define STP_RUNTIME_INSPECT_H
 
@@ -10,12 +9,12 @@
 #include "runtime/stipple.h"
 #include "runtime/stream/chunk_cache.h"
 
-/* Borrowed from the renderer; valid until its next call. */
+/* Borrowed from the renderer; valid until the renderer's next call. */
 typedef struct stp_inspection {
     const stp_pyramid *pyramid;
     const stp_cut *cut;
     const stp_sight *sight;
-    stp_sight_params looked; /* what the sight was looked at with, as far as asking needs it */
+    stp_sight_params looked; /* how the sight was looked at, as far as queries need it */
     const stp_chunk_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;

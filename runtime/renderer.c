@@ -1,4 +1,5 @@
-/* One frame: cut, load, project, pull, push, shade. */
+/* The renderer object: creates and destroys renderers, chooses models and programs, and draws a
+ * picture within the host's OpenGL state. frame.c draws a frame, settle.c a view at rest. */
 #include "runtime/colour_range.h"
 #include "runtime/draw/composite.h"
 #include "runtime/inspect.h"
@@ -14,10 +15,10 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* Of the geometry shader, a patch. */
+/* Invocations of the geometry shader for each patch. */
 #define GEOMETRY_INVOCATIONS 1
 
-/* The programs of a variant, those of projection by one road. */
+/* Compiles the programs of a variant, and of one road of projection, in place of the old ones. */
 static stp_status load_programs(stp_renderer *r, const stp_variant *variant, stp_lod lod,
                                 stp_error *err)
 {
@@ -57,7 +58,7 @@ static int template_px(stp_reconstruct reconstruct)
     return 0;
 }
 
-/* The programs for these parameters; those of the last frame do, as a rule. */
+/* Compiles the programs for these parameters, unless the last frame's programs fit. */
 static stp_status choose_programs(stp_renderer *r, const stp_view *view,
                                   const stp_draw_params *params, stp_error *err)
 {
@@ -85,7 +86,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
     return stp_frame_prepare(r, params->lod, err);
 }
 
-/* Makes scene and cache of models, in the stead of those there are. */
+/* Replaces the scene and the cache by those of these models. */
 static stp_status open_scene(stp_renderer *r, const stp_model *const *models, size_t count,
                              stp_error *err)
 {
@@ -139,7 +140,7 @@ stp_status stp_renderer_set_models(stp_renderer *r, const stp_model *const *mode
     return status;
 }
 
-/* Within stp_gl_state_enter and leave. */
+/* Creates a renderer, between stp_gl_state_enter and leave. */
 static stp_status create(stp_renderer **out, const stp_renderer_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -247,7 +248,7 @@ static bool clips_equal(const stp_clip *a, const stp_clip *b)
            stp_dvec3_equal(a->box.max, b->box.max);
 }
 
-/* Whether the same is asked for; how fast level changes fade does not matter. */
+/* Whether two frames ask for the same picture. The speed of fading does not matter. */
 static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
 {
     return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
@@ -263,7 +264,8 @@ static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
            a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
 }
 
-/* By the road that the params name. */
+/* Draws a picture by the road that the parameters name: a frame, or a step of a settling
+ * picture. */
 static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -275,7 +277,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         return say_nothing_open(err);
     status = stp_filter_check(params, err);
     if (status != STP_OK)
-        return status; /* the last picture is still that */
+        return status; /* the last picture stays */
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
     r->still = same && same_params(params, &r->drawn);
@@ -312,17 +314,17 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (params->stream)
         d->stats.more = !r->still || d->stats.fading || stp_settle_goes_on(r, d);
 done:
-    if (status != STP_OK) { /* what was drawn is not the last view */
+    if (status != STP_OK) { /* the pyramid no longer holds the last picture */
         r->motion.known = false;
         r->last = (stp_draw_stats){0};
         r->kept = NULL;
         if (r->pyramid.width == 0)
-            stp_tiles_destroy(&r->tiles); /* they say what of the pyramid is empty */
+            stp_tiles_destroy(&r->tiles); /* tiles say which parts of the pyramid are empty */
     }
     return status;
 }
 
-/* The picture, within stp_gl_state_enter and leave. */
+/* Draws the picture, between stp_gl_state_enter and leave. */
 static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     const stp_draw_params *asked = d->params;
@@ -358,7 +360,7 @@ stp_status stp_renderer_draw_into(stp_renderer *r, const stp_view *view,
     stp_status status = STP_OK;
     stp_gl_state host;
     stp_view cut;
-    stp_draw_params whole = *params; /* nothing is blended into the host's pixels */
+    stp_draw_params whole = *params; /* smooth edges would have to blend with the host's pixels */
     whole.smooth_edges = false;
     stp_gl_state_enter(&host);
     stp_drawing d = {.view = &cut, .params = &whole, .waits = params->timed};

@@ -1,9 +1,10 @@
-/* A still picture beyond what the GPU memory holds at once, or beyond the threshold: in passes that
- * take their time, behind the last picture. What comes out is what stp_frame_draw makes waiting. */
+/* Draws a view at rest in passes until it is complete: a picture that does not fit in GPU memory at
+ * once, or one of every sample. Each frame takes one step, without waiting for chunks, and shows
+ * the last picture meanwhile. The result is the picture that stp_frame_draw makes if it may
+ * wait. */
 #include "runtime/renderer_parts.h"
 
-/* Whether the picture that is there, as good as can be had at the threshold, is to become one of
- * every sample. */
+/* Whether to go on from a complete picture at the threshold to a picture of every sample. */
 static bool may_refine(const stp_renderer *r, const stp_drawing *d)
 {
     const stp_settling *s = &r->settling;
@@ -38,7 +39,7 @@ bool stp_settle_goes_on(const stp_renderer *r, const stp_drawing *d)
     return false;
 }
 
-/* Chooses what is to be drawn. */
+/* Begins a picture: chooses what to draw. every: every sample. */
 static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_error *err)
 {
     stp_settling *s = &r->settling;
@@ -56,7 +57,7 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     return status;
 }
 
-/* Asks for the next pass's chunks. */
+/* Asks for the chunks of all draws that are left. As many as fit make the next pass. */
 static stp_status start_load(stp_renderer *r, stp_error *err)
 {
     stp_settling *s = &r->settling;
@@ -67,7 +68,7 @@ static stp_status start_load(stp_renderer *r, stp_error *err)
     return status;
 }
 
-/* Draws the pass whose chunks are there; after the last one the picture. */
+/* Draws the pass whose chunks are resident. After the last pass, makes the picture. */
 static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_settling *s = &r->settling;
@@ -98,7 +99,7 @@ static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
     return STP_OK;
 }
 
-/* Goes on with what runs. */
+/* Continues a picture: loads the chunks of a pass, then draws the pass. */
 static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -121,7 +122,7 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
 done:
     if (status == STP_OK || status == STP_GL || status == STP_OUT_OF_MEMORY)
         return status;
-    *s = (stp_settling){0}; /* it cannot be read: the picture stays, until the stream has rested */
+    *s = (stp_settling){0}; /* a read failed: the picture stays until the stream has rested */
     return STP_OK;
 }
 

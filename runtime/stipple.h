@@ -1,15 +1,21 @@
-/* Drawing a model: the renderer that a host application embeds, and that `stipple render` and
- * `stipple view` are made of. This header and those it includes are all of libstipple's interface.
+/* The public API of libstipple: opens models and draws them. A host application embeds this
+ * renderer; `stipple render` and `stipple view` are built on it. This header and the headers it
+ * includes are the whole interface.
  *
- * Give it a current OpenGL 4.5 context (yours, or one of gl_context.h) and a chunk file. A frame
- * chooses the cut and each patch's levels by projected error, projects one pixel a sample, closes
- * the surface by pull-push and shades it, in textures of its own; stp_renderer_draw_into then takes
- * the picture to your framebuffer, among your triangles. It does not open windows and does not
- * write images. In short, without the checks of what is returned:
+ * You provide a current OpenGL 4.5 context (your own, or one of gl_context.h) and a chunk file.
+ * To draw a frame, the renderer
+ *
+ *     1. chooses the cut, and the level of each patch by its projected error;
+ *     2. projects each sample to one pixel;
+ *     3. closes the surface by pull-push;
+ *     4. shades the surface, in textures of its own.
+ *
+ * Then stp_renderer_draw_into copies the picture to your framebuffer, among your triangles. The
+ * renderer opens no windows and writes no images. In short, without error checks:
  *
  *     stp_model_open(&model, "church.stipple", &err);
  *     stp_renderer_create(&renderer, &(stp_renderer_params){.model = model}, &err);
- *     each frame, your framebuffer being bound and your viewport and depth test set:
+ *     each frame, with your framebuffer bound and your viewport and depth test set:
  *         your opaque triangles
  *         ball = stp_model_ball(model);
  *         stp_view_from_matrices(&view, model_view, projection, &ball, width, height, &err);
@@ -19,21 +25,24 @@
  *     stp_renderer_destroy(&renderer);
  *     stp_model_close(&model);
  *
- * Axes: the scan's own world axes and units; pictures have their bottom row first, as GL has.
- * Ownership: create and destroy in pairs, which sets NULL; what a parameter struct points to is
- * borrowed. A renderer draws one model, or several (stp_renderer_set_models); a process may have
- * several renderers, also in one context.
- * Errors: a fallible function returns a status and, where err is not NULL, says in err->message
- * what, where, and what to do; its outputs are then untouched. Nothing prints or ends the program.
- * Threads: all calls on a renderer on the thread its context is current on, also destroying it;
- * chunks are read and decoded on threads of its own. A model may be shared by threads.
+ * Axes: world axes and units are the scan's own. Pictures have their bottom row first, as in GL.
+ * Ownership: call create and destroy (open and close) in pairs; destroy and close set the pointer
+ * to NULL. Whatever a parameter struct points to is borrowed. A renderer draws one model, or
+ * several (stp_renderer_set_models). A process may have several renderers, also in one context.
+ * Errors: a function that can fail returns a status. If err is not NULL, err->message says what
+ * failed, where, and what to do. A function that fails leaves its outputs untouched. No function
+ * prints or ends the program.
+ * Threads: call a renderer, including its destroy, only on the thread where its context is current.
+ * The renderer reads and decodes chunks on threads of its own. Threads may share a model.
  *
- * OpenGL state: every call leaves the context as it found it, and needs it in no particular state,
- * but for what GL neither tells nor undoes: conditional rendering must not be active; queries of
- * the host's that run meanwhile (of samples, of time) also count what is drawn here, and while one
- * of GL_PRIMITIVES_GENERATED runs, points_drawn is not known; a program that is in use but deleted
- * is gone, and values of subroutine uniforms are lost; errors that glGetError was not yet asked for
- * are discarded. In a compatibility context, the alpha test must be off. */
+ * OpenGL state: every call accepts any state of the context and leaves the state as it was. The
+ * exceptions are what GL can neither report nor restore:
+ *   - Conditional rendering must not be active.
+ *   - In a compatibility context, the alpha test must be off.
+ *   - Host queries that run during a call (samples, time) also count the renderer's work. While a
+ *     query of GL_PRIMITIVES_GENERATED runs, points_drawn is unknown.
+ *   - A program that is in use but already deleted is lost, and so are subroutine uniform values.
+ *   - Errors that the host has not yet fetched with glGetError are discarded. */
 #ifndef STP_RUNTIME_STIPPLE_H
 #define STP_RUNTIME_STIPPLE_H
 
@@ -50,42 +59,43 @@ extern "C" {
 
 /* ---- models ---- */
 
-/* A chunk file opened for drawing: its directory in memory. */
+/* A chunk file opened for drawing. Holds the file's directory in memory. */
 typedef struct stp_model stp_model;
 
-/* Reads the directory, no chunk. path, or an http(s):// address: copied. Errors: NOT_FOUND, IO,
- * FORMAT (not a chunk file), VERSION (made by a newer stipple), CORRUPT (where, and what was
- * found), OUT_OF_MEMORY. */
+/* Opens a file path or an http(s):// address; the string is copied. Reads the directory and no
+ * chunks. Errors: NOT_FOUND, IO, FORMAT (not a chunk file), VERSION (made by a newer stipple),
+ * CORRUPT (says where, and what was found), OUT_OF_MEMORY. */
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err);
-/* After the renderers that draw it. */
+/* Destroy the renderers that draw the model first. */
 void stp_model_close(stp_model **model);
 
-/* Around all of it: what views are placed by. */
+/* A ball around the whole model. Views are placed by it. */
 stp_ball stp_model_ball(const stp_model *model);
-/* Of the centres of its points. */
+/* The bounding box of the centres of the model's points. */
 stp_dbox stp_model_box(const stp_model *model);
 uint64_t stp_model_point_count(const stp_model *model);
 
-/* Where a model is seen from before anyone moves. FIRST: what its file says, from the scanner or
- * within an interior; else WHOLE: all of it from outside, upright as the file says, or else as
- * stp_camera_default. */
+/* The view of a model before anyone moves the camera.
+ * FIRST: the view that the file names: from the scanner, or from within an interior. If the file
+ * names none, as WHOLE.
+ * WHOLE: all of the model from outside. If the file says which way is up, that way is up; otherwise
+ * as stp_camera_default. */
 typedef enum stp_home { STP_HOME_FIRST = 0, STP_HOME_WHOLE = 1 } stp_home;
 
-/* The camera for a picture of width x height pixels; a scanner's picture is in it whole. */
+/* The camera for a picture of width x height pixels. All of a scanner's picture is in view. */
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height);
-/* Bytes of samples and patches that all chunks need on the GPU: a larger gpu_memory_bytes is of no
- * use. */
+/* GPU bytes of the samples and patches of all chunks. A gpu_memory_bytes above this has no use. */
 uint64_t stp_model_gpu_bytes(const stp_model *model);
 
 /* ---- what is drawn ---- */
 
-/* Who chooses the levels. */
+/* How levels are chosen. */
 typedef enum stp_lod {
     STP_LOD_AUTO = 0,     /* GEOMETRY or COMPUTE, whichever is faster on the driver at hand */
-    STP_LOD_GEOMETRY = 1, /* the geometry shader, of patches for which one sample does not do */
-    STP_LOD_COMPUTE = 2,  /* a compute shader, of these; compute shaders also project and push */
-    STP_LOD_CPU = 3,      /* the same rule on the CPU */
-    STP_LOD_FULL = 4      /* nobody: every level-0 sample, in passes if the budget asks for it */
+    STP_LOD_GEOMETRY = 1, /* the geometry shader, except patches that the CPU draws as one sample */
+    STP_LOD_COMPUTE = 2,  /* a compute shader, likewise; compute shaders also project and push */
+    STP_LOD_CPU = 3,      /* the CPU, by the same rule */
+    STP_LOD_FULL = 4      /* no choice: every level-0 sample, in passes if memory is short */
 } stp_lod;
 
 #define STP_LOD_LAST STP_LOD_FULL
@@ -97,8 +107,8 @@ typedef enum stp_reconstruct {
     STP_RECONSTRUCT_TEMPLATE3 = 2,
     STP_RECONSTRUCT_TEMPLATE5 = 3,
     STP_RECONSTRUCT_TEMPLATE7 = 4,
-    STP_RECONSTRUCT_SPLAT = 5,  /* none: each sample is drawn as an ellipse (Botsch et al. 2005) */
-    STP_RECONSTRUCT_POINTS = 6, /* none: one pixel a sample */
+    STP_RECONSTRUCT_SPLAT = 5,  /* no pull-push: each sample is an ellipse (Botsch et al. 2005) */
+    STP_RECONSTRUCT_POINTS = 6, /* no pull-push: one pixel a sample */
     STP_RECONSTRUCT_LAST = STP_RECONSTRUCT_POINTS
 } stp_reconstruct;
 
@@ -115,19 +125,20 @@ typedef enum stp_shade {
     STP_SHADE_CONFIDENCE = 8
 } stp_shade;
 
-/* What colours samples. The numbers are STP_COLOUR_* of shaders/layout.glsl. */
+/* The source of the samples' colours. The numbers are STP_COLOUR_* of shaders/layout.glsl. */
 typedef enum stp_colour {
     STP_COLOUR_RGB = 0,
     STP_COLOUR_NONE = 1, /* every sample in the same light grey */
     STP_COLOUR_INTENSITY = 2,
     STP_COLOUR_CLASS = 3,
     STP_COLOUR_ELEVATION = 4,
-    STP_COLOUR_OUTLIERS = 5, /* samples marked so magenta, others grey by their brightness */
-    STP_COLOUR_FIT = 6       /* how normals were found: blue the input's, else the redder, the wider
-                                the planes for noise (stp_sample_fit) */
+    STP_COLOUR_OUTLIERS = 5, /* magenta: marked as outliers; others: grey by their brightness */
+    STP_COLOUR_FIT = 6       /* how the normal was found (stp_sample_fit). Blue: given by the input.
+                                Otherwise the redder, the wider the plane that evens out noise */
 } stp_colour;
 
-/* Of intensity and elevation, low to high. The numbers are STP_PALETTE_* of shaders/layout.glsl. */
+/* Colours of intensity and elevation, from low to high. The numbers are STP_PALETTE_* of
+ * shaders/layout.glsl. */
 typedef enum stp_palette {
     STP_PALETTE_OWN = 0, /* grey for intensity, viridis for elevation */
     STP_PALETTE_GREY = 1,
@@ -135,34 +146,34 @@ typedef enum stp_palette {
     STP_PALETTE_HEAT = 3
 } stp_palette;
 
-/* What is left out because its back is turned to the eye. All that is drawn is lit on the side that
- * is seen. */
+/* Which samples are left out because their back is turned to the eye. Every sample that is drawn is
+ * lit on the side that is seen. */
 typedef enum stp_cull {
     STP_CULL_AUTO =
-        0, /* only what is proven hidden: in closed surfaces, seen from outside, unclipped */
-    STP_CULL_NONE = 1, /* nothing */
-    STP_CULL_BACK = 2  /* every sample whose orientation is known: closed or not */
+        0, /* only backs proven hidden: in closed surfaces, seen from outside, unclipped */
+    STP_CULL_NONE = 1, /* none */
+    STP_CULL_BACK = 2  /* every back of known orientation, whether the surface is closed or not */
 } stp_cull;
 
-/* Samples whose centre lies outside are not drawn; the box's faces belong to it. World coordinates;
- * a side may be infinite. */
+/* A box outside which nothing is drawn: a sample is drawn if its centre lies in the box or on a
+ * face. World coordinates; a side may be infinite. */
 typedef struct stp_clip {
     bool enabled;
     stp_dbox box;
 } stp_clip;
 
-/* What the error rule sees beside the error of the surface: bits of stp_draw_params.terms. Each
- * makes levels finer where it counts, so whatever it is, no error is beyond the threshold. */
+/* What the error rule considers besides the error of the surface: bits of stp_draw_params.terms. A
+ * term can only make levels finer, so errors stay within the threshold whatever is set. */
 typedef enum stp_term {
-    STP_TERM_RADIUS = 1,     /* reconstruction's own limit: the cap on projected radii */
-    STP_TERM_COLOUR = 2,     /* what samples average of colours; only where these are shown */
-    STP_TERM_SILHOUETTE = 4, /* errors count twice where outlines may be */
-    STP_TERM_NONE = 8        /* nothing: the surface's error alone */
+    STP_TERM_RADIUS = 1,     /* limits projected radii: reconstruction is good only up to a cap */
+    STP_TERM_COLOUR = 2,     /* limits the averaging of colours; only if colours are shown */
+    STP_TERM_SILHOUETTE = 4, /* counts errors twice where outlines may be */
+    STP_TERM_NONE = 8        /* only the error of the surface */
 } stp_term;
-/* Silhouettes are not among them: at equal points outlines gain less than surfaces lose. */
+/* The default leaves silhouettes out: at equal points, outlines gain less than surfaces lose. */
 #define STP_TERMS_DEFAULT (STP_TERM_RADIUS | STP_TERM_COLOUR)
 
-/* Zero is the default of each. */
+/* How a frame is drawn. Zero is the default of each member. */
 typedef struct stp_draw_params {
     stp_lod lod;
     stp_reconstruct reconstruct;
@@ -171,93 +182,96 @@ typedef struct stp_draw_params {
     stp_palette palette;
     uint32_t hidden_models; /* bit i: model i is not drawn */
     double threshold_px;    /* greatest projected error; 0: 1 pixel */
-    /* Coarser levels are not drawn larger than this, times the threshold's square where that
-     * is above a pixel: then fewer, larger discs are what is asked for; 0: STP_RADIUS_CAP_PX. */
+    /* Greatest projected radius of a level that is not the finest. 0: STP_RADIUS_CAP_PX. If the
+     * threshold t is above 1 px, the cap is multiplied by t^2: a high threshold asks for fewer,
+     * larger discs. */
     double radius_cap_px;
     uint32_t terms; /* bit set of stp_term; 0: STP_TERMS_DEFAULT */
-    /* Low and high end of the palette: intensity as 0 to 1, elevation in the model's z. The 2nd
-     * and the 98th percentile are what a viewer would begin with: stp_model_colour_range. */
+    /* Values at the low and high end of the palette: intensity from 0 to 1, elevation as the
+     * model's z. A viewer may start with the 2nd and 98th percentile: stp_model_colour_range. */
     double colour_range[2];
-    /* Of STP_SHADE_LEVEL, CHUNK, ERROR and CONFIDENCE: 0 shows their colours alone, unlit; else so
-     * much of them, up to 1, is mixed into the samples' colours, which are lit as by PHONG. */
+    /* For STP_SHADE_LEVEL, CHUNK, ERROR and CONFIDENCE. 0: shows the overlay's colours alone,
+     * unlit. Otherwise, up to 1: the share of the overlay mixed into the samples' colours, lit as
+     * by PHONG. */
     double overlay;
-    double edl; /* eye-dome lighting: 0 none, 1 as other viewers begin, more is darker */
-    /* While streaming: share of a level change that a frame still shows of the last one, so that it
-     * fades instead of popping, in (0, 1); 0: none. A picture at rest is soon free of it. */
+    double edl; /* eye-dome lighting. 0: none; 1: what other viewers start with; more: darker */
+    /* While streaming, level changes fade instead of popping: the share of a change that one frame
+     * still keeps from the frame before, in (0, 1). 0: no fading. Soon after the view comes to
+     * rest, the picture is free of it. */
     double fade;
     stp_clip clip;
-    uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn; a
-                                   merged sample has the class of one that it stands for */
-    /* Silhouettes cover their pixels in part, as far as discs reach, before what lies behind. Not
-     * with POINTS, nor in a host's framebuffer. Depths and picks are as without. */
+    uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn. A
+                                   merged sample has the class of one sample that it stands for */
+    /* Silhouettes cover their pixels in part, as far as their discs reach, over what lies behind.
+     * Not with POINTS, nor in a host's framebuffer. Depths and picks stay the same. */
     bool smooth_edges;
     stp_cull cull;
-    bool every_sample; /* threshold zero: all level-0 samples, by whichever road */
-    bool stream; /* never waits for chunks: what is missing is drawn from its parent meanwhile */
-    bool refine; /* while streaming and nothing changes: on beyond the threshold, to every sample */
-    bool keep_pixels; /* finish level 0 of the pyramid too: for normals */
-    bool timed;       /* waits for the GPU between stages, so that their times are true */
+    bool every_sample; /* as threshold zero: all level-0 samples, with any lod */
+    bool stream;       /* never waits for chunks: draws the parent of a missing chunk meanwhile */
+    bool refine;       /* streaming, nothing changes: goes on past the threshold to every sample */
+    bool keep_pixels;  /* also finishes level 0 of the pyramid: normals are read from it */
+    bool timed;        /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
 
-/* What a frame is made of, in this order. */
+/* The stages of a frame, in this order. */
 typedef enum stp_stage {
-    STP_STAGE_CHOOSE = 0,  /* levels, by a compute shader; else the shader that projects chooses */
-    STP_STAGE_PROJECT = 1, /* to the nearest sample of each pixel */
-    STP_STAGE_RESOLVE = 2, /* these samples to pixels */
-    STP_STAGE_BLEND = 3,   /* of splats: their sums */
+    STP_STAGE_CHOOSE = 0,  /* levels, by a compute shader; otherwise PROJECT includes the choice */
+    STP_STAGE_PROJECT = 1, /* finds the nearest sample of each pixel */
+    STP_STAGE_RESOLVE = 2, /* turns these samples into pixels */
+    STP_STAGE_BLEND = 3,   /* adds up splats */
     STP_STAGE_PULL = 4,
-    STP_STAGE_PUSH = 5,    /* but to level 0 */
+    STP_STAGE_PUSH = 5,    /* except to level 0 */
     STP_STAGE_FINISH = 6,  /* the push to level 0, and shading */
-    STP_STAGE_EFFECTS = 7, /* eye-dome lighting, smooth edges, normals that are kept */
+    STP_STAGE_EFFECTS = 7, /* eye-dome lighting, smooth edges, kept normals */
     STP_STAGE_COUNT
 } stp_stage;
 
-/* One word, in lower case. */
+/* The stage's name: one word in lower case. */
 const char *stp_stage_name(stp_stage stage);
 
 typedef struct stp_draw_stats {
-    /* Choosing, drawing, waiting for the GPU (stp_renderer_draw_into does not wait, so it is this
-     * thread's time); not loading nor compiling shaders. */
+    /* Time to choose, to draw and to wait for the GPU, without loading chunks or compiling shaders.
+     * stp_renderer_draw_into does not wait, so there this is the calling thread's time. */
     double frame_ms;
-    double load_ms;                            /* waiting for chunks; none while streaming */
-    double project_ms, pull_push_ms, shade_ms; /* where timed; shading includes the last push */
-    /* Where timed: of each stage from its begin to its end by the GPU's own clock, 0 where there
-     * was none. A software driver's clock is the CPU's, and its stages run on this thread too. */
+    double load_ms; /* time spent waiting for chunks; 0 while streaming */
+    double project_ms, pull_push_ms, shade_ms; /* if timed; shading includes the last push */
+    /* If timed: each stage from start to end by the GPU's own clock; 0 for a stage that did not
+     * run. The clock of a software driver is the CPU's, and its stages also run on this thread. */
     double gpu_ms[STP_STAGE_COUNT];
-    /* By GEOMETRY and COMPUTE: what is not dropped out of sight or culled, but for patches of one
-     * sample, which all count; of splats and by other roads: what is sent to projection. 0 where
-     * that is not known without waiting. */
+    /* With GEOMETRY and COMPUTE: samples drawn, without those dropped as out of sight or culled;
+     * but all patches of one sample count. With splats and other ways of choosing levels: samples
+     * sent to projection. 0 if the number is not known without waiting. */
     uint64_t points_drawn;
     uint32_t chunks_drawn, chunks_missing;
-    uint32_t chunks_loading; /* on their way; 0 with some missing: there is no room for them */
+    uint32_t chunks_loading; /* on their way; 0 while some are missing: no room for them */
     uint32_t passes;
-    stp_lod lod; /* the one that was taken: never AUTO */
+    stp_lod lod; /* the one used: never AUTO */
     int pyramid_levels;
     bool cut_complete;
-    bool more;         /* while streaming: the next frame may show more without any chunk coming */
-    bool fading;       /* the next frame shows less of level changes */
-    bool every_sample; /* nothing finer is in the model's files */
+    bool more;         /* while streaming: the next frame may show more even if no chunk arrives */
+    bool fading;       /* a level change still fades: the next frame shows less of it */
+    bool every_sample; /* the picture holds the finest samples that the model's files have */
 } stp_draw_stats;
 
-/* Memory in use and what is allotted to a renderer, bytes; constant but for gpu_used. */
+/* Bytes used by a renderer, and bytes allotted to it. Only gpu_used changes. */
 typedef struct stp_memory_use {
     uint64_t gpu_used, gpu_allotted, cpu_allotted;
 } stp_memory_use;
 
-/* What the rule chose for the last frame, recomputed on the CPU patch by patch. */
+/* The levels chosen for the last frame, recomputed on the CPU patch by patch. */
 typedef struct stp_cut_measure {
     uint64_t points, patches;
     double max_error_px; /* greatest projected error chosen; unbounded patches are drawn finest */
 } stp_cut_measure;
 
-/* The 2nd and 98th percentile of intensity or elevation, of the samples of the model's root: what
- * colour_range may be set to. Errors: those of reading a chunk. */
+/* The 2nd and 98th percentile of intensity or elevation among the samples of the root chunk: a
+ * start for colour_range. Errors: those of reading a chunk. */
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err);
 
-/* How the model is meant to be shown: UNLIT if `prep --shade unlit` made it so, else PHONG. */
+/* The shading meant for the model: UNLIT if `prep --shade unlit` made the file, else PHONG. */
 stp_shade stp_model_shade(const stp_model *model);
 
 /* ---- renderers ---- */
@@ -265,12 +279,13 @@ stp_shade stp_model_shade(const stp_model *model);
 typedef struct stp_renderer stp_renderer;
 
 typedef struct stp_renderer_params {
-    const stp_model *model;    /* borrowed; outlives the renderer */
-    uint64_t gpu_memory_bytes; /* of samples and patches; 0: 1 GiB */
-    uint64_t cpu_memory_bytes; /* of payloads, patches and chunks being decoded; 0: 1 GiB */
+    const stp_model *model;    /* borrowed; must outlive the renderer */
+    uint64_t gpu_memory_bytes; /* for samples and patches; 0: 1 GiB */
+    uint64_t cpu_memory_bytes; /* for payloads, patches and chunks being decoded; 0: 1 GiB */
     unsigned thread_count;     /* for decoding; 0: one per processor */
-    const char *shader_folder; /* files there win over the embedded ones; may be NULL */
-    /* Called from another thread when a frame that streams would show more; must not call back. */
+    const char *shader_folder; /* a shader file here replaces the embedded one; may be NULL */
+    /* Called from another thread as soon as a streaming frame would show more. Must not call the
+     * renderer. */
     void (*wake)(void *);
     void *wake_context;
 } stp_renderer_params;
@@ -281,53 +296,55 @@ stp_status stp_renderer_create(stp_renderer **out, const stp_renderer_params *pa
                                stp_error *err);
 void stp_renderer_destroy(stp_renderer **renderer);
 
-/* Replaces the models that are drawn, all in one picture; they are borrowed and outlive the
- * renderer. Their roots are loaded anew. On failure those before are drawn on; if they cannot be
- * read again either, which is IO, drawing fails until this succeeds. Errors: those of
- * stp_renderer_create; INVALID_ARGUMENT (none, more than 32). */
+/* Replaces the models that are drawn; all appear in one picture. The models are borrowed and must
+ * outlive the renderer. Loads their root chunks anew. On failure the renderer keeps drawing the
+ * models it had. If their roots cannot be read again either, the error is IO, and drawing fails
+ * until a call of stp_renderer_set_models succeeds. Errors: those of stp_renderer_create;
+ * INVALID_ARGUMENT (no model, or more than 32). */
 stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *const *models,
                                    size_t count, stp_error *err);
 
-/* Draws into the renderer's own picture, of the view's size. stats may be NULL. A damaged chunk is
- * no error: its parent is drawn and stp_renderer_damage says so. Programs are compiled for the
- * parameters, anew when those of the last frame do not do. Errors: GL (a shader), IO, LIMIT,
- * OUT_OF_MEMORY; INVALID_ARGUMENT (a clip box that is inverted or not a number, overlay, edl or
- * fade out of range). */
+/* Draws the renderer's own picture, in the size of the view. stats may be NULL. A damaged chunk is
+ * not an error: its parent is drawn instead, and stp_renderer_damage reports the damage. Shader
+ * programs are compiled for params, and again if the last frame's programs do not fit them. Errors:
+ * GL (a shader), IO, LIMIT, OUT_OF_MEMORY; INVALID_ARGUMENT (clip box inverted or not a number;
+ * overlay, edl or fade out of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 
 /* How a picture lands in the host's framebuffer. Zero is the default. */
 typedef struct stp_target {
-    /* The host's framebuffer holds light, as floating-point ones of a lit scene do: the picture's
-     * colours, which are encoded for screens (sRGB), are decoded. Else they are written as they
-     * are, without GL_FRAMEBUFFER_SRGB. */
+    /* Set this if the host's framebuffer holds light, as floating-point framebuffers of lit scenes
+     * do: the picture's colours, which are encoded for screens (sRGB), are then decoded. Otherwise
+     * colours are written as they are, without GL_FRAMEBUFFER_SRGB. */
     bool linear_light;
 } stp_target;
 
-/* Draws as stp_renderer_draw does, then into the host's framebuffer as one draw call of the host's
- * would: into the framebuffer that is bound for drawing, within viewport 0, under the scissor, the
- * stencil test, the depth test and function, the depth mask, the colour mask, the depth range and
- * the clip control that are set. Only covered pixels are touched, each with its own depth; so
- * points hide what the host has drawn or draws later, and are hidden by it. Enable GL_DEPTH_TEST,
- * and draw before what blends.
+/* Draws as stp_renderer_draw does, then copies the picture into the host's framebuffer like one
+ * draw call of the host. The copy goes into the framebuffer bound for drawing, within viewport 0.
+ * The host's scissor, stencil test, depth test and function, depth mask, colour mask, depth range
+ * and clip control apply. Only covered pixels are written, each with its own depth, so points hide
+ * the host's triangles and are hidden by them, whichever is drawn first. Enable GL_DEPTH_TEST, and
+ * draw before anything that blends.
  *
- * view: of stp_view_from_matrices, of the viewport's size; what lies outside the projection's depth
- * range is cut away unless GL_DEPTH_CLAMP is on. Colour goes to the first draw buffer, alpha is 1,
- * nothing is blended. A multisampled framebuffer gets the same colour and depth in each sample of a
- * pixel. Does not wait for the GPU; with params->stream it does not wait for chunks either and
- * draws what is there, which stats->cut_complete tells (draw again then). target, stats may be
- * NULL. Errors: as stp_renderer_draw; INVALID_ARGUMENT (view or viewport), UNSUPPORTED (framebuffer
- * not complete, or of integers); then the host's framebuffer is untouched. */
+ * view: from stp_view_from_matrices, in the viewport's size. Whatever lies outside the projection's
+ * depth range is cut away unless GL_DEPTH_CLAMP is on. target and stats may be NULL.
+ * Colour goes to the first draw buffer, alpha is 1, nothing is blended. In a multisampled
+ * framebuffer all samples of a pixel get the same colour and depth.
+ * The call does not wait for the GPU. With params->stream it does not wait for chunks either, and
+ * draws what is resident; if stats->cut_complete is false, draw again.
+ * Errors: those of stp_renderer_draw; INVALID_ARGUMENT (view or viewport), UNSUPPORTED (framebuffer
+ * incomplete, or of integers). On error the host's framebuffer is untouched. */
 stp_status stp_renderer_draw_into(stp_renderer *renderer, const stp_view *view,
                                   const stp_draw_params *params, const stp_target *target,
                                   stp_draw_stats *stats, stp_error *err);
 
-/* The last picture: width * height * 4 bytes RGBA, bottom row first, alpha 255 where covered, and
- * less at smooth edges, where colours are premultiplied by it. */
+/* Reads the last picture: width * height * 4 bytes RGBA, bottom row first. Alpha is 255 where
+ * covered and less at smooth edges; there colours are premultiplied by alpha. */
 stp_status stp_renderer_read(stp_renderer *renderer, uint8_t *rgba, stp_error *err);
 
-/* Depth of the last picture at a pixel (bottom row first), along the camera's axis; 0 where nothing
- * is. Errors: INVALID_ARGUMENT (outside the picture), GL. */
+/* The last picture's depth at a pixel (bottom row first), along the camera's axis; 0 if the pixel
+ * is empty. Errors: INVALID_ARGUMENT (outside the picture), GL. */
 stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *depth,
                                  stp_error *err);
 
@@ -335,17 +352,17 @@ stp_status stp_renderer_depth_at(stp_renderer *renderer, int x, int y, float *de
 
 /* What a picture shows at a pixel. */
 typedef struct stp_pick {
-    bool hit; /* false: nothing is there, and nothing else is said */
-    /* Where the ray through the pixel's centre meets the surface; no farther than a radius from the
-     * centre of the nearest sample drawn, so at outlines a little beside the ray. */
+    bool hit; /* false: the pixel is empty, and the other members mean nothing */
+    /* Where the ray through the pixel's centre meets the surface, but no farther than `radius` from
+     * the centre of the nearest sample drawn: at outlines a little beside the ray. */
     stp_dvec3 position;
     double depth, depth_end; /* the interval of the front surface along the camera's axis */
     stp_dvec3 normal;        /* of the surface, unit, world axes; turned to the eye if two-sided */
-    uint8_t rgb[3];          /* of the surface, unlit: what colour and overlay made of it */
-    bool interpolated;       /* no sample fell on this pixel, or one behind the front surface */
-    int pyramid_level;       /* that the pixel comes from; 0: measured */
-    /* Of the nearest sample drawn. All but the radius is not known of a picture made in several
-     * passes, and of chunks that gave way to others since: then chunk is STP_PICK_NO_CHUNK. */
+    uint8_t rgb[3];          /* of the surface, unlit, after `colour` and `overlay` */
+    bool interpolated; /* no sample fell on this pixel, or only one behind the front surface */
+    int pyramid_level; /* the level that the pixel comes from; 0: measured */
+    /* The nearest sample drawn. chunk is STP_PICK_NO_CHUNK, and only `radius` is known, if the
+     * picture was made in several passes or the sample's chunk has been evicted since. */
     double radius; /* world units */
     uint32_t chunk;
     int level; /* of its patch, 0 the finest; -1: not known */
@@ -353,40 +370,40 @@ typedef struct stp_pick {
     double intensity; /* 0 to 1 */
 } stp_pick;
 
-/* Picks the front surface of the last picture at a pixel (bottom row first); what lies behind it is
- * never taken. A pixel where nothing is takes the nearest that is covered, up to two pixels away:
- * outlines and pinholes can be picked. Leaves the picture as it is; but while refine (or a budget)
- * makes a still picture of passes, the frame before it is drawn anew and the passes begin again.
+/* Picks the front surface of the last picture at a pixel (bottom row first), never a surface behind
+ * it. If the pixel is empty, picks the nearest covered pixel up to two pixels away, so outlines and
+ * pinholes can be picked. Leaves the picture as it is. But if refine (or a small budget) is making
+ * a still picture in passes, redraws the frame before it, and the passes start again.
  * Errors: INVALID_ARGUMENT (outside the picture), GL, OUT_OF_MEMORY. */
 stp_status stp_renderer_pick(stp_renderer *renderer, int x, int y, stp_pick *out, stp_error *err);
-/* Depths of the last picture, width * height floats, bottom row first, as stp_renderer_depth_at's.
- * Errors: LIMIT (2 GiB of them), GL. */
+/* Reads the depths of the last picture: width * height floats, bottom row first, as from
+ * stp_renderer_depth_at. Errors: LIMIT (2 GiB of depths), GL. */
 stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_error *err);
 
-/* Normals of the last picture, which was drawn with keep_pixels: width * height * 3 floats, bottom
- * row first, unit vectors in the world's axes, turned to the viewer where both sides are drawn;
- * 0 0 0 where nothing is. Errors: INVALID_ARGUMENT (drawn without keep_pixels), OUT_OF_MEMORY, GL.
- */
+/* Reads the normals of the last picture, which must have been drawn with keep_pixels: three floats
+ * a pixel (width * height * 3), bottom row first. Unit vectors in world axes, turned to the viewer
+ * where both sides are drawn; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without
+ * keep_pixels), OUT_OF_MEMORY, GL. */
 stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);
 
-/* Recomputes the last frame's choice. Not for STP_LOD_FULL with several passes. */
+/* Recomputes the levels chosen for the last frame. Not for STP_LOD_FULL with several passes. */
 void stp_renderer_measure(const stp_renderer *renderer, stp_cut_measure *out);
 
-/* Compiles the shaders anew (from the folder, if one was given). On failure the old ones stay.
- * Errors: GL. */
+/* Compiles the shaders again (from the folder, if one was given). On failure the old ones stay in
+ * use. Errors: GL. */
 stp_status stp_renderer_reload_shaders(stp_renderer *renderer, stp_error *err);
 
-/* The first damage met while reading chunks, as a sentence, and of how many besides; empty if none.
- */
+/* A sentence about the first damage found while reading chunks, and how many more were found; empty
+ * if there is none. */
 const char *stp_renderer_damage(const stp_renderer *renderer);
-/* Why chunks that are missing do not come at the moment, as a sentence; empty if they do. */
+/* A sentence about why missing chunks do not arrive at the moment; empty if they do. */
 const char *stp_renderer_trouble(const stp_renderer *renderer);
 uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
 stp_memory_use stp_renderer_memory(const stp_renderer *renderer);
-/* Whether a frame that streams would take in what the last one had not. */
+/* Whether a streaming frame would now show something that the last frame lacked. */
 bool stp_renderer_has_news(const stp_renderer *renderer);
 
 #ifdef __cplusplus

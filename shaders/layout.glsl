@@ -1,7 +1,7 @@
-// Bindings and packed layouts: the one place, and runtime/gl/gpu_layout.h is the same as C structs.
+// Bindings and packed layouts of all shaders. runtime/gl/gpu_layout.h has the same as C structs;
 // tests/gl/test_gl_layout.c compares the two.
 
-// What holds for a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
+// The values of a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
 layout(std140, binding = 0) uniform stp_frame {
     vec4 axis_right;    // xyz: eye space's axes in the world
     vec4 axis_up;
@@ -10,22 +10,23 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 centre;        // window coordinates of the camera's axis; -, -
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
-    vec4 terms;         // of the error rule: weight of colours, of errors at outlines (1: no more than elsewhere); -, -
+    vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere); -, -
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
-    // 1 if orthographic, flags of the samples whose backs are hidden (0: none are) | STP_BACKS_DRAWN, 1 if clipped,
-    // number of openings. All but the second have macros, too.
+    // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
+    // z: 1 if clipped. w: number of openings. All but y have macros, too.
     ivec4 modes;
     vec4 clip_min;      // xyz: of the clip box, relative to the eye
     vec4 clip_max;
-    uvec4 hidden[2];    // bit set of the classes that are not drawn
-    vec4 openings[128]; // balls through which backs are seen all the same: centre relative to the eye, radius
+    uvec4 hidden[2];    // bit set of classes that are not drawn
+    vec4 openings[128]; // balls that show backs: centre relative to the eye, radius
 };
 
-#define STP_BACKS_DRAWN 256 // hidden or not, none is left out
+#define STP_BACKS_DRAWN 256 // no back is left out, even if hidden
 
-// A program is compiled for one variant (runtime/gl/shader.h): STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP, STP_HIDE_CLASSES,
-// STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1, STP_SHADE, STP_COLOUR and STP_PALETTE one of these.
-// Software rasterisers run both sides of a branch, so what a picture does not need is not compiled.
+// A program is compiled for one variant (runtime/gl/shader.h). STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP,
+// STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1; STP_SHADE,
+// STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
+// compiled, since software rasterisers run both sides of a branch.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
 #define STP_SHADE_UNLIT 2
@@ -62,16 +63,17 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
 
-// What a pixel's nearest sample is, by its number's highest bits: the segment from this vertex to the next, the
-// triangle of this corner and the next two, or, with both bits, the segment as a flat piece of a ribbon.
+// The highest bits of a pixel's name say what is nearest: the segment from this vertex to the next;
+// the triangle of this corner and the next two; with both bits the segment as a flat piece of a
+// ribbon.
 #define STP_NAME_SEGMENT 0x80000000u
 #define STP_NAME_TRIANGLE 0x40000000u
 #define STP_NAME_RIBBON 0xc0000000u
 #define STP_NAME_SAMPLE 0x3fffffffu
 
-// Of a patch (formats/chunk/sample.h).
+// Flags of a patch (formats/chunk/sample.h).
 #define STP_PATCH_STRIP 2u
 #define STP_PATCH_TRIANGLES 4u
 
-// The pass's level of the pyramid.
+// The level of the pyramid that the pass draws.
 layout(location = 2) uniform int pyramid_level;

@@ -1,4 +1,4 @@
-// One triangle around the picture; what is drawn of it is cut out by runtime/cut/tiles.c.
+// Draws one triangle around the picture; runtime/cut/tiles.c limits drawing to the tiles.
 
 void main()
 {

@@ -1,7 +1,7 @@
 /* The commands of this build: each is one file in tools/ that defines cli_<name>.
  *
- * command_list.h is written by tools/CMakeLists.txt, X(name) for each command in the order of the
- * help; a build without the renderer has fewer. */
+ * tools/CMakeLists.txt writes command_list.h: X(name) for each command in the order of the help. A
+ * build without the renderer has fewer commands. */
 #ifndef STP_TOOLS_COMMANDS_H
 #define STP_TOOLS_COMMANDS_H
 

@@ -21,7 +21,8 @@ static void print_help(FILE *stream)
                     "meshing them.\n\nCommands:\n");
     for (size_t i = 0; i < command_count; i++)
         fprintf(stream, "  %-9s %s\n", commands[i]->name, commands[i]->summary);
-    fprintf(stream, "\nstipple COMMAND --help says more; stipple --version prints the version.\n");
+    fprintf(stream, "\nstipple COMMAND --help describes a command; stipple --version prints the "
+                    "version.\n");
 }
 
 static const cli_command *find_command(const char *name)

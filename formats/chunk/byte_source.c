@@ -20,15 +20,15 @@ struct stp_byte_source {
     uint64_t size;
     stp_http *http;        /* of an address; NULL: a file */
     stp_disk_cache *cache; /* NULL: none */
-    bool unknown_state;    /* a cache was asked for, but cannot know the file again */
+    bool unknown_state;    /* a cache was asked for, but the server gives the file no identity */
     atomic_bool cancelled;
     atomic_uint_fast64_t file_bytes, cached_bytes, damaged;
 };
 
 /* ---- opening ---- */
 
-/* What a cache knows this state of the file by; a server that tells no states is not trusted to
- * keep one. */
+/* Opens the cache under a key for this state of the file. A server that does not identify states
+ * gets no cache: the file could change unnoticed. */
 static stp_status open_cache(stp_byte_source *s, const stp_byte_source_params *params,
                              stp_error *err)
 {

@@ -1,16 +1,16 @@
-/* The bytes of a chunk file, wherever they are: a local file, or an http:// or https:// address
- * that is read by ranges, with a folder of the user's as a cache where one is given.
+/* The bytes of a chunk file: a local file, or an http:// or https:// address that is read by
+ * ranges, with a folder of the user's as a cache if one is given.
  *
- * Knows nothing of chunks. Offsets and sizes in bytes. Threads: reads may run on several at once,
- * so that as many requests are in flight; cancel on any; close when no read runs any more.
+ * Knows nothing of chunks. Offsets and sizes in bytes. Threads: several may read at once, and as
+ * many requests are then in flight; any may cancel; close when no read runs any more.
  *
- * What a remote read does: one request for the range; if it is cut, answered by 429, 500, 502, 503
- * or 504, or nothing comes for stall_ms, it goes on from the last byte that came, after a pause
- * that doubles, at most `tries` times in all. A file that changed on the server, a server without
- * ranges, wrong ranges and all other answers end it at once. Every try ends after connect_ms, then
- * stall_ms, and a second for each KiB asked for; pauses take at most STP_SOURCE_PAUSE_LIMIT_MS
- * each. Where patience_ms is given, all reads end with IO once the source was waited for that long,
- * and a second for each KiB and each answer that came. */
+ * A remote read is one request for the range. It is retried, from the last byte that came, if it is
+ * cut, answered by 429, 500, 502, 503 or 504, or if nothing comes for stall_ms: after a pause that
+ * doubles, at most `tries` times in all. It ends at once if the file changed on the server, if the
+ * server has no ranges or sends wrong ones, and for all other answers. Every try ends after
+ * connect_ms, then stall_ms, plus a second for each KiB asked for. Each pause takes at most
+ * STP_SOURCE_PAUSE_LIMIT_MS. If patience_ms is given, all reads end with IO once they have waited
+ * for the source that long in all, plus a second for each KiB and each answer that came. */
 #ifndef STP_FORMATS_CHUNK_BYTE_SOURCE_H
 #define STP_FORMATS_CHUNK_BYTE_SOURCE_H
 
@@ -20,35 +20,36 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Connections to a server, and so requests in flight. */
+/* Connections to a server: as many requests are in flight at most. */
 #define STP_SOURCE_CONNECTIONS 6u
-/* A server that asks for a longer one (Retry-After) is told of instead. */
+/* If a server asks for a longer pause (Retry-After), the read ends and says so. */
 #define STP_SOURCE_PAUSE_LIMIT_MS 20000u
 
 typedef struct stp_byte_source stp_byte_source;
 
 /* For addresses; a local file needs none of them. Strings are borrowed until open returns. */
 typedef struct stp_byte_source_params {
-    const char *cache_folder; /* made if missing; NULL: nothing is kept */
+    const char *cache_folder; /* made if missing; NULL: no cache */
     uint64_t cache_bytes;     /* of all files in the folder together; 0: 1 GiB */
-    unsigned connect_ms;      /* until a connection stands; 0: 10,000 */
+    unsigned connect_ms;      /* until a connection is made; 0: 10,000 */
     unsigned stall_ms;        /* without a byte; 0: 10,000 */
     unsigned tries;           /* of a request; 0: 4 */
-    unsigned pause_ms;        /* before the second try, half of it by chance; 0: 200 */
-    unsigned patience_ms;     /* of all reads together; 0: without end */
-    /* Asked at least every 0.1 s while a read waits; true ends it. NULL: never. Any thread. */
+    unsigned pause_ms;        /* before the second try, half of it random; 0: 200 */
+    unsigned patience_ms;     /* waiting of all reads together; 0: without end */
+    /* Called at least every 0.1 s while a read waits; true ends the read. NULL: never. Any thread.
+     */
     bool (*cancelled)(void *context);
     void *cancelled_context;
 } stp_byte_source_params;
 
-/* So far. */
+/* Counts so far. */
 typedef struct stp_byte_source_stats {
     uint64_t requests;      /* sent, second tries included */
     uint64_t retries;       /* requests that followed a failed one */
     uint64_t bytes;         /* read from the file, or received as bodies of answers */
     uint64_t cached_bytes;  /* taken from the cache's folder instead */
-    uint64_t cache_damaged; /* files there that were wrong, and dropped */
-    uint64_t damaged;       /* reads done anew because a checksum found them wrong */
+    uint64_t cache_damaged; /* files in the cache that were wrong, and dropped */
+    uint64_t damaged;       /* reads repeated because a checksum found them wrong */
 } stp_byte_source_stats;
 
 /* True for http://... and https://... */
@@ -67,21 +68,21 @@ bool stp_byte_source_is_remote(const stp_byte_source *source);
 /* Reads worth having in flight: 1 for a file. */
 unsigned stp_byte_source_parallel(const stp_byte_source *source);
 
-/* Reads exactly size bytes at offset. On failure what is in data is undefined. Errors: IO, CORRUPT
- * (beyond the end), CANCELLED, those of open. */
+/* Reads exactly size bytes at offset. After a failure the content of data is undefined. Errors: IO,
+ * CORRUPT (beyond the end), CANCELLED, those of open. */
 stp_status stp_byte_source_read(stp_byte_source *source, uint64_t offset, void *data, size_t size,
                                 stp_error *err);
-/* The same past all caches, for bytes that a checksum found wrong. */
+/* The same, but past all caches: for bytes that a checksum found wrong. */
 stp_status stp_byte_source_reread(stp_byte_source *source, uint64_t offset, void *data, size_t size,
                                   stp_error *err);
 
-/* All reads, present and future, end soon with CANCELLED, until resume. */
+/* Makes all reads, present and future, end soon with CANCELLED, until resume. */
 void stp_byte_source_cancel(stp_byte_source *source);
-/* Reads may begin again: when those that were cancelled have ended. */
+/* Lets reads begin again. Call it when the cancelled reads have ended. */
 void stp_byte_source_resume(stp_byte_source *source);
 
 void stp_byte_source_get_stats(stp_byte_source *source, stp_byte_source_stats *out);
-/* Why nothing is kept in the cache's folder, as a sentence; false if all is well. */
+/* Why the cache keeps nothing, as a sentence; false if all is well. */
 bool stp_byte_source_note(stp_byte_source *source, stp_error *note);
 
 #endif

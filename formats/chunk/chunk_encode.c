@@ -1,4 +1,4 @@
-/* A chunk as payload bytes, and what the directory says about it. */
+/* Encodes a chunk as payload bytes, and fills its directory entry. */
 #include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/segment.h"
@@ -105,7 +105,7 @@ static void find_radii(stp_chunk_entry *entry, const stp_chunk *chunk)
     }
 }
 
-/* Around the mean of the patches' axes, wide enough for all their cones. */
+/* The chunk's cone: around the mean of the patches' axes, wide enough for all their cones. */
 static void find_cone(stp_chunk_entry *entry, const stp_chunk *chunk)
 {
     stp_dvec3 sum = {0.0, 0.0, 0.0};
@@ -128,7 +128,7 @@ static void find_cone(stp_chunk_entry *entry, const stp_chunk *chunk)
         entry->cone_axis = (vec3s){{0.0f, 0.0f, 1.0f}};
         angle = M_PI;
     }
-    /* A float axis is unit to 1e-7; the margin covers that and the decoding in float. */
+    /* A float axis is a unit vector to 1e-7; the margin covers that and decoding in float. */
     entry->cone_angle = round_up(fmin(angle + 1e-6, M_PI));
 }
 

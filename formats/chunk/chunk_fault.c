@@ -1,4 +1,4 @@
-/* A chunk against its directory entry and the file's attributes. */
+/* Compares a chunk with its directory entry and the file's attributes. */
 #include "formats/chunk/chunk_fault.h"
 
 static const char *patch_fault(const stp_patch *patch, const stp_chunk_entry *e, uint32_t has)

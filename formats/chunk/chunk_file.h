@@ -1,9 +1,9 @@
 /* The chunk file (.stipple) as C types: directory entries, decoded chunks, reader and writer.
  *
- * formats/SPEC.md is the byte layout. The reader trusts no number before checking it against the
- * file's size, and never follows one that is wrong; a damaged chunk is an error of that chunk only.
- * Does not cache and does not start threads. A stp_chunk_file may be read from several threads at
- * once (reads are positional); the writer belongs to one thread. */
+ * formats/SPEC.md is the byte layout. The reader checks every number against the file's size before
+ * using it, and never follows a wrong one; a damaged chunk is an error of that chunk only. Does not
+ * cache and does not start threads. Several threads may read a stp_chunk_file at once (reads are
+ * positional); the writer belongs to one thread. */
 #ifndef STP_FORMATS_CHUNK_CHUNK_FILE_H
 #define STP_FORMATS_CHUNK_CHUNK_FILE_H
 
@@ -17,13 +17,14 @@
 
 #define STP_CHUNK_FILE_MAJOR 1
 #define STP_CHUNK_FILE_MINOR 2
-/* Limits of version 1. Within those of coordinates and of a model's longest side squares of floats
- * neither overflow nor vanish: pictures of a model scaled by powers of two are the same bytes. */
+/* Limits of version 1. Within the limits of coordinates and of a model's longest side, squares of
+ * floats neither overflow nor vanish: pictures of a model scaled by powers of two are the same
+ * bytes. */
 #define STP_COORDINATE_LIMIT 1e15
-#define STP_SIDE_LEAST 1e-15 /* or 0: one place */
+#define STP_SIDE_LEAST 1e-15 /* or 0: all points in one place */
 #define STP_CHUNK_CHILDREN_LIMIT 64u
 #define STP_CHUNK_SAMPLES_LIMIT 65536u /* of one level */
-#define STP_CHUNK_PATCHES_LIMIT 65536u /* so that a prefix's level 3 keeps the same limit */
+#define STP_CHUNK_PATCHES_LIMIT 65536u /* so that level 3 of a prefix keeps to the same limit */
 #define STP_CHUNK_NONE UINT32_MAX
 /* Payload segments, coarse to fine: patch headers with levels 3 and 2; level 1; level 0. */
 #define STP_SEGMENT_COUNT 3
@@ -34,21 +35,22 @@ typedef enum stp_codec {
     STP_CODEC_ZSTD = 2   /* byte planes of residuals through zstd: some ten times as fast */
 } stp_codec;
 
-/* What an attribute bit says the source had; the sample's bytes exist in any case. */
+/* What an attribute bit says that the source had, or the file has. The sample's bytes exist in any
+ * case. */
 enum {
     STP_HAS_COLOUR = 1u << 0,
     STP_HAS_INTENSITY = 1u << 1,
     STP_HAS_CLASS = 1u << 2,
-    STP_HAS_OUTLIERS = 1u << 3,  /* were looked for, and are marked */
+    STP_HAS_OUTLIERS = 1u << 3,  /* outliers were looked for and are marked */
     STP_HAS_LINES = 1u << 4,     /* some patches are strips */
-    STP_HAS_TRIANGLES = 1u << 5, /* some are triangles */
+    STP_HAS_TRIANGLES = 1u << 5, /* some patches are triangles */
     STP_HAS_CLOSED = 1u << 6,    /* some samples are closed */
     STP_HAS_FITS = 1u << 7,      /* samples say how their normals were found */
     STP_HAS_ALL = (1u << 8) - 1
 };
 
-/* The least minor version that a file with these attributes needs: what has neither lines nor
- * triangles is readable for every reader of version 1. */
+/* The least minor version for a file with these attributes. A file without lines, triangles, closed
+ * samples and fits can be read by every reader of version 1. */
 static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
 {
     if (attributes & (STP_HAS_CLOSED | STP_HAS_FITS))
@@ -56,9 +58,10 @@ static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
     return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? 1 : 0;
 }
 
-/* Of an entry: the chunk is linked, its patches say which patches of the children refine them. */
+/* Flag of an entry: the chunk is linked, its patches say which patches of the children refine them.
+ */
 #define STP_CHUNK_LINKED 2u
-/* All of its patches are closed. */
+/* Flag of an entry: all patches are closed. */
 #define STP_CHUNK_CLOSED 4u
 
 typedef enum stp_orientation {
@@ -69,12 +72,12 @@ typedef enum stp_orientation {
     STP_ORIENTATION_MIXED = 4 /* known for some samples: see their flags */
 } stp_orientation;
 
-/* "unknown", "file", "position", "propagated", "mixed": what metadata and info say. */
+/* The name in metadata and info: "unknown", "file", "position", "propagated", "mixed". */
 const char *stp_orientation_name(stp_orientation orientation);
 
 /* One chunk as the directory describes it: enough to cull, choose and read it. Floats are relative
  * to the chunk's origin. Index l of the level arrays is the level. Ids are breadth first: the root
- * is 0 and the children of a chunk follow each other. */
+ * is 0, and the children of a chunk have consecutive ids. */
 typedef struct stp_chunk_entry {
     uint64_t offset;                          /* of the payload in the file */
     uint32_t segment_end[STP_SEGMENT_COUNT];  /* bytes from offset */
@@ -87,7 +90,7 @@ typedef struct stp_chunk_entry {
     uint8_t codec;
     uint8_t depth;          /* root 0 */
     uint8_t flags;          /* STP_PATCH_TWO_SIDED if any patch is; STP_CHUNK_LINKED, _CLOSED */
-    uint64_t points_under;  /* level-0 samples of all leaves under it */
+    uint64_t points_under;  /* level-0 samples of all leaves under the chunk */
     stp_dvec3 origin;       /* world */
     vec3s box_min, box_max; /* hold the bounds of all patches */
     vec3s cone_axis;
@@ -98,9 +101,9 @@ typedef struct stp_chunk_entry {
     float radius_min, radius_max;
 } stp_chunk_entry;
 
-/* A decoded chunk, or a prefix of one: levels >= finest_level are present. Samples of a level stand
- * patch by patch; level_begin[l][p] is the first sample of patch p, level_begin[l][patch_count] the
- * level's count. */
+/* A decoded chunk, or a prefix of one: levels >= finest_level are present. The samples of a level
+ * are stored patch by patch. level_begin[l][p] is the first sample of patch p,
+ * level_begin[l][patch_count] the level's count. */
 typedef struct stp_chunk {
     uint32_t id;
     uint32_t patch_count;
@@ -111,10 +114,10 @@ typedef struct stp_chunk {
     stp_sample *samples[STP_LEVEL_COUNT];
     void *memory; /* owns all arrays */
     size_t memory_bytes;
-    size_t memory_capacity; /* of the block of arrays: more where it was another chunk's */
+    size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;
 
-/* File-wide facts. Strings and metadata belong to the stp_chunk_file. */
+/* Facts about the whole file. Strings and metadata belong to the stp_chunk_file. */
 typedef struct stp_chunk_file_info {
     uint16_t version_major, version_minor;
     uint64_t file_bytes;
@@ -132,21 +135,20 @@ typedef struct stp_chunk_file_info {
 
 typedef struct stp_chunk_file stp_chunk_file;
 
-/* Reads header and first directory page; other pages are read when asked for. path may be an
- * address (http:// or https://): then two requests bring them, with half a megabyte of the pages
- * that follow. Errors: NOT_FOUND, IO, FORMAT (not a chunk file), VERSION (newer major), CORRUPT
- * (cut, or a checksum or number is wrong); of an address also UNSUPPORTED, INVALID_ARGUMENT,
- * CANCELLED. */
+/* Reads header and first directory page; other pages are read when needed. path may be an address
+ * (http:// or https://): then two requests bring them, with half a megabyte of the pages that
+ * follow. Errors: NOT_FOUND, IO, FORMAT (not a chunk file), VERSION (newer major), CORRUPT (cut, or
+ * a checksum or number is wrong); for an address also UNSUPPORTED, INVALID_ARGUMENT, CANCELLED. */
 stp_status stp_chunk_file_open(stp_chunk_file **out, const char *path, stp_error *err);
-/* The same with a cache, time-outs and a way to interrupt, for addresses; params may be NULL. */
+/* The same with a cache, time-outs and a way to interrupt, for addresses. params may be NULL. */
 stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
                                   const stp_byte_source_params *params, stp_error *err);
 void stp_chunk_file_close(stp_chunk_file **file);
 const stp_chunk_file_info *stp_chunk_file_get_info(const stp_chunk_file *file);
-/* The path, or the address as it may be printed: without user, password and query. */
+/* The path, or the address without user, password and query, fit to be printed. */
 const char *stp_chunk_file_path(const stp_chunk_file *file);
-/* What it is read through: how many reads are worth having in flight, cancelling them, and counts.
- * Belongs to the file. */
+/* The source that the file is read through: how many reads are worth having in flight, cancelling
+ * them, and counts. Belongs to the file. */
 stp_byte_source *stp_chunk_file_source(stp_chunk_file *file);
 
 /* One directory entry. Errors: INVALID_ARGUMENT (id), IO, CORRUPT. Thread-safe. */
@@ -159,27 +161,29 @@ stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_lev
                                stp_error *err);
 void stp_chunk_destroy(stp_chunk **chunk);
 
-/* The same in two steps, for who reads and decodes on different threads, or keeps payloads. A
- * payload's first stp_chunk_payload_bytes are what decoding to a level needs. */
+/* Reading in two steps, if you read and decode on different threads, or keep payloads. The first
+ * stp_chunk_payload_bytes of a payload are what decoding to a level needs. */
 uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level);
-/* Bytes [begin, end) of a chunk's payload. From a server, segments that lie whole in them and fail
- * their checksums are asked for once more. Errors: INVALID_ARGUMENT, IO, CORRUPT, CANCELLED. */
+/* Reads bytes [begin, end) of a chunk's payload. From a server, asks once more for segments that
+ * lie whole in this range and fail their checksums. Errors: INVALID_ARGUMENT, IO, CORRUPT,
+ * CANCELLED. */
 stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin, uint32_t end,
                                 uint8_t *out, stp_error *err);
-/* Memory that decoding needs on the way, kept from chunk to chunk by who decodes many: {0} at
- * first, one for each thread. Decoding a chunk takes at most a few megabytes. */
+/* Working memory for decoding, to be kept from chunk to chunk: {0} at first, one for each thread.
+ * Decoding a chunk takes at most a few megabytes. */
 typedef struct stp_chunk_scratch {
     void *memory;
     size_t bytes;
-    void *context; /* zstd's, in this memory; NULL until it is needed */
-    void *spare;   /* arrays of a chunk that is done with: for the next, without new pages */
+    void *context; /* zstd's context, in this memory; NULL until it is needed */
+    void *spare;   /* arrays of a recycled chunk: the next chunk needs no new pages */
     size_t spare_bytes;
 } stp_chunk_scratch;
 
-/* Makes it hold bytes; what it held is lost. Errors: OUT_OF_MEMORY. */
+/* Makes room for `bytes`; the old content is lost. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_scratch_reserve(stp_chunk_scratch *scratch, size_t bytes, stp_error *err);
 void stp_chunk_scratch_free(stp_chunk_scratch *scratch);
-/* Destroys a chunk and keeps its arrays' memory for the next that is decoded with this scratch. */
+/* Destroys a chunk and keeps the memory of its arrays for the next chunk decoded with this scratch.
+ */
 void stp_chunk_recycle(stp_chunk **chunk, stp_chunk_scratch *scratch);
 
 /* Checks and decodes a payload's first bytes. scratch may be NULL. Errors: INVALID_ARGUMENT,
@@ -187,10 +191,11 @@ void stp_chunk_recycle(stp_chunk **chunk, stp_chunk_scratch *scratch);
 stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_level,
                                  const uint8_t *payload, stp_chunk_scratch *scratch,
                                  stp_chunk **out, stp_error *err);
-/* Adds the positions of a chunk's level-0 samples, as stored; origin: of its entry. */
+/* Widens *box by the stored positions of a chunk's level-0 samples. origin: of the chunk's entry.
+ */
 void stp_chunk_box(const stp_chunk *chunk, stp_dvec3 origin, stp_dbox *box);
 
-/* Bytes a chunk has in memory when decoded to finest_level. */
+/* Memory of a chunk decoded to finest_level, bytes. */
 size_t stp_chunk_memory_bytes(const stp_chunk_entry *entry, int finest_level);
 
 /* ---- writing ---- */
@@ -203,46 +208,46 @@ typedef struct stp_chunk_writer_params {
     uint32_t attributes;
     stp_orientation orientation;
     double lambda;
-    /* Asked before the file appears, with the name it has until then; a failure is finish's. NULL:
-     * nothing is asked. */
+    /* Called before the file appears, with the name that it has until then. If check fails, finish
+     * returns its failure. NULL: nothing is called. */
     stp_status (*check)(void *context, const char *path, stp_error *err);
     void *check_context;
 } stp_chunk_writer_params;
 
-/* Errors: EXISTS, IO, OUT_OF_MEMORY. The file appears under its name at finish only. */
+/* The file appears under its name only at finish. Errors: EXISTS, IO, OUT_OF_MEMORY. */
 stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
                                    const stp_chunk_writer_params *params, stp_error *err);
 
-/* Encodes a chunk (thread-safe, no writer needed): gives the segments' bytes, one after the other,
- * in *payload (free with free()) and fills entry's segment_end, segment_hash, codec, patch_count,
+/* Encodes a chunk (thread-safe, no writer needed). *payload receives the bytes of the segments, one
+ * after the other (free with free()). Fills entry's segment_end, segment_hash, codec, patch_count,
  * sample_count, flags, box, cone, errors and radius range from the chunk. The caller fills origin,
  * points_under, tree links. Errors: INVALID_ARGUMENT (patches or level_begin are wrong), LIMIT,
  * OUT_OF_MEMORY, INTERNAL (Draco, zstd). */
 stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payload,
                             stp_chunk_entry *entry, stp_error *err);
 
-/* Appends a payload and keeps the entry under a handle (the order of appending, from 0). Links
- * parent, first_child are handles here; they become ids at finish. */
+/* Appends a payload and keeps the entry under a handle (the order of appending, from 0). The links
+ * parent and first_child are handles here; finish turns them into ids. */
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
 
 /* Numbers the chunks breadth first from `root` (a handle), writes directory, metadata and header,
- * and makes the file appear. children[h] / child_counts[h] list each handle's children in order.
- * Destroys the writer in any case. Errors: INVALID_ARGUMENT (no tree, or an entry that a reader
- * would refuse), IO, LIMIT, OUT_OF_MEMORY, EXISTS. */
+ * and makes the file appear. children[h] lists the children of handle h in order, child_counts[h]
+ * their number. Destroys the writer in any case. Errors: INVALID_ARGUMENT (no tree, or an entry
+ * that a reader would refuse), IO, LIMIT, OUT_OF_MEMORY, EXISTS. */
 stp_status stp_chunk_writer_finish(stp_chunk_writer **writer, uint32_t root,
                                    const uint32_t *const *children, const uint32_t *child_counts,
                                    const stp_dbox *box, const char *metadata_json,
                                    uint64_t *file_bytes, stp_error *err);
-/* Removes what was written. */
+/* Destroys the writer and removes what it wrote. */
 void stp_chunk_writer_destroy(stp_chunk_writer **writer);
 
-/* Allocates a chunk with arrays for the given patch count and level counts (level l's array is
- * present when l >= finest_level); all zero but level_begin's sizes. Errors: OUT_OF_MEMORY. */
+/* Allocates a chunk with arrays for the given patch count and level counts. Level l has an array if
+ * l >= finest_level. All is zero except the counts in level_begin. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_create(stp_chunk **out, uint32_t patch_count,
                             const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,
                             stp_error *err);
-/* The same with arrays of any content, for who writes all of them; scratch (not NULL) may have
+/* The same with arrays of any content: the caller writes all of them. scratch (not NULL) may have
  * memory to spare. */
 stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
                                   const uint32_t sample_count[STP_LEVEL_COUNT], int finest_level,

@@ -21,7 +21,7 @@ size_t stp_chunk_memory_bytes(const stp_chunk_entry *entry, int finest_level)
     return sizeof(stp_chunk) + arrays_bytes(entry->patch_count, entry->sample_count, finest_level);
 }
 
-/* All parts have 4-byte alignment or less, and sizes that keep it. */
+/* All arrays need 4-byte alignment or less, and their sizes keep it. */
 static void place_arrays(stp_chunk *chunk, const uint32_t sample_count[STP_LEVEL_COUNT])
 {
     char *next = chunk->memory;
@@ -64,7 +64,7 @@ stp_status stp_chunk_create_blank(stp_chunk **out, uint32_t patch_count,
     }
     chunk->memory_bytes = sizeof *chunk + bytes;
     place_arrays(chunk, sample_count);
-    memset(chunk->patches, 0, patch_count * sizeof *chunk->patches); /* what is between fields */
+    memset(chunk->patches, 0, patch_count * sizeof *chunk->patches); /* also the padding */
     *out = chunk;
     chunk = NULL;
 done:

@@ -1,7 +1,7 @@
-/* The chunk file's reader: header, directory pages when asked for, payload segments.
+/* The chunk file's reader: header, directory pages when they are needed, payload segments.
  *
- * From a server, what fails its checksum is asked for anew, up to FRESH_TRIES times and past all
- * caches: bits may have flipped on the way, or in a cache. */
+ * If bytes from a server fail their checksum, the reader asks for them again, up to FRESH_TRIES
+ * times and past all caches: bits may have flipped on the way, or in a cache. */
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_fault.h"
@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* From a server one request brings so many bytes of the directory's following pages too. */
+/* One request to a server also brings this many bytes of the directory pages that follow. */
 #define PAGES_AHEAD_BYTES (512u << 10)
 
 #define FRESH_TRIES 5
@@ -32,7 +32,7 @@ struct stp_chunk_file {
     stp_chunk_file_info info;
     uint32_t page_count;
     pthread_mutex_t mutex; /* guards the pointers in pages, not what they point to; innermost */
-    page **pages;          /* NULL where not read yet; a page never changes once it is there */
+    page **pages;          /* NULL until read; a page never changes once it is there */
 };
 
 const char *stp_orientation_name(stp_orientation orientation)
@@ -55,7 +55,7 @@ static stp_status read_bytes(const stp_chunk_file *file, uint64_t offset, void *
                  : stp_byte_source_read(file->source, offset, data, size, err);
 }
 
-/* True if what gave this status should be read again. */
+/* Whether reading again may help after this status. */
 static bool may_mend(const stp_chunk_file *file, stp_status status)
 {
     return status == STP_CORRUPT && stp_byte_source_is_remote(file->source);
@@ -72,7 +72,7 @@ static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
     uint8_t *bytes = fixed;
     uint32_t header_bytes = 0;
     stp_error inner = {0};
-    /* A file of another kind may be shorter than a header; it must still be called that. */
+    /* A file of another kind may be shorter than a header; the error must still be FORMAT. */
     size_t first = file_bytes < sizeof fixed ? (size_t)file_bytes : sizeof fixed;
     memset(fixed, 0, sizeof fixed);
     STP_TRY(read_bytes(file, 0, fixed, first, again, err));
@@ -129,8 +129,8 @@ done:
     return status;
 }
 
-/* How many pages from `number` on one read brings: from a file one, from a server those that follow
- * and are not there yet. */
+/* How many pages from `number` on one read brings: one from a file; from a server also the
+ * following pages that are not there yet. */
 static uint32_t pages_ahead(stp_chunk_file *file, uint32_t number)
 {
     uint32_t count = 1;
@@ -155,8 +155,8 @@ static size_t pages_bytes(const stp_chunk_file *file, uint32_t number, uint32_t 
     return (size_t)(last - begin) + stp_page_bytes(&file->header, number + count - 1);
 }
 
-/* Takes pages that lie together in memory. Of two threads that read one at once, the second throws
- * its away. What is wrong with another page than the first is said when that one is asked for. */
+/* Takes pages that lie together in memory. If two threads read a page at once, the second discards
+ * its copy. A fault of another page than the first is reported when that page is asked for. */
 static stp_status take_pages(stp_chunk_file *file, uint32_t number, uint32_t count,
                              const uint8_t *bytes, stp_error *err)
 {
@@ -180,7 +180,7 @@ static stp_status take_pages(stp_chunk_file *file, uint32_t number, uint32_t cou
     return status;
 }
 
-/* Metadata and first directory page lie together: one read. */
+/* Reads metadata and first directory page together: they lie side by side. */
 static stp_status read_metadata_and_page(stp_chunk_file *file, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -307,7 +307,7 @@ static page *known_page(stp_chunk_file *file, uint32_t number)
     return p;
 }
 
-/* Reads a page outside the lock, and what comes with it. */
+/* Reads a page, and the pages that come with it, outside the lock. */
 static stp_status load_page(stp_chunk_file *file, uint32_t number, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -355,7 +355,7 @@ uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level)
     return entry->segment_end[last_segment(finest_level)];
 }
 
-/* True if all segments that lie whole in [begin, end) have their checksums. */
+/* Whether all segments that lie whole in [begin, end) match their checksums. */
 static bool is_sound(const stp_chunk_entry *entry, uint32_t begin, uint32_t end,
                      const uint8_t *bytes)
 {
@@ -466,7 +466,7 @@ stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_lev
     uint8_t *bytes = NULL;
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
     uint32_t size = stp_chunk_payload_bytes(&entry, finest_level);
-    /* One more, so that even an empty payload has a place in memory. */
+    /* One byte more, so that even an empty payload has an address. */
     STP_TRY(stp_alloc(&bytes, (size_t)size + 1, 1, "payload", err));
     STP_TRY(stp_chunk_file_fetch(file, id, 0, size, bytes, err));
     STP_TRY(stp_chunk_file_decode(file, id, finest_level, bytes, NULL, out, err));

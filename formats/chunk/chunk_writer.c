@@ -1,4 +1,4 @@
-/* The chunk file's writer: payloads as they come, then metadata, directory and header. */
+/* The chunk file's writer: payloads in the order they come, then metadata, directory and header. */
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
@@ -71,7 +71,7 @@ typedef struct numbering {
     uint32_t depth;
 } numbering;
 
-/* Gives the children of chunk `id` the next ids; `seen` is by handle. */
+/* Gives the children of chunk `id` the next ids. `seen`: by handle. */
 static stp_status number_children(const stp_chunk_writer *writer, numbering *n, uint32_t id,
                                   const uint32_t *children, uint32_t child_count, bool *seen,
                                   stp_error *err)
@@ -100,7 +100,8 @@ static stp_status number_children(const stp_chunk_writer *writer, numbering *n, 
     return STP_OK;
 }
 
-/* Breadth first from the root; entries get their ids as links, and their depths. */
+/* Numbers chunks breadth first from the root, and gives entries their links as ids and their
+ * depths. */
 static stp_status number_tree(const stp_chunk_writer *writer, uint32_t root,
                               const uint32_t *const *children, const uint32_t *child_counts,
                               numbering *n, stp_error *err)
@@ -149,7 +150,7 @@ done:
     return status;
 }
 
-/* The directory must pass what a reader will check. */
+/* Checks the directory as a reader will. */
 static stp_status check_entries(const stp_header *header, const stp_chunk_entry *entries,
                                 stp_error *err)
 {

@@ -1,4 +1,4 @@
-/* A chunk file as another one: another codec, or another default threshold. */
+/* Copies a chunk file with another codec, or another default threshold. */
 #include "formats/chunk/convert.h"
 
 #include "base/memory.h"
@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define THRESHOLD_KEY "threshold_px"
-/* Chunks that are under way at once, for each thread. */
+/* Chunks converted at once, for each thread. */
 #define BATCH_PER_THREAD 4u
 
 /* ---- metadata ---- */
@@ -35,7 +35,7 @@ bool stp_chunk_file_unlit(const stp_chunk_file_info *info)
     return unlit;
 }
 
-/* The metadata with another threshold; the same bytes where there is none to set. */
+/* The metadata with another threshold; the same bytes if there is none to set. */
 static stp_status make_metadata(const stp_chunk_file_info *info, double threshold_px, char **out,
                                 stp_error *err)
 {
@@ -55,7 +55,7 @@ static stp_status make_metadata(const stp_chunk_file_info *info, double threshol
 
 /* ---- payloads ---- */
 
-/* A chunk under way. */
+/* A chunk being converted. */
 typedef struct piece {
     stp_chunk_entry entry;
     uint8_t *payload;
@@ -65,10 +65,10 @@ typedef struct conversion {
     stp_chunk_file *file;
     const stp_convert_params *params;
     uint32_t count;
-    uint32_t *order;   /* ids as their payloads lie in the file */
+    uint32_t *order;   /* ids, in the order of payloads in the file */
     uint32_t *handles; /* by id */
-    piece *pieces;     /* of a batch */
-    uint32_t first;    /* of the batch, in the order */
+    piece *pieces;     /* of one batch */
+    uint32_t first;    /* the batch's first place in the order */
     stp_chunk_writer *writer;
 } conversion;
 
@@ -87,8 +87,8 @@ static stp_status check_payload(const conversion *c, uint32_t id, const piece *p
     return STP_OK;
 }
 
-/* What the entry says of the chunk stays; what it says of its bytes does not. A payload that has
- * the codec already stays, too, but must be one that can be read. */
+/* Decodes and encodes again. The entry keeps what it says of the chunk; segment ends, hashes and
+ * codec change. If the payload already has the codec, it stays, but it must be readable. */
 static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -195,8 +195,7 @@ done:
     return status;
 }
 
-/* The children of a chunk follow each other in ids; their handles, listed likewise, are the tree.
- */
+/* Children have consecutive ids, so their handles, listed by id, are the tree. */
 static stp_status finish(conversion *c, const char *metadata, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,7 +1,7 @@
-/* A chunk file as another one: with payloads of another codec, or another default threshold.
+/* Copies a chunk file with payloads of another codec, or with another default threshold.
  *
- * Every sample, patch and entry stays as it is, and the payloads' order; only where payloads lie
- * and what they are coded by changes. Threads: one call at a time per file. */
+ * Samples, patches, entries and the order of payloads stay as they are. Only the payloads' codec
+ * and their offsets change. Threads: one call at a time per file. */
 #ifndef STP_FORMATS_CHUNK_CONVERT_H
 #define STP_FORMATS_CHUNK_CONVERT_H
 
@@ -10,33 +10,33 @@
 #include "formats/chunk/chunk_file.h"
 
 typedef struct stp_convert_params {
-    bool keep_codec;     /* payloads are copied */
-    stp_codec codec;     /* else what all of them become */
-    double threshold_px; /* > 0: becomes the model's default threshold */
+    bool keep_codec;     /* copies payloads; codec is then not used */
+    stp_codec codec;     /* codec of all payloads */
+    double threshold_px; /* > 0: the model's new default threshold */
     bool force;          /* replace an existing file */
     stp_pool *pool;      /* NULL: one thread */
     const stp_progress *progress;
 } stp_convert_params;
 
-/* Writes a model to another file, which appears whole or not at all. A few chunks a thread are in
- * memory. Errors: those of reading and of writing a chunk file; UNSUPPORTED (a version newer than
- * this program's, of which it would lose what it does not know); CANCELLED. */
+/* Writes a model to another file. The file appears whole or not at all. Memory: a few chunks a
+ * thread. Errors: those of reading and of writing a chunk file; UNSUPPORTED (the version is newer
+ * than this program's: the program would lose what it does not know); CANCELLED. */
 stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
                                   const stp_convert_params *params, stp_error *err);
 
-/* The threshold in pixels that the file's metadata names as its default; 0 if it names none. */
+/* The default threshold in pixels from the file's metadata; 0 if there is none. */
 double stp_chunk_file_threshold(const stp_chunk_file_info *info);
 
 /* Whether the file's metadata asks to be shown unlit. */
 bool stp_chunk_file_unlit(const stp_chunk_file_info *info);
 
-/* Makes threshold_px the default of the file at `path`. The file is written anew beside itself and
- * takes its own place when it is whole and on the disk: a crash or a full disk leaves the old one.
- * It is not changed where it is, for that would not be safe: metadata and directory end where the
- * file does and lie behind the payloads without a gap, and their checksums and offsets stand in the
- * header, so that new metadata of another length would overwrite what the old header still needs.
- * So it takes the time and the room of a copy; payloads are copied, not decoded. Errors:
- * INVALID_ARGUMENT (not a finite number above 0), those of stp_chunk_file_convert. */
+/* Makes threshold_px the default of the file at `path`. Writes the file anew beside itself; when
+ * the new file is whole and on the disk, it takes the old one's place. So a crash or a full disk
+ * leaves the old file. Changing the file in place would not be safe: metadata and directory lie
+ * behind the payloads without a gap, up to the file's end, and the header holds their checksums and
+ * offsets. Metadata of another length would overwrite what the old header still needs. So this
+ * takes the time and room of a copy; payloads are copied, not decoded. Errors: INVALID_ARGUMENT
+ * (not a finite number above 0), those of stp_chunk_file_convert. */
 stp_status stp_chunk_file_set_threshold(const char *path, double threshold_px, stp_error *err);
 
 #endif

@@ -145,7 +145,7 @@ static void header_parse(const uint8_t *bytes, stp_header *h)
     h->file_bytes = stp_get_u64(bytes + 144);
 }
 
-/* Where metadata and directory lie: one after the other, up to the file's end. */
+/* Metadata and directory must follow each other, up to the file's end. */
 static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, stp_error *err)
 {
     uint64_t directory_bytes;
@@ -178,7 +178,7 @@ static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, 
     return STP_OK;
 }
 
-/* Discs reach beyond the points, and boxes of chunks with them. */
+/* Discs reach beyond the points, and so do the boxes of chunks. */
 #define REACH_LIMIT (8.0 * STP_COORDINATE_LIMIT)
 
 static bool within(stp_dvec3 p)
@@ -316,7 +316,7 @@ static void entry_parse(const uint8_t *bytes, stp_chunk_entry *e)
     e->radius_max = get_f32(bytes + 204);
 }
 
-/* Each check gives NULL, or what is wrong. */
+/* Each check returns NULL, or what is wrong. */
 static const char *entry_check_payload(const stp_chunk_entry *e, const stp_header *header)
 {
     if (e->offset < header->header_bytes ||

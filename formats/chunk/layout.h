@@ -1,8 +1,8 @@
 /* The fixed structures of the chunk file as bytes: header, directory entries and pages, patches and
- * samples of the raw codec. formats/SPEC.md says the same for people.
+ * samples of the raw codec. formats/SPEC.md describes the same bytes.
  *
- * Pure conversions and checks; reads and writes no files. Little-endian whatever the machine.
- * Threads: any. */
+ * Pure conversions and checks; reads and writes no files. Little-endian on every machine. Threads:
+ * any. */
 #ifndef STP_FORMATS_CHUNK_LAYOUT_H
 #define STP_FORMATS_CHUNK_LAYOUT_H
 
@@ -19,7 +19,7 @@
 #define STP_PAGE_ENTRIES 64u
 #define STP_HASH_BYTES 8u
 #define STP_PATCH_BYTES 64u
-#define STP_LINK_BYTES 2u /* after it in a linked chunk */
+#define STP_LINK_BYTES 2u /* follow each patch in a linked chunk */
 #define STP_SAMPLE_BYTES 16u
 #define STP_METADATA_BYTES_LIMIT (64u << 20)
 #define STP_DEPTH_LIMIT 256u
@@ -58,7 +58,8 @@ static inline uint64_t stp_get_u64(const uint8_t *bytes)
     return (uint64_t)stp_get_u32(bytes) | (uint64_t)stp_get_u32(bytes + 4) << 32;
 }
 
-/* The header as stored. Sizes of structures are the file's own, at least those of version 1. */
+/* The header as stored. header_bytes and entry_bytes are those of the file, at least those of
+ * version 1. */
 typedef struct stp_header {
     uint16_t version_major, version_minor;
     uint32_t header_bytes;
@@ -77,18 +78,19 @@ typedef struct stp_header {
     uint64_t file_bytes;
 } stp_header;
 
-/* Writes STP_HEADER_BYTES bytes, their hash included. */
+/* Writes STP_HEADER_BYTES bytes, including their hash. */
 void stp_header_write(const stp_header *header, uint8_t *bytes);
 
 /* Reads magic, version and header_bytes from the first 16 bytes of a file, so that the whole header
  * can be read next. Errors: FORMAT, VERSION, CORRUPT (header_bytes out of range). */
 stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_error *err);
-/* Reads a whole header of header_bytes and checks everything in it against itself and file_bytes.
- * Errors: as peek; CORRUPT. */
+/* Reads a whole header of header_bytes and checks it against itself and file_bytes. Errors: as
+ * peek; CORRUPT. */
 stp_status stp_header_read(const uint8_t *bytes, uint32_t header_bytes, uint64_t file_bytes,
                            stp_header *out, stp_error *err);
 
-/* Directory pages: number, and offset, bytes and entry count of page i (of a checked header). */
+/* Directory pages: how many there are, and offset, bytes and entry count of page i. The header must
+ * be checked. */
 uint32_t stp_page_count(const stp_header *header);
 uint64_t stp_page_offset(const stp_header *header, uint32_t page);
 uint32_t stp_page_entry_count(const stp_header *header, uint32_t page);
@@ -100,7 +102,8 @@ void stp_entry_write(const stp_chunk_entry *entry, uint8_t *bytes);
 stp_status stp_entry_read(const uint8_t *bytes, uint32_t id, const stp_header *header,
                           stp_chunk_entry *out, stp_error *err);
 
-/* STP_PATCH_BYTES and STP_SAMPLE_BYTES bytes; any bytes read as something (check patches after). */
+/* Write and read STP_PATCH_BYTES and STP_SAMPLE_BYTES bytes. Reading accepts any bytes: check
+ * patches afterwards. */
 void stp_patch_write(const stp_patch *patch, uint8_t *bytes);
 void stp_patch_read(const uint8_t *bytes, stp_patch *out);
 void stp_sample_write(const stp_sample *sample, uint8_t *bytes);

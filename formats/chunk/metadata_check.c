@@ -1,4 +1,4 @@
-/* The metadata of a chunk file. */
+/* Checks the metadata of a chunk file. */
 #include "formats/chunk/metadata_check.h"
 
 #include <cjson/cJSON.h>
@@ -11,8 +11,9 @@ static bool is_count(const cJSON *number, double most)
     return cJSON_IsNumber(number) && number->valuedouble >= 0.0 && number->valuedouble <= most;
 }
 
-/* What was lost, and what stood in for it before a later repair, may be more than is left; counts
- * in JSON are exact to 2^53. */
+/* The last repair's stand_ins are at most the file's points. Points lost, and stand-ins of earlier
+ * repairs, may be more than the file has left: they are only limited to 2^53, up to which counts in
+ * JSON are exact. */
 static bool is_repair(const cJSON *repair, uint64_t point_count)
 {
     const double most = repair->next ? 0x1p53 : (double)point_count;

@@ -1,4 +1,4 @@
-/* Runs of cubes in JSON. */
+/* Reads and writes the grid of outside cubes as JSON runs, and looks up balls in it. */
 #include "formats/chunk/outside.h"
 
 #include "base/memory.h"
@@ -6,7 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdlib.h>
 
-/* More cubes in a ball are not asked one by one: the answer is no. */
+/* A ball with more cubes than this is not looked up: the answer is no. */
 #define CUBES_LIMIT 32768.0
 
 static size_t cube_count(const stp_outside *o)
@@ -39,7 +39,7 @@ cJSON *stp_outside_to_json(const stp_outside *outside)
     return json;
 }
 
-/* So many numbers; false if it is anything else. */
+/* Reads exactly `count` numbers; false if the array is anything else. */
 static bool read_numbers(const cJSON *array, int count, double *out)
 {
     if (!cJSON_IsArray(array) || cJSON_GetArraySize(array) != count)
@@ -93,7 +93,7 @@ static bool read_runs(const stp_outside *o, const cJSON *runs)
     return at == count;
 }
 
-/* False if one is no ball, or there are too many. */
+/* False if an item is no ball, or there are too many. */
 static bool read_openings(stp_outside *o, const cJSON *openings)
 {
     if (!openings)

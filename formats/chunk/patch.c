@@ -1,4 +1,4 @@
-/* Patch headers: their checks, and their form as columns of small numbers. */
+/* Checks patch headers, and turns them into columns of small numbers and back. */
 #include "formats/chunk/patch.h"
 
 #include "formats/chunk/codec/predict_normal.h"
@@ -15,7 +15,8 @@ STP_INLINE uint8_t greatest_of(const uint8_t values[STP_PATCH_QUARTERS])
     return greatest;
 }
 
-/* A level's error is the greatest of its quarters, and quarters that are not there have none. */
+/* A level's error must be the greatest of its quarters. A quarter that does not exist must have
+ * none. */
 static const char *quarter_fault(const stp_patch *patch)
 {
     for (int level = 1; level <= 2; level++) {
@@ -31,7 +32,7 @@ static const char *quarter_fault(const stp_patch *patch)
     return NULL;
 }
 
-/* Whether its quarters choose the same level: each has the errors of its level. */
+/* Whether all quarters choose the same level, because each has the errors of its level. */
 static bool is_whole(const stp_patch *patch)
 {
     for (int level = 1; level <= 2; level++)
@@ -42,7 +43,7 @@ static bool is_whole(const stp_patch *patch)
     return true;
 }
 
-/* Of patches that are strips or triangles. */
+/* Checks flags, child, counts and errors of strips and triangles. */
 static const char *shape_fault(const stp_patch *patch)
 {
     const bool strip = patch->flags & STP_PATCH_STRIP;
@@ -64,7 +65,7 @@ static const char *shape_fault(const stp_patch *patch)
     return is_whole(patch) ? NULL : "the quarters of a strip or of triangles have unequal errors";
 }
 
-/* NULL, or what is wrong with a patch. */
+/* Returns NULL, or what is wrong with a patch. */
 static const char *patch_fault(const stp_patch *patch, uint32_t child_count)
 {
     if (patch->counts[0] < 1 || patch->counts[0] > STP_PATCH_SAMPLES)
@@ -142,8 +143,9 @@ void stp_patches_place(stp_chunk *chunk)
     }
 }
 
-/* A cursor over the columns of one row. Coding and decoding are the same code; `decode` is a
- * constant in each caller, and everything is inlined, so that two straight loops come out of it. */
+/* A cursor over the columns of one row. Encoding and decoding run the same code. `decode` is a
+ * constant in each caller and everything is inlined, so the compiler makes two straight loops of
+ * it. */
 typedef struct row_coder {
     const stp_table *table;
     uint32_t row;
@@ -174,7 +176,7 @@ STP_INLINE uint16_t code_short(row_coder *c, uint16_t predicted, uint16_t value)
     return value;
 }
 
-/* Two cells: the low half, signed, and what is then left above it. */
+/* Two cells: the low half, signed, then what is left above it. */
 STP_INLINE int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
 {
     int16_t *low = next_cell(c);
@@ -188,7 +190,7 @@ STP_INLINE int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
     return value;
 }
 
-/* The place of the previous patch's bound on this patch's lattice: where this one may begin. */
+/* Predicts the origin: the previous patch's origin on this patch's lattice. */
 STP_INLINE int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
 {
     int64_t origin = previous->origin[axis];
@@ -212,7 +214,7 @@ STP_INLINE void code_normal(row_coder *c, const uint8_t previous[3], uint8_t nor
     normal[2] = (uint8_t)(word >> 16);
 }
 
-/* Level 3 from the previous patch's, each finer level from the next coarser one. */
+/* Predicts level 3 from the previous patch, and each finer level from the next coarser one. */
 STP_INLINE void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
                             uint8_t values[STP_LEVEL_COUNT])
 {
@@ -223,8 +225,9 @@ STP_INLINE void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT
     }
 }
 
-/* Levels 3 and 0 of the patch, levels 2 and 1 by quarter: level 2 from level 3, level 1 from its
- * own level 2. What a level has at most follows from its quarters. */
+/* Codes the errors of levels 3 and 0 by patch and those of levels 2 and 1 by quarter. Level 2 is
+ * predicted from level 3, level 1 from level 2 of the same quarter. A level's greatest error
+ * follows from its quarters. */
 STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
                             uint8_t values[STP_LEVEL_COUNT],
                             uint8_t quarters[2][STP_PATCH_QUARTERS])

@@ -1,4 +1,4 @@
-/* Patch headers: their checks, and their form as columns of small numbers.
+/* Patch headers: checks them, and turns them into columns of small numbers and back.
  *
  * Pure functions over the caller's memory. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_PATCH_H
@@ -11,18 +11,18 @@
 #define STP_PATCH_COLUMN_COUNT 45u
 #define STP_LINKED_PATCH_COLUMN_COUNT 46u
 
-/* Checks patches by themselves: counts, exponents, children below child_count, flags that agree,
- * and that their levels add up to sample_count. Errors: CORRUPT, naming the patch. */
+/* Checks each patch: counts, exponent, child below child_count, flags that agree; and that the
+ * levels add up to sample_count. Errors: CORRUPT, naming the patch. */
 stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
                              const uint32_t sample_count[STP_LEVEL_COUNT], uint32_t child_count,
                              stp_error *err);
-/* Checks that samples of level 0 are of the kinds that the patches' flags say. Errors: CORRUPT,
- * naming the patch. */
+/* Checks that level-0 samples have the kinds that the patches' flags say. Errors: CORRUPT, naming
+ * the patch. */
 stp_status stp_patches_check_kinds(const stp_chunk *chunk, stp_error *err);
 /* Fills level_begin from the patches' counts. */
 void stp_patches_place(stp_chunk *chunk);
 
-/* A table of STP_LINKED_PATCH_COLUMN_COUNT columns has first_below, too. */
+/* If the table has STP_LINKED_PATCH_COLUMN_COUNT columns, the last one is first_below. */
 void stp_patches_encode(const stp_patch *patches, const stp_table *table);
 void stp_patches_decode(stp_patch *patches, const stp_table *table);
 

@@ -61,7 +61,7 @@ vec3s stp_normal_decode(const uint8_t code[3])
     return n;
 }
 
-/* 2^exponent; ldexp without its call where a double holds it plainly. */
+/* 2^exponent; avoids the call of ldexp if a double holds the power as a normal number. */
 static double power_of_two(int exponent)
 {
     if (exponent < -1022 || exponent > 1023)
@@ -79,11 +79,11 @@ static const double fractions[16] = {
     0x1.6a09e667f3bcdp+0, 0x1.7a11473eb0187p+0, 0x1.8ace5422aa0dbp+0, 0x1.9c49182a3f090p+0,
     0x1.ae89f995ad3adp+0, 0x1.c199bdd85529cp+0, 0x1.d5818dcfba487p+0, 0x1.ea4afa2a490dap+0};
 
-/* A value that exceeds a code's by no more than this part of it still has that code. */
+/* A value that exceeds a code's value by at most this part of it still gets that code. */
 #define CODE_SLACK 0x1.3p-34
 
-/* code such that 2^((code - 1) / per_octave - bias) steps >= value; 0 for none. per_octave: 8 or
- * 16. */
+/* The code for which 2^((code - 1) / per_octave - bias) steps >= value; 0 for value 0 or less.
+ * per_octave: 8 or 16. */
 static uint8_t log_encode(double value, int exponent, int per_octave, int bias)
 {
     int octave = 0, part = 0;
@@ -152,7 +152,7 @@ double stp_sample_radius(const stp_sample *sample, const stp_patch *patch)
     return stp_radius_decode(sample->radius, patch->exponent);
 }
 
-/* A sample is known by a word of its normal and whether it has one. */
+/* A sample is described by one word of its normal and whether it has a normal. */
 STP_WIDE
 static void decode_normals(const uint32_t word[STP_PATCH_SAMPLES],
                            const double known[STP_PATCH_SAMPLES], unsigned count,

@@ -1,4 +1,4 @@
-/* Chunks that threads share. */
+/* Reads, shares and drops decoded chunks. */
 #include "formats/chunk/shelf.h"
 
 #include "base/memory.h"
@@ -7,8 +7,8 @@
 #include <stdlib.h>
 
 typedef struct place {
-    stp_chunk *chunk; /* NULL: not here */
-    uint32_t takers;  /* who hold it or wait for it */
+    stp_chunk *chunk; /* NULL: not on the shelf */
+    uint32_t takers;  /* threads that hold the chunk or wait for it */
     bool reading;
     uint64_t last_taken;
 } place;
@@ -54,7 +54,7 @@ void stp_shelf_destroy(stp_shelf **shelf)
     *shelf = NULL;
 }
 
-/* Drops what nobody holds, the longest unused first, until there is room for one more. */
+/* Drops chunks that nobody holds, the longest unused first, until there is room for one more. */
 static void make_room(stp_shelf *s)
 {
     while (s->kept >= s->room) {
@@ -71,7 +71,7 @@ static void make_room(stp_shelf *s)
     }
 }
 
-/* Reads the chunk while the others go on. Called and left with the mutex locked. */
+/* Reads the chunk while other threads go on. The mutex is locked on entry and on return. */
 static stp_status read_chunk(stp_shelf *s, uint32_t id, stp_error *err)
 {
     place *p = &s->places[id];
@@ -98,7 +98,8 @@ stp_status stp_shelf_take(stp_shelf *s, uint32_t id, const stp_chunk **out, stp_
     p->takers++;
     while (p->reading)
         pthread_cond_wait(&s->read, &s->mutex);
-    if (!p->chunk) /* also where another failed: to fail in the same words */
+    if (!p->chunk) /* also if another thread's reading failed: then this one fails with the same
+                      message */
         status = read_chunk(s, id, err);
     p->last_taken = ++s->clock;
     if (status != STP_OK)

@@ -1,4 +1,4 @@
-/* Images in and out. */
+/* Reads and writes images. */
 #include "formats/image/image.h"
 
 #include "base/file.h"
@@ -46,7 +46,7 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     return stp_error_set(err, STP_CORRUPT, "%s: the image is damaged: %s", path, reason);
 }
 
-/* What the library says of an output, for the user. */
+/* Converts the library's result for an output to a message for the user. */
 static stp_status check_saved(stp_oiio_result result, const char *path, const char *use,
                               const char *reason, stp_error *err)
 {
@@ -62,8 +62,8 @@ static stp_status check_saved(stp_oiio_result result, const char *path, const ch
     return STP_OK;
 }
 
-/* The library writes to memory, since some formats' own writers end the process on a full disk;
- * what it wrote becomes the output. *memory: a nameless file, -1 before. */
+/* The library writes to memory, because some formats' own writers end the process on a full disk.
+ * That memory becomes the output. *memory: a nameless file, -1 before. */
 static stp_status open_memory(int *memory, char name[MEMORY_NAME_BYTES], const char *path,
                               stp_error *err)
 {

@@ -1,5 +1,5 @@
-/* Images in and out through OpenImageIO: 8-bit RGBA in and out, floats out; top row first.
- * Threads: any, one image each. */
+/* Reads and writes images through OpenImageIO: 8-bit RGBA both ways, floats only out; top row
+ * first. Threads: any, one image each. */
 #ifndef STP_FORMATS_IMAGE_IMAGE_H
 #define STP_FORMATS_IMAGE_IMAGE_H
 
@@ -14,22 +14,22 @@ typedef struct stp_image {
     uint8_t *rgba; /* width * height * 4, top row first, straight alpha */
 } stp_image;
 
-/* Any format OpenImageIO reads, converted to 8-bit RGBA (alpha 255 where absent). Errors:
+/* Loads any format that OpenImageIO reads, converted to 8-bit RGBA (alpha 255 if absent). Errors:
  * NOT_FOUND, FORMAT, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err);
-/* Format by the name's ending (png, tif, jpg, exr). Appears whole or not at all. Errors: EXISTS,
- * IO, UNSUPPORTED. */
+/* Saves in the format of the name's ending (png, tif, jpg, exr). The file appears whole or not at
+ * all. Errors: EXISTS, IO, UNSUPPORTED. */
 stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err);
 void stp_image_destroy(stp_image *image);
 
-/* A text kept with an image. */
+/* A text that is stored with an image. */
 typedef struct stp_image_note {
     const char *name, *text;
 } stp_image_note;
 
 #define STP_IMAGE_CHANNELS_LIMIT 4
 
-/* Measurements, not colours; all borrowed. */
+/* Measurements instead of colours. All pointers are borrowed. */
 typedef struct stp_float_image {
     int width, height, channel_count; /* 1 to STP_IMAGE_CHANNELS_LIMIT */
     const char *channel_names[STP_IMAGE_CHANNELS_LIMIT];
@@ -38,10 +38,10 @@ typedef struct stp_float_image {
     size_t note_count;
 } stp_float_image;
 
-/* True for a name that stp_image_save_floats takes: one that ends in .exr. */
+/* True if stp_image_save_floats takes the name: it ends in .exr. */
 bool stp_image_keeps_floats(const char *path);
-/* As 32-bit floats without loss (EXR, ZIP), with the notes as attributes. Appears whole or not at
- * all. Errors: EXISTS, IO, UNSUPPORTED (a name that is no .exr). */
+/* Saves 32-bit floats without loss (EXR, ZIP), with the notes as attributes. The file appears whole
+ * or not at all. Errors: EXISTS, IO, UNSUPPORTED (the name does not end in .exr). */
 stp_status stp_image_save_floats(const stp_float_image *image, const char *path, bool force,
                                  stp_error *err);
 

@@ -1,4 +1,4 @@
-/* Finds the module through the program's run path and keeps it loaded. */
+/* Loads the module through the program's run path and keeps it loaded. */
 #include "formats/image/image_module.h"
 
 #include <dlfcn.h>
@@ -6,7 +6,7 @@
 
 #define MODULE_NAME "libstipple-image.so"
 
-/* dlsym gives a data pointer; POSIX lets it be a function's. */
+/* dlsym returns a data pointer; POSIX allows to use it as a function pointer. */
 static void take_symbol(void *module, const char *name, void *function_pointer)
 {
     void *symbol = dlsym(module, name);
@@ -16,7 +16,8 @@ static void take_symbol(void *module, const char *name, void *function_pointer)
 stp_status stp_image_module_get(stp_image_module *out, stp_error *err)
 {
     stp_image_module found = {NULL, NULL, NULL};
-    /* Loaded once however often it is asked for, and never unloaded: its libraries keep threads. */
+    /* dlopen loads it once, however often it is called. It is never unloaded, because its libraries
+     * keep threads. */
     void *module = dlopen(MODULE_NAME, RTLD_NOW | RTLD_LOCAL);
     if (module != NULL) {
         take_symbol(module, "stp_oiio_load", &found.load);

@@ -1,5 +1,4 @@
-/* The shim of OpenImageIO as a module that is loaded when it is first wanted.
- * Threads: any. */
+/* The shim of OpenImageIO as a module that is loaded at its first use. Threads: any. */
 #ifndef STP_FORMATS_IMAGE_IMAGE_MODULE_H
 #define STP_FORMATS_IMAGE_IMAGE_MODULE_H
 
@@ -16,7 +15,8 @@ typedef struct stp_image_module {
                                    size_t message_bytes);
 } stp_image_module;
 
-/* Errors: UNSUPPORTED (the module, or a library it needs, is missing: the sentence names it). */
+/* Errors: UNSUPPORTED (the module, or a library that it needs, is missing; the message names it).
+ */
 stp_status stp_image_module_get(stp_image_module *out, stp_error *err);
 
 #endif

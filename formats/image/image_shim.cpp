@@ -19,7 +19,7 @@ void say(char *message, size_t bytes, const std::string &text)
     std::snprintf(message, bytes, "%s", text.substr(0, text.find('\n')).c_str());
 }
 
-/* Spreads 1 to 4 channels of 8 bits over RGBA, from the end so that it works in place. */
+/* Spreads 1 to 4 channels of 8 bits over RGBA. Works from the end, so that it can work in place. */
 void spread(uint8_t *pixels, size_t count, int channels)
 {
     for (size_t i = count; i-- > 0;) {
@@ -36,7 +36,7 @@ void spread(uint8_t *pixels, size_t count, int channels)
     }
 }
 
-/* None, and why, where the format is unknown. */
+/* Returns NULL and a message if the format is unknown. */
 std::unique_ptr<OIIO::ImageOutput> create(const char *format_name, char *message,
                                           size_t message_bytes)
 {
@@ -46,9 +46,8 @@ std::unique_ptr<OIIO::ImageOutput> create(const char *format_name, char *message
     return output;
 }
 
-/* Opens, writes and closes. Formats that can (PNG, EXR) write through a stream of ours, whose
- * errors are asked for at the end: libpng's do not come back, and a full disk would go unnoticed.
- */
+/* Opens, writes and closes. Formats that can (PNG, EXR) write through our stream, and its errors
+ * are checked at the end: libpng does not report errors, so a full disk would go unnoticed. */
 stp_oiio_result write(OIIO::ImageOutput &output, const OIIO::ImageSpec &spec, const char *path,
                       const OIIO::TypeDesc &type, const void *values, OIIO::stride_t pixel,
                       char *message, size_t message_bytes)
@@ -142,7 +141,8 @@ extern "C" stp_oiio_result stp_oiio_save_floats(const char *path, const char *fo
                              OIIO::TypeDesc::FLOAT);
         spec.channelnames.assign(image->channel_names, image->channel_names + image->channel_count);
         spec["compression"] = "zip";
-        spec["DateTime"] = ""; /* else now: the same image would not be the same bytes */
+        spec["DateTime"] = ""; /* without this it is the present time, and the same image would not
+                                  give the same bytes */
         for (size_t i = 0; i < image->note_count; i++)
             spec[image->notes[i].name] = image->notes[i].text;
         return write(*output, spec, path, OIIO::TypeDesc::FLOAT, image->values, OIIO::AutoStride,

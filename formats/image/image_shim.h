@@ -16,13 +16,13 @@ typedef enum stp_oiio_result {
     STP_OIIO_FAILED
 } stp_oiio_result;
 
-/* *rgba is malloc'ed. message (message_bytes > 0) gets the library's reason, one line. */
+/* *rgba is malloc'ed. message (message_bytes > 0) gets the library's reason in one line. */
 stp_oiio_result stp_oiio_load(const char *path, int *width, int *height, uint8_t **rgba,
                               char *message, size_t message_bytes);
-/* format_name: a name whose ending chooses the format; written to path. */
+/* The ending of format_name chooses the format. The file is written to path. */
 stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width, int height,
                               const uint8_t *rgba, char *message, size_t message_bytes);
-/* Likewise, of 32-bit floats with their channels' names and notes. */
+/* The same for 32-bit floats, with the names of their channels and with notes. */
 stp_oiio_result stp_oiio_save_floats(const char *path, const char *format_name,
                                      const stp_float_image *image, char *message,
                                      size_t message_bytes);

@@ -1,4 +1,4 @@
-/* The step of coordinates that are written in decimals and stored as binary floats. */
+/* Finds the step of coordinates that were written in decimals and are stored as binary floats. */
 #include "formats/scan/coordinate_step.h"
 
 #include "base/memory.h"
@@ -8,33 +8,33 @@
 
 #define LOOK_POINTS 65536u
 #define BATCH_POINTS 1024u
-/* So many steps from one end to the other a model can keep: see the header. */
+/* The largest extent of points, in steps, for which a model can keep the step: see the header. */
 #define REACH_STEPS 1e9
-/* A double that was computed, as scale times integer is, lies so near to its decimals. */
+/* A double that was computed as scale times integer lies this near to its decimals. */
 #define COMPUTED 0x1p-50
 
 static const double steps[] = {1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9};
 static const double parts[] = {1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
 
 #define STEP_COUNT (sizeof steps / sizeof *steps)
-/* Of surveys: finer ones are looked for where they are asked for. */
+/* The first steps are those of surveys. Finer steps are tried only if `fine` is set. */
 #define SURVEY_STEPS 4u
 
-/* Whether the value is what became of a multiple of steps[i]. */
+/* True if the value can be a multiple of steps[i] after rounding. */
 static bool is_multiple(double value, size_t i)
 {
     const double nearest = round(value * parts[i]) / parts[i];
     if (fabs(value - nearest) <= fabs(value) * COMPUTED)
         return true;
-    /* All that a float holds was one, most likely. */
+    /* If the double is exactly a float, it was most likely a float. */
     return (double)(float)value == value && (float)nearest == (float)value;
 }
 
-/* What the points so far have in common. */
+/* What all points so far have in common. */
 typedef struct common {
-    size_t step; /* the first that fits; count: none */
+    size_t step; /* index of the first step that fits; count: none */
     size_t count;
-    bool doubles; /* some are no floats: fine steps are no floats' rounding */
+    bool doubles; /* some coordinates are no floats, so a fine step is not the rounding of floats */
     stp_dbox box;
 } common;
 
@@ -51,8 +51,8 @@ static void look_at(common *all, const stp_point *point)
         all->doubles = all->doubles || (double)(float)at[axis] != at[axis];
 }
 
-/* 0: none. */
-static double settle(const common *all)
+/* Returns the step; 0: none. */
+static double decide(const common *all)
 {
     const double reach = stp_dvec3_length(stp_dvec3_sub(all->box.max, all->box.min));
     if (all->step == all->count || (all->step >= SURVEY_STEPS && !all->doubles) ||
@@ -77,7 +77,7 @@ stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error
         for (size_t i = 0; i < count; i++)
             look_at(&all, &points[i]);
     }
-    *step = settle(&all);
+    *step = decide(&all);
 done:
     free(points);
     return status;

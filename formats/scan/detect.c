@@ -1,4 +1,4 @@
-/* Which format a scan is in. */
+/* Finds the format of a scan. */
 #include "formats/scan/detect.h"
 
 #include "base/file.h"
@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
-/* Lines of headers are shorter. */
+/* The first line of a header is shorter. */
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX"
 
@@ -40,7 +40,7 @@ static bool name_ends_with(const char *path, const char *ending)
     return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
 }
 
-/* The first word of the first line that is no comment. */
+/* True if the first word of the first line that is no comment is one of words. */
 static bool first_word_is(const prefix *p, const char *const *words, size_t count)
 {
     size_t at = 0;
@@ -71,7 +71,7 @@ static bool is_las(const prefix *p)
     return starts_with(p, "LASF", 4);
 }
 
-/* Its first comment is its magic, but need not be there. */
+/* A PCD file may begin with a comment that is its magic, but need not. */
 static bool is_pcd(const prefix *p)
 {
     static const char *const words[] = {"VERSION"};
@@ -124,7 +124,8 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_las, STP_SCAN_LAS},
         {is_e57, STP_SCAN_E57},
         {is_pcd, STP_SCAN_PCD},
-        {is_stl_binary, STP_SCAN_STL_BINARY}, /* before the ASCII one: some begin with `solid` */
+        {is_stl_binary,
+         STP_SCAN_STL_BINARY}, /* before ASCII STL: some binary files begin with `solid` */
         {is_stl_ascii, STP_SCAN_STL_ASCII},
         {is_off, STP_SCAN_OFF},
         {is_obj, STP_SCAN_OBJ},
@@ -138,7 +139,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
     return false;
 }
 
-/* Formats that we know to be something else, so that the message can say so. */
+/* Known formats that are not read here, so that the message can say what to do. */
 #define ADVICE_GRID                                                                                \
     "write what it shows as points, PLY or XYZ, with the program that made it (a map: "            \
     "gdal_translate -of XYZ)"
@@ -189,8 +190,8 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
     return NULL;
 }
 
-/* Meshes by name come before lines of numbers by content, which an OFF file without its first word
- * is, too. */
+/* The name decides for meshes before the content decides for lines of numbers. Reason: an OFF file
+ * without its first word is also lines of numbers. */
 static bool detect_by_name(const prefix *p, stp_scan_format *format)
 {
     if (name_ends_with(p->path, ".obj"))
@@ -206,7 +207,7 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
     else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->path, p->bytes, p->length, format);
-    /* Text formats hold no zero bytes: then the name is wrong, not the content. */
+    /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
     return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
 }
 
@@ -224,8 +225,8 @@ done:
     return status;
 }
 
-/* Whether the first line ends in CR alone, as on old Macintoshes; what is behind a header may hold
- * any bytes. */
+/* True if the first line ends in CR alone, as on old Macintoshes. The rest may be any bytes after a
+ * header. */
 static bool ends_lines_in_cr(const prefix *p)
 {
     const char *cr = p->length > 0 ? memchr(p->bytes, '\r', p->length) : NULL;
@@ -236,7 +237,7 @@ static bool ends_lines_in_cr(const prefix *p)
     return !memchr(p->bytes, '\n', begun < p->length ? begun : p->length);
 }
 
-/* Lines of numbers may begin with a byte order mark, and look at their ends themselves (text.h). */
+/* Lines of numbers may begin with a byte order mark; text.h checks their line ends. */
 static stp_status check_text(const prefix *p, stp_scan_format format, bool marked, stp_error *err)
 {
     static const bool is_numbers[STP_SCAN_FORMAT_COUNT] = {

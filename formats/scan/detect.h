@@ -1,4 +1,4 @@
-/* Which format a scan is in: by its first bytes, and where they do not say, by its name. */
+/* Finds the format of a scan from its first bytes or, if they do not decide, from its name. */
 #ifndef STP_FORMATS_SCAN_DETECT_H
 #define STP_FORMATS_SCAN_DETECT_H
 
@@ -19,8 +19,8 @@ typedef enum stp_scan_format {
     STP_SCAN_FORMAT_COUNT
 } stp_scan_format;
 
-/* Errors: NOT_FOUND, IO, EMPTY (no bytes), UNSUPPORTED (known, but not read here), FORMAT
- * (unknown). */
+/* Errors: NOT_FOUND, IO, EMPTY (no bytes), UNSUPPORTED (a known format that is not read here),
+ * FORMAT (an unknown format). */
 stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err);
 
 /* "PLY", "STL". */

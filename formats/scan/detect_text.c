@@ -1,4 +1,4 @@
-/* Which format of points in text. */
+/* Finds which text format of points a file has. */
 #include "formats/scan/detect_text.h"
 
 #include "formats/scan/text/columns.h"
@@ -7,13 +7,13 @@
 #include <string.h>
 #include <strings.h>
 
-/* Enough to see the first row of a pose. */
+/* Enough lines to see the first row of a pose. */
 #define STP_LINES 7
 
 /* The first lines that count. */
 typedef struct first_lines {
     stp_field lines[STP_LINES];
-    stp_field_count counts[STP_LINES]; /* by the separator that suits each best */
+    stp_field_count counts[STP_LINES]; /* counted with the separator that suits each line best */
     size_t count;
 } first_lines;
 
@@ -61,7 +61,7 @@ static bool is_numbers(const first_lines *f, size_t line)
     return is_row(f, line) && f->counts[line].numbers == f->counts[line].fields;
 }
 
-/* Two numbers of points, four vectors, and a row of a pose. */
+/* Two lines of one number, four vectors, and a row of a pose. */
 static bool is_ptx(const first_lines *f)
 {
     if (!is_count(f, 0) || !is_count(f, 1) || !is_numbers(f, 6) || f->counts[6].fields != 4)

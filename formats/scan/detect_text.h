@@ -1,4 +1,4 @@
-/* Which of the formats of points in text the begin of a file is in. Threads: any. */
+/* Finds which text format of points a file has, from its first bytes. Threads: any. */
 #ifndef STP_FORMATS_SCAN_DETECT_TEXT_H
 #define STP_FORMATS_SCAN_DETECT_TEXT_H
 
@@ -7,14 +7,15 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Whether the bytes hold none that text does not have. */
+/* True if no byte is one that text does not have. */
 bool stp_is_text(const char *bytes, size_t length);
-/* By content: two lines of one whole number, four of three numbers and one of four: PTX; a line of
- * one whole number and then one of at least three: PTS; else XYZ, if the first two lines are at
- * least three numbers each and equally many, or names of columns and then at least three numbers.
- * False if none. */
+/* By content. PTX: two lines of one whole number, four lines of three numbers and one line of four.
+ * PTS: a line of one whole number, then a line of at least three. XYZ: the first two lines have
+ * equally many numbers, at least three, or the first has names of columns and the second at least
+ * three numbers. False if the content is none of these. */
 bool stp_detect_text(const char *bytes, size_t length, stp_scan_format *format);
-/* By the file's name; what is named .pts without its number of points is an XYZ file. */
+/* By the file's name. A file named .pts that does not begin with its number of points is an XYZ
+ * file. */
 bool stp_detect_text_name(const char *path, const char *bytes, size_t length,
                           stp_scan_format *format);
 

@@ -1,4 +1,4 @@
-/* Names of fields that are not read, as one line. */
+/* A list of fields that are not read, as one line. */
 #include "formats/scan/name_list.h"
 
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-/* Decimal numbers out of text, without a locale. */
+/* Parses decimal numbers in text without a locale. */
 #include "formats/scan/number.h"
 
 #include <locale.h>
@@ -8,14 +8,15 @@
 #include <string.h>
 #include <strings.h>
 
-/* Longer tokens than this are no number that anyone wrote on purpose. */
+/* A longer token is no number that anyone wrote on purpose. */
 #define STP_NUMBER_CHARS_MAX 400
 
-/* Below these both operands are exact doubles, so one operation rounds correctly (Clinger 1990). */
+/* If mantissa and exponent are below these limits, both operands are exact doubles, so one
+ * operation rounds correctly (Clinger 1990). */
 #define STP_EXACT_MANTISSA ((uint64_t)1 << 53)
 #define STP_EXACT_EXPONENT 22
 
-/* So many digits always fit 64 bits, and 5 to this power fits 63. */
+/* This many digits always fit into 64 bits, and 5 to this power fits into 63. */
 #define STP_WIDE_DIGITS 19
 #define STP_WIDE_EXPONENT 27
 
@@ -54,7 +55,7 @@ static const uint64_t powers_of_five[STP_WIDE_EXPONENT + 1] = {
     7450580596923828125u,
 };
 
-/* mantissa * 10^exponent; exact says that no digit was lost. */
+/* mantissa * 10^exponent; exact: no digit was lost. */
 typedef struct decimal {
     uint64_t mantissa;
     int exponent;
@@ -66,7 +67,7 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-/* nan, inf and what Windows' printf makes of them. */
+/* nan, inf and the forms that Windows' printf writes. */
 static bool parse_special(const char *begin, const char *end, double *value)
 {
     bool negative = begin < end && *begin == '-';
@@ -88,7 +89,7 @@ static bool parse_special(const char *begin, const char *end, double *value)
     return false;
 }
 
-/* The rare cases (many digits, large exponents) by the C library, in the C locale. */
+/* Parses the rare cases (many digits, large exponents) with the C library, in the C locale. */
 static double parse_slow(const char *begin, size_t length)
 {
     char text[STP_NUMBER_CHARS_MAX + 1];
@@ -101,7 +102,7 @@ static double parse_slow(const char *begin, size_t length)
     return value;
 }
 
-/* Wraps around beyond 19 digits that count, which the caller finds out. */
+/* The mantissa wraps around beyond 19 significant digits; the caller detects that. */
 static const char *scan_digits(const char *at, const char *end, uint64_t *mantissa)
 {
     uint64_t value = *mantissa;
@@ -111,7 +112,7 @@ static const char *scan_digits(const char *at, const char *end, uint64_t *mantis
     return at;
 }
 
-/* Whether [at, end), digits and at most one point, has no more digits that count than fit. */
+/* True if [at, end), digits and at most one point, has no more significant digits than fit. */
 static bool digits_fit(const char *at, const char *end)
 {
     int count = 0;
@@ -120,7 +121,8 @@ static bool digits_fit(const char *at, const char *end)
     return count <= STP_WIDE_DIGITS;
 }
 
-/* Digits, at most one point, an exponent. Returns where the number ends, NULL if it is none. */
+/* Scans digits, at most one point and an exponent. Returns the end of the number, NULL if there is
+ * none. */
 static const char *scan_decimal(const char *begin, const char *end, decimal *out)
 {
     uint64_t mantissa = 0;
@@ -160,9 +162,9 @@ static double scale_by_two(double value, int exponent)
     return value * power;
 }
 
-/* Up to 19 digits and 27 places either way, in integers: the product with a power of five, or the
- * quotient by it, to at least 63 bits, whose last says whether anything but zeros would follow. The
- * one rounding is the conversion's. mantissa is not 0. */
+/* Composes numbers with up to 19 digits and 27 places either way in integers. Multiplies or divides
+ * the mantissa by a power of five, to at least 63 bits; the last bit says whether a nonzero rest
+ * follows. The only rounding is the conversion to double. mantissa is not 0. */
 static double compose_wide(uint64_t mantissa, int exponent)
 {
     const uint64_t five = powers_of_five[exponent < 0 ? -exponent : exponent];

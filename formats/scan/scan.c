@@ -1,4 +1,5 @@
-/* Scans in: one stream of points, from a PLY stream, a mesh's vertices or samples of its faces. */
+/* Reads scans as one stream of points: from a streamed file, a mesh's vertices or samples of its
+ * faces. */
 #include "formats/scan/scan.h"
 
 #include "base/memory.h"
@@ -24,15 +25,15 @@ struct stp_scan {
     char *path;
     stp_scan_params params;
     stp_scan_info info;
-    stp_ply *ply;                  /* streamed; NULL where the mesh is held */
-    const stp_scan_reader *reader; /* of another streamed format; NULL where it is none */
+    stp_ply *ply;                  /* streamed PLY; NULL if the mesh is held */
+    const stp_scan_reader *reader; /* of another streamed format; NULL if there is none */
     void *reader_state;
-    stp_point_mesh mesh;        /* empty where the file is streamed */
-    size_t next_point;          /* of the mesh */
-    stp_line_set lines;         /* of its edges */
-    stp_triangle_set triangles; /* of its faces, the large ones of a hybrid */
-    uint8_t *taken; /* by point of the mesh: it is a line's or a large triangle's alone; NULL where
-                       there are none */
+    stp_point_mesh mesh;        /* empty if the file is streamed */
+    size_t next_point;          /* index in the mesh */
+    stp_line_set lines;         /* made of the mesh's edges */
+    stp_triangle_set triangles; /* the large faces of a hybrid */
+    uint8_t *taken; /* per point of the mesh: only lines or large triangles use it; NULL if there
+                       are none */
     bool sampling;
     stp_mesh_sampler sampler;
     stp_dvec3 *stations, station_up;
@@ -48,7 +49,7 @@ const char *stp_reject_name(stp_reject reject)
     return names[reject];
 }
 
-/* Formats of points alone, by stp_scan_format. */
+/* The readers of formats that only have points, by stp_scan_format. */
 static const stp_scan_reader *streamed_format(stp_scan_format format)
 {
     static const stp_scan_reader *const readers[STP_SCAN_FORMAT_COUNT] = {
@@ -100,7 +101,7 @@ done:
     return status;
 }
 
-/* Streams the vertices; only edges, and faces that are needed, make us hold the file whole. */
+/* Streams the vertices. Holds the whole file only if it has edges, or if faces are needed. */
 static stp_status open_ply(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -138,7 +139,7 @@ done:
     return status;
 }
 
-/* Turns edges into lines; what they do not go through stays points. */
+/* Turns edges into lines. Vertices that no line uses stay points. */
 static stp_status take_edges(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -156,7 +157,7 @@ done:
     return status;
 }
 
-/* From here on the reader is closed with the scan. */
+/* From here on the reader is closed together with the scan. */
 static stp_status open_streamed(stp_scan *scan, const stp_scan_reader *reader, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -167,8 +168,8 @@ done:
     return status;
 }
 
-/* Normals from the faces where the file has none, and no normals where none are wanted. */
-static void settle_normals(stp_scan *scan)
+/* Takes normals from the faces if the file has none; removes normals if none are wanted. */
+static void decide_normals(stp_scan *scan)
 {
     if (scan->params.recompute_normals) {
         scan->info.attributes &= ~(uint32_t)STP_POINT_HAS_NORMAL;
@@ -179,7 +180,7 @@ static void settle_normals(stp_scan *scan)
     }
 }
 
-/* Parts large triangles from what becomes points; what is left of them to sample may be nothing. */
+/* Separates large triangles from those that become points. Nothing may be left to sample. */
 static stp_status split_hybrid(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -198,7 +199,7 @@ static stp_status split_hybrid(stp_scan *scan, stp_error *err)
     scan->info.point_count = 0;
     for (size_t i = 0; !sampled && i < mesh->point_count; i++)
         scan->info.point_count += !scan->taken[i];
-    if (sampled && scan->params.sample_count == 0) /* nor its vertices */
+    if (sampled && scan->params.sample_count == 0) /* the vertices are no points either */
         scan->next_point = mesh->point_count;
 done:
     return status;
@@ -222,15 +223,15 @@ done:
     return status;
 }
 
-/* Columns can be named where the file does not. */
+/* Fails if the user names columns for a format that names its own. */
 static stp_status check_columns(const stp_scan *scan, stp_scan_format format, stp_error *err)
 {
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
         return STP_OK;
-    return stp_error_set(err, STP_INVALID_ARGUMENT,
-                         "%s: says itself what its numbers are: --columns is for XYZ, TXT, CSV and "
-                         "PTS",
-                         scan->path);
+    return stp_error_set(
+        err, STP_INVALID_ARGUMENT,
+        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and PTS",
+        scan->path);
 }
 
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
@@ -251,7 +252,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     STP_TRY(take_edges(scan, err));
-    settle_normals(scan);
+    decide_normals(scan);
     if (scan->params.hybrid)
         STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)
@@ -280,7 +281,7 @@ void stp_scan_take_triangles(stp_scan *scan, stp_triangle_set *out)
     scan->triangles = (stp_triangle_set){0};
 }
 
-/* Those that are not taken. */
+/* Reads the points of the mesh that are not taken. */
 static size_t read_untaken(stp_scan *scan, stp_point *points, size_t capacity)
 {
     size_t count = 0;

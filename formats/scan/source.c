@@ -1,4 +1,4 @@
-/* A file read forwards in large blocks. */
+/* Reads a file forwards in large blocks. */
 #include "formats/scan/source.h"
 
 #include "base/file.h"
@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Large enough that a read costs little beside decoding, small enough for the second-level cache.
+/* Large enough that reading costs little beside decoding, small enough for the second-level cache.
  */
 #define STP_SOURCE_BLOCK ((size_t)1 << 19)
 
@@ -48,8 +48,7 @@ void stp_source_skip(stp_source *source, uint64_t size)
         stp_source_seek(source, source->offset + size, source->line);
 }
 
-/* Adds what the file has next, so that the buffer holds at least `needed` unread bytes if the file
- * does. */
+/* Reads on until the buffer holds at least `needed` unread bytes, or the file ends. */
 static stp_status fill(stp_source *source, size_t needed, stp_error *err)
 {
     stp_status status = STP_OK;

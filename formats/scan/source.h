@@ -1,7 +1,8 @@
-/* A file read forwards in large blocks: bytes for binary formats, lines for text.
+/* Reads a file forwards in large blocks: bytes for binary formats, lines for text.
  *
- * Knows where it is (byte and line), so that messages can say so. Memory: one block, grown only to
- * hold a longer line or request, at most STP_SOURCE_REQUEST_MAX. Threads: one at a time. */
+ * A source knows its place (byte and line), so that messages can name it. Memory: one block, which
+ * grows only to hold a longer line or request, at most STP_SOURCE_REQUEST_MAX. Threads: one at a
+ * time. */
 #ifndef STP_FORMATS_SCAN_SOURCE_H
 #define STP_FORMATS_SCAN_SOURCE_H
 
@@ -16,8 +17,8 @@
 typedef struct stp_source {
     int descriptor;   /* -1: closed */
     const char *path; /* borrowed; for messages */
-    uint64_t size;    /* of the file, in bytes */
-    uint64_t offset;  /* in the file, of the next byte */
+    uint64_t size;    /* of the file, bytes */
+    uint64_t offset;  /* of the next byte in the file */
     uint64_t line;    /* number of the line read last, 1 for the first */
     unsigned char *buffer;
     size_t begin, end; /* unread bytes in buffer */
@@ -27,10 +28,11 @@ typedef struct stp_source {
 /* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */
 stp_status stp_source_open(stp_source *source, const char *path, stp_error *err);
 void stp_source_close(stp_source *source);
-/* Continues at this byte; line numbers go on from `line`, the number of the line before it. */
+/* Continues at this byte. line is the number of the line before the byte; later line numbers go on
+ * from there. */
 void stp_source_seek(stp_source *source, uint64_t offset, uint64_t line);
-/* Gives the next size bytes, valid until the next call; fewer, *available < size, only at the end
- * of the file. Does not consume. Errors: IO, LIMIT, OUT_OF_MEMORY. */
+/* Gives the next size bytes, valid until the next call. Gives fewer (*available < size) only at the
+ * end of the file. Does not consume. Errors: IO, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_source_peek(stp_source *source, size_t size, const unsigned char **bytes,
                            size_t *available, stp_error *err);
 /* Consumes size bytes that were peeked. */
@@ -39,15 +41,15 @@ static inline void stp_source_consume(stp_source *source, size_t size)
     source->begin += size;
     source->offset += size;
 }
-/* Consumes size bytes, peeked or not; the caller knows that the file has them. */
+/* Consumes size bytes, peeked or not. The caller knows that the file has them. */
 void stp_source_skip(stp_source *source, uint64_t size);
-/* Gives the next line without its \n or \r\n, valid until the next call, and consumes it; *begin
+/* Gives the next line without its \n or \r\n, valid until the next call, and consumes it. *begin is
  * NULL at the end of the file. Errors: IO, LIMIT (line too long), OUT_OF_MEMORY. */
 stp_status stp_source_line(stp_source *source, const char **begin, const char **end,
                            stp_error *err);
 
-/* Next run of characters other than space and tab in [*at, end): advances *at behind it and returns
- * its begin; NULL if there is none. */
+/* Finds the next run of characters other than space and tab in [*at, end). Moves *at to its end and
+ * returns its begin; NULL if there is none. */
 static inline const char *stp_token(const char **at, const char *end)
 {
     const char *begin = *at;

@@ -1,9 +1,8 @@
-/* Intensities, colours and classes of any range, brought to what points have; told from a look at
- * records spread over the file.
+/* Maps intensities, colours and classes of any range to the range of stp_point.
  *
- * What a value means is said by the file, or told from the greatest of a sample: whole numbers of 8
- * bits are what they are; floats up to 1 are fractions; any values up to 255 are 8-bit ones that
- * were stored wide; others are taken as 16-bit. Threads: any. */
+ * The file says what a value means. If it does not, the greatest value of a sample of records,
+ * spread over the file, decides: 8-bit whole numbers are 8-bit; floats up to 1 are fractions; other
+ * values up to 255 are 8-bit values that were stored wide; all others are 16-bit. Threads: any. */
 #ifndef STP_FORMATS_SCAN_VALUE_RANGE_H
 #define STP_FORMATS_SCAN_VALUE_RANGE_H
 
@@ -11,16 +10,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Values from low to high > low stand for 0 to 65535. */
+/* Values from low to high map to 0..65535; high > low. */
 typedef struct stp_value_range {
     double low, high;
 } stp_value_range;
 
-/* By the type of a value and the greatest of a sample. */
+/* Guesses the range from the type of a value and the greatest value of a sample. */
 static inline stp_value_range stp_value_range_guess(bool is_float, unsigned bytes, double maximum)
 {
     double high = 65535.0;
-    /* Nothing but zeros says nothing: then a 16-bit type is what it claims to be. */
+    /* If all values are zero, believe the type: a 16-bit type is 16-bit. */
     const bool claims_16_bits = !is_float && bytes == 2;
     if (is_float && maximum <= 1.0)
         high = 1.0;
@@ -35,19 +34,19 @@ static inline stp_value_range stp_value_range_join(stp_value_range a, stp_value_
     return (stp_value_range){fmin(a.low, b.low), fmax(a.high, b.high)};
 }
 
-/* What a difference in value is worth: exact for 0..1, 0..255 and 0..65535. */
+/* Range of stp_point per unit of value; exact for 0..1, 0..255 and 0..65535. */
 static inline double stp_value_range_scale(stp_value_range range)
 {
     return 65535.0 / (range.high - range.low);
 }
 
-/* NaN and negative become 0, what is too great the maximum. */
+/* NaN and negative values become 0, values above maximum become maximum. */
 static inline double stp_value_clamp(double value, double maximum)
 {
     return value > 0.0 ? fmin(value, maximum) : 0.0;
 }
 
-/* scale is the range's. */
+/* scale is stp_value_range_scale of the range. */
 static inline uint16_t stp_value_range_map(double value, double low, double scale)
 {
     return (uint16_t)(stp_value_clamp((value - low) * scale, 65535.0) + 0.5);
@@ -58,11 +57,11 @@ static inline uint8_t stp_class_of(double value)
     return (uint8_t)(stp_value_clamp(value, 255.0) + 0.5);
 }
 
-/* Where a look at `blocks` places spread over `total` records begins its nth; total may be any
- * number that a file gives. */
+/* The first record of the given block, if `blocks` blocks are spread over `total` records. total
+ * may be any number that a file gives. */
 static inline uint64_t stp_spread_begin(uint64_t total, uint64_t block, uint64_t blocks)
 {
-    /* Divided first: the product of a hostile total would overflow. */
+    /* Divide first: for a hostile total the product would overflow. */
     return total / blocks * block + total % blocks * block / blocks;
 }
 

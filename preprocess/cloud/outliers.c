@@ -291,7 +291,7 @@ static bool near_kept(const finder *f, uint32_t row)
 }
 
 /* Repeats rule 2 until nothing changes. */
-static stp_status settle(finder *f, stp_error *err)
+static stp_status decide(finder *f, stp_error *err)
 {
     uint32_t *rows = NULL, count = f->doubtful.count;
     stp_status status =
@@ -345,7 +345,7 @@ stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_
     STP_TRY(stp_cloud_run(cloud, pool, block_count, join_block, &f, err));
     *count = 0;
     if (f.any_joined) {
-        STP_TRY(settle(&f, err));
+        STP_TRY(decide(&f, err));
         *count = mark(&f);
     }
 done:

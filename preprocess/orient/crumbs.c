@@ -8,11 +8,11 @@
 /* Crumbs lie beside crumbs: turning one may make another wrong. */
 #define SWEEPS 3
 
-typedef struct settling {
+typedef struct crumb_vote {
     const stp_sheets *sheets;
     float *odds; /* by kept point: log odds; above 0 if its neighbours agree */
     float *sums; /* by piece: sum over a crumb */
-} settling;
+} crumb_vote;
 
 static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)
 {
@@ -36,8 +36,8 @@ static bool is_asked(const stp_sheets *s, uint32_t point)
 
 static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    const settling *settle = context;
-    const stp_sheets *s = settle->sheets;
+    const crumb_vote *vote = context;
+    const stp_sheets *s = vote->sheets;
     const stp_graph *graph = &s->graphs[index];
     const uint8_t *at = graph->lists;
     uint32_t list[STP_NEIGHBOURS_LIMIT];
@@ -46,47 +46,46 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
         at = stp_place_list_next(at, self, s->k, list);
-        settle->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
+        vote->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
     }
     return STP_OK;
 }
 
-static void turn_crumbs(const settling *settle)
+static void turn_crumbs(const crumb_vote *vote)
 {
-    const stp_sheets *s = settle->sheets;
-    memset(settle->sums, 0, s->piece_count * sizeof *settle->sums);
+    const stp_sheets *s = vote->sheets;
+    memset(vote->sums, 0, s->piece_count * sizeof *vote->sums);
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
             if (is_asked(s, s->graphs[c].kept[i]))
-                settle->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
-                    settle->odds[s->kept_begin[c] + i];
+                vote->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
+                    vote->odds[s->kept_begin[c] + i];
     }
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
             uint32_t point = s->graphs[c].kept[i];
-            if (is_asked(s, point) && settle->sums[stp_sheets_root(s, point)] < 0.0f)
+            if (is_asked(s, point) && vote->sums[stp_sheets_root(s, point)] < 0.0f)
                 s->cloud->marks[point] ^= STP_MARK_TURNED;
         }
     }
 }
 
-stp_status stp_crumbs_settle(const stp_sheets *s, stp_pool *pool, stp_error *err)
+stp_status stp_crumbs_turn(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_spill *spill = s->cloud->spill;
     uint32_t cell_count = s->cloud->cell_count, kept = s->kept_begin[cell_count];
-    settling settle = {.sheets = s};
-    STP_TRY(stp_spill_alloc(spill, &settle.odds, kept, sizeof *settle.odds, "pieces", err));
-    STP_TRY(
-        stp_spill_alloc(spill, &settle.sums, s->piece_count, sizeof *settle.sums, "pieces", err));
+    crumb_vote vote = {.sheets = s};
+    STP_TRY(stp_spill_alloc(spill, &vote.odds, kept, sizeof *vote.odds, "pieces", err));
+    STP_TRY(stp_spill_alloc(spill, &vote.sums, s->piece_count, sizeof *vote.sums, "pieces", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &settle, err));
-        turn_crumbs(&settle);
+        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &vote, err));
+        turn_crumbs(&vote);
     }
 done:
-    stp_spill_free(spill, settle.sums);
-    stp_spill_free(spill, settle.odds);
+    stp_spill_free(spill, vote.sums);
+    stp_spill_free(spill, vote.odds);
     return status;
 }

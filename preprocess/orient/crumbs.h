@@ -7,6 +7,6 @@
 
 /* Turns each crumb of oriented points whose oriented neighbours disagree with it. The neighbours
  * decide by the sum of log odds that each relation is right. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_crumbs_settle(const stp_sheets *sheets, stp_pool *pool, stp_error *err);
+stp_status stp_crumbs_turn(const stp_sheets *sheets, stp_pool *pool, stp_error *err);
 
 #endif

@@ -11,11 +11,11 @@
 /* Turning one point may make another wrong. */
 #define SWEEPS 3
 
-typedef struct settling {
+typedef struct facing_check {
     const stp_sheets *sheets;
     const stp_dvec3 *stations;
     uint8_t *wrong; /* by kept point: is turned after the sweep */
-} settling;
+} facing_check;
 
 double stp_facing(const stp_cloud_point *p, vec3s normal, const stp_dvec3 *stations)
 {
@@ -36,27 +36,27 @@ bool stp_facing_plainly(const stp_cloud_point *p, const stp_dvec3 *stations)
     return is_plain(ODDS_OF_COSINE * (float)stp_facing(p, p->normal, stations));
 }
 
-static float own_odds(const settling *settle, uint32_t point)
+static float own_odds(const facing_check *check, uint32_t point)
 {
-    const stp_cloud *cloud = settle->sheets->cloud;
+    const stp_cloud *cloud = check->sheets->cloud;
     return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point], stp_cloud_normal(cloud, point),
-                                              settle->stations);
+                                              check->stations);
 }
 
 /* A neighbour's word is no surer than the neighbour itself. */
-static float said_odds(const settling *settle, uint32_t self, uint32_t other)
+static float said_odds(const facing_check *check, uint32_t self, uint32_t other)
 {
-    stp_relation r = stp_relate_marked(settle->sheets->cloud, self, other);
+    stp_relation r = stp_relate_marked(check->sheets->cloud, self, other);
     if (r.rank >= STP_RANK_NONE)
         return 0.0f;
-    float sure = fabsf(own_odds(settle, other)), odds = stp_relation_odds(r);
+    float sure = fabsf(own_odds(check, other)), odds = stp_relation_odds(r);
     return fmaxf(-sure, fminf(odds, sure));
 }
 
 static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    settling *settle = context;
-    const stp_sheets *s = settle->sheets;
+    facing_check *check = context;
+    const stp_sheets *s = check->sheets;
     const stp_graph *graph = &s->graphs[index];
     const uint8_t *at = graph->lists;
     uint32_t list[STP_NEIGHBOURS_LIMIT];
@@ -65,39 +65,39 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
         at = stp_place_list_next(at, self, s->k, list);
-        float sum = own_odds(settle, self);
+        float sum = own_odds(check, self);
         bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
         for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)
-            sum += said_odds(settle, self, list[n]);
-        settle->wrong[s->kept_begin[index] + i] = asked && sum < 0.0f;
+            sum += said_odds(check, self, list[n]);
+        check->wrong[s->kept_begin[index] + i] = asked && sum < 0.0f;
     }
     return STP_OK;
 }
 
-static void turn_wrong(const settling *settle)
+static void turn_wrong(const facing_check *check)
 {
-    const stp_sheets *s = settle->sheets;
+    const stp_sheets *s = check->sheets;
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
-            if (settle->wrong[s->kept_begin[c] + i])
+            if (check->wrong[s->kept_begin[c] + i])
                 s->cloud->marks[s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
     }
 }
 
-stp_status stp_facing_settle(const stp_sheets *s, const stp_dvec3 *stations, stp_pool *pool,
-                             stp_error *err)
+stp_status stp_facing_correct(const stp_sheets *s, const stp_dvec3 *stations, stp_pool *pool,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t cell_count = s->cloud->cell_count;
-    settling settle = {.sheets = s, .stations = stations};
-    STP_TRY(stp_spill_alloc(s->cloud->spill, &settle.wrong, s->kept_begin[cell_count],
-                            sizeof *settle.wrong, "signs", err));
+    facing_check check = {.sheets = s, .stations = stations};
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &check.wrong, s->kept_begin[cell_count],
+                            sizeof *check.wrong, "signs", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &settle, err));
-        turn_wrong(&settle);
+        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &check, err));
+        turn_wrong(&check);
     }
 done:
-    stp_spill_free(s->cloud->spill, settle.wrong);
+    stp_spill_free(s->cloud->spill, check.wrong);
     return status;
 }

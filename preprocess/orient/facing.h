@@ -18,7 +18,7 @@ bool stp_facing_plainly(const stp_cloud_point *point, const stp_dvec3 *stations)
 /* Turns oriented points that are not seen plainly, by the sum of the log odds from their station
  * and from each of their neighbours. stations has at least one. The result is the same for any
  * number of threads. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_facing_settle(const stp_sheets *sheets, const stp_dvec3 *stations, stp_pool *pool,
-                             stp_error *err);
+stp_status stp_facing_correct(const stp_sheets *sheets, const stp_dvec3 *stations, stp_pool *pool,
+                              stp_error *err);
 
 #endif

@@ -26,12 +26,12 @@ static stp_status connect(stp_cloud *cloud, unsigned k, stp_graph **graphs,
         STP_TRY(stp_turn_pieces(&sheets, stations, turned, err));
     }
     if (turned->oriented > 0 && stations)
-        STP_TRY(stp_facing_settle(&sheets, stations, pool, err));
+        STP_TRY(stp_facing_correct(&sheets, stations, pool, err));
     if (turned->oriented > 0 && !stations) {
         STP_TRY(stp_turn_seen(&sheets, pool, err));
-        STP_TRY(stp_crumbs_settle(&sheets, pool, err));
+        STP_TRY(stp_crumbs_turn(&sheets, pool, err));
     }
-    STP_TRY(stp_sheets_settle(&sheets, pool, err));
+    STP_TRY(stp_sheets_adopt(&sheets, pool, err));
 done:
     stp_sheets_clear(&sheets);
     return status;

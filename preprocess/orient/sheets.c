@@ -155,17 +155,17 @@ static uint32_t adopt(const stp_sheets *s, uint32_t self, const uint32_t *list)
     return count ? candidates[best].root : stp_sheets_root(s, self);
 }
 
-typedef struct settling {
+typedef struct adoption {
     const stp_sheets *sheets;
-    uint32_t *adopted; /* by kept point */
-} settling;
+    uint32_t *sheets_of; /* by kept point */
+} adoption;
 
 /* A point that noise moved off its surface joins the sheet nearest to it. Edges would lead through
  * such points from one side of a thin plate to the other. */
 static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    const settling *settle = context;
-    const stp_sheets *s = settle->sheets;
+    const adoption *adopted = context;
+    const stp_sheets *s = adopted->sheets;
     const stp_graph *graph = &s->graphs[index];
     const uint8_t *at = graph->lists;
     uint32_t list[STP_NEIGHBOURS_LIMIT];
@@ -174,16 +174,16 @@ static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_e
     for (uint32_t i = 0; i < graph->kept_count; i++) {
         uint32_t self = graph->kept[i];
         at = stp_place_list_next(at, self, s->k, list);
-        settle->adopted[s->kept_begin[index] + i] =
+        adopted->sheets_of[s->kept_begin[index] + i] =
             stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
     }
     return STP_OK;
 }
 
-static stp_status settle_cell(void *context, size_t index, unsigned worker, stp_error *err)
+static stp_status take_adopted(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    const settling *settle = context;
-    const stp_sheets *s = settle->sheets;
+    const adoption *adopted = context;
+    const stp_sheets *s = adopted->sheets;
     const stp_graph *graph = &s->graphs[index];
     const stp_cell *cell = &s->cloud->cells[index];
     (void)worker;
@@ -191,24 +191,24 @@ static stp_status settle_cell(void *context, size_t index, unsigned worker, stp_
     for (uint32_t i = cell->begin; i < cell->end; i++)
         s->cloud->sheets[i] = stp_sheets_root(s, i);
     for (uint32_t i = 0; i < graph->kept_count; i++)
-        s->cloud->sheets[graph->kept[i]] = settle->adopted[s->kept_begin[index] + i];
+        s->cloud->sheets[graph->kept[i]] = adopted->sheets_of[s->kept_begin[index] + i];
     for (uint32_t i = cell->begin; i < cell->end; i++)
         if (!stp_has_normal(&s->cloud->points[i]))
             s->cloud->sheets[i] = STP_SHEET_NONE;
     return STP_OK;
 }
 
-stp_status stp_sheets_settle(stp_sheets *s, stp_pool *pool, stp_error *err)
+stp_status stp_sheets_adopt(stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    settling settle = {.sheets = s};
+    adoption adopted = {.sheets = s};
     const uint32_t cell_count = s->cloud->cell_count;
-    STP_TRY(stp_spill_alloc(s->cloud->spill, &settle.adopted, s->kept_begin[cell_count],
-                            sizeof *settle.adopted, "sheets", err));
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, adopt_cell, &settle, err));
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, settle_cell, &settle, err));
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &adopted.sheets_of, s->kept_begin[cell_count],
+                            sizeof *adopted.sheets_of, "sheets", err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, adopt_cell, &adopted, err));
+    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, take_adopted, &adopted, err));
 done:
-    stp_spill_free(s->cloud->spill, settle.adopted);
+    stp_spill_free(s->cloud->spill, adopted.sheets_of);
     return status;
 }
 

@@ -30,7 +30,7 @@ stp_status stp_sheets_cross(stp_sheets *sheets, stp_error *err);
 /* Sets the cloud's final sheets. A point gets the sheet of its piece. A point on a crumb gets the
  * sheet nearby whose planes are nearest to it. A point without a normal gets none. Call this last:
  * it forgets the pieces. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_sheets_settle(stp_sheets *sheets, stp_pool *pool, stp_error *err);
+stp_status stp_sheets_adopt(stp_sheets *sheets, stp_pool *pool, stp_error *err);
 void stp_sheets_clear(stp_sheets *sheets);
 
 /* The sheet of a point's piece, and whether that sheet is a crumb. */

@@ -54,10 +54,10 @@ int stp_strip_choose_lattice(stp_strip_part *part, double precision, double side
         isfinite(thin) ? parts * thin : length / (part->count > 1 ? part->count - 1 : 1);
     int wanted = stp_lattice_exponent(spacing, 0.0, precision, v->position);
     int exponent = stp_lattice_exponent(spacing, 2.0 * reach, precision, v->position);
-    const stp_lattices settled =
-        stp_lattices_settle(exponent, &box, part->count > 1 ? reach : 0.0, side);
-    part->exponent = settled.exponent;
-    part->vertex_exponent = settled.vertex_exponent;
+    const stp_lattices lattices =
+        stp_lattices_choose(exponent, &box, part->count > 1 ? reach : 0.0, side);
+    part->exponent = lattices.exponent;
+    part->vertex_exponent = lattices.vertex_exponent;
     part->first_exponent = part->last_exponent =
         part->count > 1 ? part->exponent : part->vertex_exponent; /* a lone vertex is its disc */
     return part->exponent - wanted;

@@ -17,7 +17,7 @@ static int greater(int a, int b)
     return a > b ? a : b;
 }
 
-stp_lattices stp_lattices_settle(int exponent, const stp_dbox *box, double radius, double side)
+stp_lattices stp_lattices_choose(int exponent, const stp_dbox *box, double radius, double side)
 {
     const double far = farthest_of(box);
     if (far > 0.0)

@@ -25,7 +25,7 @@ typedef struct stp_lattices {
 /* Lattices that are no finer than `exponent`, and no finer than doubles and a model `side` wide
  * allow. box: of the patch's vertices. radius: about that of its patch vertex, or 0 if that is like
  * a sample. */
-stp_lattices stp_lattices_settle(int exponent, const stp_dbox *box, double radius, double side);
+stp_lattices stp_lattices_choose(int exponent, const stp_dbox *box, double radius, double side);
 
 /* The nearest point of the lattice; |p| < 2^51 steps. */
 stp_dvec3 stp_on_lattice(stp_dvec3 p, int exponent);

@@ -288,7 +288,7 @@ static stp_status place_points(pixel_grid *g, const stp_scan_grid *grid, stp_err
 
 /* If depths come in steps, most windows of a tile may lie within one step. So the noise of a tile
  * is what most of its windows do not exceed, but at most twice the image's median. */
-static stp_status settle_noise(pixel_grid *g, size_t tiles, stp_error *err)
+static stp_status decide_noise(pixel_grid *g, size_t tiles, stp_error *err)
 {
     double *sorted = NULL;
     size_t count = 0;
@@ -326,7 +326,7 @@ stp_status stp_image_normals(const stp_file_points *points, const stp_scan_grid 
     STP_TRY(stp_alloc(&g.most, tiles, sizeof *g.most, "an image", err));
     STP_TRY(stp_alloc(&g.angle, tiles, sizeof *g.angle, "an image", err));
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, measure_row, &g, err));
-    STP_TRY(settle_noise(&g, tiles, err));
+    STP_TRY(decide_noise(&g, tiles, err));
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, set_row, &g, err));
     *count += atomic_load(&g.count);
 done:

@@ -105,9 +105,9 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
     const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
     const int wanted = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
     const int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
-    const stp_lattices settled = stp_lattices_settle(exponent, &box, reach, m->side);
-    part->exponent = part->coarsest = settled.exponent;
-    part->vertex_exponent = settled.vertex_exponent;
+    const stp_lattices lattices = stp_lattices_choose(exponent, &box, reach, m->side);
+    part->exponent = part->coarsest = lattices.exponent;
+    part->vertex_exponent = lattices.vertex_exponent;
     return part->exponent <= wanted && reach - wide <= PART_SIZES * size;
 }
 

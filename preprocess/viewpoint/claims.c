@@ -18,9 +18,9 @@ static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_s
 }
 
 /* Checks one file: its claim, then its image. */
-static stp_status settle_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
-                              const stp_dvec3 *stations, const stp_file_points *points,
-                              stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
+                             const stp_dvec3 *stations, const stp_file_points *points,
+                             stp_pool *pool, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_image image = {0};
@@ -51,8 +51,8 @@ done:
     return status;
 }
 
-stp_status stp_claims_settle(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
-                             stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
+                            stp_pool *pool, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_file_points points = {.cloud = cloud};
@@ -64,7 +64,7 @@ stp_status stp_claims_settle(stp_first_camera *out, stp_cloud *cloud, const stp_
                          ? cloud->count
                          : stp_find_source(cloud, points.begin, cloud->count, next);
         if (points.end > points.begin)
-            STP_TRY(settle_file(out, cloud, file, source->stations, &points, pool, stats, err));
+            STP_TRY(check_file(out, cloud, file, source->stations, &points, pool, stats, err));
         points.begin = points.end;
         points.first_place = next;
     }

@@ -14,7 +14,7 @@
  *   (image_normals.h).
  *
  * Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_claims_settle(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
-                             stp_pool *pool, stp_prep_stats *stats, stp_error *err);
+stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
+                            stp_pool *pool, stp_prep_stats *stats, stp_error *err);
 
 #endif

@@ -5,9 +5,9 @@
 
 /* The near plane lies this fraction of the ball's radius in front of the eye. */
 #define NEAR_FRACTION 1e-5
-/* Longest sides of the box from the origin, along both x and y. */
+/* x and y are a map's if both lie this many longest sides of the box away from the origin. */
 #define MAP_SIZES 8.0
-/* What eyes and pictures may be: of any model that a file holds, from anywhere about it. */
+/* Greatest distance of an eye: enough for any model that a file holds, from anywhere around it. */
 #define REACH_LIMIT 1e17
 #define HEIGHT_LIMIT 1e20
 #define FOCAL_LIMIT_PX 1e9
@@ -111,7 +111,7 @@ stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int h
     return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
-/* Whether x and y are those of a map: both lie as far from the origin as no model's do. */
+/* Whether x and y are map coordinates: no model of its own lies so far from the origin. */
 static bool is_map(const stp_dbox *box)
 {
     const stp_dvec3 middle = stp_dbox_middle(box);

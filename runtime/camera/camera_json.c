@@ -1,4 +1,4 @@
-/* Cameras as JSON. */
+/* Reads and writes cameras as JSON. */
 #include "runtime/camera/camera_json.h"
 
 stp_status stp_camera_read(stp_camera *camera, const cJSON *json, const char *where, stp_error *err)

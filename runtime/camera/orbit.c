@@ -1,4 +1,4 @@
-/* Turning, shifting and scaling a camera. */
+/* Turns, shifts and scales a camera. */
 #include "runtime/camera/orbit.h"
 
 #define PI 3.14159265358979323846
@@ -41,7 +41,7 @@ void stp_camera_turn(stp_camera *camera, stp_dvec3 pivot, double yaw_rad, double
     stp_dvec3 up = stp_dvec3_normalize(camera->up);
     rotate_about(camera, pivot, up, -yaw_rad);
     axes a = camera_axes(camera);
-    /* of `back` from the up axis: pitching the eye up makes it less */
+    /* Angle between `back` and the up axis; pitching the eye up lowers it. */
     double from_pole = acos(fmin(fmax(stp_dvec3_dot(a.back, up), -1.0), 1.0));
     double wanted = from_pole - pitch_rad;
     wanted = fmin(fmax(wanted, STP_ORBIT_POLE_RAD), PI - STP_ORBIT_POLE_RAD);

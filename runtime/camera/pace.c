@@ -3,23 +3,23 @@
 
 #include <math.h>
 
-/* Of the way that the slope says: so much at once. */
+/* The share of the correction, as the slope predicts it, that one frame applies. */
 #define GAIN 0.6
-/* What is off by less is left. */
+/* A smaller error of the logarithm is not corrected. */
 #define DEAD_BAND 0.04
-/* One frame moves the threshold by no more than these factors: what is far too slow is not waited
- * for. */
+/* One frame changes the threshold by at most these factors. A far too slow frame may coarsen it
+ * quickly. */
 #define COARSER_MOST 8.0
 #define FINER_MOST 1.8
-/* Samples fall as the inverse square of the threshold at most; a cost that hardly falls is not
- * followed to the end of the world. */
+/* Limits of the slope. Samples fall at most with the inverse square of the threshold. The lower
+ * limit keeps the threshold from running away if the cost hardly falls. */
 #define SLOPE_MOST 2.0
 #define SLOPE_LEAST 0.25
-/* Thresholds nearer to each other than this factor say nothing of the slope. */
+/* If two thresholds differ by less than this factor, they tell nothing about the slope. */
 #define SLOPE_STEP 1.08
 #define SPIKE 1.8
 #define SLOW_FRAMES 4
-/* A frame rate that is missed by less is held. */
+/* A frame rate counts as held if it is missed by less than this factor. */
 #define TOLERANCE 1.15
 
 stp_pace stp_pace_begin(double fps, double asked_px)
@@ -33,7 +33,7 @@ static double clamp(double x, double least, double most)
     return fmin(fmax(x, least), most);
 }
 
-/* Half of what this frame and the last say, half of what was known. */
+/* New slope: half from this frame and the last, half from before. */
 static void learn_slope(stp_pace *p, double frame_ms)
 {
     double way = log(p->threshold_px / p->last_px);

@@ -1,4 +1,4 @@
-/* Paths made and asked: which keyframes lie around a time, turntables, frames. */
+/* Makes paths and answers questions about them: keyframes around a time, turntables, frames. */
 #include "runtime/camera/path.h"
 
 #include "base/vec.h"
@@ -13,26 +13,26 @@
 #define PI 3.14159265358979323846
 #define DEGREES (PI / 180.0)
 #define ELEVATION_LIMIT_DEG 89.0
-/* Of a frame: what rounding may take from a film's last one. */
+/* The part of a frame by which rounding may shorten a film. */
 #define FRAME_SLACK 1e-6
-/* Between keyframes cameras swing out: this far they stay within what a view may be. */
+/* Between keyframes a camera may swing out; within this limit its view stays valid. */
 #define REACH_LIMIT 1e16
-/* Of the coordinates: an eye that is nearer to what it looks at has no direction that rounding
- * would not turn. */
+/* A share of the coordinates. If the eye is nearer to the point it looks at, rounding turns its
+ * direction. */
 #define NEAREST 1e-12
 #define TIME_LIMIT_S 1e9
 #define TIME_STEP_S 1e-6
 
 struct stp_path {
-    stp_keyframe *keys; /* where it loops, the first once more at the end */
+    stp_keyframe *keys; /* a loop has the first once more at the end */
     stp_curve_knot *knots;
-    size_t count; /* of both; 0: a turntable */
+    size_t count; /* of keys and knots; 0: a turntable */
     bool loop;
     stp_turntable turntable;
-    stp_camera start; /* of the turntable */
+    stp_camera start; /* of a turntable */
 };
 
-/* What stp_view_create says of a camera, which asks for a ball and a size. */
+/* Checks a camera by stp_view_create, with some ball and size. */
 static stp_status check_camera(const stp_camera *camera, const char *name, stp_error *err)
 {
     stp_view view;
@@ -97,7 +97,7 @@ done:
     return status;
 }
 
-/* Appends the first keyframe where the way back ends; a last one that repeats it is that. */
+/* Appends the first keyframe at the end of the way back, unless the last keyframe repeats it. */
 static void close_loop(stp_path *path, const stp_path_params *params)
 {
     stp_keyframe *keys = path->keys;
@@ -135,7 +135,7 @@ done:
     return status;
 }
 
-/* Raises the eye over what it looks at. */
+/* Raises the eye above the point it looks at. */
 static void set_elevation(stp_camera *camera, double elevation_deg)
 {
     stp_dvec3 up = stp_dvec3_normalize(camera->up);
@@ -216,7 +216,7 @@ static stp_camera turntable_camera(const stp_path *path, double time_s)
     return camera;
 }
 
-/* The last keyframe that is not after a time; keys[0] is not. */
+/* The last keyframe at or before a time, which is not before keys[0]. */
 static size_t find_key(const stp_path *path, double time_s)
 {
     size_t low = 0, high = path->count;

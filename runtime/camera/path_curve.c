@@ -1,4 +1,4 @@
-/* Tangents, cubics, and the rotation that a camera falls back on. */
+/* Computes tangents, cubics, and the rotation that a camera falls back on. */
 #include "runtime/camera/path_curve.h"
 
 #include "base/vec.h"
@@ -6,16 +6,17 @@
 #define DEGREES (3.14159265358979323846 / 180.0)
 /* Longest tangent, in lengths of the slower of the two segments it joins. */
 #define SPEED_LIMIT 3.0
-/* Of the distance that the rotation gives: below FAR_LEAST the direction is the rotation's alone,
- * above FAR_ENOUGH that of eye and look. */
+/* Shares of the distance that the rotation gives. Below FAR_LEAST the direction is the rotation's;
+ * above FAR_ENOUGH it is the direction from eye to look; between, a mixture. */
 #define FAR_LEAST 0.05
 #define FAR_ENOUGH 0.4
-/* Likewise for the sine of the angle between the direction and up. */
+/* The same for the sine of the angle between direction and up. */
 #define ASIDE_LEAST 0.03
 #define ASIDE_ENOUGH 0.2
-/* Least distance of the point looked at, of the eye's coordinates: nearer, both would be one. */
+/* Least distance of eye and look, as a share of the eye's coordinates: nearer, they would
+ * coincide. */
 #define NEAREST 1e-12
-/* Heights, and tangents of half an angle, within which curves stay: any view may have them. */
+/* Limits for heights, and for tangents of half the angle; views may have any value within. */
 #define HEIGHT_LIMIT 0.99e20
 #define TANGENT_LEAST 5.01e-10
 #define TANGENT_MOST 1e15
@@ -65,7 +66,7 @@ static double slope_length(const stp_curve_knot *a, const stp_curve_knot *b, int
     return sqrt(sum);
 }
 
-/* Shortens a knot's speeds to what its slower side bears. */
+/* Shortens the speeds of a knot to SPEED_LIMIT times that of the slower segment. */
 static void limit_speeds(stp_curve_knot *knot, int group, double slower)
 {
     double sum = 0.0;
@@ -76,7 +77,8 @@ static void limit_speeds(stp_curve_knot *knot, int group, double slower)
         knot->speed[i] *= SPEED_LIMIT * slower / length;
 }
 
-/* of: the knot between a and b, where their times are b's and a's neighbours'. */
+/* Sets the speeds of a knot between a and b. from, to: this knot with its time next to a and next
+ * to b; the two differ where a loop closes. */
 static void set_inner(stp_curve_knot *of, const stp_curve_knot *a, const stp_curve_knot *from,
                       const stp_curve_knot *to, const stp_curve_knot *b)
 {
@@ -87,7 +89,8 @@ static void set_inner(stp_curve_knot *of, const stp_curve_knot *a, const stp_cur
         limit_speeds(of, g, fmin(slope_length(a, from, g), slope_length(to, b, g)));
 }
 
-/* An end's: of the parabola that its neighbour's speed leaves; what would run backwards rests. */
+/* Sets the speeds of an end knot, by the parabola that its neighbour's speed leaves. If the camera
+ * would run backwards, it rests. */
 static void set_end(stp_curve_knot *of, const stp_curve_knot *a, const stp_curve_knot *b,
                     const stp_curve_knot *neighbour)
 {
@@ -121,8 +124,8 @@ void stp_curve_set_speeds(stp_curve_knot *knots, size_t count, bool closed)
     set_end(&knots[last], &knots[last - 1], &knots[last], &knots[last - 1]);
 }
 
-/* The cubic through both with both speeds, from the nearer end, so that it runs the same backwards.
- */
+/* The cubic through two knots with both speeds, computed from the nearer one, so that it is the
+ * same in both directions of time. */
 static double cubic(const stp_curve_knot *a, const stp_curve_knot *b, int i, double u)
 {
     double span = b->time_s - a->time_s, step = b->value[i] - a->value[i];
@@ -139,7 +142,7 @@ static double smooth(double low, double high, double x)
     return t * t * (3.0 - 2.0 * t);
 }
 
-/* Turns the unit vector a towards b by a part of the angle between them; opposite ones stay a. */
+/* Turns unit vector a towards b by a share of the angle between them. Opposite vectors: stays a. */
 static stp_dvec3 turn(stp_dvec3 a, stp_dvec3 b, double part)
 {
     stp_dvec3 aside = stp_dvec3_sub(b, stp_dvec3_scale(a, stp_dvec3_dot(a, b)));
@@ -149,8 +152,8 @@ static stp_dvec3 turn(stp_dvec3 a, stp_dvec3 b, double part)
                                              stp_dvec3_scale(aside, sin(part * angle))));
 }
 
-/* Axis and angle of the rotation from a's axes to b's. The axis of half a turn, which the cross
- * products do not tell, is where a vector and its image add up to. */
+/* Axis and angle of the rotation from a's axes to b's. For half a turn the cross products vanish;
+ * then the axis is the sum of a vector and its image. */
 static double find_rotation(const stp_curve_knot *a, const stp_curve_knot *b, stp_dvec3 *axis)
 {
     stp_dvec3 skew = {0.0, 0.0, 0.0}, best = {0.0, 0.0, 0.0};
@@ -174,7 +177,7 @@ static double find_rotation(const stp_curve_knot *a, const stp_curve_knot *b, st
     return 180.0 * DEGREES;
 }
 
-/* What of three has most across a direction. */
+/* Of three vectors, the component across a direction that is longest. */
 static stp_dvec3 most_across(const stp_dvec3 *vectors, stp_dvec3 direction)
 {
     int best = 0;
@@ -189,7 +192,8 @@ static stp_dvec3 most_across(const stp_dvec3 *vectors, stp_dvec3 direction)
     return vectors[best];
 }
 
-/* The up vector of a camera that looks back along `back`. rotated: the axes by rotation. */
+/* The up vector of a camera that looks against `back`. rotated: the axes that the rotation
+ * gives. */
 static stp_dvec3 choose_up(stp_dvec3 up, stp_dvec3 back, const stp_dvec3 rotated[3])
 {
     double part = smooth(ASIDE_LEAST, ASIDE_ENOUGH, stp_dvec3_length(stp_dvec3_cross(up, back)));
@@ -202,7 +206,7 @@ static stp_dvec3 choose_up(stp_dvec3 up, stp_dvec3 back, const stp_dvec3 rotated
     return most_across(others, back);
 }
 
-/* Height or angle, from the curve's value. */
+/* Sets height or angle from the value of the curve. */
 static void set_zoom(stp_camera *camera, double value, bool orthographic)
 {
     const double zoom = exp(value);

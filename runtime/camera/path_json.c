@@ -1,4 +1,4 @@
-/* Paths as JSON. */
+/* Reads and writes paths as JSON. */
 #include "runtime/camera/path.h"
 
 #include "base/memory.h"
@@ -9,7 +9,7 @@
 
 #define KEY_NAME_BYTES 512
 
-/* What a keyframe says; the rest stays as it is in *key. */
+/* Reads the members that a keyframe gives; other members of *key stay. */
 static stp_status read_keyframe(stp_keyframe *key, const cJSON *json, const char *where,
                                 stp_error *err)
 {
@@ -36,7 +36,7 @@ static stp_status read_loop(stp_path_params *params, const cJSON *json, const ch
     return stp_json_numbers(json, "loop_seconds", &params->loop_s, 1, file, err);
 }
 
-/* Names the file in front of what went wrong. */
+/* Puts the file's name before the reason of an error. */
 static stp_status name_file(stp_status status, const char *file, const stp_error *reason,
                             stp_error *err)
 {
@@ -112,7 +112,7 @@ stp_status stp_path_load(stp_path **out, const char *file, const stp_camera *bas
     return status;
 }
 
-/* NULL where memory is exhausted. */
+/* The path as JSON; NULL if memory is exhausted. */
 static cJSON *path_json(const stp_path_params *params)
 {
     cJSON *json = cJSON_CreateObject();

@@ -1,10 +1,10 @@
-/* Views of host applications, made of their matrices. */
+/* Makes views from the matrices of host applications. */
 #include "base/vec.h"
 #include "runtime/camera/camera.h"
 
-/* What a picture's edge may be off by, pixels: rounding of matrices in float is far below it. */
+/* Pixels by which a picture's edge may be off. Rounding of matrices in float is far less. */
 #define TOLERANCE_PX 0.02
-/* Of a rotation's axes, times their lengths: more than float's rounding. */
+/* Tolerance for the axes of a rotation, times their lengths: more than float's rounding. */
 #define TOLERANCE_AXES 1e-5
 
 static bool all_finite(const double m[16])
@@ -15,7 +15,7 @@ static bool all_finite(const double m[16])
     return true;
 }
 
-/* Turns model_view into the eye and its axes; *scale: the host's lengths over the model's. */
+/* Takes eye and axes from model_view; *scale: lengths of the host divided by the model's. */
 static stp_status take_model_view(stp_view *view, const double m[16], double *scale, stp_error *err)
 {
     stp_dvec3 right = {m[0], m[4], m[8]}, up = {m[1], m[5], m[9]}, back = {m[2], m[6], m[10]};
@@ -45,7 +45,7 @@ static stp_status take_model_view(stp_view *view, const double m[16], double *sc
     return STP_OK;
 }
 
-/* That it is perspective, or orthographic, and nothing else. */
+/* Checks that the projection is perspective or orthographic and nothing else. */
 static stp_status check_kind(const double p[16], bool perspective, stp_error *err)
 {
     static const int none[2][9] = {{1, 2, 3, 4, 6, 7, 8, 9, 11}, {1, 2, 3, 4, 6, 7, 12, 13, 15}};
@@ -68,14 +68,14 @@ static stp_status check_kind(const double p[16], bool perspective, stp_error *er
     return STP_OK;
 }
 
-/* Turns projection into f and ndc of the model's lengths. */
+/* Takes f and ndc, in lengths of the model, from projection. */
 static stp_status take_projection(stp_view *view, const double p[16], double scale, stp_error *err)
 {
     bool perspective = p[11] != 0.0;
     stp_status status = check_kind(p, perspective, err);
     if (status != STP_OK)
         return status;
-    double w = perspective ? -p[11] : p[15]; /* clip space's w is this times depth, or this */
+    double w = perspective ? -p[11] : p[15]; /* clip w is: perspective w * depth, orthographic w */
     double half[2] = {0.5 * view->width, 0.5 * view->height};
     const double *middle = perspective ? p + 8 : p + 12;
     double x = half[0] * p[0] / w, y = half[1] * p[5] / w;

@@ -1,4 +1,4 @@
-/* Whether backs are hidden from this eye. */
+/* Decides whether backs are hidden from this eye. */
 #include "runtime/cut/culling.h"
 
 #include "runtime/cut/model.h"
@@ -11,7 +11,7 @@ static double depth_of(const stp_view *view, stp_dvec3 position)
     return -stp_dvec3_dot(view->back, stp_dvec3_sub(position, view->eye));
 }
 
-/* Whether the near plane, or a host's, may cut the model open. */
+/* Whether the near plane, the view's or a host's, may cut the model open. */
 static bool may_cut(const stp_view *view, const stp_ball *ball)
 {
     double nearest = depth_of(view, ball->centre) - ball->radius;
@@ -24,7 +24,7 @@ static bool may_cut(const stp_view *view, const stp_ball *ball)
     return !(fabs(z) <= 1.0);
 }
 
-/* Whether all that the picture shows is seen from outside the model's closed surfaces. */
+/* Whether the picture shows the model's closed surfaces only from outside. */
 static bool is_outside(const stp_view *view, const stp_model *model)
 {
     if (may_cut(view, &model->ball))
@@ -37,7 +37,7 @@ static bool is_outside(const stp_view *view, const stp_model *model)
     return stp_outside_holds(&model->outside, view->eye, corner * view->near_depth);
 }
 
-/* Adds a model's openings; false if there is no room for them. */
+/* Adds the openings of a model; false if there is no room for them. */
 static bool add_openings(stp_gpu_frame *frame, const stp_outside *outside, stp_dvec3 eye)
 {
     if ((uint32_t)frame->modes[3] + outside->opening_count > STP_OPENINGS_LIMIT)
@@ -54,8 +54,8 @@ static bool add_openings(stp_gpu_frame *frame, const stp_outside *outside, stp_d
     return true;
 }
 
-/* Whether closed backs are hidden from the eye, but for those behind the openings that are named.
- */
+/* Whether the backs of closed surfaces are hidden from the eye, except behind the openings
+ * added. */
 static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene)
 {

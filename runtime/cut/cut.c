@@ -1,4 +1,5 @@
-/* Cut selection: descend while a child's coarsest level, which its parent shows, is too coarse. */
+/* Selects the cut: descends to a child while the child's coarsest level (its parent's samples) is
+ * too coarse. */
 #include "runtime/cut/cut.h"
 
 #include "base/memory.h"
@@ -19,7 +20,7 @@ static stp_rule_bound entry_bound(const stp_chunk_entry *e, stp_dvec3 eye)
     };
 }
 
-/* Greatest error of a level, pixels; infinite where nothing bounds it. */
+/* The greatest error of a level, pixels; infinite if nothing bounds the projection. */
 static float level_error(const stp_rule_sight *sight, const stp_chunk_entry *e, int level)
 {
     if (sight->scale < 0.0f)
@@ -28,7 +29,7 @@ static float level_error(const stp_rule_sight *sight, const stp_chunk_entry *e, 
                           e->tangential_error[level]);
 }
 
-/* Whether a level does, whichever the patch. */
+/* Whether a level is fine enough for every patch of the chunk. */
 static bool level_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                        const stp_chunk_entry *e, int level, float threshold, float cap)
 {
@@ -38,7 +39,7 @@ static bool level_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                          threshold, cap);
 }
 
-/* A child is wanted where its coarsest level, all that its parent has of it, would show. */
+/* A child is wanted if its coarsest level is too coarse: the parent shows no more of it. */
 static bool child_wanted(const stp_cut_params *params, const stp_rule_sight *sight, uint32_t id)
 {
     const stp_chunk_entry *child = &params->scene->entries[id];
@@ -51,7 +52,7 @@ static bool child_wanted(const stp_cut_params *params, const stp_rule_sight *sig
     return !level_does(params->frame, sight, child, STP_LEVEL_COUNT - 1, threshold, cap);
 }
 
-/* Finest level that any patch of the chunk can ask for. */
+/* The finest level that any patch of the chunk can ask for. */
 static int finest_needed(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                          const stp_chunk_entry *e)
 {
@@ -61,10 +62,10 @@ static int finest_needed(const stp_gpu_frame *frame, const stp_rule_sight *sight
     return 0;
 }
 
-/* Error beyond which more of it does not show more. */
+/* An error beyond this gains no more: the picture does not get worse. */
 #define GAIN_ERROR_MOST_PX 256.0f
 
-/* What a chunk would improve, a byte: see stp_miss. bound: in sight, relative to the eye. */
+/* The improvement per byte read, as stp_miss.gain. bound: in sight, relative to the eye. */
 static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_rule_bound *bound, const stp_chunk_entry *e, int finest)
 {
@@ -75,11 +76,11 @@ static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
     return area * fmaxf(error, 1.0f) / (float)(1 + stp_chunk_payload_bytes(e, finest));
 }
 
-/* A chunk to look at. What is below a chunk that is not there is looked at for what it misses. */
+/* A chunk to visit. Below a missing chunk, the cut goes on looking for further misses. */
 typedef struct stp_cut_visit {
     uint32_t chunk;
     bool missing;
-    float gain; /* where missing: of the miss above */
+    float gain; /* if missing: of the miss above */
 } stp_cut_visit;
 
 static stp_status add_miss(stp_cut *cut, stp_miss miss, stp_error *err)
@@ -100,7 +101,8 @@ static stp_status push(stp_cut *cut, size_t *count, stp_cut_visit visit, stp_err
     return status;
 }
 
-/* Decides one child: drawn, left to its parent, or missing. *drawn: it is, or is out of sight. */
+/* Decides whether a child is drawn, left to its parent, or missing. *drawn: drawn or out of
+ * sight. */
 static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
                               uint32_t id, bool *drawn, size_t *stack_count, stp_error *err)
 {
@@ -130,7 +132,7 @@ done:
     return status;
 }
 
-/* Decides the children of a chunk. */
+/* Decides about all children of a chunk. */
 static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,
                                  stp_draw *draw, size_t *stack_count, stp_error *err)
 {
@@ -175,7 +177,7 @@ static stp_status add_draw(stp_cut *cut, const stp_draw *draw, stp_error *err)
     return status;
 }
 
-/* One chunk of the stack, which is wanted. */
+/* Visits a chunk from the stack; it is wanted. */
 static stp_status visit_chunk(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,
                               size_t *stack_count, stp_error *err)
 {
@@ -199,7 +201,7 @@ done:
     return status;
 }
 
-/* The first draw of a chunk numbered so or higher. */
+/* The index of the first draw whose chunk number is >= chunk. */
 static size_t find_draw(const stp_cut *cut, uint32_t chunk)
 {
     size_t low = 0, high = cut->draw_count;
@@ -213,8 +215,8 @@ static size_t find_draw(const stp_cut *cut, uint32_t chunk)
     return low;
 }
 
-/* Links a draw with its children's, which are linked before it: a child that has one drawn whole
- * under it is drawn whole, too. */
+/* Links a draw to the draws of its children, which are linked before it. A child is not linked, and
+ * draws all of its patches, if one of its own children does. */
 static void link_draw(stp_cut *cut, const stp_scene *scene, stp_draw *draw)
 {
     const stp_chunk_entry *e = &scene->entries[draw->chunk];
@@ -237,7 +239,7 @@ static void link_draw(stp_cut *cut, const stp_scene *scene, stp_draw *draw)
         cut->link_count = link;
 }
 
-/* Takes out the chunks of which nothing is left to draw. */
+/* Moves the chunks that have nothing left to draw from draws to passed. */
 static stp_status take_passed(stp_cut *cut, const stp_scene *scene, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -274,7 +276,7 @@ stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error 
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
     if (cut->miss_count > 0)
         qsort(cut->misses, cut->miss_count, sizeof *cut->misses, compare_misses);
-    if (params->frame->quality[0] > 0.0f) /* else no parent does */
+    if (params->frame->quality[0] > 0.0f) /* otherwise no parent's patch is fine enough */
         for (size_t i = cut->draw_count; i > 0; i--)
             link_draw(cut, params->scene, &cut->draws[i - 1]);
     STP_TRY(take_passed(cut, params->scene, err));

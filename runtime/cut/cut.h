@@ -1,11 +1,12 @@
-/* The cut through the chunk tree: which chunks are drawn, and which patches of them are left to
- * their children.
+/* The cut through the chunk tree: which chunks are drawn, and which of their patches the children
+ * draw instead.
  *
- * Every patch of a chunk draws from one child only, so refinement is child by
- * child: a chunk is drawn but for the patches of the children that are drawn. Where the file links
- * the patches of both, it is patch by patch: a patch whose finest level does is drawn though its
- * child is there, and the child leaves out what that patch stands for (runtime/cut/sight.c). Most
- * of a surface is far less curved than its worst patch. Threads: any. */
+ * Each patch of a chunk belongs to one child. So refinement goes child by child: if a child is
+ * drawn, the chunk leaves the child's patches out.
+ * If the file links the patches of chunk and child, refinement goes patch by patch: if the finest
+ * level of a patch is good enough, the chunk draws the patch, and the child leaves out the patches
+ * that this patch stands for (runtime/cut/sight.c). This pays because most of a surface is far less
+ * curved than its worst patch. Threads: any. */
 #ifndef STP_RUNTIME_CUT_CUT_H
 #define STP_RUNTIME_CUT_CUT_H
 
@@ -18,30 +19,30 @@ typedef struct stp_draw {
     uint32_t chunk;
     int finest;               /* no level finer than this is drawn */
     uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight */
-    uint64_t linked_children; /* of these: draws only what patches here leave to it */
-    bool has_whole;           /* another of these draws all of what it has in sight */
-    size_t links;             /* number of the link of its first child's first patch */
-    size_t parent_link;       /* of its own first patch; STP_LINK_NONE: it draws all of them */
+    uint64_t linked_children; /* bit k: child k draws only the patches that this chunk leaves it */
+    bool has_whole;           /* some drawn child draws all of its patches in sight */
+    size_t links;             /* number of the link of the first child's first patch */
+    size_t parent_link; /* link of this chunk's first patch; STP_LINK_NONE: draws all patches */
 } stp_draw;
 
-/* A link is a patch of a chunk whose vertex is a level-0 sample of its linked parent. Those of a
- * cut are numbered, parent by parent, child by child. */
+/* A link belongs to a patch whose patch vertex is a level-0 sample of the linked parent chunk. The
+ * links of a cut are numbered parent by parent, child by child. */
 #define STP_LINK_NONE SIZE_MAX
 
 typedef struct stp_miss {
     uint32_t chunk;
     int finest;
-    float gain; /* pixels of the screen times pixels of error that it takes away, a byte to read */
+    float gain; /* (pixels of the screen) * (pixels of error removed) / (bytes to read) */
 } stp_miss;
 
-/* Zero is an empty cut; arrays grow and are kept. */
+/* Zero is an empty cut. Arrays grow and are reused. */
 typedef struct stp_cut {
-    stp_draw *draws; /* by chunk id: a chunk after its parent */
+    stp_draw *draws; /* by chunk id: a parent comes before its children */
     size_t draw_count, draw_capacity;
     size_t link_count;
-    uint32_t *passed; /* drawn by their children alone: kept, so that a cut can fall back on them */
+    uint32_t *passed; /* chunks that only their children draw; kept resident to fall back on */
     size_t passed_count, passed_capacity;
-    stp_miss *misses; /* greatest gain first; a chunk's parent before it */
+    stp_miss *misses; /* greatest gain first; a parent comes before its children */
     size_t miss_count, miss_capacity;
     struct stp_cut_visit *stack;
     size_t stack_capacity;
@@ -49,29 +50,29 @@ typedef struct stp_cut {
 
 #define STP_CUT_NEVER (STP_LEVEL_COUNT + 1)
 
-/* What the cut asks of the cache; never of a root, which is always there. */
+/* What the cut asks the cache. The cut never asks about a root, since roots are always resident. */
 typedef struct stp_cut_source {
     const void *context;
-    /* Finest level at which a chunk can be drawn now, STP_LEVEL_COUNT if not at all, or
-     * STP_CUT_NEVER: it is missed, and what is below it is not even looked for. */
+    /* The finest level at which a chunk can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
+     * the chunk will not come: it counts as missing, and the cut does not look below it. */
     int (*available)(const void *context, uint32_t chunk);
-    /* Whether it was part of the last cut; NULL: no matter. */
+    /* Whether the chunk was part of the last cut; NULL: ignored. */
     bool (*was_drawn)(const void *context, uint32_t chunk);
 } stp_cut_source;
 
-/* A chunk that was drawn is drawn until its error is less than this share of the threshold: what is
- * at the threshold does not come and go with each move. */
+/* A chunk that was drawn stays drawn until its error falls below this share of the threshold. So a
+ * chunk near the threshold does not come and go with each move. */
 #define STP_CUT_HYSTERESIS 0.8f
 
 typedef struct stp_cut_params {
     const stp_scene *scene;
-    const stp_gpu_frame *frame; /* its quality[0], the threshold: <= 0 takes every leaf's level 0 */
+    const stp_gpu_frame *frame; /* quality[0] is the threshold; if <= 0: level 0 of every leaf */
     stp_dvec3 eye;
     stp_cut_source source;
     uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
 } stp_cut_params;
 
-/* Whether all of a chunk's children are drawn, or out of sight. */
+/* Whether each child of a chunk is drawn or out of sight. */
 bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *entry);
 
 /* The chunk record that shaders and the CPU read for one draw of an entry. */

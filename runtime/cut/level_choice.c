@@ -1,4 +1,4 @@
-/* The levels of a patch on the CPU, by the rules of shaders/project/choose.glsl. */
+/* Chooses the levels of a patch on the CPU, by the rules of shaders/project/choose.glsl. */
 #include "runtime/cut/level_choice.h"
 
 #include "runtime/cut/level_rule.h"
@@ -54,7 +54,7 @@ static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], f
     return false;
 }
 
-/* How a bound stands to the eye. */
+/* How the eye sees a bound. */
 typedef struct aspect {
     float range, sin_beta, cos_phi;
 } aspect;
@@ -75,10 +75,13 @@ static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
                                      : cos_phi};
 }
 
-/* Whether every normal of the cone turns away from every eye ray through the bound: phi + gamma +
- * beta < 90 degrees, where phi lies between the way to the bound and the cone's axis, gamma is the
- * cone's half-angle, beta the bound's as the eye sees it. As sines and cosines times the bound's
- * distance, squared: this runs for every patch. */
+/* Whether every normal of the cone turns away from every eye ray through the bound:
+ *
+ *     phi + gamma + beta < 90 degrees
+ *
+ * phi: between the direction to the bound and the cone's axis; gamma: half-angle of the cone; beta:
+ * half-angle under which the eye sees the bound. The code squares and scales sines and cosines by
+ * the bound's distance to save time, since it runs for every patch. */
 static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     bool orthographic = frame->modes[0] != 0;
@@ -92,8 +95,8 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
            along * along > (1.0f - cos2) * tangent2;
 }
 
-/* Whether an opening lies between the eye and some place in the bound; shaders/project/project.glsl
- * is the same for one place. */
+/* Whether an opening lies between the eye and any place in the bound. shaders/project/project.glsl
+ * does the same for one place. */
 static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     const float *c = bound->centre, *back = frame->axis_back;
@@ -115,12 +118,12 @@ static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound
     return false;
 }
 
-/* As in shaders/project/project.glsl, and its sine. */
+/* The limit of shaders/project/project.glsl, and its sine. */
 #define CULL_COSINE 0.1f
 #define CULL_SINE 0.99498744f
 
-/* Whether all samples in the bound are left out because nobody sees their backs: every normal turns
- * away by more than what may make an outline. */
+/* Whether all samples in the bound are left out as hidden backs: every normal turns away so far
+ * that no sample can be at an outline. */
 static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     bool known = frame->modes[1] & STP_SAMPLE_CLOSED ? bound->closed : !bound->two_sided;
@@ -133,8 +136,8 @@ static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
     return faces_away(frame, &wide) && !seen_through(frame, bound);
 }
 
-/* Whether no centre in the bound lies in the clip box. Floats may be off by their last bits: what
- * is near counts as inside, and the samples are asked for themselves. */
+/* Whether no centre in the bound can lie in the clip box. Floats may be off in their last bits, so
+ * a near bound counts as inside; each sample is tested again. */
 static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     if (frame->modes[2] == 0)
@@ -150,7 +153,7 @@ static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound
 
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
 {
-    if (is_culled(frame, bound)) /* first: half of a closed model is */
+    if (is_culled(frame, bound)) /* first, since this takes half of a closed model */
         return false;
     eye[0] = dot3(frame->axis_right, bound->centre);
     eye[1] = dot3(frame->axis_up, bound->centre);
@@ -193,7 +196,7 @@ static stp_rule_bound bound_of(const stp_gpu_patch *patch)
     return bound;
 }
 
-/* What a level's samples average of colours, 0 to 1. */
+/* How much the colours vary that a level's samples average, 0 to 1. */
 static float variation_of(const stp_gpu_patch *patch, int level)
 {
     return (float)patch->colour_error[level] / 255.0f;
@@ -232,7 +235,7 @@ static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_ch
     return stp_rule_look(frame, &bound);
 }
 
-/* Perpendicular and tangential. */
+/* The perpendicular and the tangential error. */
 static void errors_of(const stp_gpu_patch *patch, int level, int quarter, float out[2])
 {
     for (int kind = 0; kind < 2; kind++)
@@ -274,7 +277,7 @@ bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 {
     bool does = !must_refine(frame, sight);
     for (int q = 0; q < STP_PATCH_QUARTERS && does; q++)
-        does = fits(frame, sight, patch, finest, q); /* a quarter that is not there has no error */
+        does = fits(frame, sight, patch, finest, q); /* a missing quarter has no error */
     return does;
 }
 

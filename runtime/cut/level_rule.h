@@ -1,5 +1,5 @@
-/* The error rule of shaders/project/level_rule.glsl as C: one source decides on the CPU and on the
- * GPU. */
+/* Compiles the error rule of shaders/project/level_rule.glsl as C, so that the CPU and the GPU
+ * decide by the same source. */
 #ifndef STP_RUNTIME_CUT_LEVEL_RULE_H
 #define STP_RUNTIME_CUT_LEVEL_RULE_H
 

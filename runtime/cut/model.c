@@ -1,4 +1,4 @@
-/* Opens a chunk file and takes its whole directory into memory. */
+/* Opens a chunk file and reads its whole directory into memory. */
 #include "runtime/cut/model.h"
 
 #include "base/memory.h"
@@ -9,8 +9,8 @@
 
 #include <stdlib.h>
 
-/* Around the boxes of the leaves, which lie closer than the corners of the whole box; not smaller
- * than what their samples may be off by, as where all points are one. */
+/* A ball around the boxes of the leaves, which lie closer than the corners of the whole box. The
+ * radius is at least the error of the leaves' samples, for models that are a single point. */
 static stp_ball ball_around(const stp_model *model)
 {
     stp_ball ball = stp_ball_from_box(&model->info->box);
@@ -32,7 +32,7 @@ static stp_ball ball_around(const stp_model *model)
     return ball;
 }
 
-/* The up axis and the first view that the metadata gives; what is none is passed over. */
+/* Reads the up axis and the first view from the metadata; ignores values that are not valid. */
 static void read_view(stp_model *model)
 {
     const stp_chunk_file_info *info = model->info;

@@ -1,5 +1,5 @@
-/* A chunk file opened for drawing: its directory in memory and a ball around it. What host
- * applications may do with it stands in runtime/stipple.h.
+/* A chunk file opened for drawing: its directory in memory, and a ball around it.
+ * runtime/stipple.h declares what host applications may do with it.
  * Threads: read-only after opening, so any. */
 #ifndef STP_RUNTIME_CUT_MODEL_H
 #define STP_RUNTIME_CUT_MODEL_H
@@ -13,14 +13,14 @@ struct stp_model {
     const stp_chunk_file_info *info;
     stp_chunk_entry *entries; /* by chunk id */
     stp_ball ball;
-    stp_outside outside; /* of its closed surfaces */
-    stp_camera first;    /* where has_first */
-    stp_dvec3 up;        /* y or z, if the file says which; else zero */
-    double first_aspect; /* width / height of what it shows */
+    stp_outside outside; /* where closed surfaces are seen from outside */
+    stp_camera first;    /* if has_first */
+    stp_dvec3 up;        /* y or z if the file says which; otherwise zero */
+    double first_aspect; /* width / height of the picture that `first` is for */
     bool has_first;
 };
 
-/* stp_model_open with what stp_chunk_file_open_at takes for addresses. */
+/* stp_model_open, with parameters for addresses as stp_chunk_file_open_at takes them. */
 stp_status stp_model_open_at(stp_model **out, const char *path,
                              const stp_byte_source_params *params, stp_error *err);
 

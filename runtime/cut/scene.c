@@ -1,4 +1,4 @@
-/* Joins directories of chunks. */
+/* Joins the chunk directories of several models. */
 #include "runtime/cut/scene.h"
 
 #include "base/memory.h"
@@ -19,7 +19,7 @@ static stp_status count_chunks(const stp_model *const *models, size_t count, uin
     return STP_OK;
 }
 
-/* Copies a model's entries with links that are numbers of the scene. */
+/* Copies the entries of a model, with links renumbered for the scene. */
 static void join(stp_chunk_entry *out, const stp_scene_model *m)
 {
     for (uint32_t i = 0; i < m->model->info->chunk_count; i++) {

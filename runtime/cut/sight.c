@@ -1,4 +1,5 @@
-/* Culls patches against children and parents that are drawn, frustum and cone of normals. */
+/* Culls the patches of a cut: drawn by parent or child instead, outside the frustum, facing
+ * away. */
 #include "runtime/cut/sight.h"
 
 #include "base/memory.h"
@@ -11,8 +12,8 @@ typedef struct look {
     stp_sight *sight;
     const stp_sight_params *params;
     const stp_draw *draws;
-    size_t *found[STP_SIGHT_COUNT]; /* of each draw */
-    float *radius_px;               /* of each draw: the greatest */
+    size_t *found[STP_SIGHT_COUNT]; /* by draw: how many items */
+    float *radius_px;               /* by draw: the greatest */
 } look;
 
 /* Marks the tiles that a ball in eye space may cover. */
@@ -40,7 +41,8 @@ static bool has_bit(uint64_t bits, unsigned k)
     return k < 64 && (bits >> k & 1) != 0;
 }
 
-/* A patch's links; NULL where it names patches that the child has not: then it is drawn. */
+/* The links of a patch; NULL if the patch names patches that the child does not have: then the
+ * patch itself is drawn. */
 static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw *draw,
                       const stp_patch_brief *brief)
 {
@@ -53,7 +55,8 @@ static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw
                : NULL;
 }
 
-/* Whether the parent's patch that stands for a patch, if there is one, leaves it to be drawn. */
+/* Whether this chunk may draw a patch: its parent's patch, if there is one, leaves it to be
+ * drawn. */
 static bool is_left(const stp_sight *s, const stp_draw *draw, uint32_t patch)
 {
     return draw->parent_link == STP_LINK_NONE || s->below[draw->parent_link + patch];
@@ -75,7 +78,7 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
     return !refined && is_left(s, draw, patch) && stp_rule_visible(params->frame, &bound, eye);
 }
 
-/* Whether a patch in sight is left to its child, whose patches are told then. */
+/* Whether a patch in sight is left to its child. If so, marks the links of the child's patches. */
 static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
                            const stp_patch_brief *brief, const stp_rule_bound *bound)
 {
@@ -92,8 +95,8 @@ static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_pa
     return true;
 }
 
-/* Greatest projected radius of the samples that a patch for which its vertex does not do may be
- * drawn with: of the finest level, or of a coarser one, which the rule caps. */
+/* The greatest projected radius of the samples that a patch may be drawn with, if its patch vertex
+ * is too coarse: that of the finest level, or of a coarser level up to the rule's cap. */
 static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                              const stp_gpu_patch *patch, unsigned finest)
 {
@@ -107,13 +110,13 @@ static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *s
     return greatest * sight->scale;
 }
 
-/* Draws of one depth, after their parents. */
+/* Draws of the same depth in the tree; their parents come in the tier before. */
 typedef struct tier {
     const look *look;
     const size_t *draws;
 } tier;
 
-/* Adds to what was found of a draw. */
+/* Appends an item to the items found for a draw. */
 static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
 {
     const stp_sight_list *list = &l->sight->lists[kind];
@@ -168,7 +171,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
     return STP_OK;
 }
 
-/* Tier by tier, each on all threads. */
+/* Looks at one tier after the other; all threads share a tier. */
 static stp_status look_at_tiers(const look *l, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -188,7 +191,7 @@ done:
     return status;
 }
 
-/* Makes room for what each draw may have at most. */
+/* Makes room for the most items that each draw can have. */
 static stp_status reserve(stp_sight_list *list, const stp_sight_params *params,
                           const stp_draw *draws, size_t count, bool used, stp_error *err)
 {
@@ -206,7 +209,7 @@ done:
     return status;
 }
 
-/* Moves what was found together. */
+/* Moves the items of all draws together. */
 static void close_gaps(stp_sight_list *list, const size_t *found, size_t count)
 {
     size_t end = 0;

@@ -1,6 +1,6 @@
-/* The patches of a cut that are in sight: where every road of projection begins, and what tells
- * which tiles of the picture may be covered. On all threads of a pool, since a cut has up to some
- * hundred thousand patches and about half of a closed model's turn away.
+/* Finds the patches of a cut that are in sight. Every road of projection starts from this list, and
+ * the list tells which tiles of the picture may be covered. All threads of a pool work on it: a cut
+ * has up to some hundred thousand patches, and about half of a closed model's face away.
  * Threads: the render thread. */
 #ifndef STP_RUNTIME_CUT_SIGHT_H
 #define STP_RUNTIME_CUT_SIGHT_H
@@ -10,31 +10,31 @@
 #include "runtime/cut/tiles.h"
 #include "runtime/stream/chunk_cache.h"
 
-/* Numbers in the Object Texture, by draw, ascending. */
+/* Numbers of patches or samples in the Object Texture, draw by draw, ascending. */
 typedef struct stp_sight_list {
     uint32_t *items;
-    size_t *begin; /* of each draw's; begin[number of draws]: how many there are */
+    size_t *begin; /* where each draw's items begin; begin[number of draws]: the total count */
     size_t item_capacity, begin_capacity;
 } stp_sight_list;
 
 typedef enum stp_sight_kind {
     STP_SIGHT_PATCHES,
-    /* Of patches for which level 3 does, which are not among the patches then: its sample. In a
-     * whole view of a large model nine patches of ten are such, and a point costs far less than a
-     * patch whose levels are chosen. Empty unless asked for. */
+    /* The samples of the patches for which level 3 is fine enough; these patches are not listed
+     * under STP_SIGHT_PATCHES. In a whole view of a large model they are nine patches of ten, and a
+     * point costs far less than choosing a patch's levels. Empty unless asked for. */
     STP_SIGHT_VERTICES,
-    STP_SIGHT_STRIPS,    /* the strips among the patches once more */
-    STP_SIGHT_TRIANGLES, /* and the triangles */
+    STP_SIGHT_STRIPS,    /* those of STP_SIGHT_PATCHES that are strips */
+    STP_SIGHT_TRIANGLES, /* those that are triangles */
     STP_SIGHT_COUNT
 } stp_sight_kind;
 
-/* Zero is nothing in sight; arrays grow and are kept. */
+/* Zero: nothing is in sight. Arrays grow and are reused. */
 typedef struct stp_sight {
     stp_sight_list lists[STP_SIGHT_COUNT];
-    bool *below; /* by link of the cut: drawn by the child's patch, or one below that */
+    bool *below; /* by link of the cut: the child's patch draws, or a patch further below */
     size_t below_capacity;
-    float radius_px; /* greatest projected radius of any sample that may be drawn of what was looked
-                        at */
+    float radius_px; /* greatest projected radius of any sample that may be drawn of the draws
+                        looked at */
 } stp_sight;
 
 typedef struct stp_sight_params {
@@ -43,16 +43,17 @@ typedef struct stp_sight_params {
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
     stp_pool *pool;
-    stp_tiles *tiles; /* marked where patches in sight may cover them */
-    bool vertices;    /* list these apart */
+    stp_tiles *tiles; /* gets marks where patches in sight may cover tiles */
+    bool vertices;    /* fill STP_SIGHT_VERTICES */
 } stp_sight_params;
 
-/* A picture's cut begins: nothing of it was looked at. Errors: OUT_OF_MEMORY. */
+/* Begins the cut of a picture, with nothing looked at yet. Errors: OUT_OF_MEMORY. */
 stp_status stp_sight_begin(stp_sight *sight, const stp_cut *cut, stp_error *err);
-/* Looks at some draws of the cut, in order: a chunk before its children. Errors: OUT_OF_MEMORY. */
+/* Looks at some draws of the cut, in order: a parent before its children. Errors: OUT_OF_MEMORY. */
 stp_status stp_sight_look(stp_sight *sight, const stp_sight_params *params, const stp_draw *draws,
                           size_t count, stp_error *err);
-/* Whether one patch of a drawn chunk is in sight, and drawn; after looking. briefs: the chunk's. */
+/* Whether a patch of a drawn chunk is in sight and drawn by this chunk. Call after looking. briefs:
+ * of the chunk. */
 bool stp_patch_in_sight(const stp_sight *sight, const stp_sight_params *params,
                         const stp_draw *draw, const stp_patch_brief *briefs, uint32_t patch);
 void stp_sight_destroy(stp_sight *sight);

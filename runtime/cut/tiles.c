@@ -1,4 +1,4 @@
-/* Marks to tiles, tiles to rectangles. */
+/* Turns marks into tiles, and tiles into rectangles. */
 #include "runtime/cut/tiles.h"
 
 #include "base/memory.h"
@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How far the surface may reach beyond the discs that bounds hold: coarse ellipses overlap. */
+/* The surface may reach so far beyond the discs in the bounds, since coarse ellipses overlap. */
 #define MARGIN_PX 6.0f
 
-/* Rectangles end on multiples of so many pixels of their level: what rasterisers work by. */
+/* Rectangles end on multiples of so many pixels of their level: rasterisers work in such blocks. */
 #define CELL_PX 4
 
 int stp_tiles_level_px(int viewport_px, int l)
@@ -19,7 +19,7 @@ int stp_tiles_level_px(int viewport_px, int l)
     return (viewport_px + (1 << l) - 1) >> l;
 }
 
-/* And cells. */
+/* The number of cells of level l along a side of viewport_px pixels. */
 static size_t cells_across(int viewport_px, int l)
 {
     return (size_t)((stp_tiles_level_px(viewport_px, l) + CELL_PX - 1) / CELL_PX);
@@ -69,7 +69,7 @@ void stp_tiles_destroy(stp_tiles *t)
     *t = (stp_tiles){0};
 }
 
-/* The tile that a window coordinate lies in, of so many in a row. */
+/* The tile of a window coordinate, clamped to 0..count. */
 static int tile_at(float px, int count)
 {
     float tile = px * (1.0f / STP_TILE_PX);
@@ -79,7 +79,7 @@ static int tile_at(float px, int count)
 void stp_tiles_mark(stp_tiles *t, unsigned worker, float x, float y, float reach)
 {
     const float add = reach + MARGIN_PX;
-    if (isnan(x + y + add)) { /* nobody knows where: anywhere */
+    if (isnan(x + y + add)) { /* the place is unknown, so it may be anywhere */
         stp_tiles_mark_all(t, worker);
         return;
     }
@@ -96,7 +96,7 @@ void stp_tiles_mark_all(stp_tiles *t, unsigned worker)
     memset(t->marks + worker * t->count, 1, t->count);
 }
 
-/* The cells of level l that viewport pixels begin <= p < end meet; `across` of them there are. */
+/* The cells of level l that hold any viewport pixel p with begin <= p < end, out of `across`. */
 static void cells_of(int begin, int end, int l, size_t across, size_t *first, size_t *last)
 {
     int cell = CELL_PX << l;
@@ -106,7 +106,7 @@ static void cells_of(int begin, int end, int l, size_t across, size_t *first, si
         *last = across;
 }
 
-/* Marks the cells of level l that the tiles need. */
+/* Marks the cells of level l that the tiles of `last` need. */
 static void mark_cells(stp_tiles *t, int l, size_t columns, size_t rows)
 {
     int beside = (2 << l) - 2; /* one pixel of level l and of each level below: 2 + 4 + ... + 2^l */
@@ -126,7 +126,7 @@ static void mark_cells(stp_tiles *t, int l, size_t columns, size_t rows)
     }
 }
 
-/* Whether the cells c0 to c1 of a row are a run: all set, and none beside them. */
+/* Whether the cells c0..c1 - 1 of a row are a run: all set, and none set next to them. */
 static bool is_run(const uint8_t *row, size_t columns, size_t c0, size_t c1)
 {
     if ((c0 > 0 && row[c0 - 1] != 0) || (c1 < columns && row[c1] != 0))
@@ -149,7 +149,7 @@ static stp_status add_rect(stp_tiles *t, int l, const stp_tile_rect *cells, stp_
     return STP_OK;
 }
 
-/* Runs of level l's cells, each with the runs below that are as wide. */
+/* Adds a rectangle for each run of cells, extended over the rows below that have the same run. */
 static stp_status add_rects(stp_tiles *t, int l, stp_error *err)
 {
     size_t columns = cells_across(t->width, l), rows = cells_across(t->height, l);
@@ -171,7 +171,7 @@ static stp_status add_rects(stp_tiles *t, int l, stp_error *err)
     return status;
 }
 
-/* Takes what the workers marked to now, and that to last. */
+/* Adds the workers' marks to `now`, and `now` to `last`. */
 static void take_marks(stp_tiles *t, bool first)
 {
     if (first)
@@ -207,8 +207,9 @@ void stp_tiles_set_levels(stp_tiles *t, int levels)
     t->drawn = true;
 }
 
-/* One triangle around the whole level, cut to each rectangle: two would share a diagonal, which
- * rasterisers that work by blocks of pixels pay twice for. */
+/* Draws each rectangle as one triangle around the whole level, cut by the scissor. Two triangles
+ * would share a diagonal, and rasterisers that work in blocks of pixels would draw blocks on the
+ * diagonal twice. */
 static void draw_rects(const stp_tiles *t, int l, const stp_tile_rect *rects, size_t count)
 {
     glViewport(0, 0, stp_tiles_level_px(t->width, l), stp_tiles_level_px(t->height, l));

@@ -1,4 +1,4 @@
-/* Rectangles of tiles to blocks. */
+/* Turns rectangles of tiles into blocks. */
 #include "runtime/draw/blocks.h"
 
 #include "base/memory.h"
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* As in shaders/reconstruct/blocks.glsl. */
+/* The same as in shaders/reconstruct/blocks.glsl. */
 #define BLOCK_WIDTH_PX 16
 #define BLOCK_HEIGHT_PX 8
 #define BLOCK_CELL_PX 4
@@ -15,16 +15,16 @@
 #define BLOCKS_A_GROUP 4u
 #define BLOCKS_BINDING 1
 
-/* More groups in a row are too many for some. */
+/* Some drivers do not allow more groups in a row. */
 #define ROW_GROUPS 32768u
 
-/* The first begins a pixel outside. */
+/* The block that holds a pixel along one axis; block 0 begins at pixel -1. */
 static int block_of(int px, int block_px)
 {
     return (px + 1) / block_px;
 }
 
-/* Which of its block's cells a pixel is in, along one axis. */
+/* The cell of a pixel within its block, along one axis. */
 static int cell_of(int px, int block_px)
 {
     return px / BLOCK_CELL_PX - block_of(px, block_px) * (block_px / BLOCK_CELL_PX) + 1;
@@ -37,7 +37,8 @@ static void mark_pixel(stp_blocks *b, int x, int y, int columns)
     b->cells[block] |= (uint16_t)(1u << cell);
 }
 
-/* Marks the cells of a rectangle, which begins with one, in each block that has part of them. */
+/* Marks the cells of a rectangle in all blocks that it touches. A rectangle begins where a cell
+ * begins. */
 static void mark(stp_blocks *b, const stp_tile_rect *rect, int columns)
 {
     for (int y = rect->y0; y < rect->y1; y += BLOCK_CELL_PX)

@@ -1,6 +1,6 @@
-/* The tiles of the picture as blocks of pixels, for the compute shaders that pull and finish
- * them (shaders/reconstruct/blocks.glsl). What rasterised passes draw of a level is what these
- * write of it: no pixel more, so that outside a frame's tiles all stays empty. Threads: the render
+/* Lists the tiles of the picture as blocks of pixels, for the compute shaders that pull and finish
+ * (shaders/reconstruct/blocks.glsl). These shaders write exactly the pixels of a level that the
+ * rasterised passes draw, so everything outside a frame's tiles stays empty. Threads: the render
  * thread. */
 #ifndef STP_RUNTIME_DRAW_BLOCKS_H
 #define STP_RUNTIME_DRAW_BLOCKS_H
@@ -13,12 +13,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* x | y << 16 of a block, in blocks, and which of its cells are wanted. */
+/* place: x | y << 16, in blocks; cells: which cells of the block are wanted. */
 typedef struct stp_block {
     uint32_t place, cells;
 } stp_block;
 
-/* Zero is none. */
+/* Zero: no blocks. */
 typedef struct stp_blocks {
     GLuint buffer;
     stp_block *items; /* level by level */
@@ -27,9 +27,9 @@ typedef struct stp_blocks {
     size_t cell_capacity;
 } stp_blocks;
 
-/* Lists the blocks of levels 0..levels - 1 that the tiles are drawn in. Errors: OUT_OF_MEMORY. */
+/* Lists the blocks of levels 0..levels - 1 that the tiles cover. Errors: OUT_OF_MEMORY. */
 stp_status stp_blocks_list(stp_blocks *blocks, const stp_tiles *tiles, int levels, stp_error *err);
-/* Runs the program in use, which includes shaders/reconstruct/blocks.glsl, on those of a level. */
+/* Runs the program in use, which includes blocks.glsl, on the blocks of level l. */
 void stp_blocks_run(const stp_blocks *blocks, const stp_pyramid_level *level, int l);
 void stp_blocks_destroy(stp_blocks *blocks);
 

@@ -1,4 +1,4 @@
-/* The finished picture into the host's framebuffer. */
+/* Draws the finished picture into the host's framebuffer. */
 #include "runtime/draw/composite.h"
 
 #include "runtime/gl/gpu_layout.h"
@@ -21,7 +21,7 @@ static bool zero_to_one(const stp_gl_state *host)
     return host->clip_depth == GL_ZERO_TO_ONE;
 }
 
-/* That there is a framebuffer, and that its first draw buffer, if any, takes fractions. */
+/* Checks that a framebuffer is bound, and that its first draw buffer, if any, takes fractions. */
 static stp_status check_frame(const stp_gl_state *host, stp_error *err)
 {
     GLuint frame = (GLuint)host->draw_frame;
@@ -34,7 +34,7 @@ static stp_status check_frame(const stp_gl_state *host, stp_error *err)
                              frame, complete);
     if (frame == 0)
         return STP_OK;
-    glGetIntegerv(GL_DRAW_BUFFER0, &buffer); /* it is still bound */
+    glGetIntegerv(GL_DRAW_BUFFER0, &buffer); /* the framebuffer is still bound */
     if (buffer != GL_NONE)
         glGetNamedFramebufferAttachmentParameteriv(frame, (GLenum)buffer,
                                                    GL_FRAMEBUFFER_ATTACHMENT_COMPONENT_TYPE, &type);
@@ -46,7 +46,7 @@ static stp_status check_frame(const stp_gl_state *host, stp_error *err)
     return STP_OK;
 }
 
-/* The depth in front of which the host's depth range cuts; 0 where it cuts nothing there. */
+/* The depth in front of which the host's depth range cuts; 0 if the range cuts nothing there. */
 static double near_of(const stp_gl_state *host, const stp_view *view)
 {
     const double ends[2] = {zero_to_one(host) ? 0.0 : -1.0, 1.0};
@@ -94,7 +94,7 @@ stp_status stp_composite_create(GLuint *program, const char *folder, stp_error *
     return stp_program_create(program, &params, err);
 }
 
-/* From the view's normalised device coordinates to what the host's depth buffer holds. */
+/* How the view's normalised device coordinates map to values of the host's depth buffer. */
 static void window_depth(const stp_gl_state *host, const stp_view *view, float out[4])
 {
     double begin = host->depth_range[0][0], end = host->depth_range[0][1];

@@ -1,11 +1,11 @@
-/* Two frames' pictures, depths, marks and differences, in turns. */
+/* Keeps pictures, depths, marks and differences of two frames, used in turn. */
 #include "runtime/draw/fade.h"
 
 #include "runtime/gl/gl_context.h"
 
 #include <math.h>
 
-/* A difference is gone when less than this is left of it. */
+/* A difference below this is gone. */
 #define GONE (0.5 / 255.0)
 
 static stp_status resize(stp_fade *f, int width, int height, stp_error *err)
@@ -68,7 +68,7 @@ static void set_uniforms(const stp_fade *f, const stp_gpu_frame *frame, stp_dvec
     glUniform1f(STP_UNIFORM_FADE_F, f->frame.viewport[2]);
 }
 
-/* Empty where no tile is drawn. */
+/* Clears the targets, which stay empty where no tile is drawn. */
 static void clear(const stp_fade *f, int which)
 {
     static const float nothing[4] = {0.0f};

@@ -1,8 +1,9 @@
-/* Level changes that fade instead of popping.
+/* Fades level changes instead of letting them pop.
  *
- * A picture knows of each pixel at which level its surface is drawn. Where that was another one in
- * the last frame, what was shown there is taken over as a difference that is lost frame by frame:
- * the rest of the picture stays sharp. shaders/README.md, "Fading". Threads: the render thread. */
+ * A picture marks each pixel with the level of its surface. If the last frame showed the surface at
+ * another level, the pixel keeps the difference from what was shown, and loses a share of the
+ * difference every frame. The rest of the picture stays sharp. shaders/README.md, "Fading".
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_FADE_H
 #define STP_RUNTIME_DRAW_FADE_H
 
@@ -17,24 +18,24 @@
 /* picture, depth, mark, difference */
 enum { STP_FADE_TARGETS = 4 };
 
-/* Zero knows no last frame. */
+/* Zero: there is no last frame. */
 typedef struct stp_fade {
     int width, height;
     GLuint textures[2][STP_FADE_TARGETS], frames[2];
-    int now; /* which of the two is the last frame's */
+    int now; /* which of the two belongs to the last frame */
     bool known;
     stp_gpu_frame frame; /* of the last frame */
     stp_dvec3 eye;
-    int left; /* frames until nothing of a difference is left */
+    int left; /* frames until no difference is left */
 } stp_fade;
 
 void stp_fade_destroy(stp_fade *fade);
 
-/* The last frame is no longer one to fade from. */
+/* Forgets the last frame: nothing fades from it. */
 void stp_fade_forget(stp_fade *fade);
 
-/* Fades the pyramid's picture. program: of fade.frag; kept: the share of a difference that stays in
- * each frame, in (0, 1); changes: something may be drawn at another level than in the last frame.
+/* Fades the pyramid's picture. program: of fade.frag; kept: the share of a difference that each
+ * frame keeps, in (0, 1); changes: something may be drawn at another level than in the last frame.
  * Errors: GL (no memory). */
 stp_status stp_fade_apply(stp_fade *fade, GLuint program, const stp_pyramid *pyramid,
                           const stp_tiles *tiles, const stp_gpu_frame *frame, stp_dvec3 eye,

@@ -1,4 +1,4 @@
-/* Clip box, hidden classes, overlay and eye-dome lighting. */
+/* Writes clip box, hidden classes, overlay and eye-dome lighting to the frame. */
 #include "runtime/draw/filter.h"
 
 #include <float.h>
@@ -27,7 +27,7 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
     return STP_OK;
 }
 
-/* A float, however far away the coordinate is. */
+/* The coordinate as a finite float, however far away it is. */
 static float clamped(double x)
 {
     return (float)stp_max((double)-FLT_MAX, stp_min((double)FLT_MAX, x));

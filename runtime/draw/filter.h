@@ -1,5 +1,5 @@
-/* What of a model a picture leaves out, and what it lays over it: clip box, hidden classes,
- * overlay, eye-dome lighting, from the parameters to the frame. Threads: any (pure functions). */
+/* Copies what a picture leaves out of a model or lays over it from the parameters to the frame:
+ * clip box, hidden classes, overlay, eye-dome lighting. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_DRAW_FILTER_H
 #define STP_RUNTIME_DRAW_FILTER_H
 
@@ -13,7 +13,7 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err);
 void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_dvec3 *eye);
 /* Whether any class is hidden. */
 bool stp_filter_hides_classes(const stp_draw_params *params);
-/* Whether colours of the shade are mixed into those of the samples. */
+/* Whether the shade's colours are mixed into the samples' colours. */
 bool stp_filter_has_overlay(const stp_draw_params *params);
 
 #endif

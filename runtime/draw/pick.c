@@ -1,4 +1,4 @@
-/* Picking: a pixel of level 0 to a place in the world and the sample drawn there. */
+/* Picking: from a pixel of level 0 to a place in the world and the sample drawn there. */
 #include "runtime/draw/pick.h"
 
 #include "base/memory.h"
@@ -8,21 +8,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples are looked for in so many pixels around at most. */
+/* Samples are searched at most so many pixels around. */
 #define REACH_LIMIT_PX 64
-/* A disc seen more edge-on than this has no place where the ray meets it. */
+/* If a disc is seen more edge-on than this, the ray does not meet it. */
 #define LEAST_COSINE 1e-3
-/* What floats may get wrong of a depth. */
+/* Relative error of a depth in floats. */
 #define DEPTH_TOLERANCE 1e-5
 
-/* Texels of shaders/reconstruct/pixel.glsl. */
+/* A pixel's two texels, as in shaders/reconstruct/pixel.glsl. */
 typedef struct texels {
     GLuint shape[4], paint[4];
 } texels;
 
-/* shaders/reconstruct/pixel.glsl, in eye space. */
+/* A pixel as in shaders/reconstruct/pixel.glsl, in eye space. */
 typedef struct pixel {
-    stp_dvec3 normal, centre; /* of the disc */
+    stp_dvec3 normal, centre; /* of its disc */
     double radius, z_min, z_max;
     double rgb[3];
     int tag;
@@ -37,7 +37,7 @@ static double float_of(GLuint bits)
     return (double)value;
 }
 
-/* The point at a depth that is seen at window coordinates. */
+/* The point that is seen at window coordinates and a depth. */
 static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double depth)
 {
     double scale = (frame->modes[0] != 0 ? 1.0 : depth) / (double)frame->viewport[2];
@@ -45,7 +45,7 @@ static stp_dvec3 place(const stp_gpu_frame *frame, double u, double v, double de
                        (v - (double)frame->centre[1]) * scale, -depth};
 }
 
-/* The pixel at (x, y) of level 0. */
+/* Unpacks the pixel at (x, y) of level 0. */
 static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
 {
     pixel p = {.normal = stp_direction_unpack(t->paint[0]),
@@ -60,8 +60,8 @@ static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
     return p;
 }
 
-/* Where the ray through the middle of pixel (x, y) meets the disc's plane, no farther from its
- * centre along the axis than the interval is deep. */
+/* Where the ray through the centre of pixel (x, y) meets the disc's plane. Along the camera's axis,
+ * no farther from the disc's centre than the interval is deep. */
 static stp_dvec3 meet(const stp_gpu_frame *frame, const pixel *p, int x, int y)
 {
     double extent = p->z_max - p->z_min, depth = p->z_min;
@@ -86,14 +86,14 @@ static void read_texels(const GLuint textures[STP_TARGET_COUNT], int x, int y, t
 
 /* ---- the sample ---- */
 
-/* Pixels around the one that was picked. */
+/* The pixels around a picked pixel. */
 typedef struct surrounding {
     int x, y, width, height;
     GLuint (*shape)[4], (*paint)[4];
     GLuint *sample;
 } surrounding;
 
-/* Where a pixel of some pyramid level can have its values from. */
+/* The pixels from which a pixel of this pyramid level may have its values. */
 static surrounding around(const stp_pick_params *params, int source)
 {
     int reach = source == 0 ? 0 : source < 5 ? 2 << source : REACH_LIMIT_PX;
@@ -134,15 +134,15 @@ static void free_surrounding(surrounding *s)
     free(s->sample);
 }
 
-/* A sample drawn, as level 0 has it: its number in the Object Texture, UINT32_MAX: not known; and
+/* A sample drawn, as level 0 has it: its number in the Object Texture (UINT32_MAX: not known), and
  * whether a segment or a triangle begins with it (runtime/gl/gpu_layout.h). */
 typedef struct drawn_sample {
     GLuint name;
     stp_dvec3 centre; /* eye space */
-    double radius;    /* 0 where there is no sample at all */
+    double radius;    /* 0 if there is no sample at all */
 } drawn_sample;
 
-/* The sample whose centre is nearest to a place. */
+/* The drawn sample whose centre is nearest to a place. */
 static drawn_sample nearest_sample(const stp_pick_params *params, const surrounding *s,
                                    stp_dvec3 at)
 {
@@ -162,7 +162,7 @@ static drawn_sample nearest_sample(const stp_pick_params *params, const surround
     return found;
 }
 
-/* Reads item `index` of a buffer that holds `count`; false if it has none such. */
+/* Reads item `index` of a buffer of `count` items; false if there is no such item. */
 static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size_t bytes)
 {
     if (index >= count)
@@ -171,7 +171,7 @@ static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size
     return true;
 }
 
-/* A sample of the Object Texture with what it is part of. */
+/* A sample of the Object Texture, with its patch and chunk. */
 typedef struct stored_sample {
     stp_sample sample;
     stp_gpu_patch patch;
@@ -204,8 +204,8 @@ static unsigned corners_of(GLuint name)
     return name & STP_NAME_SEGMENT ? 2 : name & STP_NAME_TRIANGLE ? 3 : 1;
 }
 
-/* Says what a sample of the Object Texture is, if it still is the one that was drawn; of a segment
- * or a triangle the one it begins with. */
+/* Describes a sample of the Object Texture, if it is still the sample that was drawn. For a segment
+ * or a triangle, describes the sample that it begins with. */
 static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
 {
     stored_sample first, corner;
@@ -233,8 +233,8 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
     out->intensity = first.sample.intensity / 255.0;
 }
 
-/* A place on the ray through `at` that lies in the ball of a sample, or of the ball the point
- * nearest to the ray; what lies in it already stays. */
+/* Moves `at` along its ray into the ball of a sample, or, if the ray misses the ball, to the point
+ * of the ball nearest to the ray. A place inside the ball stays. */
 static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, stp_dvec3 at)
 {
     stp_dvec3 away = stp_dvec3_sub(at, sample->centre);
@@ -242,7 +242,7 @@ static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, st
         return at;
     stp_dvec3 way = frame->modes[0] != 0 ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(at);
     double along = stp_dvec3_dot(away, way);
-    stp_dvec3 aside = stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* nearest of the ray */
+    stp_dvec3 aside = stp_dvec3_sub(away, stp_dvec3_scale(way, along)); /* to the ray, shortest */
     double distance = stp_dvec3_length(aside), radius = sample->radius;
     if (distance >= radius)
         aside = stp_dvec3_scale(aside, distance > 0.0 ? radius / distance : 0.0);
@@ -253,8 +253,8 @@ static stp_dvec3 hold(const stp_gpu_frame *frame, const drawn_sample *sample, st
     return stp_dvec3_add(sample->centre, aside);
 }
 
-/* Asks the sample next to `at` what it is, and moves `at` to no farther from its centre than its
- * radius: ellipses hang over outlines, and their planes come far forward where they are grazing. */
+/* Describes the sample nearest to `at`, and moves `at` to within the sample's radius of its centre:
+ * ellipses hang over outlines, and planes of grazing ellipses come far forward. */
 static stp_status find_sample(const stp_pick_params *params, stp_dvec3 *at, stp_pick *out,
                               stp_error *err)
 {

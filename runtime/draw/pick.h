@@ -1,8 +1,8 @@
-/* What lies at a pixel: the front surface out of the finished pixel's depth interval, and the
- * sample drawn next to it out of the Object Texture (shaders/README.md, "Picking").
+/* Finds what lies at a pixel: the front surface from the depth interval of the finished pixel, and
+ * the nearest sample drawn from the Object Texture (shaders/README.md, "Picking").
  *
- * Reads textures and buffers alone; draws nothing. Threads: the render thread,
- * between stp_gl_state_enter and leave. */
+ * Only reads textures and buffers; draws nothing. Threads: the render thread, between
+ * stp_gl_state_enter and leave. */
 #ifndef STP_RUNTIME_DRAW_PICK_H
 #define STP_RUNTIME_DRAW_PICK_H
 
@@ -12,21 +12,22 @@
 
 #define STP_PICK_REACH_PX 2
 
-/* Borrowed, as the last frame left them. */
+/* Borrowed, in the state that the last frame left. */
 typedef struct stp_pick_params {
     const stp_pyramid *pyramid;
     const stp_object_texture *texture;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
-    bool finished; /* the pixel has been finished in level 0 */
+    bool finished; /* level 0 has the finished pixel */
     int x, y;      /* inside the picture */
 } stp_pick_params;
 
-/* The pixel that a pick at (*x, *y), inside the picture, takes: this one, or where nothing is there
- * the nearest covered one within STP_PICK_REACH_PX, of equals the frontmost. False: none. */
+/* Moves (*x, *y), inside the picture, to the pixel to pick: the pixel itself if covered, otherwise
+ * the nearest covered pixel within STP_PICK_REACH_PX; of equally near ones the frontmost. False:
+ * there is none. */
 bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y);
 
-/* Says what is at a covered pixel. Errors: GL, OUT_OF_MEMORY. */
+/* Describes what is at a covered pixel. Errors: GL, OUT_OF_MEMORY. */
 stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error *err);
 
 #endif

@@ -1,4 +1,4 @@
-/* Normals out of packed pixels, some rows at a time. */
+/* Reads normals from packed pixels, some rows at a time. */
 #include "runtime/draw/pixel_read.h"
 
 #include "base/memory.h"
@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* Read at once, or a row if that is more. */
+/* Pixels read at once; one row if a row has more. */
 #define BAND_PIXELS (1 << 18)
 
 stp_dvec3 stp_direction_unpack(uint32_t code)

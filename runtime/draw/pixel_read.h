@@ -1,5 +1,6 @@
-/* Finished pixels of the pyramid read back: packed as in shaders/reconstruct/pixel.glsl.
- * Threads: the render thread, between stp_gl_state_enter and leave; of what calls no GL, any. */
+/* Reads back finished pixels of the pyramid, packed as in shaders/reconstruct/pixel.glsl.
+ * Threads: functions without GL calls: any; others: the render thread, between stp_gl_state_enter
+ * and leave. */
 #ifndef STP_RUNTIME_DRAW_PIXEL_READ_H
 #define STP_RUNTIME_DRAW_PIXEL_READ_H
 
@@ -8,7 +9,7 @@
 #include "runtime/draw/pyramid.h"
 #include "runtime/gl/gpu_layout.h"
 
-/* Of a pixel's tag: its disc faces the eye, and its direction is its tangent. */
+/* Whether a pixel's tag is that of a tube: its disc faces the eye, its direction is the tangent. */
 static inline bool stp_tag_is_tube(int tag)
 {
     return tag != 0 && ((tag - 1) & 3) == STP_KIND_TUBE;
@@ -16,14 +17,14 @@ static inline bool stp_tag_is_tube(int tag)
 
 /* The unit vector that stp_direction_pack of shaders/reconstruct/pixel.glsl packed. */
 stp_dvec3 stp_direction_unpack(uint32_t code);
-/* The normal of pixel (x, y), whose unpacked direction is n, as it is seen: turned to the eye where
- * two-sided; of a tube, whose direction is its tangent, that across it. Eye space, unit. */
+/* The normal of pixel (x, y) as it is seen, from its unpacked direction n. A two-sided normal is
+ * turned to the eye; for a tube, n is the tangent and the result is across it. Eye space, unit. */
 stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y);
-/* A direction of eye space in the world. */
+/* Turns a direction from eye space to world axes. */
 stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 direction);
 
-/* Normals of a level's paint, of the frame's viewport: xyz in the world's axes,
- * bottom row first, turned to the viewer where two-sided; 0 0 0 where nothing is. Errors:
+/* Reads the normals from the paint texture of a level that has the frame's viewport: xyz in world
+ * axes, bottom row first, turned to the viewer if two-sided; 0 0 0 where empty. Errors:
  * OUT_OF_MEMORY, GL. */
 stp_status stp_pixel_read_normals(GLuint paint, const stp_gpu_frame *frame, float *xyz,
                                   stp_error *err);

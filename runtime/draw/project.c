@@ -1,4 +1,4 @@
-/* The roads of projection. */
+/* Projects samples, on each of the roads. */
 #include "runtime/draw/project.h"
 
 #include "base/memory.h"
@@ -6,7 +6,7 @@
 
 #include <stdlib.h>
 
-/* A program that takes patches, if it is not there yet. */
+/* Compiles a program that takes patches, if it is not there yet. */
 static stp_status prepare_patches(GLuint *program, const char *geometry, const char *fragment,
                                   const char *folder, const char *defines, stp_error *err)
 {
@@ -101,7 +101,7 @@ static stp_status append_run(stp_project *p, uint32_t first, uint32_t count, stp
     return status;
 }
 
-/* What the roads that choose on the CPU read of one draw. */
+/* What the roads that choose on the CPU read about a draw. */
 typedef struct seen_draw {
     const stp_resident *resident;
     const uint32_t *patches; /* in sight */
@@ -124,7 +124,7 @@ static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
     return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
 }
 
-/* Chooses the patches of one chunk and lists the samples. */
+/* Chooses the levels of one chunk's patches and lists their samples. */
 static stp_status list_samples(stp_project *p, const stp_project_params *params,
                                const seen_draw *seen, stp_error *err)
 {
@@ -144,15 +144,15 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
     return STP_OK;
 }
 
-/* A driver whose vertex and geometry shaders are one thread and whose rasteriser others (llvmpipe)
- * gets its parts early by a flush: of so many points at least, in so many parts at most. It keeps
- * some 300 bytes of each point until it is rasterised: so many parts may wait for that. */
+/* llvmpipe runs vertex and geometry shaders on one thread and its rasteriser on others. A flush
+ * hands it a part early: at least FLUSH_POINTS points, in a limited number of parts. It keeps some
+ * 300 bytes of each point until the point is rasterised, so at most PARTS_AHEAD parts may wait. */
 #define FLUSH_POINTS 2048
 #define FLUSH_PARTS 16
 #define PARTS_AHEAD 4
 #define PART_WAIT_NS UINT64_C(1000000000)
 
-/* Waits for the part that lies PARTS_AHEAD before part i, which was just drawn. */
+/* Waits for the part drawn PARTS_AHEAD before part i; part i was just drawn. */
 static void wait_for_parts(GLsync fences[PARTS_AHEAD], size_t i)
 {
     GLsync *fence = &fences[i % PARTS_AHEAD];
@@ -163,8 +163,8 @@ static void wait_for_parts(GLsync fences[PARTS_AHEAD], size_t i)
     *fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
 }
 
-/* Draws these numbers as points of a vertex array with the program in use. waits: as of the
- * params; a frame that does not wait for the GPU does not wait for parts either. */
+/* Draws these numbers as points of a vertex array with the program in use. waits: as in the params;
+ * a frame that does not wait for the GPU does not wait for parts either. */
 static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count,
                         bool waits)
 {
@@ -181,7 +181,7 @@ static void draw_points(stp_project *p, GLuint array, const uint32_t *items, siz
         glFlush();
     }
     for (int i = 0; i < PARTS_AHEAD; i++)
-        glDeleteSync(fences[i]); /* of none, nothing */
+        glDeleteSync(fences[i]); /* ignores a fence that is NULL */
 }
 
 static void use_samples(const stp_project *p, bool vertices)
@@ -198,7 +198,7 @@ static void draw_vertices(stp_project *p, const stp_project_params *params)
                 vertices->begin[params->draw_count], params->waits);
 }
 
-/* Draws what a program makes of the patches listed. */
+/* Draws the listed patches with a program. */
 static void draw_patches(stp_project *p, const stp_project_params *params, GLuint program,
                          stp_sight_kind kind)
 {
@@ -208,7 +208,7 @@ static void draw_patches(stp_project *p, const stp_project_params *params, GLuin
                 patches->begin[params->draw_count], params->waits);
 }
 
-/* Lists the samples that all chunks' patches choose. */
+/* Lists the samples of the chosen levels of all chunks. */
 static stp_status list_chosen(stp_project *p, const stp_project_params *params, stp_error *err)
 {
     p->index_count = 0;
@@ -221,7 +221,7 @@ static stp_status list_chosen(stp_project *p, const stp_project_params *params, 
     return STP_OK;
 }
 
-/* And draws them at once. */
+/* Lists the samples, then draws them in one call. */
 static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
                               stp_error *err)
 {
@@ -235,8 +235,8 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
     return STP_OK;
 }
 
-/* Runs of samples of one chunk's patches, of the finest level there: one out of sight ends a run.
- */
+/* Lists runs of samples of one chunk's patches, at the chunk's finest level. A patch out of sight
+ * ends a run. */
 static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
 {
     uint32_t level = seen->chunk.finest, end = UINT32_MAX;
@@ -261,7 +261,7 @@ static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *poi
     return STP_OK;
 }
 
-/* Every sample of patches in sight; they stand one after the other, so runs are few. */
+/* Draws every sample of the patches in sight. The samples follow each other, so runs are few. */
 static stp_status draw_full(stp_project *p, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
@@ -294,8 +294,8 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
 
 void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 {
-    GLenum planes = params->frame->modes[2] != 0 ? 6 : 0;             /* the clip box's */
-    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* after tiles */
+    GLenum planes = params->frame->modes[2] != 0 ? 6 : 0;             /* of the clip box */
+    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* tiles have set another */
     for (GLenum i = 0; i < planes; i++)
         glEnable(GL_CLIP_DISTANCE0 + i);
     if (p->strip_program != 0)
@@ -308,7 +308,7 @@ void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
         glDisable(GL_CLIP_DISTANCE0 + i);
 }
 
-/* Lists every sample of patches in sight. */
+/* Lists every sample of the patches in sight. */
 static stp_status list_full(stp_project *p, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
@@ -324,7 +324,7 @@ static stp_status list_full(stp_project *p, const stp_project_params *params, ui
     return STP_OK;
 }
 
-/* Lists what the CPU chooses, and the vertices that were listed apart. */
+/* Lists the samples that the CPU chooses, and the patch vertices listed apart. */
 static stp_status list_all(stp_project *p, const stp_project_params *params, uint64_t *points,
                            stp_error *err)
 {

@@ -1,4 +1,4 @@
-/* Projection: the samples of a cut to the nearest sample of each pixel, by four roads.
+/* Projection: draws the samples of a cut, so that each pixel keeps its nearest; on four roads.
  * Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_PROJECT_H
 #define STP_RUNTIME_DRAW_PROJECT_H
@@ -19,21 +19,21 @@ typedef struct stp_project {
     GLuint strip_program, wide_program, triangle_program;
     stp_runs runs;
     stp_scatter scatter;
-    stp_splat splat; /* instead of the programs for samples, where splats are drawn */
+    stp_splat splat; /* used instead of the programs for samples if splats are drawn */
     GLuint index_buffer;
-    uint32_t *indices; /* of samples, of the roads that choose on the CPU */
+    uint32_t *indices; /* of samples, for the roads that choose on the CPU */
     size_t index_count, index_capacity;
     stp_range *spans; /* of one chunk's samples, for STP_LOD_FULL */
     size_t span_count, span_capacity;
 } stp_project;
 
-/* Compiles the programs of a road where they are not there; a project begins as zero, and keeps to
- * its variant. folder: shader files that win over the embedded ones, or NULL. Errors: GL. */
+/* Compiles the programs of a road, if they are not there yet. A project begins as zero and keeps
+ * its variant. folder: shader files here replace the embedded ones; may be NULL. Errors: GL. */
 stp_status stp_project_prepare(stp_project *project, const stp_variant *variant, stp_lod lod,
                                const char *folder, stp_error *err);
 void stp_project_destroy(stp_project *project);
 
-/* What any road projects. */
+/* The input of every road. */
 struct stp_project_params {
     const stp_scene *scene;
     const stp_chunk_cache *cache;
@@ -41,28 +41,27 @@ struct stp_project_params {
     stp_dvec3 eye;
     const stp_draw *draws; /* of resident chunks */
     size_t draw_count;
-    const stp_sight *sight; /* the draws' */
+    const stp_sight *sight; /* of the draws */
     stp_lod lod;
-    const stp_pyramid *pyramid; /* what is drawn into; its nearest_frame is bound */
-    bool first;                 /* pass over the picture */
-    bool waits;                 /* for the GPU: the frame does so at its end in any case */
-    stp_stage_clock *clock;     /* of a frame that is timed, or NULL */
+    const stp_pyramid *pyramid; /* drawn into; its nearest_frame is bound */
+    bool first;                 /* the first pass of the picture */
+    bool waits;                 /* may wait for the GPU, since the frame waits at its end anyway */
+    stp_stage_clock *clock;     /* if the frame is timed, else NULL */
 };
 
-/* Draws the samples of resident chunks into the bound framebuffer, in order, by the road prepared:
- * first the vertices that were listed apart, if any (shaders/README.md, Projection: why that
- * changes no picture). Adds to *points what was sent. Where the geometry shader chooses it adds
- * nothing, and a query counts; where compute shaders do, it adds the vertices listed apart, and
- * stp_runs_count_drawn tells the rest. Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL, LIMIT.
- */
+/* Draws the samples of resident chunks into the bound framebuffer, in order, by the road prepared.
+ * Patch vertices listed in STP_SIGHT_VERTICES come first (shaders/README.md, "Projection", says why
+ * this changes no picture). Adds to *points the number of samples sent. If the geometry shader
+ * chooses, adds nothing: a query counts. If compute shaders choose, adds the listed patch vertices;
+ * stp_runs_count_drawn counts the rest. Errors: OUT_OF_MEMORY; with STP_LOD_COMPUTE also GL,
+ * LIMIT. */
 stp_status stp_project_draw(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
-/* Draws strips and triangles there, where levels of them are chosen that are drawn as such;
- * geometry shaders choose, whatever the road. After the samples, but with splats after their
- * fronts. */
+/* Draws strips and triangles, if the chosen level is drawn as such. Geometry shaders choose their
+ * levels on every road. Call after drawing samples; with splats, after drawing their fronts. */
 void stp_project_draw_shapes(stp_project *project, const stp_project_params *params);
-/* The same as drawing, for splats: lists them, after which project->splat draws them. With
- * STP_LOD_GEOMETRY levels are chosen as with STP_LOD_COMPUTE. */
+/* As stp_project_draw for splats: lists the splats, and project->splat draws them later. With
+ * STP_LOD_GEOMETRY, levels are chosen as with STP_LOD_COMPUTE. */
 stp_status stp_project_list(stp_project *project, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 

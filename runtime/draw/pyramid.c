@@ -1,4 +1,4 @@
-/* Textures and framebuffers of the pyramid. */
+/* Makes the textures and framebuffers of the pyramid. */
 #include "runtime/draw/pyramid.h"
 
 #include "runtime/gl/gl_context.h"
@@ -18,7 +18,7 @@ static GLuint create_texture(GLenum format, int width, int height)
     return texture;
 }
 
-/* A framebuffer of count colour textures, all drawn to. */
+/* Makes a framebuffer of `count` colour textures; all are drawn to. */
 static GLuint create_frame(const GLuint *textures, int count)
 {
     static const GLenum buffers[3] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
@@ -31,7 +31,7 @@ static GLuint create_frame(const GLuint *textures, int count)
     return frame;
 }
 
-/* Empties a target: what lies outside a frame's tiles is never written. */
+/* Clears a target, since passes never write outside a frame's tiles. */
 static void clear_target(GLuint texture)
 {
     glClearTexImage(texture, 0, GL_RGBA_INTEGER, GL_UNSIGNED_INT, NULL);
@@ -44,15 +44,14 @@ static GLuint create_target(const stp_pyramid_level *level)
     return texture;
 }
 
-/* Smallest size >= size whose halves, so many of them, are no smaller than those of size rounded
- * up.
- */
+/* The smallest number >= size whose halves, `halvings` times, are no smaller than those of size
+ * rounded up. */
 static int even_size(int size, int halvings)
 {
     return (size + (1 << halvings) - 1) >> halvings << halvings;
 }
 
-/* Room for the pulled levels 1..level_count, as mips, so that a shader can search them all. */
+/* Makes the textures of pulled levels 1..level_count as mips, so that a shader can search all. */
 static void create_pulled_above(stp_pyramid *p)
 {
     int halvings = p->level_count - 1;
@@ -85,7 +84,7 @@ static void create_pulled(stp_pyramid *p, int l)
     level->pulled_frame = create_frame(level->pulled, STP_TARGET_COUNT);
 }
 
-/* What a level becomes when it is finished. */
+/* Makes the textures of a level as finished. */
 static void create_finished(stp_pyramid_level *level)
 {
     for (int i = 0; i < STP_TARGET_COUNT; i++)

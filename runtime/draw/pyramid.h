@@ -1,9 +1,9 @@
-/* The image pyramid: what projection writes, pull and push fill, and shading reads.
+/* The image pyramid: projection writes level 0, pull and push fill the levels, shading reads them.
  *
- * Level 0 has the viewport's size, level l ceil(size / 2^l). Each level has two RGBA32UI targets
- * (shape, paint: shaders/reconstruct/pixel.glsl), once as pulled and once as finished; level 0 is
- * finished only where its pixels are wanted, since the picture is made without. Threads: the
- * render thread. */
+ * Level 0 has the size of the viewport, level l ceil(size / 2^l). Each level has two RGBA32UI
+ * textures (shape, paint: shaders/reconstruct/pixel.glsl) for pulled pixels and two for finished
+ * ones. Level 0 is finished only if its pixels are wanted: the picture does not need them. Threads:
+ * the render thread. */
 #ifndef STP_RUNTIME_DRAW_PYRAMID_H
 #define STP_RUNTIME_DRAW_PYRAMID_H
 
@@ -25,37 +25,37 @@ typedef struct stp_pyramid_level {
 /* Zero is an empty pyramid. */
 typedef struct stp_pyramid {
     int width, height;
-    int level_count; /* above level 0: all there can be, ceil(log2(max(width, height))) */
+    int level_count; /* greatest level above level 0: ceil(log2(max(width, height))) */
     stp_pyramid_level levels[STP_PYRAMID_LEVELS_LIMIT];
-    /* The pulled levels from 1 on, of which those of a level are views: mip l - 1 is level l, and
-     * may be larger than it. */
+    /* The pulled levels from 1 on; the `pulled` textures of a level are views of these. Mip l - 1
+     * is level l, and may be larger than the level. */
     GLuint pulled_above[STP_TARGET_COUNT];
     GLuint nearest, nearest_depth, nearest_frame; /* R32UI, 32-bit float depth */
-    GLuint scatter_depth;      /* R32UI: the bits of nearest_depth where compute shaders project */
-    GLuint sums[2], sum_frame; /* RGBA32F: what splats add up to (shaders/splat/splat_blend.frag) */
-    /* RGBA8, premultiplied; of depths R32F, 0 where nothing is; of marks R8UI: what fade.frag
-     * compares. A picture's frames: with depth, with depth and mark, its colour alone. */
+    GLuint scatter_depth;      /* R32UI: the bits of nearest_depth if compute shaders project */
+    GLuint sums[2], sum_frame; /* RGBA32F: the sums of splats (shaders/splat/splat_blend.frag) */
+    /* picture: RGBA8, premultiplied. picture_depth: R32F, 0 where empty. picture_mark: R8UI, which
+     * fade.frag compares. picture_frames: with depth; with depth and mark; colour alone. */
     GLuint picture, picture_depth, picture_mark;
     GLuint picture_frames[STP_PICTURE_FRAMES];
-    GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* where edge.frag reads: edges as they come */
-    bool in_place; /* levels above 0 are finished in what they were pulled to: `finished` is idle */
+    GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* unsmoothed picture, read by edge.frag */
+    bool in_place; /* levels above 0 are finished in `pulled`; `finished` is unused */
 } stp_pyramid;
 
-/* What a level of the last frame was finished in, where it was. */
+/* The textures that hold level l of the last frame as finished, if it was finished. */
 static inline const GLuint *stp_pyramid_finished(const stp_pyramid *pyramid, int l)
 {
     const stp_pyramid_level *level = &pyramid->levels[l];
     return l > 0 && pyramid->in_place ? level->pulled : level->finished;
 }
 
-/* Makes the textures, or keeps them where the size is the same. Errors: GL (no memory). */
+/* Makes the textures, or keeps them if the size is unchanged. Errors: GL (no memory). */
 stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_error *err);
-/* Makes what level 0 is finished in, where it is not there yet. Errors: GL (no memory). */
+/* Makes the textures of level 0 as finished, if missing. Errors: GL (no memory). */
 stp_status stp_pyramid_keep_level_0(stp_pyramid *pyramid, stp_error *err);
-/* Makes what splats are added up in, where it is not there yet. Errors: GL (no memory). */
+/* Makes the textures of splats' sums, if missing. Errors: GL (no memory). */
 stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err);
-/* Makes room for the picture before its edges are smoothed, where it is not there yet. Errors: GL
- * (no memory). */
+/* Makes the texture of the picture before its edges are smoothed, if missing. Errors: GL (no
+ * memory). */
 stp_status stp_pyramid_keep_rough(stp_pyramid *pyramid, stp_error *err);
 void stp_pyramid_destroy(stp_pyramid *pyramid);
 

@@ -1,4 +1,4 @@
-/* What a host takes of the last picture: its pixels, its depths, a copy. */
+/* Reads the last picture for a host: pixels, depths, picks, normals, a copy. */
 #include "runtime/draw/pick.h"
 #include "runtime/draw/pixel_read.h"
 #include "runtime/gl/gl_context.h"
@@ -66,16 +66,16 @@ void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int 
     stp_gl_state_enter(&host);
     glDisable(GL_SCISSOR_TEST);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glViewport(0, 0, width, height); /* software drivers ask for a window's new size only here */
+    glViewport(0, 0, width, height); /* software drivers notice a new window size only here */
     glBlitNamedFramebuffer(p->picture_frames[STP_PICTURE_WITH_DEPTH], framebuffer, 0, 0, p->width,
                            p->height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     stp_gl_state_leave(&host);
 }
 
-/* The finished pixel of the last picture, in the pyramid again. */
+/* Restores the finished pixel of the last picture in the pyramid. */
 static stp_status finish_pixel(stp_renderer *r, int x, int y, stp_error *err)
 {
-    if (r->settling.phase == STP_SETTLE_RUNS) { /* its passes have begun to take level 0's place */
+    if (r->settling.phase == STP_SETTLE_RUNS) { /* its passes already overwrite level 0 */
         stp_view view = r->motion.last;
         stp_draw_params params = r->drawn;
         r->motion.known = false;

@@ -1,4 +1,4 @@
-/* The screen-space passes. */
+/* Runs the screen-space passes. */
 #include "runtime/draw/reconstruct.h"
 
 #include "runtime/gl/gpu_layout.h"
@@ -93,16 +93,16 @@ bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels
     return levels > 0 && programs->template_px == 0 && !programs->splat;
 }
 
-/* What level l is once it is finished, levels being the coarsest. */
+/* The textures of level l as finished; `levels` is the coarsest level. */
 static const GLuint *finished(const stp_pyramid *pyramid, int l, int levels)
 {
     return l == levels ? pyramid->levels[l].pulled : stp_pyramid_finished(pyramid, l);
 }
 
-/* Where a level's targets are read: by fetches, or by compute shaders as images. */
+/* Binds a level's textures: for fetches, or as images for compute shaders. */
 typedef void bind_level(GLuint first, GLsizei count, const GLuint *textures);
 
-/* What pushing to level l reads. */
+/* Binds what pushing to level l reads. */
 static void bind_push(const stp_pyramid *pyramid, int l, int levels, bind_level *bind)
 {
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
@@ -111,7 +111,7 @@ static void bind_push(const stp_pyramid *pyramid, int l, int levels, bind_level 
     bind(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, l + 1, levels));
 }
 
-/* What finishing level 0 reads. */
+/* Binds what finishing level 0 reads. */
 static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                         int levels)
 {
@@ -130,7 +130,7 @@ static void bind_finish(const stp_reconstruct_programs *programs, const stp_pyra
     glBindTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, pyramid->pulled_above);
 }
 
-/* Lets what comes see what compute shaders wrote. */
+/* Makes the writes of compute shaders visible to later commands. */
 static void end_compute(void)
 {
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
@@ -151,7 +151,7 @@ static void push_columns(const stp_reconstruct_programs *programs, const stp_pyr
     }
 }
 
-/* The same by rasterised passes. */
+/* Pushes by rasterised passes. */
 static void push_levels(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                         int levels, const stp_tiles *tiles)
 {
@@ -163,7 +163,7 @@ static void push_levels(const stp_reconstruct_programs *programs, const stp_pyra
     }
 }
 
-/* The last push and the shading, by a compute shader. Writes every pixel of the tiles. */
+/* Does the last push and the shading by a compute shader. Writes every pixel of the tiles. */
 static void finish_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                            int levels, const stp_blocks *blocks)
 {
@@ -178,7 +178,7 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
     end_compute();
 }
 
-/* What pulling to level l reads. */
+/* Binds what pulling to level l reads. */
 static void bind_pull(const stp_pyramid *pyramid, int l, bind_level *bind)
 {
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
@@ -186,7 +186,7 @@ static void bind_pull(const stp_pyramid *pyramid, int l, bind_level *bind)
     bind(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l - 1].pulled);
 }
 
-/* Levels first..levels by rasterised passes. */
+/* Pulls levels first..levels by rasterised passes. */
 static void pull_levels(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                         int first, int levels, const stp_tiles *tiles)
 {
@@ -198,7 +198,7 @@ static void pull_levels(const stp_reconstruct_programs *programs, const stp_pyra
     }
 }
 
-/* Levels from 1 on by a compute shader, two at once. Returns the first that is left. */
+/* Pulls levels from 1 on by a compute shader, two at once. Returns the first level not pulled. */
 static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                       int levels, const stp_blocks *blocks)
 {
@@ -232,7 +232,7 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
     stp_stage_end(clock, STP_STAGE_PUSH);
 }
 
-/* Multiplies eye-dome lighting into the picture. */
+/* Multiplies the picture by eye-dome lighting. */
 static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                    const stp_tiles *tiles, GLuint frame)
 {
@@ -246,7 +246,7 @@ static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *
     glDisable(GL_BLEND);
 }
 
-/* The rough picture with smooth edges as the picture. */
+/* Draws the picture: the rough picture with smooth edges. */
 static void smooth_edges(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                          int levels, const stp_tiles *tiles)
 {
@@ -267,7 +267,7 @@ static void smooth_edges(const stp_reconstruct_programs *programs, const stp_pyr
     stp_tiles_draw(tiles, 0);
 }
 
-/* The picture by rasterised passes: finished and shaded, or shaded as it is. */
+/* Draws the picture by rasterised passes: finishes and shades, or only shades. */
 static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                          int levels, const stp_tiles *tiles, const GLuint *frames)
 {
@@ -308,7 +308,7 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
         stp_stage_end(clock, STP_STAGE_EFFECTS);
 }
 
-/* Ready to finish level 0 into its own framebuffer. */
+/* Prepares for finishing level 0 into its own framebuffer. */
 static void begin_level_0(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                           int levels)
 {

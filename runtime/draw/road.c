@@ -1,4 +1,4 @@
-/* Trial and choice. */
+/* Runs the trial of two roads, and chooses one. */
 #include "runtime/draw/road.h"
 
 #include <string.h>
@@ -23,8 +23,8 @@ static stp_lod tried(int frame)
     return frame % 2 == 0 ? STP_LOD_GEOMETRY : STP_LOD_COMPUTE;
 }
 
-/* Takes the road whose best frame took less, once the GPU has told all; the first of each road is
- * not counted. */
+/* Once the GPU has reported all times, takes the road whose best frame was faster. The first frame
+ * of each road does not count. */
 static void decide(stp_road *road)
 {
     GLuint64 best[2] = {UINT64_MAX, UINT64_MAX};

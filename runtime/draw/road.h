@@ -1,10 +1,10 @@
-/* The road of projection where none is asked for: the faster one on the driver at hand.
+/* Chooses the road of projection for STP_LOD_AUTO: the faster one on this driver.
  *
  * A software driver runs compute shaders on all processors and geometry shaders on one, so it needs
- * no trial. Others begin with the geometry shader; pictures that stream, of which there are many a
- * second, then go by both roads in turns for TRIAL_FRAMES frames, timed by the GPU, and the faster
- * one stays. Pictures that wait for their chunks never try: two runs of a command draw the same.
- * The roads' pictures differ in ties of depth alone. Threads: the render thread. */
+ * no trial: compute shaders. Other drivers begin with the geometry shader. If pictures stream, many
+ * a second, they use both roads in turn for STP_ROAD_TRIAL_FRAMES frames, timed by the GPU, and the
+ * faster road stays. Pictures that wait for their chunks never try, so two runs of a command draw
+ * the same. The pictures of the roads differ only in ties of depth. Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_ROAD_H
 #define STP_RUNTIME_DRAW_ROAD_H
 
@@ -13,25 +13,26 @@
 #include <epoxy/gl.h>
 #include <stdbool.h>
 
-enum { STP_ROAD_TRIAL_FRAMES = 16 }; /* of two roads; the first of each compiles its shaders */
+enum { STP_ROAD_TRIAL_FRAMES = 16 }; /* of both roads; each road's first compiles its shaders */
 
-/* Begun by stp_road_begin. */
+/* Set up by stp_road_begin. */
 typedef struct stp_road {
-    stp_lod lod;                             /* what is taken where nothing is tried */
-    bool decided;                            /* nothing is tried any more */
-    bool tries;                              /* the frame in the making is one of the trial */
-    int frame;                               /* frames of the trial that were drawn */
+    stp_lod lod;                             /* the road outside the trial */
+    bool decided;                            /* the trial has ended */
+    bool tries;                              /* the current frame is part of the trial */
+    int frame;                               /* number of trial frames drawn */
     GLuint stamps[STP_ROAD_TRIAL_FRAMES][2]; /* timestamp queries: begin, end */
 } stp_road;
 
 /* software: the driver draws on the CPU. */
 void stp_road_begin(stp_road *road, bool software);
-/* Whether the current context's driver does. */
+/* Whether the driver of the current context draws on the CPU. */
 bool stp_road_is_software(void);
-/* The road of the frame that is to be drawn. streams: it does not wait for anything. */
+/* The road for the frame about to be drawn. streams: the frame waits for nothing. */
 stp_lod stp_road_take(stp_road *road, bool streams);
-/* It was drawn. whole: it had all that it wanted, so that its time says something. */
+/* Call after drawing the frame. whole: nothing was missing, so the frame's time counts. */
 void stp_road_leave(stp_road *road, bool whole);
+/* Ends the trial; the road at that time stays. The road's context must be current. */
 /* Ends the trial; the road taken then stays. Its context is current. */
 void stp_road_end(stp_road *road);
 

@@ -1,11 +1,11 @@
-/* Runs of samples out of patches, and lists of samples. */
+/* Makes runs of samples from patches, and lists of samples. */
 #include "runtime/draw/runs.h"
 
 #include "runtime/draw/project.h"
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/gl/shader.h"
 
-/* As in shaders/project/runs.glsl and the shaders' bindings. */
+/* The same as in shaders/project/runs.glsl and the shaders' bindings. */
 #define GROUP_PATCHES 64u
 #define GROUP_SAMPLES 64u
 #define RUN_SAMPLES 4
@@ -14,11 +14,11 @@
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
 enum { UNIT_RUNS = 9 };
 
-/* Groups of invocations: more than 65535 in a row are too many for some. */
+/* Groups of invocations. Some drivers do not allow more than 65535 in a row. */
 #define RUNS_GROUPS_LIMIT 1024
 #define ROW_GROUPS 128u
 
-/* The runs' buffer begins with this; the groups of the indirect dispatch stand first. */
+/* The head of the runs' buffer. The group counts of the indirect dispatch come first. */
 typedef struct runs_head {
     GLuint groups_x, groups_y, groups_z;
     GLuint run_count, points_listed, unused;
@@ -49,7 +49,7 @@ void stp_runs_destroy(stp_runs *r)
     *r = (stp_runs){0};
 }
 
-/* Gives a buffer at least so many bytes, and a texture of it. */
+/* Gives a buffer at least so many bytes, and a texture over it. */
 static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capacity, size_t bytes)
 {
     if (bytes <= *capacity)
@@ -65,7 +65,7 @@ static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capa
     glTextureBuffer(*texture, format, *buffer);
 }
 
-/* Runs there can be at most: of each quarter its samples, the last of them in a run that is not
+/* The greatest number of runs: for each quarter its samples in full runs, plus one run that is not
  * full. */
 static size_t most_runs(const stp_project_params *params)
 {
@@ -78,7 +78,7 @@ static size_t most_runs(const stp_project_params *params)
     return runs;
 }
 
-/* Chooses levels: fills runs and lattices. */
+/* Chooses levels, and fills runs and lattices. */
 static void make_runs(stp_runs *r, const stp_project_params *params)
 {
     static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};

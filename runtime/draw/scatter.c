@@ -1,11 +1,11 @@
-/* Projection by compute shaders. */
+/* Runs the compute shaders that project. */
 #include "runtime/draw/scatter.h"
 
 #include "runtime/draw/project.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/gl/shader.h"
 
-/* As in the shaders. */
+/* Image bindings, the same as in the shaders. */
 enum { IMAGE_DEPTH = 0, IMAGE_SAMPLE = 1 };
 
 stp_status stp_scatter_create(stp_scatter *out, const char *folder, const char *defines,

@@ -1,11 +1,11 @@
-/* Splats listed by bins of the picture, and drawn by pixels. */
+/* Lists splats by bins of the picture; pixels then draw them. */
 #include "runtime/draw/splat.h"
 
 #include "runtime/gl/gl_context.h"
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/gl/shader.h"
 
-/* As in shaders/splat/splat_bins.glsl and the shaders' bindings. */
+/* The same as in shaders/splat/splat_bins.glsl and the shaders' bindings. */
 #define BIN_WIDTH_PX 4
 #define BIN_HEIGHT_PX 2
 #define BIN_REACH_PX 8
@@ -15,7 +15,7 @@
 enum { STORE_BINS = STP_BLOCK_FREE, STORE_LISTS, STORE_LOOKS };
 enum { UNIT_BINS = 9, UNIFORM_SPLAT = 5 };
 
-/* Of bins, of a splat in a list, of a splat's look. */
+/* Bytes of a word of the bins, of a splat in a list, of a splat's look. */
 #define WORD_BYTES 4
 #define SPLAT_BYTES 32
 #define LOOK_BYTES 8
@@ -73,7 +73,7 @@ void stp_splat_destroy(stp_splat *s)
     *s = (stp_splat){0};
 }
 
-/* Gives a store room for at least so many bytes; what it held is lost. */
+/* Gives a store room for at least so many bytes; its contents are lost. */
 static stp_status reserve(stp_splat_store *store, size_t bytes, stp_error *err)
 {
     GLint limit = 0;
@@ -94,7 +94,7 @@ static stp_status reserve(stp_splat_store *store, size_t bytes, stp_error *err)
     return stp_gl_check("making room for splats", err);
 }
 
-/* Bins of all levels of the grid. */
+/* The number of bins of all levels of the grid. */
 static size_t count_bins(const stp_pyramid *p)
 {
     int most = p->width > p->height ? p->width : p->height;
@@ -108,7 +108,8 @@ static size_t count_bins(const stp_pyramid *p)
     }
 }
 
-/* Counts, added up, become where bins begin; blocks of bins by one invocation each. */
+/* Turns the counts of bins into the places where their lists begin; one invocation per block of
+ * bins. */
 static void scan_bins(const stp_splat *s, size_t bins)
 {
     GLuint groups = BLOCKS_LIMIT / GROUP_BLOCKS;

@@ -1,4 +1,4 @@
-/* Two timestamps a stage. */
+/* Takes two timestamps for each stage. */
 #include "runtime/draw/stage_clock.h"
 
 const char *stp_stage_name(stp_stage stage)
@@ -25,8 +25,9 @@ void stp_stage_begin(stp_stage_clock *clock)
     if (clock == NULL)
         return;
     glQueryCounter(clock->stamps[0], GL_TIMESTAMP);
-    /* Its rasteriser stamps, after this thread has run the vertex shaders of all draw calls that
-     * were sent with the stamp. A GPU would count the time until it gets the next ones. */
+    /* A software driver's rasteriser takes a stamp after this thread has run the vertex shaders of
+     * all draw calls sent together with the stamp, so the stamp is sent alone. A GPU would then
+     * also count the time until its next commands arrive. */
     if (clock->software)
         glFlush();
 }

@@ -1,6 +1,6 @@
-/* What the GPU's own clock says of the stages of a frame that is timed: timestamps before and after
- * each, and a wait between stages, so that none runs into the next. Frames that are not timed have
- * no clock (NULL), and nothing is asked of the driver for them. Threads: the render thread. */
+/* Times the stages of a frame by the GPU's own clock: a timestamp before and after each stage, and
+ * a wait between stages, so that no stage overlaps the next. Frames that are not timed have no
+ * clock (NULL) and ask nothing of the driver. Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_STAGE_CLOCK_H
 #define STP_RUNTIME_DRAW_STAGE_CLOCK_H
 
@@ -8,21 +8,21 @@
 
 #include <epoxy/gl.h>
 
-/* Created by stp_stage_clock_create. */
+/* Set up by stp_stage_clock_create. */
 typedef struct stp_stage_clock {
-    GLuint stamps[2]; /* timestamp queries: begin, end of the stage that runs */
+    GLuint stamps[2]; /* timestamp queries: begin, end of the running stage */
     bool software;    /* the driver draws on the CPU */
-    double *ms;       /* borrowed, by stage: where times are added */
+    double *ms;       /* borrowed: times are added here, by stage */
 } stp_stage_clock;
 
-/* software: of stp_road_is_software. */
+/* software: from stp_road_is_software. */
 void stp_stage_clock_create(stp_stage_clock *clock, bool software);
 void stp_stage_clock_destroy(stp_stage_clock *clock);
 
-/* A stage begins; one that has begun is forgotten. clock may be NULL here and below. */
+/* Begins a stage; a stage begun before is forgotten. clock may be NULL here and below. */
 void stp_stage_begin(stp_stage_clock *clock);
-/* What was asked for since then was this stage; waits for it, adds its time, and begins the next.
- */
+/* Ends the stage begun last as `stage`: waits for its GPU commands, adds its time, and begins the
+ * next stage. */
 void stp_stage_end(stp_stage_clock *clock, stp_stage stage);
 
 #endif

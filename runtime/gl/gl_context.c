@@ -1,4 +1,4 @@
-/* Headless OpenGL through EGL: devices first, then the surfaceless platform. */
+/* Makes headless OpenGL contexts through EGL: devices first, then the surfaceless platform. */
 #include "runtime/gl/gl_context.h"
 
 #include "base/memory.h"
@@ -19,11 +19,11 @@ struct stp_gl_context {
     EGLContext context;
 };
 
-/* epoxy ends the program where a library is missing, so ask first. */
+/* epoxy ends the program if a library is missing, so this asks first. */
 static bool library_exists(const char *name)
 {
     void *handle = dlopen(name, RTLD_LAZY | RTLD_GLOBAL);
-    return handle != NULL; /* stays open: epoxy will want it */
+    return handle != NULL; /* stays open, since epoxy will use it */
 }
 
 static bool has_extension(const char *list, const char *name)
@@ -35,7 +35,8 @@ static bool has_extension(const char *list, const char *name)
     return false;
 }
 
-/* A display that makes a 4.5 core context current, or false with nothing left behind. */
+/* Makes a 4.5 core context of a display current. False if that fails; then nothing is left
+ * behind. */
 static bool try_display(EGLDisplay display, stp_gl_context *out)
 {
     static const EGLint wanted[] = {EGL_CONTEXT_MAJOR_VERSION,
@@ -63,7 +64,7 @@ static bool try_display(EGLDisplay display, stp_gl_context *out)
     return false;
 }
 
-/* GPUs if software is false, else the software devices. */
+/* Tries the GPUs, or if software is true the software devices. */
 static bool try_devices(bool software, stp_gl_context *out)
 {
     PFNEGLQUERYDEVICESEXTPROC query =

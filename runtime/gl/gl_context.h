@@ -13,15 +13,15 @@ extern "C" {
 
 typedef struct stp_gl_context stp_gl_context;
 
-/* Creates a context and makes it current. Errors: GL (no EGL library, no device, version too old:
- * the sentence says which), OUT_OF_MEMORY. */
+/* Creates a context and makes it current. Errors: GL (no EGL library, no device, or a version that
+ * is too old; the message says which), OUT_OF_MEMORY. */
 stp_status stp_gl_context_create(stp_gl_context **out, stp_error *err);
 void stp_gl_context_destroy(stp_gl_context **context);
 
-/* True if the current context is one stipple can draw with. Errors: GL (says what it found). */
+/* Succeeds if stipple can draw with the current context. Errors: GL (says what was found). */
 stp_status stp_gl_context_check(stp_error *err);
 
-/* The first GL error since the last call as an error that names `what`. Errors: GL. */
+/* Turns the first GL error since the last call into an error that names `what`. Errors: GL. */
 stp_status stp_gl_check(const char *what, stp_error *err);
 
 #ifdef __cplusplus

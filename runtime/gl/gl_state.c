@@ -1,4 +1,4 @@
-/* The host's OpenGL state, kept and given back; and ours. */
+/* Saves and restores the host's OpenGL state, and sets ours. */
 #include "runtime/gl/gl_state.h"
 
 #include "runtime/gl/gpu_layout.h"
@@ -7,7 +7,7 @@ _Static_assert((int)STP_UNIT_COUNT <= (int)STP_GL_UNITS, "every unit in use is k
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
-/* All capabilities that change what we draw, and what we want of each. */
+/* All capabilities that change what we draw, and the value that we set. */
 static const struct {
     GLenum name;
     bool on;
@@ -55,7 +55,7 @@ static const struct {
     {GL_PIXEL_UNPACK_BUFFER, GL_PIXEL_UNPACK_BUFFER_BINDING},
 };
 
-/* How pixels lie in memory: ours are packed tightly. */
+/* How pixels lie in memory; ours are packed tightly. */
 static const struct {
     GLenum name;
     GLint value;
@@ -73,7 +73,7 @@ static void enable(GLenum name, bool on)
     (on ? glEnable : glDisable)(name);
 }
 
-/* A context that is lost says so for ever. */
+/* Discards pending errors, at most so many: a lost context reports errors for ever. */
 static void discard_errors(void)
 {
     for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; i++)
@@ -126,7 +126,7 @@ static void save_raster(stp_gl_state *s)
     glGetIntegerv(GL_DEPTH_FUNC, &s->depth_func);
     glGetIntegerv(GL_CLIP_ORIGIN, &s->clip_origin);
     glGetIntegerv(GL_CLIP_DEPTH_MODE, &s->clip_depth);
-    glGetIntegerv(GL_POLYGON_MODE, s->polygon_mode); /* one value, or two that are equal */
+    glGetIntegerv(GL_POLYGON_MODE, s->polygon_mode); /* gives one value, or two equal ones */
     glGetFloatv(GL_POINT_SIZE, &s->point_size);
     glGetFloatv(GL_LINE_WIDTH, &s->line_width);
     glGetIntegerv(GL_PROVOKING_VERTEX, &s->provoking_vertex);
@@ -176,7 +176,7 @@ static void save_bindings(stp_gl_state *s)
     }
 }
 
-/* No program can be changed while feedback runs. */
+/* Pauses transform feedback, since no program can be changed while it runs. */
 static bool pause_feedback(void)
 {
     GLint active = 0, paused = 0;
@@ -188,7 +188,7 @@ static bool pause_feedback(void)
     return true;
 }
 
-/* What all of our passes have in common; depth runs from 1, near, to 0. */
+/* Sets the state that all of our passes share; depth runs from 1 (near) to 0. */
 static void set_ours(void)
 {
     for (int i = 0; i < COUNT(capabilities); i++)
@@ -286,7 +286,7 @@ static void restore_bindings(const stp_gl_state *s)
         restore_block(GL_UNIFORM_BUFFER, i, &s->uniform_blocks[i]);
         restore_block(GL_SHADER_STORAGE_BUFFER, i, &s->storage_blocks[i]);
     }
-    for (int i = 0; i < STP_GL_BUFFERS; i++) /* after the blocks, which bind them too */
+    for (int i = 0; i < STP_GL_BUFFERS; i++) /* after the blocks, whose binding sets these too */
         glBindBuffer(buffers[i].target, (GLuint)s->buffers[i]);
     for (int i = 0; i < STP_GL_PIXEL_STORES; i++)
         glPixelStorei(pixel_stores[i].name, s->pixel_stores[i]);
@@ -302,7 +302,7 @@ void stp_gl_state_leave(const stp_gl_state *host)
     restore_bindings(host);
     if (host->feedback_paused)
         glResumeTransformFeedback();
-    discard_errors(); /* as of a program that the host deleted while it was in use */
+    discard_errors(); /* such as of a program that the host deleted while in use */
 }
 
 bool stp_gl_state_enabled(const stp_gl_state *host, GLenum capability)
@@ -317,7 +317,7 @@ void stp_gl_state_aim(const stp_gl_state *host)
 {
     enable(GL_DEPTH_TEST, stp_gl_state_enabled(host, GL_DEPTH_TEST));
     enable(GL_STENCIL_TEST, stp_gl_state_enabled(host, GL_STENCIL_TEST));
-    glEnable(GL_MULTISAMPLE); /* else llvmpipe gives the depth to one sample alone */
+    glEnable(GL_MULTISAMPLE); /* otherwise llvmpipe writes the depth of one sample only */
     for (int i = 1; i < host->draw_buffer_count; i++)
         glColorMaski((GLuint)i, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     restore_colour_mask(host, 0);

@@ -1,17 +1,17 @@
-/* The OpenGL state of a host application: kept while we draw, and given back.
+/* Saves the OpenGL state of a host application while stipple draws, and restores it.
  *
  * Between enter and leave the context is in the state that our passes rely on, whatever the host
- * left behind; after leave it is as it was. What GL cannot tell or undo is the host's to mind, and
- * stipple.h says so: conditional rendering, running queries of samples, a program deleted while in
- * use, values of subroutine uniforms. Threads: the render thread. */
+ * set. After leave the state is as it was. Some things GL can neither report nor restore; stipple.h
+ * warns the host about them: conditional rendering, running queries of samples, a program deleted
+ * while in use, values of subroutine uniforms. Threads: the render thread. */
 #ifndef STP_RUNTIME_GL_GL_STATE_H
 #define STP_RUNTIME_GL_GL_STATE_H
 
 #include <epoxy/gl.h>
 #include <stdbool.h>
 
-/* Bounds of what is kept: GL_MAX_VIEWPORTS and GL_MAX_DRAW_BUFFERS, of which drivers have 16 and 8;
- * all that the renderer binds: texture units, image units, blocks of each kind from 0. */
+/* How much state is saved. Drivers have GL_MAX_VIEWPORTS 16 and GL_MAX_DRAW_BUFFERS 8. Texture
+ * units, image units and blocks of each kind: all that the renderer binds, from 0. */
 enum {
     STP_GL_VIEWPORTS = 16,
     STP_GL_DRAW_BUFFERS = 8,
@@ -23,7 +23,7 @@ enum { STP_GL_CAPABILITIES = 32, STP_GL_BUFFERS = 5, STP_GL_PIXEL_STORES = 16 };
 
 typedef struct stp_gl_block {
     GLint buffer;
-    GLint64 begin, bytes; /* 0, 0: all of it */
+    GLint64 begin, bytes; /* 0, 0: the whole buffer */
 } stp_gl_block;
 
 typedef struct stp_gl_image {
@@ -36,7 +36,7 @@ typedef struct stp_gl_blend {
 } stp_gl_blend;
 
 typedef struct stp_gl_unit {
-    GLint flat, buffer, sampler; /* what is bound to GL_TEXTURE_2D, to GL_TEXTURE_BUFFER; sampler */
+    GLint flat, buffer, sampler; /* bound to GL_TEXTURE_2D, to GL_TEXTURE_BUFFER; the sampler */
 } stp_gl_unit;
 
 typedef struct stp_gl_state {
@@ -57,22 +57,22 @@ typedef struct stp_gl_state {
     stp_gl_unit units[STP_GL_UNITS];
     stp_gl_image images[STP_GL_IMAGES];
     stp_gl_block uniform_blocks[STP_GL_BLOCKS], storage_blocks[STP_GL_BLOCKS];
-    bool feedback_paused; /* by us */
+    bool feedback_paused; /* stp_gl_state_enter paused transform feedback */
     GLint counting;       /* the running query of GL_PRIMITIVES_GENERATED, or 0 */
 } stp_gl_state;
 
-/* Keeps the host's state and sets ours. Errors that GL has pending are discarded: they would be
- * taken for ours. */
+/* Saves the host's state and sets ours. Discards pending GL errors, which would otherwise be taken
+ * for ours. */
 void stp_gl_state_enter(stp_gl_state *host);
-/* Gives it back. */
+/* Restores the host's state. */
 void stp_gl_state_leave(const stp_gl_state *host);
 
-/* Whether the host had a capability on; one of those in gl_state.c's table. */
+/* Whether the host had a capability enabled. Only for capabilities in gl_state.c's table. */
 bool stp_gl_state_enabled(const stp_gl_state *host, GLenum capability);
 
-/* Sets again what decides where a picture lands in the host's framebuffer: that framebuffer, the
- * viewport, scissor, depth and stencil test, clip control, the colour mask of its first draw
- * buffer; the other draw buffers are masked out, and blending stays off. */
+/* Restores the part of the host's state that decides where a picture lands: framebuffer, viewport,
+ * scissor, depth and stencil test, clip control, and the colour mask of the first draw buffer.
+ * Masks the other draw buffers; blending stays off. */
 void stp_gl_state_aim(const stp_gl_state *host);
 
 #endif

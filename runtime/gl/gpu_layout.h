@@ -1,5 +1,5 @@
-/* What the GPU reads, as C structs: the same as shaders/layout.glsl and shaders/project/patch.glsl.
- * tests/gl/test_gl_layout.c compares the two. */
+/* The data that the GPU reads, as C structs with the layout of shaders/layout.glsl and
+ * shaders/project/patch.glsl. tests/gl/test_gl_layout.c compares the two. */
 #ifndef STP_RUNTIME_GL_GPU_LAYOUT_H
 #define STP_RUNTIME_GL_GPU_LAYOUT_H
 
@@ -16,9 +16,9 @@ enum {
     STP_UNIT_PATCH_OF_SAMPLE = 3,
     STP_UNIT_FINE = 4,    /* shape, paint */
     STP_UNIT_COARSE = 6,  /* shape, paint */
-    STP_UNIT_NEAREST = 8, /* resolving */
-    STP_UNIT_FRONT = 8,   /* splatting: the depth buffer, then the two sums, or the lists */
-    STP_UNIT_EDGE = 8,    /* smoothing edges: the picture, its depths */
+    STP_UNIT_NEAREST = 8, /* while resolving */
+    STP_UNIT_FRONT = 8,   /* while splatting: the depth buffer, then the two sums, or the lists */
+    STP_UNIT_EDGE = 8,    /* while smoothing edges: the picture, its depths */
     STP_UNIT_COUNT = 12
 };
 enum {
@@ -34,8 +34,8 @@ enum {
     STP_UNIFORM_FADE_F = 11
 };
 
-/* A pixel's nearest sample: its number; the segment from it to the next, or the triangle of it and
- * the next two. */
+/* The name of a pixel's nearest sample, segment or triangle: the number of the (first) sample, plus
+ * these bits. A segment goes to the next sample, a triangle over the next two. */
 #define STP_NAME_SEGMENT UINT32_C(0x80000000)
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
 #define STP_NAME_RIBBON UINT32_C(0xc0000000)
@@ -44,7 +44,7 @@ enum {
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
 
-/* Beside the flags in modes[1]: backs are drawn all the same. */
+/* A further bit of modes[1], besides the flags: backs are drawn nevertheless. */
 #define STP_BACKS_DRAWN 256
 
 /* std140, binding 0. */
@@ -53,34 +53,34 @@ typedef struct stp_gpu_frame {
     float viewport[4];   /* width, height, f, near depth */
     float centre[4];     /* window coordinates of the camera's axis; -, - */
     float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
-    float quality[4];    /* threshold, radius cap in pixels; ball near, far */
-    float terms[4];      /* weight of colours, of errors at outlines; -, - */
+    float quality[4];    /* threshold, radius cap, both in pixels; ball near, far */
+    float terms[4];      /* weight of colours, weight of errors at outlines; -, - */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
-    /* Orthographic; flags of the samples that are left out from behind (0: none are); clipped;
-     * number of openings. */
+    /* Orthographic; flags of samples whose backs are left out (0: none); clipped; number of
+     * openings. */
     int32_t modes[4];
     float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
-    uint32_t hidden[STP_CLASS_WORDS]; /* bit set of the classes that are not drawn */
-    /* Balls through which backs are seen all the same: centre relative to the eye, radius. */
+    uint32_t hidden[STP_CLASS_WORDS]; /* bit set of classes that are not drawn */
+    /* Balls through which backs are seen nevertheless: centre relative to the eye, radius. */
     float openings[STP_OPENINGS_LIMIT][4];
 } stp_gpu_frame;
 
-/* Relative to the chunk's origin. */
+/* Positions are relative to the chunk's origin. */
 typedef struct stp_gpu_patch {
     float origin[3], step;
     float bound_centre[3], bound_radius;
     float cone_axis[3], cone_cos;
     float vertex_error[2]; /* of level 3: perpendicular, tangential */
-    float finest_error[2]; /* likewise, of level 0 */
+    float finest_error[2]; /* of level 0: perpendicular, tangential */
     float radius[STP_LEVEL_COUNT];
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
     uint8_t flags;    /* STP_PATCH_* */
-    uint8_t order[3]; /* the chunk's id, its lowest 24 bits: decides between equal depths */
+    uint8_t order[3]; /* lowest 24 bits of the chunk's id: decides between equal depths */
     uint8_t colour_error[STP_LEVEL_COUNT];
-    /* Of level 2, then 1, by quarter: perpendicular, tangential. */
+    /* Levels 2, then 1: perpendicular, tangential; by quarter. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];
 } stp_gpu_patch;
 

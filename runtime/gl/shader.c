@@ -1,4 +1,4 @@
-/* Shader texts with includes, and programs made of them. */
+/* Assembles shader texts with includes, and makes programs from them. */
 #include "runtime/gl/shader.h"
 
 #include "base/file.h"
@@ -16,7 +16,7 @@
 #define NAME_LIMIT 64
 #define FILE_BYTES_LIMIT (1u << 20)
 
-/* A text being put together; its files are numbered for #line and for the driver's messages. */
+/* A text being assembled. Its files are numbered for #line and for the driver's messages. */
 typedef struct assembly {
     char *text;
     size_t length, capacity;
@@ -57,7 +57,7 @@ static bool folder_has(const char *folder, const char *place, char *path, size_t
     return snprintf(path, size, "%s/%s", folder, place) < (int)size && access(path, R_OK) == 0;
 }
 
-/* The text of a file on disk, to be freed. */
+/* Reads a file on disk; the caller frees *text. */
 static stp_status read_file(char **text, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -76,8 +76,8 @@ done:
     return status;
 }
 
-/* *text is to be freed. A file of the folder wins over the embedded one of its name: in the folder
- * itself, then where shaders/ has it. */
+/* Reads a shader file; the caller frees *text. A file in the folder replaces the embedded one:
+ * first a file in the folder itself, then in the sub-folder where shaders/ has it. */
 static stp_status read_text(char **text, const char *name, const char *folder, stp_error *err)
 {
     const stp_shader_file *embedded = embedded_file(name);
@@ -90,7 +90,7 @@ static stp_status read_text(char **text, const char *name, const char *folder, s
     return stp_text_copy(text, embedded->text, "a shader", err);
 }
 
-/* The name inside #include "name", or false. */
+/* Takes the name from a line #include "name"; false if the line is something else. */
 static bool parse_include(const char *line, char name[NAME_LIMIT])
 {
     return sscanf(line, " # include \"%63[^\"\n]\"", name) == 1;
@@ -150,7 +150,8 @@ stp_status stp_shader_text(char **out, const char *name, const char *defines, co
     return status;
 }
 
-/* Drivers say "2:17(5): error" or "2(17) : error", the first number being the file's. */
+/* Replaces file numbers by names. Drivers write "2:17(5): error" or "2(17) : error"; the first
+ * number is the file's. */
 static void name_file(const assembly *a, const char *log, char *out, size_t size)
 {
     char *rest = NULL;
@@ -207,7 +208,7 @@ stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp
             continue;
         STP_TRY(compile(&shader, stages[i], names[i], params, err));
         glAttachShader(program, shader);
-        glDeleteShader(shader); /* lives as long as the program */
+        glDeleteShader(shader); /* the shader lives as long as the program */
     }
     if (params->captured != NULL)
         glTransformFeedbackVaryings(program, 1, &params->captured, GL_INTERLEAVED_ATTRIBS);

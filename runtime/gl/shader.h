@@ -11,30 +11,30 @@
 #include <stdbool.h>
 
 typedef struct stp_shader_file {
-    const char *name;  /* no two files have the same */
-    const char *place; /* the name behind its folder in shaders/: "splat/splat.comp" */
+    const char *name;  /* unique among all files */
+    const char *place; /* path within shaders/: "splat/splat.comp" */
     const char *text;
 } stp_shader_file;
 
-/* The embedded files; the last has no name. */
+/* The embedded files; the name of the last entry is NULL. */
 extern const stp_shader_file stp_shader_files[];
 
 /* What a program is compiled for. */
 typedef struct stp_variant {
     bool orthographic, box;
-    int template_px;     /* side of the window, where templates reconstruct; else 0 */
+    int template_px;     /* side of the window if templates reconstruct; else 0 */
     bool splat;          /* samples are drawn as splats */
-    bool lines;          /* there are ribbons and tubes */
-    bool triangles;      /* there are some */
-    bool openings;       /* of closed surfaces: there are some */
-    bool clip, classes;  /* a clip box; hidden classes */
+    bool lines;          /* the scene has ribbons or tubes */
+    bool triangles;      /* the scene has triangles */
+    bool openings;       /* closed surfaces have openings */
+    bool clip, classes;  /* there is a clip box; there are hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
-    bool edges;          /* a pass that smooths them: no macro, no program but its own */
-    bool edl;            /* a pass of eye-dome lighting: no macro, no program but its own */
+    bool edges;          /* smooths edges by a pass with a program of its own; no macro */
+    bool edl;            /* eye-dome lighting by a pass with a program of its own; no macro */
     int colour, palette; /* stp_colour, stp_palette but OWN */
     int shade;           /* STP_SHADE_* */
     int geometry_invocations;
-    bool fade; /* pixels are marked by level, and fade.frag is there */
+    bool fade; /* marks pixels by level, and has the program of fade.frag */
 } stp_variant;
 
 #define STP_VARIANT_DEFINES_BYTES 640
@@ -45,17 +45,18 @@ bool stp_variant_equal(const stp_variant *a, const stp_variant *b);
 
 typedef struct stp_program_params {
     const char *vertex, *geometry, *fragment, *compute; /* file names; NULL: no such stage */
-    const char *defines;                                /* lines put before the text; may be NULL */
-    const char *folder;   /* its files win over the embedded ones; may be NULL */
+    const char *defines;                                /* lines before the text; may be NULL */
+    const char *folder;   /* files here replace the embedded ones; may be NULL */
     const char *captured; /* a varying for transform feedback; may be NULL */
 } stp_program_params;
 
-/* The text of a file with its includes, as GLSL 4.50 core; free with free(). Errors: NOT_FOUND,
- * OUT_OF_MEMORY, LIMIT (more than 32 files). */
+/* The text of a file with its includes, as GLSL 4.50 core; release it with free(). Errors:
+ * NOT_FOUND, OUT_OF_MEMORY, LIMIT (more than 32 files). */
 stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
                            stp_error *err);
 
-/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's words). */
+/* Compiles and links. Errors: those of stp_shader_text; GL (file, line and the driver's
+ * message). */
 stp_status stp_program_create(GLuint *out, const stp_program_params *params, stp_error *err);
 
 #endif

@@ -1,20 +1,21 @@
-/* Parts the budgets. */
+/* Divides the budgets. */
 #include "runtime/stream/budget.h"
 
 #include "runtime/cut/level_choice.h"
 #include "runtime/stream/object_texture.h"
 #include "runtime/stream/payload_store.h"
 
-/* What decoding a chunk takes, with Draco's tables, in decoded chunks: an estimate, not measured.
- */
+/* Memory for decoding a chunk, with Draco's tables, in sizes of a decoded chunk. An estimate, not
+ * measured. */
 #define DECODING_CHUNKS 3
 #define RING_LEAST_CHUNKS 1
 #define RING_MOST_BYTES (UINT64_C(32) << 20)
 #define PAYLOADS_LEAST 2
-/* Of what a whole scene takes, where there is room: for gaps, and for a chunk's finer version
- * beside the one that is drawn. */
+/* If there is room, allots this many times what a whole scene needs: for gaps, and for a chunk's
+ * finer version while the coarser one is drawn. */
 #define SCENE_SHARE 1.25
-/* Slots beside one for each chunk, for the same: where all chunks are there, some coarse. */
+/* Slots besides one per chunk, for finer versions if all chunks are resident and some are
+ * coarse. */
 #define SPARE_SLOTS 16
 #define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
 
@@ -59,7 +60,7 @@ static uint64_t texture_bytes(uint64_t samples, uint64_t patches)
     return samples * STP_OBJECT_TEXTURE_SAMPLE_BYTES + patches * STP_OBJECT_TEXTURE_PATCH_BYTES;
 }
 
-/* The least of each budget that would do, by what two chunks need. */
+/* Refuses a budget, and says the least that would be enough for two chunks. */
 static stp_status refuse(const stp_scene *scene, const char *which, uint64_t bytes, uint64_t needed,
                          stp_error *err)
 {
@@ -71,15 +72,15 @@ static stp_status refuse(const stp_scene *scene, const char *which, uint64_t byt
                          1 + (((unsigned long long)needed) >> 20));
 }
 
-/* A decoder each, as long as a quarter of the budget holds what they work in. */
+/* The number of decoders, as long as a quarter of the budget holds their working memory. */
 static unsigned choose_decoders(uint64_t each, uint64_t cpu, unsigned wanted)
 {
     uint64_t fit = cpu / 4 / larger(each, 1);
     return (unsigned)larger(1, smaller(wanted, fit));
 }
 
-/* Room for the scene, or for as much of it as both budgets hold. gpu_fixed, cpu_fixed: what they
- * hold besides. */
+/* Makes room for the scene, or for as much of it as both budgets hold. gpu_fixed, cpu_fixed: what
+ * else the budgets must hold. */
 static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const demand *d,
                                const uint64_t given[2], const uint64_t fixed[2], stp_error *err)
 {

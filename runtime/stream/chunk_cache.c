@@ -1,4 +1,4 @@
-/* Residency of chunks in the Object Texture. */
+/* Keeps chunks in the Object Texture. */
 #include "runtime/stream/chunk_cache.h"
 
 #include "base/clock.h"
@@ -12,9 +12,9 @@
 #include <string.h>
 
 #define NO_SLOT UINT32_MAX
-/* Frames after which need counts half. */
+/* After so many frames without use, the need of a chunk counts half. */
 #define AGE_FRAMES 120.0f
-/* After a failure to read, the stream rests so long; twice as long after each further one. */
+/* After a failed read the stream rests so long; after each further failure twice as long. */
 #define REST_LEAST_S 1.0
 #define REST_MOST_S 30.0
 
@@ -29,12 +29,12 @@ struct stp_chunk_cache {
     uint32_t free_count;
     uint32_t *slot_of; /* by chunk */
     stp_damage_log damage;
-    stp_gpu_frame frame; /* from where need is measured */
+    stp_gpu_frame frame; /* need is measured from this view */
     stp_dvec3 eye;
     stp_want *wants;
     size_t want_count, want_capacity, ahead;
-    bool refused;       /* one of the wants found no room: they are not asked for again */
-    bool ahead_refused; /* one of those that will be wanted soon */
+    bool refused;       /* a want found no room; wants are not asked for again */
+    bool ahead_refused; /* the same for chunks that will be wanted soon */
     double rest_until, rest_s;
     char trouble[512];
 };
@@ -143,8 +143,8 @@ static void evict(stp_chunk_cache *c, uint32_t slot)
     c->free_slots[c->free_count++] = slot;
 }
 
-/* Pixels of error that its parent would show, were it turned to and in front of the eye: a chunk is
- * never needed more than its parent. */
+/* Pixels of error that the parent would show, if the chunk faced the eye and lay in front of it. So
+ * a chunk is never needed more than its parent. */
 static float need_of(const stp_chunk_cache *c, uint32_t chunk)
 {
     const stp_chunk_entry *e = &c->scene->entries[chunk];
@@ -156,8 +156,8 @@ static float need_of(const stp_chunk_cache *c, uint32_t chunk)
                : error * f / fmaxf(distance, fmaxf(c->frame.viewport[3], 1e-30f));
 }
 
-/* The slot needed least of those last used before stamp, or NO_SLOT. limit: what is needed as much
- * stays. */
+/* The slot that is needed least among those last used before stamp, or NO_SLOT. A chunk needed
+ * `limit` or more stays. */
 static uint32_t find_victim(const stp_chunk_cache *c, uint64_t stamp, float limit)
 {
     uint32_t victim = NO_SLOT;
@@ -176,7 +176,7 @@ static uint32_t find_victim(const stp_chunk_cache *c, uint64_t stamp, float limi
     return victim;
 }
 
-/* Evicts until slot and placement are found; false if what may be evicted does not do. */
+/* Evicts until there are a slot and a place; false if evicting all that may go is not enough. */
 static bool make_room(stp_chunk_cache *c, const stp_want *want, uint64_t stamp, float limit,
                       stp_load_place *place, stp_status *status, stp_error *err)
 {
@@ -200,8 +200,8 @@ static void give_place(stp_chunk_cache *c, const stp_load_place *place)
     c->free_slots[c->free_count++] = place->slot;
 }
 
-/* Sends a FETCHED load on to be decoded. *room is false where there is none: in the ring for now,
- * or in the Object Texture. */
+/* Sends a FETCHED load to the decoders. *room is false if there is no room: in the ring at the
+ * moment, or in the Object Texture. */
 static stp_status place(stp_chunk_cache *c, stp_load *load, uint64_t stamp, float limit, bool *room,
                         bool *ring_full, stp_error *err)
 {
@@ -222,7 +222,7 @@ static stp_status place(stp_chunk_cache *c, stp_load *load, uint64_t stamp, floa
     return STP_OK;
 }
 
-/* ---- what has come ---- */
+/* ---- taking in what has arrived ---- */
 
 static void copy(const stp_chunk_cache *c, GLuint buffer, uint64_t from, uint64_t to,
                  uint64_t bytes)
@@ -232,7 +232,7 @@ static void copy(const stp_chunk_cache *c, GLuint buffer, uint64_t from, uint64_
                                  (GLsizeiptr)bytes);
 }
 
-/* A DONE load becomes resident, in the stead of a coarser version of it. */
+/* Makes a DONE load resident. It replaces a coarser version of the chunk. */
 static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
 {
     const stp_load_place *p = &load->place;
@@ -261,7 +261,7 @@ static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
     load->briefs = NULL;
 }
 
-/* Where a load was placed before it failed, that is given back. */
+/* Gives back the place of a load that failed after it was placed. */
 static void give_back(stp_chunk_cache *c, const stp_load *load)
 {
     if (load->place.memory == NULL)
@@ -270,15 +270,15 @@ static void give_back(stp_chunk_cache *c, const stp_load *load)
     stp_upload_ring_give(&c->ring, load->place.piece);
 }
 
-/* Whether a chunk is as the file has it, and wrong: not what a server does not want to send. */
+/* Whether the chunk is damaged in the file, and not just held back by a server. */
 static bool is_damage(const stp_load *load)
 {
     bool placed = load->place.memory != NULL;
     return load->error.status == STP_CORRUPT || (placed && load->error.status == STP_UNSUPPORTED);
 }
 
-/* The file cannot be read at the moment: the stream rests, longer each time. All reads under way
- * then fail as one. */
+/* Records that the file cannot be read at the moment: the stream rests, longer each time. Reads
+ * under way then fail together, and count as one failure. */
 static void note_trouble(stp_chunk_cache *c, const stp_load *load)
 {
     double now_s = stp_clock_seconds();
@@ -289,7 +289,7 @@ static void note_trouble(stp_chunk_cache *c, const stp_load *load)
     c->rest_until = now_s + c->rest_s;
 }
 
-/* Takes one load in; *bytes: copied. */
+/* Takes in one load; adds the bytes copied to *bytes. */
 static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
 {
     if (load->state == STP_LOAD_DONE) {
@@ -365,8 +365,9 @@ void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t coun
 
 /* ---- waiting ---- */
 
-/* Whether what failed is a failure of this load: what it had placed, though it no longer asks for
- * that, and what was wanted since it was begun. What another picture began is asked for again. */
+/* Whether a failed load concerns this cache load: it had placed the load, even if it no longer asks
+ * for it, or it has wanted the load since it began. Loads begun for another picture are asked for
+ * again. */
 static bool is_own(const stp_cache_load *l, const stp_load *load)
 {
     if (load->place.memory == NULL)
@@ -377,7 +378,8 @@ static bool is_own(const stp_cache_load *l, const stp_load *load)
     return false;
 }
 
-/* Frees a piece of the ring that is being copied, or takes in what is done. */
+/* Takes in all loads that are DONE or FAILED. Puts a fence behind their copies, which later frees
+ * their pieces of the ring. */
 static stp_status take_news(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_load *load = NULL;
@@ -408,7 +410,7 @@ static bool settled(stp_chunk_cache *c, const stp_want *want, uint64_t stamp)
     return true;
 }
 
-/* A coarser version would keep the room that the finer one needs. */
+/* Evicts a coarser version, whose room the finer one needs. */
 static void evict_coarser(stp_chunk_cache *c, const stp_want *want)
 {
     uint32_t slot = c->slot_of[want->chunk];
@@ -417,7 +419,7 @@ static void evict_coarser(stp_chunk_cache *c, const stp_want *want)
         evict(c, slot);
 }
 
-/* Places the want that is next in order, if it is read. */
+/* Places the next want in order, if its payload has been read. */
 static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed, stp_error *err)
 {
     const stp_want *want = &l->wants[l->begun];
@@ -425,7 +427,7 @@ static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed
     *placed = false;
     if (load == NULL || load->state != STP_LOAD_FETCHED)
         return STP_OK;
-    if (load->want.finest > want->finest) { /* begun for another picture */
+    if (load->want.finest > want->finest) { /* it was begun for another picture */
         stp_stream_release(c->stream, load);
         return STP_OK;
     }
@@ -435,7 +437,7 @@ static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed
     return status;
 }
 
-/* Takes in what is done and places what is read. */
+/* Takes in loads that are done, and places loads that are read. */
 static stp_status load_round(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_status status = take_news(c, l, err);
@@ -491,7 +493,7 @@ stp_status stp_chunk_cache_load(stp_chunk_cache *c, stp_cache_load *l, stp_error
 
 /* ---- creation ---- */
 
-/* One a model. */
+/* Lists the root of each model. */
 static void list_roots(const stp_chunk_cache *c, stp_want roots[STP_SCENE_MODELS_LIMIT])
 {
     for (size_t i = 0; i < c->scene->model_count; i++)
@@ -552,7 +554,7 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
                                                    .wake = params->wake,
                                                    .wake_context = params->wake_context},
                               err));
-    /* Read while GL makes its buffers, which some drivers fill with zeros. */
+    /* Roots are read while GL makes its buffers, which some drivers fill with zeros. */
     list_roots(c, roots);
     stp_stream_want(c->stream, roots, params->scene->model_count);
     STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
@@ -571,7 +573,7 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache)
     stp_chunk_cache *c = *cache;
     if (c == NULL)
         return;
-    stp_stream_destroy(&c->stream); /* decoders write into the ring */
+    stp_stream_destroy(&c->stream); /* first, since decoders write into the ring */
     for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++) {
         free(c->slots[s].patches);
         free(c->slots[s].briefs);

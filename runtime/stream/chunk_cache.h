@@ -1,9 +1,9 @@
-/* Which chunks are in the Object Texture: takes in what the stream brings, evicts what is needed
- * least.
+/* Decides which chunks are in the Object Texture: takes in chunks that the stream delivers, and
+ * evicts the chunks that are needed least.
  *
- * Reading and decoding run on the stream's threads (runtime/stream/stream.h), straight into the
- * upload ring; the render thread says where a chunk goes and issues its copy. Memory: all of it is
- * allotted at creation (runtime/stream/budget.h). Roots are loaded at creation and never leave.
+ * The stream's threads (runtime/stream/stream.h) read and decode straight into the upload ring. The
+ * render thread decides where a chunk goes and issues its copy. All memory is allotted at creation
+ * (runtime/stream/budget.h). Roots are loaded at creation and never leave.
  * Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_CHUNK_CACHE_H
 #define STP_RUNTIME_STREAM_CHUNK_CACHE_H
@@ -14,16 +14,16 @@
 #include "runtime/stream/stream.h"
 
 #define STP_NOT_RESIDENT STP_LEVEL_COUNT
-/* Copied to the GPU in one frame at most, unless somebody waits. */
+/* Copies at most so much to the GPU in one frame, unless the caller waits. */
 #define STP_CACHE_FRAME_BYTES (UINT64_C(8) << 20)
 
 typedef struct stp_resident {
     uint32_t chunk; /* STP_CHUNK_NONE: the slot is free, or its chunk is on its way */
-    int finest;     /* levels >= finest are there */
+    int finest;     /* levels >= finest are resident */
     uint64_t last_used;
     stp_placement placement;
-    stp_gpu_patch *patches;  /* the GPU's, for choosing on the CPU */
-    stp_patch_brief *briefs; /* the patches': what looking at them reads */
+    stp_gpu_patch *patches;  /* copies of the GPU's patches, for choosing on the CPU */
+    stp_patch_brief *briefs; /* of the patches */
 } stp_resident;
 
 typedef struct stp_chunk_cache stp_chunk_cache;
@@ -45,70 +45,70 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache);
 
 const stp_object_texture *stp_chunk_cache_texture(const stp_chunk_cache *cache);
 const stp_budget *stp_chunk_cache_budget(const stp_chunk_cache *cache);
-/* Finest resident level of a chunk, STP_NOT_RESIDENT if none. */
+/* The finest resident level of a chunk; STP_NOT_RESIDENT if none. */
 int stp_chunk_cache_finest(const stp_chunk_cache *cache, uint32_t chunk);
-/* True if the chunk is damaged: its parent stands for it. */
+/* Whether a chunk is damaged; its parent is drawn instead. */
 bool stp_chunk_cache_damaged(const stp_chunk_cache *cache, uint32_t chunk);
-/* Whether it is resident and was used at `stamp`. */
+/* Whether a chunk is resident and was used at `stamp`. */
 bool stp_chunk_cache_used(const stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp);
-/* The chunk's slot, and what is in it; the chunk must be resident. */
+/* The slot of a resident chunk, and the contents of a slot. */
 uint32_t stp_chunk_cache_slot(const stp_chunk_cache *cache, uint32_t chunk);
 const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t slot);
 
-/* From where the scene is seen now: what lies near is needed more than what does not. */
+/* Sets where the scene is seen from: near chunks are needed more than far ones. */
 void stp_chunk_cache_look(stp_chunk_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye);
 
 /* ---- beside the frame ---- */
 
-/* Takes in what has come since the last call, without waiting, and sends on what was read, evicting
- * what was last used before `stamp`. A failure to read is no error: see stp_chunk_cache_trouble.
- * Errors: OUT_OF_MEMORY, GL. */
+/* Takes in what has arrived since the last call, without waiting. Starts decoding payloads that
+ * were read, and evicts chunks last used before `stamp` for them. A failed read is not an error:
+ * see stp_chunk_cache_trouble. Errors: OUT_OF_MEMORY, GL. */
 stp_status stp_chunk_cache_update(stp_chunk_cache *cache, uint64_t stamp, stp_error *err);
-/* What is wanted now, most wanted first; from wants[ahead] on what will be wanted soon. Replaces
- * what was wanted before. */
+/* Replaces the list of wanted chunks, most wanted first. wants[ahead..count) will be wanted
+ * soon. */
 void stp_chunk_cache_want(stp_chunk_cache *cache, const stp_want *wants, size_t count,
                           size_t ahead);
-/* Chunks on their way. */
+/* The number of chunks on their way. */
 size_t stp_chunk_cache_pending(const stp_chunk_cache *cache);
-/* Whether, after a failure to read, nothing is asked for, for some seconds. */
+/* Whether the cache pauses for some seconds after a failed read, and asks for nothing. */
 bool stp_chunk_cache_rests(const stp_chunk_cache *cache);
-/* Whether update would take something in. */
+/* Whether stp_chunk_cache_update would take something in. */
 bool stp_chunk_cache_has_news(const stp_chunk_cache *cache);
 
 /* ---- waiting ---- */
 
-/* The loading of wants in order, until room ends. wants, count and stamp are the caller's, the rest
- * begins as zero. Only what was last used before `stamp` (frames count up) is evicted; what is
- * loaded or was there is marked used at `stamp`. */
+/* Loads wants in order until there is no more room. The caller sets wants, count and stamp; the
+ * rest starts as zero. Evicts only chunks last used before `stamp` (frames count up). Chunks that
+ * are loaded, or were resident, are marked as used at `stamp`. */
 typedef struct stp_cache_load {
     const stp_want *wants; /* borrowed until the load ends */
     size_t count;
     uint64_t stamp;
-    bool started; /* what was wanted before no longer is */
+    bool started; /* the list of stp_chunk_cache_want is cleared */
     size_t there; /* wants[0..there) are resident; a damaged chunk counts as resident */
     size_t begun; /* wants[there..begun) are being decoded */
-    bool damaged; /* a chunk was found damaged */
-    bool full;    /* wants[begun] found no room */
+    bool damaged; /* some chunk was found damaged */
+    bool full;    /* there is no room for wants[begun] */
     bool ring_full;
 } stp_cache_load;
 
-/* Goes on with a load without waiting; *finished: it has ended. Errors: IO, OUT_OF_MEMORY, GL; they
- * end it. */
+/* Continues a load without waiting. *finished: the load has ended. An error ends the load, too.
+ * Errors: IO, OUT_OF_MEMORY, GL. */
 stp_status stp_chunk_cache_load_step(stp_chunk_cache *cache, stp_cache_load *load, bool *finished,
                                      stp_error *err);
-/* Goes on until it has ended. Errors: the same. */
+/* Continues a load and waits until it has ended. Errors: as stp_chunk_cache_load_step. */
 stp_status stp_chunk_cache_load(stp_chunk_cache *cache, stp_cache_load *load, stp_error *err);
 
-/* Marks a chunk, if it is resident, used at `stamp`. */
+/* Marks a chunk as used at `stamp`, if it is resident. */
 void stp_chunk_cache_touch(stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp);
 
-/* Bytes read of payloads so far. */
+/* Bytes of payloads read so far. */
 uint64_t stp_chunk_cache_bytes_read(const stp_chunk_cache *cache);
 /* Bytes of the Object Texture in use. */
 uint64_t stp_chunk_cache_gpu_used(const stp_chunk_cache *cache);
-/* The first damage found, as a sentence, and of how many chunks besides; empty if none. */
+/* A sentence about the first damage found, and how many more chunks are damaged; empty if none. */
 const char *stp_chunk_cache_damage(const stp_chunk_cache *cache);
-/* Why nothing comes at the moment (the file cannot be read), as a sentence; empty if it does. */
+/* A sentence about why nothing arrives (the file cannot be read); empty if chunks arrive. */
 const char *stp_chunk_cache_trouble(const stp_chunk_cache *cache);
 
 #endif

@@ -1,4 +1,4 @@
-/* The list of damaged chunks and its sentence. */
+/* Keeps the list of damaged chunks and its sentence. */
 #include "runtime/stream/damage_log.h"
 
 #include "base/memory.h"

@@ -1,5 +1,5 @@
-/* Which chunks of a scene are damaged, and one sentence about them: the first one's error, and how
- * many more there are. Threads: the render thread. */
+/* Records which chunks of a scene are damaged, and one sentence about them: the error of the first,
+ * and how many more there are. Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_DAMAGE_LOG_H
 #define STP_RUNTIME_STREAM_DAMAGE_LOG_H
 
@@ -14,12 +14,12 @@ typedef struct stp_damage_log {
     bool *damaged; /* by chunk */
     uint32_t count;
     char words[560];
-    size_t first_bytes; /* of the first error in words */
+    size_t first_bytes; /* length of the first error in `words` */
 } stp_damage_log;
 
-/* Of so many chunks, none damaged. Errors: OUT_OF_MEMORY. */
+/* A log for chunk_count chunks, none damaged. Errors: OUT_OF_MEMORY. */
 stp_status stp_damage_log_create(stp_damage_log *out, size_t chunk_count, stp_error *err);
-/* message: the error's; a chunk that is known to be damaged already counts once. */
+/* Records a damaged chunk with its error message. A chunk recorded before counts once. */
 void stp_damage_log_note(stp_damage_log *log, uint32_t chunk, const char *message);
 void stp_damage_log_destroy(stp_damage_log *log);
 

@@ -1,4 +1,4 @@
-/* Linear prediction of position and axes. */
+/* Predicts position and axes linearly. */
 #include "runtime/stream/motion.h"
 
 #include "base/vec.h"
@@ -17,7 +17,8 @@ static stp_dvec3 go_on(stp_dvec3 last, stp_dvec3 now, double steps)
     return stp_dvec3_add(now, stp_dvec3_scale(stp_dvec3_sub(now, last), steps));
 }
 
-/* Axes that are orthonormal again; false where the turn is too fast to go on with. */
+/* Continues the turn, with axes made orthonormal again; false if the turn is too fast to
+ * continue. */
 static bool turn_on(const stp_view *last, const stp_view *now, double steps, stp_view *out)
 {
     stp_dvec3 back = go_on(last->back, now->back, steps), up = go_on(last->up, now->up, steps);

@@ -1,4 +1,4 @@
-/* The GPU's memory of samples and patches. */
+/* Manages the GPU's memory for samples and patches. */
 #include "runtime/stream/object_texture.h"
 
 #include "base/memory.h"

@@ -1,4 +1,4 @@
-/* Least recently used payloads in one mapped region. */
+/* Keeps the payloads used last in one mapped region. */
 #include "runtime/stream/payload_store.h"
 
 #include "base/memory.h"
@@ -45,7 +45,7 @@ static void forget(stp_payload_store *s, size_t i)
     s->payloads[i] = s->payloads[--s->count];
 }
 
-/* count if there is none. */
+/* The index of a chunk's payload; `count` if there is none. */
 static size_t find_chunk(const stp_payload_store *s, uint32_t chunk)
 {
     size_t i = 0;
@@ -54,7 +54,7 @@ static size_t find_chunk(const stp_payload_store *s, uint32_t chunk)
     return i;
 }
 
-/* Of a pinned one, which is there. */
+/* The index of a pinned payload, which must exist. */
 static size_t find_range(const stp_payload_store *s, stp_range range)
 {
     size_t i = 0;
@@ -74,7 +74,7 @@ bool stp_payload_store_find(stp_payload_store *s, uint32_t chunk, uint32_t bytes
     return true;
 }
 
-/* False where all is pinned. */
+/* Forgets the payload used longest ago; false if all are pinned. */
 static bool forget_oldest(stp_payload_store *s)
 {
     size_t oldest = s->count;
@@ -88,7 +88,7 @@ static bool forget_oldest(stp_payload_store *s)
     return true;
 }
 
-/* The shorter prefix that is there goes where the longer one will be. */
+/* Moves the shorter prefix that exists to where the longer one will be. */
 static uint32_t take_over(stp_payload_store *s, size_t old, stp_range range)
 {
     uint32_t bytes = s->payloads[old].bytes;

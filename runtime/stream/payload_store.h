@@ -1,22 +1,21 @@
-/* Payloads of chunks as they stand in the file, kept in memory: what was read once need not be read
- * again while it is here. One region of fixed size, so that no use of it grows or fragments the
- * heap.
+/* Keeps payloads of chunks in memory, as they are in the file, so that they need not be read again.
+ * The memory is one region of fixed size, so the store never grows or fragments the heap.
  *
- * Keeps a prefix of a payload at least as long as asked for; forgets what was not used lately. What
- * is pinned stays. Threads: one at a time (the stream's mutex). */
+ * Keeps of each payload a prefix, at least as long as was asked for. Forgets the payloads that were
+ * used least lately, but no pinned ones. Threads: one at a time (the stream's mutex). */
 #ifndef STP_RUNTIME_STREAM_PAYLOAD_STORE_H
 #define STP_RUNTIME_STREAM_PAYLOAD_STORE_H
 
 #include "base/error.h"
 #include "runtime/stream/range_pool.h"
 
-/* A region is cut into pieces of so many bytes. */
+/* The region is cut into units of so many bytes. */
 #define STP_PAYLOAD_UNIT_BYTES 4096u
 
 typedef struct stp_payload {
-    uint32_t chunk;  /* STP_CHUNK_NONE: forgotten when unpinned */
+    uint32_t chunk;  /* STP_CHUNK_NONE: forgotten as soon as it is unpinned */
     stp_range range; /* units of the region */
-    uint32_t bytes;  /* of the payload that are there */
+    uint32_t bytes;  /* of the payload that are in memory */
     unsigned pins;
     uint64_t last_used;
 } stp_payload;
@@ -37,17 +36,18 @@ void stp_payload_store_destroy(stp_payload_store *store);
 /* The memory of a pinned payload. */
 uint8_t *stp_payload_memory(const stp_payload_store *store, stp_range range);
 
-/* If the first `bytes` of a chunk's payload are here, pins them and gives their place. */
+/* If the first `bytes` of a chunk's payload are in memory, pins them and returns their place. */
 bool stp_payload_store_find(stp_payload_store *store, uint32_t chunk, uint32_t bytes,
                             stp_range *out);
-/* Room for the first `bytes` of a chunk's payload, pinned; what is known of them already is copied
- * there: *known bytes. False where everything else is pinned. Errors go to *status. */
+/* Makes room for the first `bytes` of a chunk's payload, pinned. Copies the bytes that are already
+ * in memory there; *known is their number. False if everything else is pinned. Errors go to
+ * *status. */
 bool stp_payload_store_make(stp_payload_store *store, uint32_t chunk, uint32_t bytes,
                             stp_range *out, uint32_t *known, stp_status *status, stp_error *err);
-/* All bytes of a place that was made are there now. */
+/* Says that all bytes of a place from stp_payload_store_make are there now. */
 void stp_payload_store_filled(stp_payload_store *store, stp_range range, uint32_t bytes);
 void stp_payload_store_unpin(stp_payload_store *store, stp_range range);
-/* Forgets a pinned payload: it was damaged, or could not be read. Unpins it. */
+/* Forgets a pinned payload that was damaged or could not be read. Unpins it. */
 void stp_payload_store_discard(stp_payload_store *store, stp_range range);
 
 #endif

@@ -1,4 +1,4 @@
-/* First-fit ranges over a sorted list of what is used. */
+/* Hands out ranges first fit, over a sorted list of used ranges. */
 #include "runtime/stream/range_pool.h"
 
 #include "base/memory.h"

@@ -12,19 +12,19 @@ typedef struct stp_range {
     uint32_t begin, count;
 } stp_range;
 
-/* Zero is an empty pool of no elements: set capacity. used is sorted by begin. */
+/* Zero is a pool without elements; set capacity. `used` is sorted by begin. */
 typedef struct stp_range_pool {
     uint32_t capacity;
     stp_range *used;
     size_t used_count, used_capacity;
 } stp_range_pool;
 
-/* False where no gap is large enough. Errors go to *status: OUT_OF_MEMORY. count 0 gives {0, 0}. */
+/* False if no gap is large enough. Errors go to *status: OUT_OF_MEMORY. count 0 gives {0, 0}. */
 bool stp_range_pool_take(stp_range_pool *pool, uint32_t count, stp_range *out, stp_status *status,
                          stp_error *err);
-/* Gives back a range that take handed out. */
+/* Returns a range from stp_range_pool_take to the pool. */
 void stp_range_pool_give(stp_range_pool *pool, stp_range range);
-/* Frees the list; the pool is then as zero. */
+/* Frees the list; leaves the pool as zero. */
 void stp_range_pool_destroy(stp_range_pool *pool);
 
 #endif

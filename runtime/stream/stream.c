@@ -1,4 +1,4 @@
-/* Readers and decoders around one table of loads. */
+/* Runs readers and decoders around one table of loads. */
 #include "runtime/stream/stream.h"
 
 #include "base/memory.h"
@@ -13,7 +13,7 @@
 #endif
 
 #define THREADS_LIMIT 64
-/* Frames come first: decoders take what processors the frame leaves. */
+/* Frames come first: decoders use the processors that the frame leaves free. */
 #define DECODER_NICE 10
 
 struct stp_stream {
@@ -22,9 +22,9 @@ struct stp_stream {
     void *wake_context;
     pthread_t threads[THREADS_LIMIT];
     unsigned thread_count;
-    pthread_mutex_t mutex; /* guards all below; innermost, but for a file's own */
-    pthread_cond_t work;   /* readers and decoders */
-    pthread_cond_t news;   /* the render thread */
+    pthread_mutex_t mutex; /* guards all members below; innermost, except for a file's own */
+    pthread_cond_t work;   /* wakes readers and decoders */
+    pthread_cond_t news;   /* wakes the render thread */
     bool quit;
     stp_payload_store store;
     stp_want wants[STP_STREAM_WANTS_LIMIT];
@@ -91,8 +91,9 @@ static uint32_t payload_bytes(const stp_stream *s, const stp_want *want)
     return stp_chunk_payload_bytes(&s->scene->entries[want->chunk], want->finest);
 }
 
-/* Begins the next want; what is in memory is FETCHED at once, of the rest one is left to the caller
- * to read: *known bytes of it are there. NULL where there is nothing to begin. */
+/* Begins the next wants. A want whose payload is in memory becomes FETCHED at once. The first other
+ * one is returned for the caller to read; *known bytes of it are in memory. NULL: nothing to
+ * begin. */
 static stp_load *begin_next(stp_stream *s, uint32_t *known)
 {
     while (s->want_next < s->want_count) {
@@ -115,7 +116,7 @@ static stp_load *begin_next(stp_stream *s, uint32_t *known)
         bool made = stp_payload_store_make(&s->store, want->chunk, bytes, &load->payload, known,
                                            &status, &load->error);
         if (!made && status == STP_OK)
-            return NULL; /* until something is unpinned */
+            return NULL; /* until a payload is unpinned */
         s->want_next++;
         if (!made) {
             load->error.status = status;
@@ -189,7 +190,7 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk)
            (size_t)p->patches.count * sizeof *load->patches);
 }
 
-/* What the CPU keeps of the patches. shapes: as of stp_gpu_patches_fill. */
+/* Fills the CPU's copies of the patches. shapes: as in stp_gpu_patches_fill. */
 static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, unsigned shapes,
                                  stp_error *err)
 {
@@ -219,7 +220,7 @@ done:
     return status;
 }
 
-/* The most wanted load of a state, or NULL. */
+/* The most wanted load in a state, or NULL. */
 static stp_load *first_of(stp_stream *s, stp_load_state state)
 {
     stp_load *first = NULL;
@@ -273,7 +274,7 @@ static stp_status start(stp_stream *s, void *(*run)(void *), unsigned count, stp
     return STP_OK;
 }
 
-/* As many as the model that profits most of reads in flight. */
+/* The number of reads in flight from which any of the models profits. */
 static unsigned count_readers(const stp_scene *scene)
 {
     unsigned count = 1;
@@ -285,8 +286,8 @@ static unsigned count_readers(const stp_scene *scene)
     return count < STP_STREAM_READERS_LIMIT ? count : STP_STREAM_READERS_LIMIT;
 }
 
-/* A server may be silent for long: what is asked of it ends at once. The models live on, so they
- * may be read from again afterwards. */
+/* Interrupts requests at once, since a server may be silent for long. The models live on and may be
+ * read again afterwards. */
 static void interrupt_reads(const stp_scene *scene, void (*act)(stp_byte_source *source))
 {
     for (size_t i = 0; i < scene->model_count; i++)

@@ -1,13 +1,18 @@
-/* Chunks on their way from the file to the GPU: threads that read payloads and threads that decode
- * them, so that the render thread does neither.
+/* Brings chunks from the file to the GPU: some threads read payloads, others decode them, so the
+ * render thread does neither.
  *
- * A load goes through these states: QUEUED (wanted, nothing done) - FETCHING (a reader reads it) -
- * FETCHED (its payload is in memory) - PLACED (the render thread said where it goes) - DECODING -
- * DONE (it stands where it goes) or FAILED. The render thread takes FETCHED and DONE loads when it
- * has time; it never waits but in stp_stream_wait.
- * Bounds: STP_STREAM_LOADS_LIMIT loads beyond QUEUED, STP_STREAM_WANTS_LIMIT queued, payloads in a
- * store of fixed size. What is no longer wanted is not begun; what was read stays in the store.
- * Threads: the render thread calls; readers and decoders are the stream's own. */
+ * A load passes through these states:
+ *   QUEUED    wanted, nothing done yet
+ *   FETCHING  a reader reads the payload
+ *   FETCHED   the payload is in memory
+ *   PLACED    the render thread has said where the chunk goes
+ *   DECODING  a decoder works on it
+ *   DONE      the decoded chunk is in its place; or FAILED
+ * The render thread takes FETCHED and DONE loads when it has time. It waits only in
+ * stp_stream_wait. Limits: STP_STREAM_LOADS_LIMIT loads beyond QUEUED, STP_STREAM_WANTS_LIMIT
+ * queued, and a payload store of fixed size. A load that is no longer wanted is not begun; payloads
+ * that were read stay in the store. Threads: the render thread calls; readers and decoders belong
+ * to the stream. */
 #ifndef STP_RUNTIME_STREAM_STREAM_H
 #define STP_RUNTIME_STREAM_STREAM_H
 
@@ -18,7 +23,7 @@
 
 #define STP_STREAM_LOADS_LIMIT 32
 #define STP_STREAM_WANTS_LIMIT 1024
-/* Reads in flight at most, whatever the sources are. */
+/* At most so many reads are in flight, whatever the sources are. */
 #define STP_STREAM_READERS_LIMIT 8
 
 /* One chunk, wanted down to a level. */
@@ -37,12 +42,12 @@ typedef enum stp_load_state {
     STP_LOAD_FAILED
 } stp_load_state;
 
-/* Where a chunk is decoded to. */
+/* Where the decoded chunk goes. */
 typedef struct stp_load_place {
     stp_placement placement; /* in the Object Texture */
     uint32_t slot;
     stp_range piece; /* of the upload ring */
-    uint8_t *memory; /* the piece's: samples, then the numbers of their patches, then patches */
+    uint8_t *memory; /* of the piece: samples, then their patch numbers, then patches */
 } stp_load_place;
 
 /* Offsets in a piece, bytes. */
@@ -53,11 +58,11 @@ uint64_t stp_load_bytes(const stp_placement *placement);
 typedef struct stp_load {
     stp_load_state state;
     stp_want want;
-    unsigned rank;     /* the less the earlier it is taken; STP_STREAM_WANTS_LIMIT: not asked for */
-    bool dropped;      /* it was not asked for for a while: if reading fails, that is old news */
-    stp_range payload; /* in the store, pinned while not FREE; empty: it found no memory */
+    unsigned rank;     /* lower ranks are taken first; STP_STREAM_WANTS_LIMIT: not asked for */
+    bool dropped;      /* was not asked for at some time: a failed read is then old news */
+    stp_range payload; /* in the store, pinned unless FREE; empty: there was no memory */
     stp_load_place place;
-    /* When DONE; who takes the load owns these. */
+    /* If DONE; whoever takes the load owns these. */
     stp_gpu_patch *patches;
     stp_patch_brief *briefs;
     stp_error error; /* when FAILED */
@@ -69,20 +74,20 @@ typedef struct stp_stream_params {
     const stp_scene *scene; /* borrowed; outlives the stream */
     uint64_t payload_bytes; /* for payloads */
     unsigned decoder_count; /* at least 1 */
-    /* Called from a thread when a load is FETCHED, DONE or FAILED; must not call back; may be NULL.
-     */
+    /* Called from a stream thread when a load is FETCHED, DONE or FAILED. Must not call the stream.
+     * May be NULL. */
     void (*wake)(void *);
     void *wake_context;
 } stp_stream_params;
 
 /* Errors: OUT_OF_MEMORY, LIMIT (no threads). */
 stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, stp_error *err);
-/* Waits for what is being decoded; reads under way are interrupted, also those of others that share
- * a model. */
+/* Waits for decoding to end. Interrupts reads, including those of other streams on the same
+ * model. */
 void stp_stream_destroy(stp_stream **stream);
 
-/* What is wanted now, most wanted first: replaces the queue, of which no more than
- * STP_STREAM_WANTS_LIMIT are kept. Loads that are FETCHED and no longer wanted are dropped. */
+/* Replaces the queue, most wanted first; keeps at most STP_STREAM_WANTS_LIMIT. Drops loads that are
+ * FETCHED and no longer wanted. */
 void stp_stream_want(stp_stream *stream, const stp_want *wants, size_t count);
 
 /* The most wanted FETCHED load, or NULL. */
@@ -98,9 +103,9 @@ void stp_stream_release(stp_stream *stream, stp_load *load);
 
 /* How often a load became FETCHED, DONE or FAILED so far. */
 uint64_t stp_stream_news_count(stp_stream *stream);
-/* Waits until that is no longer `seen`; returns at once where nothing is under way. */
+/* Waits until stp_stream_news_count is not `seen`. Returns at once if nothing is under way. */
 void stp_stream_wait(stp_stream *stream, uint64_t seen);
-/* Loads and wants under way. */
+/* The number of loads and wants under way. */
 size_t stp_stream_pending(stp_stream *stream);
 /* Whether a load waits for the render thread. */
 bool stp_stream_has_news(stp_stream *stream);

@@ -1,4 +1,4 @@
-/* A persistently mapped buffer with fences. */
+/* A buffer mapped persistently, with fences. */
 #include "runtime/stream/upload_ring.h"
 
 #include "runtime/gl/gl_context.h"
@@ -38,7 +38,7 @@ void stp_upload_ring_destroy(stp_upload_ring *ring)
     *ring = (stp_upload_ring){0};
 }
 
-/* Frees what the oldest fence stands for, if it is passed; waits for it if asked. */
+/* Frees the pieces of the oldest fence if it has passed; waits for the fence if asked. */
 static bool pass_oldest(stp_upload_ring *ring, bool wait)
 {
     if (ring->fence_count == 0)

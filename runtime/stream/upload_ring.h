@@ -1,6 +1,6 @@
-/* Memory through which chunks reach the GPU: a buffer that stays mapped, so that decoding threads
- * write into it while frames are drawn. A piece of it is free again when a fence behind its copy is
- * passed. Threads: the render thread; what lies in a piece that was taken may be written by any. */
+/* The memory through which chunks reach the GPU: a buffer that stays mapped, so that decoders write
+ * into it while frames are drawn. A piece becomes free again when the fence behind its copy has
+ * passed. Threads: the render thread; any thread may write the memory of a piece that was taken. */
 #ifndef STP_RUNTIME_STREAM_UPLOAD_RING_H
 #define STP_RUNTIME_STREAM_UPLOAD_RING_H
 
@@ -10,9 +10,10 @@
 #include <epoxy/gl.h>
 
 #define STP_UPLOAD_UNIT_BYTES 256u
-/* Fences not passed yet: so many frames that copied something; then taking waits for the oldest. */
+/* Pending fences, one for each frame that copied something. At the limit, taking a piece waits for
+ * the oldest fence. */
 #define STP_UPLOAD_FENCES_LIMIT 8
-/* Pieces copied and not free yet. */
+/* Pieces that were copied and are not free yet. */
 #define STP_UPLOAD_COPIED_LIMIT 256
 
 typedef struct stp_upload_ring {
@@ -23,26 +24,26 @@ typedef struct stp_upload_ring {
     size_t copied_count;
     struct {
         GLsync sync;
-        size_t count; /* of copied, after those of the fences before */
+        size_t count; /* of pieces in `copied`, after those of earlier fences */
     } fences[STP_UPLOAD_FENCES_LIMIT];
-    size_t fence_count, fenced_count; /* fenced: pieces behind fences */
+    size_t fence_count, fenced_count; /* fenced_count: pieces that have a fence */
 } stp_upload_ring;
 
 /* Errors: GL (no memory). */
 stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, stp_error *err);
 void stp_upload_ring_destroy(stp_upload_ring *ring);
 
-/* False where no piece is free. Errors go to *status: OUT_OF_MEMORY. */
+/* False if no piece is free. Errors go to *status: OUT_OF_MEMORY. */
 bool stp_upload_ring_take(stp_upload_ring *ring, uint64_t bytes, stp_range *out, stp_status *status,
                           stp_error *err);
-/* Where a piece begins, in memory and in the buffer. */
+/* Where a piece begins: in memory, and in the buffer. */
 uint8_t *stp_upload_ring_memory(const stp_upload_ring *ring, stp_range piece);
 uint64_t stp_upload_ring_offset(stp_range piece);
-/* A piece that nothing was copied out of. */
+/* Gives back a piece that nothing was copied from. */
 void stp_upload_ring_give(stp_upload_ring *ring, stp_range piece);
-/* A piece whose copy was just issued: free once the next fence is passed. */
+/* Marks a piece whose copy was just issued. The piece is free when the next fence has passed. */
 void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece);
-/* Puts a fence behind the copies issued since the last; frees what passed fences stood for. */
+/* Puts a fence behind the copies since the last one. Frees the pieces of passed fences. */
 void stp_upload_ring_fence(stp_upload_ring *ring);
 /* Waits for the oldest fence; false if there is none. */
 bool stp_upload_ring_wait(stp_upload_ring *ring);

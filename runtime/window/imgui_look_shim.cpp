@@ -1,4 +1,4 @@
-/* Dear ImGui's font and colours. */
+/* Sets Dear ImGui's font and colours. */
 #include "runtime/window/imgui_look_shim.h"
 
 #include <imgui.h>
@@ -13,7 +13,7 @@ namespace
 constexpr float TEXT_PX = 15.0f;
 constexpr long FONT_BYTES_LIMIT = 1 << 26;
 
-/* All of a file, in ImGui's memory; NULL if it cannot be read. */
+/* Reads a whole file into ImGui's memory; NULL if it cannot be read. */
 void *read_file(const char *path, int *bytes)
 {
     void *data = nullptr;
@@ -32,7 +32,7 @@ void *read_file(const char *path, int *bytes)
     return data;
 }
 
-/* Text with accents where the system has a font for it; else ImGui's own, of ASCII, in whole
+/* Loads a font with accents if the system has one. Otherwise ImGui's own ASCII font, in whole
  * multiples of its pixels, so that it stays sharp. */
 void load_font(double scale)
 {
@@ -54,7 +54,7 @@ void load_font(double scale)
     float size = std::floor(TEXT_PX * static_cast<float>(scale) + 0.5f);
     for (const char *path : paths) {
         int bytes = 0;
-        void *data = read_file(path, &bytes); /* the atlas's from here on */
+        void *data = read_file(path, &bytes); /* the atlas owns it from here on */
         if (data != nullptr &&
             fonts->AddFontFromMemoryTTF(data, bytes, size, &config, ranges) != nullptr)
             return;

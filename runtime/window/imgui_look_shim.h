@@ -1,6 +1,6 @@
-/* The panels' font and colours, for a screen of some scale; a part of imgui_shim.cpp.
+/* Sets the panels' font and colours for a screen's scale; part of imgui_shim.cpp.
  *
- * ImGui's context is there. Threads: as imgui_shim.h. */
+ * Needs ImGui's context. Threads: as imgui_shim.h. */
 #ifndef STP_RUNTIME_WINDOW_IMGUI_LOOK_SHIM_H
 #define STP_RUNTIME_WINDOW_IMGUI_LOOK_SHIM_H
 
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/* False if there is no memory. */
+/* False if memory ran out. */
 bool stp_ui_look_set(double scale);
 
 #ifdef __cplusplus

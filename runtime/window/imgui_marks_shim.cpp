@@ -1,4 +1,4 @@
-/* Dear ImGui's list of what lies behind all panels, behind C functions. */
+/* Wraps Dear ImGui's draw list behind all panels in C functions. */
 #include "runtime/window/imgui_marks_shim.h"
 
 #include <imgui.h>
@@ -13,7 +13,7 @@ template <typename Body> void guard(Body body) noexcept
     try {
         if (!stp_ui_is_exhausted())
             body();
-    } catch (...) { /* ImGui's memory ran out, which its allocator has noted */
+    } catch (...) { /* ImGui's memory ran out; its allocator has recorded that */
     }
 }
 

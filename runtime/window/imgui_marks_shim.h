@@ -1,7 +1,8 @@
-/* Lines, dots and labels over the picture, under the panels of imgui_shim.h, by Dear ImGui.
+/* Draws lines, dots and labels over the picture, under the panels of imgui_shim.h, by Dear ImGui.
  *
- * To be called between stp_ui_begin and stp_ui_end. Lengths are pixels of the framebuffer, x right,
- * y down; colours 0xRRGGBBAA. What cannot be drawn is left out. Threads: as imgui_shim.h. */
+ * Call these between stp_ui_begin and stp_ui_end. Lengths are pixels of the framebuffer, x right, y
+ * down; colours are 0xRRGGBBAA. Marks that cannot be drawn are left out. Threads: as
+ * imgui_shim.h. */
 #ifndef STP_RUNTIME_WINDOW_IMGUI_MARKS_SHIM_H
 #define STP_RUNTIME_WINDOW_IMGUI_MARKS_SHIM_H
 
@@ -16,7 +17,7 @@ void stp_ui_draw_circle(double x, double y, double radius, uint32_t colour, doub
 void stp_ui_draw_disc(double x, double y, double radius, uint32_t colour);
 /* Text on a dark ground; (x, y) is its top left corner, or its middle. */
 void stp_ui_draw_label(double x, double y, const char *text, uint32_t colour, bool centred);
-/* What is drawn from here on stays within; pop undoes the last. */
+/* Later marks are drawn within rect only, until stp_ui_clip_pop; pairs may nest. */
 void stp_ui_clip_push(const stp_ui_rect *rect);
 void stp_ui_clip_pop(void);
 double stp_ui_text_height(void);

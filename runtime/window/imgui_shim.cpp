@@ -1,4 +1,4 @@
-/* Dear ImGui behind C functions. */
+/* Wraps Dear ImGui in C functions. */
 #include "runtime/window/imgui_shim.h"
 
 #include "runtime/window/imgui_look_shim.h"
@@ -18,20 +18,20 @@ struct stp_ui {
     double scale = 0.0;
     stp_ui_clipboard clipboard = {};
     ImGuiContext *context = nullptr;
-    bool draws = false; /* the renderer's part was made */
+    bool draws = false; /* the part that draws with OpenGL was made */
 };
 
 namespace
 {
 
-/* Of a row, to where its value begins; and of a panel, what widgets take before their labels. */
+/* Share of a row before its value begins; share of a panel that widgets take before their
+ * labels. */
 constexpr float VALUE_COLUMN = 0.36f, WIDGET_SHARE = 0.62f;
 
-/* Memory ran out within a frame, whose panels then stay open: ImGui's, like all its state, a
- * process's own. */
+/* Memory ran out within a frame, and its panels stay open. Global, like all of ImGui's state. */
 bool exhausted;
 
-/* ImGui uses what it asks for without a look at it. */
+/* Allocates for ImGui, which uses memory without checking for NULL. */
 void *allocate(size_t size, void *)
 {
     void *memory = std::malloc(size);
@@ -138,7 +138,7 @@ ImVec2 at(double x, double y)
     return ImVec2(static_cast<float>(x), static_cast<float>(y));
 }
 
-/* Word i of "a|b|c"; false past the last. */
+/* Copies word i of "a|b|c"; false past the last word. */
 bool word_of(const char *words, int i, char *out, size_t bytes)
 {
     while (i-- > 0) {
@@ -165,7 +165,7 @@ bool begin_window(const char *name, const stp_ui_rect *rect, bool *open, ImGuiWi
     return ImGui::Begin(name, open, flags);
 }
 
-/* After a field: whether what was typed is to be taken. */
+/* Call after a field: whether the typed text is to be taken. */
 bool field_left()
 {
     return ImGui::IsItemDeactivatedAfterEdit();
@@ -202,7 +202,7 @@ void stp_ui_destroy(stp_ui **ui)
     try {
         if (*ui != nullptr)
             stop(*ui);
-    } catch (...) { /* what is left is the process's end's */
+    } catch (...) { /* the process's end frees the rest */
     }
     *ui = nullptr;
 }
@@ -270,7 +270,7 @@ void stp_ui_release_all(stp_ui *)
 bool stp_ui_wants_pointer(stp_ui *)
 {
     return ask([&] {
-        ImGui::UpdateHoveredWindowAndCaptureFlags(); /* for where the pointer is by now */
+        ImGui::UpdateHoveredWindowAndCaptureFlags(); /* for the pointer's present place */
         return ImGui::GetIO().WantCaptureMouse;
     });
 }

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the screen's free area, where the window has to fit. */
+/* The share of the screen's free area that the window may take. */
 #define FIT_SHARE 0.9
 #define FIT_LEAST 64
 
@@ -20,7 +20,7 @@ struct stp_window {
     double cursor[2]; /* screen coordinates, y down */
     char *dropped[STP_WINDOW_DROP_LIMIT];
     size_t dropped_count;
-    int place[4]; /* x, y, width, height before it filled the screen */
+    int place[4]; /* x, y, width, height before filling the screen */
 };
 
 static void forget_dropped(stp_window *w)
@@ -54,7 +54,7 @@ static void place(GLFWwindow *handle, double x, double y, stp_window_event *even
     event->y = pixels[1] - y * pixels[1] / size[1];
 }
 
-/* Where the cursor was when it happened: GLFW would tell where it is now. */
+/* Sets the cursor's place at the event; GLFW would report its place now. */
 static void place_at_cursor(GLFWwindow *handle, stp_window_event *event)
 {
     const stp_window *w = glfwGetWindowUserPointer(handle);
@@ -91,7 +91,7 @@ static int key_of(int key)
         {GLFW_KEY_F1, STP_KEY_F1},
         {GLFW_KEY_F11, STP_KEY_F11},
     };
-    if ((key >= 'A' && key <= 'Z') || (key >= '0' && key <= '9')) /* GLFW's are these too */
+    if ((key >= 'A' && key <= 'Z') || (key >= '0' && key <= '9')) /* the same in GLFW */
         return key;
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
         if (keys[i].glfw == key)
@@ -182,7 +182,7 @@ static void on_close(GLFWwindow *handle)
     add_event(handle, (stp_window_event){.kind = STP_WINDOW_CLOSE});
 }
 
-/* GLFW's own words on its last failure. */
+/* GLFW's own message about its last failure. */
 static const char *reason(int *code)
 {
     const char *text = NULL;
@@ -323,7 +323,7 @@ void stp_window_size(const stp_window *w, int *width, int *height)
 
 double stp_window_seconds(const stp_window *w)
 {
-    (void)w; /* GLFW has one clock, begun as it was made ready */
+    (void)w; /* GLFW has one clock, started when GLFW was initialised */
     return glfwGetTime();
 }
 
@@ -339,7 +339,7 @@ bool stp_window_is_full_screen(const stp_window *w)
     return glfwGetWindowMonitor(w->handle) != NULL;
 }
 
-/* The monitor that has most of the window. */
+/* The monitor that shows most of the window. */
 static GLFWmonitor *monitor_of(const stp_window *w)
 {
     int count = 0, x = 0, y = 0, size[2] = {0, 0};

@@ -1,5 +1,6 @@
-// The level of a patch: level_rule.glsl on what patch_texture holds. runtime/cut/level_choice.c is the
-// same in C, and tests/gl/test_gl_level.c compares the two. Needs patch.glsl.
+// Chooses the level of a patch: level_rule.glsl, applied to patch_texture.
+// runtime/cut/level_choice.c does the same in C; tests/gl/test_gl_level.c compares the two. Needs
+// patch.glsl.
 
 #define STP_RULE
 #define STP_SQRT sqrt
@@ -10,7 +11,7 @@
 
 #define STP_LEVEL_SKIP -1
 
-// How a patch stands to the eye.
+// How the eye sees a patch.
 struct stp_sight {
     float scale, sin_alpha, weight;
 };
@@ -29,8 +30,8 @@ bvec4 stp_fit(stp_sight s, vec4 error, vec4 tangential_error, float radius, floa
                  stp_fits(s, error.w, tangential_error.w, radius, variation));
 }
 
-// The level of each quarter of a patch in sight, not below the finest resident one; STP_LEVEL_SKIP for
-// quarters that are not there. Level 3 stands for the whole patch, in quarter 0.
+// The level of each quarter of a patch in sight, no finer than the finest resident level;
+// STP_LEVEL_SKIP for absent quarters. Level 3 stands for the whole patch, in quarter 0.
 ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
 {
     const ivec4 skip = ivec4(STP_LEVEL_SKIP);
@@ -56,8 +57,8 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
 }
 
-// What a patch of this level is drawn as: segments, triangles, or, 0, points. All quarters of a strip or of triangles
-// choose the same level.
+// What a patch with these levels is drawn as: segments, triangles, or 0 (points). All quarters of a
+// strip or of triangles choose the same level.
 uint stp_shape_of(stp_patch p, int level)
 {
 #if STP_LINES
@@ -71,7 +72,7 @@ uint stp_shape_of(stp_patch p, int level)
     return 0u;
 }
 
-// A patch and the levels chosen of it; whether it is drawn as this shape then.
+// Fetches a patch and chooses its levels. Returns whether the patch is then drawn as `shape`.
 bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
 {
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(index));
@@ -80,8 +81,8 @@ bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
     return stp_shape_of(p, levels.x) == shape;
 }
 
-// The samples of a patch at the levels chosen: quarter q has those from first[q] on in the Object
-// Texture, and with the quarters before it end[q] in all.
+// The samples of a patch at the chosen levels. Quarter q begins at first[q] in the Object Texture;
+// quarters 0 to q have end[q] samples together.
 struct stp_selection {
     uvec4 first, end;
 };
@@ -89,7 +90,7 @@ struct stp_selection {
 stp_selection stp_select(stp_patch p, ivec4 levels)
 {
     if (levels.x == 3)
-        return stp_selection(uvec4(p.first[3]), uvec4(1u)); // the others have none
+        return stp_selection(uvec4(p.first[3]), uvec4(1u)); // the other quarters have none
     uvec4 end_2 = uvec4(1u, 2u, 3u, 4u);
     uvec4 end_1 = stp_children_end(end_2, p.count[2], p.count[1]);
     uvec4 end_0 = stp_children_end(end_1, p.count[1], p.count[0]);

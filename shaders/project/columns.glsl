@@ -1,10 +1,14 @@
-// Push without the rasteriser: an invocation finishes two columns of a block of pixels, two rows at a time. They are
-// columns 2 x - 1 and 2 x and rows 2 y - 1 and 2 y: these four pixels read the same four coarse ones, of which two were
-// there for the rows before, so that for a pixel half a coarse one is fetched instead of four. The eight lanes of a
-// software driver are a block's columns. Needs push.glsl and blocks.glsl; who includes it defines
+// Push without the rasteriser: an invocation finishes two columns of a block, two rows at a time.
+//
+//     columns 2 x - 1 and 2 x, rows 2 y - 1 and 2 y: all four pixels read the same four coarse pixels.
+//
+// Two of the four coarse pixels stay from the rows before, so each pixel costs half a coarse fetch
+// instead of four. The eight lanes of a software driver work on the columns of one block. Needs
+// push.glsl and blocks.glsl. The including file defines
 //     struct stp_made, and stp_made stp_make(stp_pixel p, ivec2 here)
 //     void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
-// What is to be stored is made pixel by pixel, as less is kept until then; wanted: which of the four.
+// stp_make packs one pixel at a time, so that less is kept until stp_put stores all four. wanted:
+// which of the four to store.
 
 #if STP_COLUMNS_IN_PLACE
 #define STP_WANTED(pushed) pushed

@@ -1,13 +1,13 @@
-// A vertex of a strip or of triangles becomes a corner of what is rasterised. Needs layout.glsl, patch.glsl,
-// project.glsl.
+// Emits a vertex of a strip or of triangles as a corner of a rasterised shape. Needs layout.glsl,
+// patch.glsl, project.glsl.
 
-flat out uint id; // of the sample, and what begins with it
+flat out uint id; // the sample, and the shape that begins with it
 
 #if STP_CLIP
 out float gl_ClipDistance[6];
 #endif
 
-// Emits it. from_eye: its place relative to the eye, world axes.
+// Emits the corner. from_eye: its position relative to the eye, world axes.
 void stp_corner_emit(vec3 from_eye, uint name)
 {
     gl_Position = stp_clip_position(stp_to_eye(from_eye));

@@ -1,5 +1,5 @@
-// Chooses the levels of the patch's quarters and emits their samples out of the Object Texture (Marroquim et al.,
-// Mar08, "Object Texture"). Instanced: each invocation emits its share.
+// Chooses the levels of a patch's quarters and emits their samples from the Object Texture (Mar08,
+// "Object Texture"). Instanced: each invocation emits its share.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -15,7 +15,7 @@ void main()
 {
     stp_patch p;
     ivec4 levels;
-    if (!stp_choose_shape(patch_index[0], 0u, p, levels)) // strip.geom and triangle.geom have it
+    if (!stp_choose_shape(patch_index[0], 0u, p, levels)) // strip.geom or triangle.geom draws it
         return;
     stp_selection s = stp_select(p, levels);
     uvec4 first = s.first - uvec4(0u, s.end.xyz);

@@ -8,15 +8,15 @@ struct stp_patch {
     vec3 cone_axis;
     float cone_cos;       // of the half-angle; -1: any direction
     vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
-    vec2 finest_error;    // likewise, of level 0
-    vec4 radius;          // greatest of the level
-    vec4 variation;       // of the level: what its samples average of colours, 0 to 1 (formats/SPEC.md, colour_error)
+    vec2 finest_error;    // of level 0: perpendicular, tangential
+    vec4 radius;          // greatest of each level
+    vec4 variation;       // of each level: of its colours, 0 to 1 (SPEC.md, colour_error)
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint flags;           // STP_PATCH_*
 };
 
-// Of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
+// Errors of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
 struct stp_quarter_errors {
     vec4 error_2, tangential_2, error_1, tangential_1;
 };
@@ -30,7 +30,7 @@ struct stp_chunk {
 
 struct stp_disc {
     vec3 position;        // eye space
-    vec3 normal;          // eye space, unit; meaningless where unknown
+    vec3 normal;          // eye space, unit; meaningless if unknown
     float radius;
     vec3 colour;
     float intensity;      // 0 to 1
@@ -41,7 +41,7 @@ struct stp_disc {
     uint kind;
     bool has_normal;
     bool oriented;
-    bool back_hidden;     // its back is hidden, but at outlines
+    bool back_hidden;     // its back is hidden, except at outlines
 };
 
 stp_chunk stp_chunk_fetch(uint slot)
@@ -57,7 +57,7 @@ uint stp_patch_slot(uint index)
     return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).y;
 }
 
-// The id of its chunk, as far as it decides between equal depths.
+// The part of the chunk's id that decides between equal depths.
 uint stp_patch_order(uint index)
 {
     return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).z >> 8;
@@ -104,7 +104,8 @@ stp_quarter_errors stp_quarter_errors_fetch(uint index)
                               uintBitsToFloat(texelFetch(patch_texture, base + 3)));
 }
 
-// The ends of the quarters among the finer level's samples, from those among the coarser's.
+// Where the quarters end among the samples of the finer level, computed from the coarser level's
+// ends.
 uvec4 stp_children_end(uvec4 coarser, uint count, uint finer_count)
 {
     return uvec4((vec4(coarser * finer_count) + 0.5) / float(max(count, 1u)));
@@ -115,7 +116,8 @@ vec3 stp_to_eye(vec3 v)
     return vec3(dot(axis_right.xyz, v), dot(axis_up.xyz, v), dot(axis_back.xyz, v));
 }
 
-// Octahedral, 2 x 12 bits, to a vector along the normal, in the scan's axes (Meyer et al. 2010).
+// Unpacks an octahedral normal of 2 x 12 bits: a vector along it, in the scan's axes (Meyer et al.
+// 2010).
 vec3 stp_normal_direction(uint code)
 {
     vec2 e = vec2(float(code & 4095u), float(code >> 12 & 4095u)) * (2.0 / 4095.0) - 1.0;

@@ -1,4 +1,4 @@
-// A sample becomes a pixel. Needs patch.glsl.
+// Projects a sample to a pixel. Needs patch.glsl.
 
 // Unit ray from the eye through an eye-space position.
 vec3 stp_ray_through(vec3 position)
@@ -14,13 +14,13 @@ vec3 stp_ray(vec2 window)
     return normalize(vec3((window - centre.xy) / viewport.z, -1.0));
 }
 
-// Pixels that a world unit facing the eye covers at a depth.
+// Pixels covered at a depth by a world unit that faces the eye.
 float stp_pixels_per_unit(float depth)
 {
     return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
 }
 
-// Depth as the depth buffer has it: 1 at the near plane, 0 far away; and back.
+// Depth as the depth buffer stores it (1 at the near plane, 0 far away), and back.
 float stp_depth_encode(float depth)
 {
     return STP_ORTHOGRAPHIC != 0 ? 1.0 - depth / (2.0 * quality.w) : viewport.w / depth;
@@ -40,7 +40,7 @@ bool stp_class_hidden(uint class_id)
 #endif
 }
 
-// Whether a place relative to the eye, world axes, is cut off.
+// Whether a position, relative to the eye in world axes, lies outside the clip box.
 bool stp_clipped(vec3 from_eye)
 {
 #if STP_CLIP
@@ -50,8 +50,8 @@ bool stp_clipped(vec3 from_eye)
 #endif
 }
 
-// Whether the line of sight to some place in a ball goes through an opening of a closed surface. from_eye: the ball's
-// centre relative to the eye.
+// Whether the line of sight to any place in a ball passes through an opening of a closed surface.
+// from_eye: the ball's centre relative to the eye.
 bool stp_seen_through(vec3 from_eye, float radius)
 {
 #if STP_OPENINGS
@@ -75,17 +75,18 @@ bool stp_seen_through(vec3 from_eye, float radius)
     return false;
 }
 
-// The same for a patch: if false, it is so for none of its samples.
+// The same for the bound of a patch. If false, no sample of the patch is seen through an opening.
 bool stp_patch_opened(stp_patch p)
 {
     return stp_seen_through(p.bound_centre, p.bound_radius * 1.00001);
 }
 
-// Cosine: samples that are seen from behind more flatly are drawn, for outlines are made of them, too. As in
-// runtime/cut/level_choice.c.
+// A cosine. If a sample is seen from behind at a flatter angle, it is drawn, since outlines need
+// such samples, too. The same number is in runtime/cut/level_choice.c.
 #define STP_CULL_COSINE 0.1
 
-// Whether a sample is left out because its back is turned to the eye (docs/closed.md). opened: of its patch, or true.
+// Whether a sample is left out because its back is turned to the eye (docs/closed.md). opened:
+// stp_patch_opened of the patch, or true.
 bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
 {
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
@@ -97,9 +98,10 @@ bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
     return culled;
 }
 
-// The pixel that holds a sample's centre, and its depth there, from 1 at the near plane to 0 far
-// away. False if the sample is not drawn: behind the near plane, outside the picture or the clip box,
-// of a hidden class, or culled. opened: as of stp_culled. Runs for every sample, so it normalises nothing.
+// The pixel that holds a sample's centre, and its depth, from 1 at the near plane to 0 far away.
+// Returns false if the sample is not drawn: behind the near plane, outside the picture or the clip
+// box, of a hidden class, or culled. opened: as for stp_culled. Runs for every sample, so it
+// normalises nothing.
 bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
@@ -120,15 +122,16 @@ bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, 
 #define STP_ORDER_SAMPLE 1u
 #define STP_ORDER_SHAPE 2u
 
-// Patches' vertices are drawn before other samples, segments and triangles after these: each has its own last two
-// bits in its depths, so that none ties with another and who wins a pixel does not depend on what was drawn at once.
+// Gives a depth its last two bits. Patch vertices are drawn first, then other samples, then
+// segments and triangles. Each kind has its own last two bits, so depths of different kinds never
+// tie, and the winner of a pixel does not depend on what was drawn in one pass.
 float stp_depth_apart(float z, uint order)
 {
     return uintBitsToFloat(floatBitsToUint(min(z, 0.99999976)) & ~3u | order);
 }
 
-// Clip position of the pixel's centre, so that no rasteriser's rounding moves it; outside the clip
-// volume if the sample is not drawn.
+// The clip position of the pixel's centre, so that no rasteriser's rounding moves the sample. If
+// the sample is not drawn, the position lies outside the clip volume.
 vec4 stp_project(uvec4 texel, vec3 origin, float step, bool opened)
 {
     ivec2 at;
@@ -137,7 +140,7 @@ vec4 stp_project(uvec4 texel, vec3 origin, float step, bool opened)
     return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }
 
-// Clip position of a place in eye space, for what is rasterised as it is.
+// The clip position of a place in eye space, for shapes that are rasterised.
 vec4 stp_clip_position(vec3 position)
 {
     float depth = -position.z;

@@ -1,5 +1,5 @@
-// Projection without the rasteriser, first step: chooses the levels of every patch and lists its
-// samples in runs of up to STP_RUN_SAMPLES. In any order: no picture depends on it.
+// Projection without the rasteriser, first step: chooses the levels of every patch and lists the
+// samples in runs of up to STP_RUN_SAMPLES. The order of runs is random; no picture depends on it.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -23,7 +23,8 @@ void stp_list(uint listed)
     stp_selection s = stp_select(p, levels);
     if (s.end.w == 0u || stp_shape_of(p, levels.x) != 0u)
         return;
-    // Quarters of one level follow each other: a stretch ends where the next does not go on.
+    // Quarters of the same level follow each other: join a quarter to the next one if that
+    // continues it.
     uvec4 count = s.end - uvec4(0u, s.end.xyz);
     for (int q = 2; q >= 0; q--)
         if (s.first[q] + count[q] == s.first[q + 1]) {

@@ -1,4 +1,4 @@
-// One vertex is one sample: of patches whose level the CPU chose, or all.
+// One vertex is one sample: of patches whose level the CPU chose, or of all patches.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -6,7 +6,7 @@
 layout(location = 0) in uvec4 texel;
 layout(location = 1) in uint patch_index;
 
-layout(location = 4) uniform bool vertices; // all are patches' only samples at level 3
+layout(location = 4) uniform bool vertices; // all samples are patch vertices (level 3)
 
 flat out uint id; // of the sample
 

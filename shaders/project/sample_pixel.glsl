@@ -1,12 +1,14 @@
-// What a sample gives to the pyramid: its disc as a pixel (projection in README.md), in the colour it is shown in.
-// Needs layout.glsl, patch.glsl, project.glsl, shape.glsl, choose.glsl, palette.glsl, pixel.glsl, ellipse.glsl.
+// Turns a sample into a pixel of the pyramid: its disc ("Projection" in README.md) and its colour.
+// Needs layout.glsl, patch.glsl, project.glsl, shape.glsl, choose.glsl, palette.glsl, pixel.glsl,
+// ellipse.glsl.
 
 #define STP_SLOPE_LIMIT 5.0
 
-// Pixels: how far the surface of neighbouring pixels may be off.
+// Pixels: a depth interval covers at least the surface's descent over this distance.
 #define STP_EXTENT_FLOOR 1.25
 
-// Radii are so that pull and push leave no holes. Where a pixel sees all ellipses around it less is enough.
+// Radii are chosen so that pull and push leave no holes. If a pixel sees all ellipses around it,
+// less is enough.
 #if STP_SPLAT || STP_TEMPLATE
 #define STP_RADIUS_PART 0.85
 #else
@@ -37,14 +39,14 @@ vec2 stp_error_of(uvec2 id, stp_patch p)
                       : vec2(e.error_2[q], e.tangential_2[q]);
 }
 
-// Seven bits that differ where the same surface is drawn at another level: of the tree, of the chunk.
+// Seven bits that change if the same surface is drawn at another level of the tree or of the chunk.
 int stp_mark_of(uvec2 id, stp_chunk chunk)
 {
     stp_patch p = stp_patch_fetch(id.y, chunk.offset);
     return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, p)) & 127;
 }
 
-// Projected error of a patch that has this perpendicular and tangential one, pixels.
+// The projected error, in pixels, of a patch with this perpendicular and tangential error.
 float stp_patch_error(stp_patch p, vec2 error)
 {
     vec3 centre = stp_to_eye(p.bound_centre);
@@ -60,7 +62,7 @@ float stp_patch_error(stp_patch p, vec2 error)
     return stp_rule_error(scale, sin_alpha, error.x, error.y);
 }
 
-// By what a sample is: its own colour, its class, its height.
+// The colour that STP_COLOUR gives a sample.
 vec3 stp_own_colour(stp_disc disc)
 {
 #if STP_COLOUR == STP_COLOUR_NONE
@@ -105,9 +107,9 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id)
 #endif
 }
 
-// How deep a pixel's interval is: the disc's radius, or what the surface descends under the least
-// ellipse where that is more, so that neighbours of one grazing surface meet. cosine: of normal and
-// ray.
+// The depth of a pixel's interval: the disc's radius, or how far the surface descends under the
+// smallest ellipse if that is more. So neighbouring pixels of a grazing surface meet. cosine:
+// between normal and ray.
 float stp_depth_extent(float radius, float cosine, float ppu)
 {
     float k = min(1.0, abs(cosine));
@@ -115,7 +117,7 @@ float stp_depth_extent(float radius, float cosine, float ppu)
     return max(radius, STP_EXTENT_FLOOR * slope / ppu);
 }
 
-// A vertex that is drawn without the segments beside it; a splat has no kind.
+// The disc of a vertex that is drawn without the segments beside it. A splat has no kind.
 stp_disc stp_disc_alone(stp_disc disc)
 {
 #if STP_LINES && STP_SPLAT
@@ -126,7 +128,7 @@ stp_disc stp_disc_alone(stp_disc disc)
     return disc;
 }
 
-// The vertices of a sample's level in its patch: the first, and the one after the last.
+// The vertices of a sample's level in its patch: the first, and one past the last.
 uvec2 stp_level_ends(uvec2 id, vec4 lattice)
 {
     stp_patch p = stp_patch_fetch(id.y, lattice.xyz);
@@ -134,7 +136,7 @@ uvec2 stp_level_ends(uvec2 id, vec4 lattice)
     return uvec2(p.first[level], p.first[level] + p.count[level]);
 }
 
-// What a name in nearest_sample stands for, seen at a window position.
+// The disc that a name in nearest_sample stands for, seen at a window position.
 stp_disc stp_disc_of(uint name, uint patch_index, vec4 lattice, vec2 window)
 {
     uint index = name & STP_NAME_SAMPLE;
@@ -154,20 +156,21 @@ stp_disc stp_disc_of(uint name, uint patch_index, vec4 lattice, vec2 window)
     return stp_disc_alone(stp_vertex_fetch(index, lattice));
 }
 
-// A disc, the sample id.x of a patch, id.y, as seen from a window position.
+// The pixel of a disc as seen from a window position. id.x: the sample, id.y: its patch.
 stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
 {
-    disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's is its width
+    disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's radius is its half width
     vec3 w = stp_ray_through(disc.position);
     bool tube = STP_LINES != 0 && disc.kind == uint(STP_KIND_TUBE);
-    if (tube && !disc.has_normal) // a disc that faces the eye, and no more
+    if (tube && !disc.has_normal) // only a disc that faces the eye
         disc.kind = 0u;
     float away = disc.has_normal ? dot(disc.normal, w) : 0.0;
     if (!disc.has_normal) {
         disc.normal = -w;
-    } else if (away > 0.0 && away <= STP_CULL_COSINE && disc.back_hidden) { // it leans over an outline: mirrored at it
+    } else if (away > 0.0 && away <= STP_CULL_COSINE && disc.back_hidden) {
+        // The disc leans over an outline: its normal is mirrored there.
         disc.normal -= 2.0 * away * w;
-    } else if (away > 0.0) { // seen from behind: that is the side that is lit
+    } else if (away > 0.0) { // seen from behind: light that side
         disc.normal = -disc.normal;
         disc.oriented = false;
     }
@@ -183,7 +186,8 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
                      stp_sample_colour(disc, id), tag);
 }
 
-// A sample, or what begins with it, id.x, of a patch, id.y, as seen from a window position.
+// The pixel of a name (id.x: a sample, or the shape that begins with it) of patch id.y, seen from a
+// window position.
 stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
 {
     vec4 lattice = stp_lattice_fetch(id.y, stp_chunk_fetch(stp_patch_slot(id.y)).offset);

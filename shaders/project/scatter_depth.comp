@@ -1,4 +1,4 @@
-// The nearest depth of each pixel (scatter.glsl).
+// Finds the nearest depth of each pixel (scatter.glsl).
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

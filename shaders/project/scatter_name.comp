@@ -1,4 +1,5 @@
-// The names of the samples that have the nearest depth (scatter.glsl). Counts those that are not drawn.
+// Names the samples that have the nearest depth (scatter.glsl). Counts the samples that are not
+// drawn.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -8,7 +9,8 @@
 
 layout(location = 1) uniform bool counting;
 
-// The order that the other roads draw in. Where chunks lie in the Object Texture depends on what was drawn before.
+// The order in which the other roads draw. Positions in the Object Texture would depend on earlier
+// frames.
 bool comes_first(uint a, uint b)
 {
     uint p = stp_patch_order(texelFetch(patch_of_sample, int(a)).x);
@@ -16,8 +18,8 @@ bool comes_first(uint a, uint b)
     return p < q || p == q && a < b;
 }
 
-// The first of equals is the pixel's. One that an earlier pass has named, and no sample of this one is in front of,
-// stays: the pixel is not marked.
+// Gives the pixel to the first of equal samples. If an earlier pass has named the pixel, and no
+// sample of this pass is nearer, the pixel is not RAISED and keeps its name.
 void name(ivec2 pixel, uint index)
 {
     uint had = imageAtomicCompSwap(nearest_sample, pixel, first_pass ? STP_NO_SAMPLE : RAISED, index);

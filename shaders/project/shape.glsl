@@ -1,5 +1,5 @@
-// Where a pixel sees a segment or a triangle: a disc there (MKC08, section 4). Needs layout.glsl, patch.glsl,
-// project.glsl, pixel.glsl, ellipse.glsl.
+// The disc where a pixel sees a segment or a triangle (MKC08, section 4). Needs layout.glsl,
+// patch.glsl, project.glsl, pixel.glsl, ellipse.glsl.
 
 stp_disc stp_vertex_fetch(uint index, vec4 lattice)
 {
@@ -11,7 +11,8 @@ vec2 stp_window_of(vec3 position)
     return centre.xy + position.xy * stp_pixels_per_unit(-position.z);
 }
 
-// The mean of two vertices, t of it the second; of what has no mean, the nearer one's. Seen from both sides.
+// Mixes two vertices, a share t of the second. Values without a mean come from the nearer one.
+// Two-sided.
 stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
 {
     stp_disc c = a;
@@ -33,31 +34,33 @@ stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
     return c;
 }
 
-// Where two depths enclose the near plane, how far from the first it lies, of 1; else `beyond`.
+// If two depths enclose the near plane, the share of the way from the first to the plane; else
+// `beyond`.
 float stp_near_part(float depth, float other, float beyond)
 {
     return depth < viewport.w ? (viewport.w - depth) / max(other - depth, 1e-30) : beyond;
 }
 
-// Of the segment between two vertices what lies before the near plane: where it begins and ends, of 1.
+// The part of a segment in front of the near plane: its begin and end, as shares of the segment.
 vec2 stp_segment_part(stp_disc a, stp_disc b)
 {
     return vec2(stp_near_part(-a.position.z, -b.position.z, 0.0),
                 1.0 - stp_near_part(-b.position.z, -a.position.z, 0.0));
 }
 
-// The segment from a vertex to the next, nearest to a window position.
+// The point nearest to a window position on the segment from a vertex to the next, as a disc.
 stp_disc stp_segment_disc(stp_disc a, stp_disc b, vec2 window)
 {
     vec2 part = stp_segment_part(a, b);
     vec3 p = mix(a.position, b.position, part.x), q = mix(a.position, b.position, part.y);
     vec2 from = stp_window_of(p), way = stp_window_of(q) - from;
     float s = clamp(dot(window - from, way) / max(dot(way, way), 1e-30), 0.0, 1.0);
-    float t = STP_ORTHOGRAPHIC != 0 ? s : s * p.z / mix(q.z, p.z, s); // along it, not along its image
+    // s is the share of the segment's image, t that of the segment.
+    float t = STP_ORTHOGRAPHIC != 0 ? s : s * p.z / mix(q.z, p.z, s);
     return stp_disc_mix(a, b, mix(part.x, part.y, t));
 }
 
-// Of a triangle's second and third corner, their parts where a ray meets its plane.
+// Where a ray meets a triangle's plane: the barycentric shares of the second and third corner.
 vec2 stp_triangle_meet(vec3 a, vec3 b, vec3 c, vec2 window)
 {
     vec2 aside = (window - centre.xy) / viewport.z;
@@ -69,14 +72,14 @@ vec2 stp_triangle_meet(vec3 a, vec3 b, vec3 c, vec2 window)
     return volume == 0.0 ? vec2(0.0) : parts;
 }
 
-// The same inside the triangle: the ray may miss it by the rounding of its rasteriser.
+// Clamps the shares to the triangle: rounding in the rasteriser may let the ray miss the triangle.
 vec2 stp_triangle_hold(vec2 parts)
 {
     parts = max(parts, 0.0);
     return parts / max(1.0, parts.x + parts.y);
 }
 
-// The triangle of a corner and the next two, at a window position.
+// The triangle of a corner and the next two, seen at a window position, as a disc.
 stp_disc stp_triangle_disc(uint index, vec4 lattice, vec2 window)
 {
     stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
@@ -86,13 +89,14 @@ stp_disc stp_triangle_disc(uint index, vec4 lattice, vec2 window)
     return stp_disc_mix(a, stp_disc_mix(b, c, parts.y / max(sum, 1e-30)), sum);
 }
 
-// A segment of a ribbon as a flat piece: from its line to its edge at both vertices.
+// A segment of a ribbon as a flat piece. a_half, b_half: from the line to the edge at each vertex.
 struct stp_ribbon {
     stp_disc a, b;
     vec3 a_half, b_half;
 };
 
-// A ribbon's half-width at a vertex: at right angles to its normal and to the way from the vertex before to the one after.
+// The half-width of a ribbon at a vertex: at right angles to the normal and to the way from the
+// vertex before to the vertex after.
 vec3 stp_ribbon_half(stp_disc v, vec3 before, vec3 after)
 {
     vec3 side = cross(v.normal, after - before);
@@ -105,7 +109,8 @@ vec3 stp_vertex_place(uint index, vec4 lattice)
     return stp_to_eye(stp_sample_position(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w));
 }
 
-// Of a level's vertices, ends.x to before ends.y, the one at `index` and the next: a and b.
+// The flat piece between vertex `index` (a) and the next (b). The level's vertices are ends.x up to
+// before ends.y.
 stp_ribbon stp_ribbon_between(stp_disc a, stp_disc b, uint index, uvec2 ends, vec4 lattice)
 {
     stp_ribbon r;
@@ -119,7 +124,7 @@ stp_ribbon stp_ribbon_between(stp_disc a, stp_disc b, uint index, uvec2 ends, ve
     return r;
 }
 
-// Whether a segment is drawn as a flat piece: it is a ribbon's, and wider than a pixel.
+// Whether a segment is drawn as a flat piece: it belongs to a ribbon and is wider than a pixel.
 bool stp_ribbon_wide(stp_disc a, stp_disc b)
 {
     float width = max(a.radius * stp_pixels_per_unit(max(-a.position.z, viewport.w)),
@@ -127,7 +132,8 @@ bool stp_ribbon_wide(stp_disc a, stp_disc b)
     return a.kind == uint(STP_KIND_RIBBON) && a.has_normal && b.has_normal && width > STP_ELLIPSE_FLOOR_LINE;
 }
 
-// The piece at a window position. It is two triangles that share the edge from a + a_half to b - b_half.
+// The flat piece, seen at a window position, as a disc. Its two triangles share the edge from
+// a + a_half to b - b_half.
 stp_disc stp_ribbon_disc(stp_ribbon r, vec2 window)
 {
     vec3 near_low = r.a.position - r.a_half, near_high = r.a.position + r.a_half;

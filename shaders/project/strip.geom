@@ -1,5 +1,6 @@
-// Chooses the level of a strip's patch, as patch.geom does, and emits the polyline through the vertices that stay
-// (MKC08, section 4.1), but where it is a ribbon wider than a pixel: ribbon.geom emits that. Instanced: each invocation emits its share of the segments.
+// Chooses the level of a strip's patch, as patch.geom does, and emits the polyline through that
+// level's vertices (MKC08, section 4.1). Leaves out ribbons wider than a pixel, which
+// strip_wide.geom emits. Instanced: each invocation emits its share of the segments.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -26,11 +27,12 @@ void main()
     vec4 lattice = vec4(p.origin, p.step);
     for (uint i = first; i < end; i++) {
         uvec4 texel = texelFetch(object_texture, int(i));
-        // The last vertex of a segment names it, by its first.
+        // The rasteriser takes a segment's name from its last vertex; the name is the first
+        // vertex's.
         stp_corner_emit(stp_sample_position(texel, p.origin, p.step), i - 1u | STP_NAME_SEGMENT);
         bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
                                                     stp_vertex_fetch(i + 1u, lattice));
-        if (stp_class_hidden(texel.z >> 24) || wide) // the next segment
+        if (stp_class_hidden(texel.z >> 24) || wide) // leaves out the next segment
             EndPrimitive();
     }
 }

@@ -1,5 +1,6 @@
-// Segments as wide as they are. Chooses as strip.geom does, and emits ribbons wider than a pixel as flat pieces; with
-// splats, of any other segment a rectangle of the image around it, of which shape_front.frag keeps what its discs cover.
+// Emits segments with their width. Chooses levels as strip.geom does, and emits ribbons wider than
+// a pixel as flat pieces. With splats, emits any other segment as a rectangle of the image around
+// it; shape_front.frag keeps the part that the segment's discs cover.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,5 +1,5 @@
-// Emits the triangles of a patch where level 0 is chosen, as patch.geom chooses. Instanced: each invocation emits its
-// share.
+// Emits the triangles of a patch, if patch.geom's rule chooses level 0. Instanced: each invocation
+// emits its share.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,15 +1,16 @@
-// What pull, push and templates share: the front-most of some candidates, and the mean of those that belong
-// to its surface. box averages radii (MKC07), all others their squares. Straight-line code without indexed arrays:
-// software rasterisers run both sides of every branch, and pay for arrays in memory. Needs pixel.glsl.
+// Shared by pull, push and templates: finds the front of some candidates, and the mean of those
+// that belong to its surface. box averages radii (MKC07), the others squares of radii. The code has
+// no branches and no indexed arrays: software rasterisers run both sides of every branch, and pay
+// for arrays in memory. Needs pixel.glsl.
 
 struct stp_blend {
     stp_pixel sum;
     float total;    // of the weights
-    float distance; // sum of squared distances of the centres from the pixel's; not with box
+    float distance; // sum of the centres' squared distances from the pixel's centre; not with box
     float farthest; // greatest z_max
 };
 
-// The nearer of two pixels, the first of equals; of its members only those that blending needs.
+// The nearer of two pixels, the first if equal. Copies only the members that blending needs.
 stp_pixel stp_nearer(stp_pixel front, stp_pixel c)
 {
     bool nearer = c.tag != 0 && (front.tag == 0 || c.z_min < front.z_min);
@@ -25,8 +26,8 @@ stp_pixel stp_front(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
     return stp_nearer(stp_nearer(stp_nearer(c0, c1), c2), c3);
 }
 
-// Adds a candidate if its depth interval meets the front's; its normal on the front's side where one
-// of the two has no side of its own.
+// Adds a candidate if its depth interval meets the front's. If either is two-sided, turns the
+// candidate's normal to the front's side.
 void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float weight)
 {
     float w = c.tag != 0 && c.z_min <= front.z_max ? weight : 0.0;
@@ -35,7 +36,8 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     bool alike = stp_tag_tube(front.tag) == stp_tag_tube(c.tag); // a tangent is no normal
     blend.sum.normal += alike ? side * c.normal : vec3(0.0);
     blend.sum.radius += w * (STP_BOX != 0 ? c.radius : c.radius * c.radius);
-    // Over the front's, so that equal depths stay equal whatever the weights: ties are decided by them.
+    // Relative to the front's depths, so that equal depths stay equal with any weights: they decide
+    // ties.
     blend.sum.z_min += w * (c.z_min - front.z_min);
     blend.sum.z_max += w * (c.z_max - front.z_max);
     blend.sum.d += w * c.d;
@@ -50,7 +52,7 @@ stp_blend stp_blend_begin()
     return stp_blend(stp_pixel_invalid(), 0.0, 0.0, 0.0);
 }
 
-// Sums to means.
+// Turns sums into means.
 stp_blend stp_blend_end(stp_blend blend, stp_pixel front)
 {
     float scale = 1.0 / max(blend.total, 1e-30);

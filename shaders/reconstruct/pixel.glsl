@@ -1,4 +1,4 @@
-// A pixel of the pyramid (shaders/README.md).
+// A pixel of the pyramid: its members and their packing ("A pixel of the pyramid" in README.md).
 
 struct stp_pixel {
     vec3 normal;   // eye space
@@ -14,12 +14,13 @@ struct stp_pixel {
 #define STP_KIND_TUBE 2
 #define STP_KIND_POLYGON 3
 
-// Two RGBA32UI texels a pixel: fetches are what pull and push pay for. Paint alone is enough to shade a pixel, and to
-// know whether another is in front of it.
+// A pixel is two RGBA32UI texels, since fetches are the cost of pull and push. `paint` alone is
+// enough to shade a pixel and to know whether another is in front of it.
 //   shape: d, radius, z_max (32-bit floats)
 //   paint: normal (octahedral, 2 x 16 bits), z_min (32-bit float), red | green << 16, blue | tag << 16 (16-bit fractions
 //          of 1)
-#ifdef STP_PIXEL_IMAGES // compute shaders: a software driver loads them in line, and fetches by calls
+// Compute shaders load images: a software driver inlines loads, but calls functions for fetches.
+#ifdef STP_PIXEL_IMAGES
 layout(rgba32ui, binding = 4) readonly uniform uimage2D fine_shape;
 layout(rgba32ui, binding = 5) readonly uniform uimage2D fine_paint;
 layout(rgba32ui, binding = 6) readonly uniform uimage2D coarse_shape;
@@ -33,7 +34,7 @@ layout(binding = 7) uniform usampler2D coarse_paint;
 #define STP_FETCH(texels, p) texelFetch(texels, p, 0)
 #endif
 
-// Of the level read (pull: fine, push: coarse).
+// Size of the level that is read (pull: fine, push: coarse).
 layout(location = 3) uniform ivec2 read_size;
 
 bool stp_inside(ivec2 p)
@@ -98,7 +99,8 @@ bool stp_tag_two_sided(int tag)
     return ((tag - 1) & 8) != 0;
 }
 
-// A tube's normal is its tangent, and its disc faces the eye (MKC08, section 4.2). Pictures without lines have none.
+// A tube's normal is its tangent, and its disc faces the eye (MKC08, section 4.2). False if there
+// are no lines.
 bool stp_tag_tube(int tag)
 {
     return STP_LINES != 0 && tag != 0 && ((tag - 1) & 3) == STP_KIND_TUBE;
@@ -115,13 +117,13 @@ bool stp_tag_polygon(int tag)
     return STP_TRIANGLES != 0 && tag != 0 && ((tag - 1) & 3) == STP_KIND_POLYGON;
 }
 
-// The pyramid level the values come from: 0 is a measured pixel.
+// The pyramid level that the pixel's values come from; 0: measured.
 int stp_tag_source(int tag)
 {
     return (tag - 1) >> 4 & 15;
 }
 
-// What fade.frag compares from frame to frame; 0 where the variant does not fade.
+// The mark that fade.frag compares between frames; 0 if the variant does not fade.
 int stp_tag_mark(int tag)
 {
     return tag >> 9;

@@ -1,4 +1,4 @@
-// The targets of resolve, pull and push. Needs pixel.glsl.
+// The render targets of resolve, pull and push. Needs pixel.glsl.
 layout(location = 0) out uvec4 out_shape;
 layout(location = 1) out uvec4 out_paint;
 

@@ -1,6 +1,6 @@
-// Two levels pulled at once, as pull.frag pulls them one after the other, without templates: an invocation makes the four
-// pixels of level l under each of its pixels of level l + 1, and that one out of them, as they are stored. Reads level
-// l - 1 as fine.
+// Pulls two levels at once, as pull.frag does one after the other; without templates. For each of
+// its pixels of level l + 1, an invocation makes the four pixels of level l under it, then the
+// pixel itself from these four as stored. Reads level l - 1 as fine.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,4 +1,4 @@
-// A level pulled from the one below it.
+// Pulls a level from the next finer level.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,9 +1,10 @@
-// Fine to coarse: a pixel of level l out of the four of level l - 1 under it (MKC07; the ellipse test is MKC08's, and
-// Mar08's which go on to level l at all). Needs pixel.glsl, ellipse.glsl, blend.glsl, and template.glsl where
-// STP_TEMPLATE.
+// Pull, fine to coarse: makes a pixel of level l from the four of level l - 1 under it (MKC07).
+// MKC08 adds the ellipse test, Mar08 the test which pixels go on to level l. Needs pixel.glsl,
+// ellipse.glsl, blend.glsl; if STP_TEMPLATE, template.glsl.
 
-// A pixel p of level l - 1 as seen from the centre of one of level l; invalid where its ellipse does not reach that, or
-// stays behind, or where it is not in the picture.
+// Pixel p of level l - 1 as seen from the centre of a pixel of level l. Invalid if its ellipse does
+// not reach that centre, if the pixel stays on its level (templates), or if it lies outside the
+// picture.
 stp_pixel stp_pull_candidate(stp_pixel c, ivec2 p, int level, bool inside, vec2 centre, vec3 ray)
 {
     vec2 middle = stp_pixel_centre(p, level - 1) + c.d;
@@ -17,7 +18,8 @@ stp_pixel stp_pull_candidate(stp_pixel c, ivec2 p, int level, bool inside, vec2 
     return c;
 }
 
-// Pixel `here` of a level, from those of the finer one, which is `size` large, at 2 here + (0,0), (1,0), (0,1), (1,1).
+// Pixel `here` of a level, from the pixels 2 here + (0,0), (1,0), (0,1), (1,1) of the finer level
+// of that size.
 stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1, stp_pixel f2, stp_pixel f3)
 {
     vec2 centre = stp_pixel_centre(here, level);
@@ -33,7 +35,8 @@ stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1
 
     stp_pixel p = blend.sum;
 #if !STP_BOX
-    // The disc with the second moment of those it stands for: R^2 = mean r^2 + 2 variance. A line grows no wider.
+    // The disc with the second moment of the discs it replaces: R^2 = mean r^2 + 2 variance. A line
+    // grows no wider.
     float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);
     float variance = stp_tag_line(front.tag) ? 0.0 : max(0.0, blend.distance - dot(p.d, p.d)) * unit * unit;
     p.radius = sqrt(p.radius + 2.0 * variance);
@@ -46,7 +49,7 @@ stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1
     return p;
 }
 
-// From level l - 1, which is read as fine.
+// Pulls from level l - 1, which is read as fine.
 stp_pixel stp_pull_fine(ivec2 here, int level)
 {
     ivec2 p = 2 * here;

@@ -1,5 +1,6 @@
-// Coarse to fine, as push.frag, in place: what was pulled stays in the texture where nothing is pushed over it. Reads
-// level l as fine and the finished level l + 1 as coarse; a pixel's own is read before it is written, and by none else.
+// Push, coarse to fine, as push.frag but in place: a pulled pixel stays in the texture unless it is
+// pushed. Reads level l as fine and the finished level l + 1 as coarse. Only a pixel's own
+// invocation reads it as fine, before writing it.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

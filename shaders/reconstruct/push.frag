@@ -1,5 +1,5 @@
-// Coarse to fine: finishes level l. Reads the pulled level l as fine and the finished level l + 1 as
-// coarse.
+// Push, coarse to fine: finishes level l. Reads the pulled level l as fine and the finished level l
+// + 1 as coarse.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

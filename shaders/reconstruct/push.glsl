@@ -1,25 +1,27 @@
-// Push: pixels that are invalid or hidden behind nearer ellipses are interpolated from four pixels of
-// the next coarser level (biquadratic B-spline weights, MKC07; times the ellipse's Gaussian, MKC08).
-// Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
+// Push: interpolates pixels that are invalid or hidden behind nearer ellipses from four pixels of
+// the next coarser level. Weights: biquadratic B-spline (MKC07) times the ellipse's Gaussian
+// (MKC08). Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
-// Where the ellipses of three or four coarse pixels lie around a pixel and none reaches it, the nearest does
-// up to this q: averaging opens gaps that no surface has.
+// If the ellipses of three or four coarse pixels lie around a pixel and none reaches it, the
+// nearest one counts up to this q: averaging opens gaps that no surface has.
 #define STP_PUSH_GAP_3 2.0
 #define STP_PUSH_GAP_4 4.0
-// Pixels: ellipses whose centres are no farther apart are one disc's, and beside a disc there is no gap.
+// Pixels: if centres are no farther apart, the ellipses are of one disc, and beside a disc there is
+// no gap.
 #define STP_PUSH_SAME 0.1
-// Pixels: least minor semi-axis of ellipses at an outline, where they would move it outwards.
+// Pixels: least minor semi-axis at an outline, where the usual floor would move the outline
+// outwards.
 #define STP_PUSH_OUTLINE_FLOOR 0.6
 
-// exp(-q / 2) for q in 0..2 to 2.2e-5: least squares in Chebyshev polynomials of degree 4. Beyond 1 only
-// the least q counts, whatever its weight.
+// exp(-q / 2) for q in 0..2, to 2.2e-5: least-squares fit in Chebyshev polynomials of degree 4.
+// Beyond q = 1 only the candidate of least q counts, and its weight does not matter.
 vec4 stp_push_kernel(vec4 q)
 {
     q = min(q, 2.0);
     return 0.9999789 + q * (-0.4996764 + q * (0.12383386 + q * (-0.01920298 + q * 0.00159756)));
 }
 
-// A coarse pixel; its d is the place of its ellipse's centre, viewport pixels.
+// A coarse pixel. Its d becomes the position of its ellipse's centre, viewport pixels.
 stp_pixel stp_push_look(ivec2 p)
 {
     stp_pixel c = stp_pixel_coarse(p);
@@ -28,14 +30,15 @@ stp_pixel stp_push_look(ivec2 p)
     return c;
 }
 
-// Whether `centre` lies on the side of a disc's centre that the disc's normal points to in the image: outside, if the
-// disc is part of an outline. So it does for no disc, and not for a line.
+// Whether `centre` lies on the side of the disc's centre to which the disc's normal points in the
+// image: if the disc is part of an outline, that is outside. True if there is no disc, false for a
+// line.
 bool stp_push_beyond(stp_pixel c, vec2 centre)
 {
     return c.tag == 0 || (!stp_tag_line(c.tag) && dot(centre - c.d, c.normal.xy) > 0.0);
 }
 
-// The same as seen from `centre`, and how far from its ellipse's centre that is.
+// A coarse pixel as seen from `centre`; q says how far `centre` is from the centre of the ellipse.
 stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, bool outline, out float q)
 {
     float least = outline ? STP_PUSH_OUTLINE_FLOOR : stp_ellipse_floor(c.tag);
@@ -44,7 +47,8 @@ stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, bool outline, o
     return c;
 }
 
-// Whether candidates, three or four of which are valid, are of several discs: their centres differ.
+// Whether the candidates, three or four of them valid, come from several discs: whether their
+// centres differ.
 bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 {
     vec2 first = c0.tag != 0 ? c0.d : c1.d, d1 = c1.d - first, d2 = c2.d - first, d3 = c3.d - first;
@@ -52,8 +56,9 @@ bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
     return max(max(apart.x, apart.y), apart.z) > STP_PUSH_SAME * STP_PUSH_SAME;
 }
 
-// A pixel of the pulled level, fine, finished with the help of four of level l + 1: its parent, the ones beside that on
-// the pixel's side, along x and along y, and the one between these. pushed: it is no longer what was pulled.
+// Finishes a pixel of the pulled (fine) level from four of level l + 1: its parent, the parent's
+// neighbours on the pixel's side along x and along y, and the one diagonally between. pushed: the
+// pixel has changed.
 stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pixel beside_y, stp_pixel between,
                         out bool pushed)
 {
@@ -94,7 +99,8 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
 #endif
     p.tag = front.tag;
 
-    // Valid pixels stay, unless they lie behind their parent's interval and an ellipse in front.
+    // A valid pixel stays, unless it lies behind its parent's interval and an ellipse lies in front
+    // of it.
     bool occluded = parent_valid && own.z_min > c0.z_max && front.z_max < own.z_min;
     pushed = front.tag != 0 && (own.tag == 0 || occluded);
     if (!pushed)

@@ -1,16 +1,17 @@
-// Templates (Mar08, section 6): instead of a push, every pixel of level 0 looks for the ellipses that cover it, in
-// a window of STP_TEMPLATE x STP_TEMPLATE pixels of each level ("Templates" in README.md).
-// Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
+// Templates (Mar08, section 6) replace push: each pixel of level 0 searches every level for
+// ellipses that cover the pixel, in a window of STP_TEMPLATE x STP_TEMPLATE pixels ("Templates" in
+// README.md). Needs layout.glsl, project.glsl, pixel.glsl, ellipse.glsl, blend.glsl.
 
 #if STP_TEMPLATE
 
-// Whether a pixel's ellipse is too wide for the windows of this level, so that it goes on to the next.
+// Whether a pixel goes on to the next level, since its ellipse is too wide for this level's
+// windows.
 bool stp_template_carries(stp_pixel p, int level)
 {
     return 2.0 * stp_ellipse_radius_px(p) > float((STP_TEMPLATE - 1) << level);
 }
 
-// The pulled pixel `at` of a level.
+// The shape of the pulled pixel `at` of a level.
 uvec4 stp_template_shape(ivec2 at, int level)
 {
     return level == 0 ? texelFetch(fine_shape, at, 0) : texelFetch(coarse_shape, at, level - 1);
@@ -22,7 +23,7 @@ stp_pixel stp_template_pulled(ivec2 at, int level)
     return stp_pixel_unpack(stp_template_shape(at, level), paint);
 }
 
-// Whether a pixel of a level is searched there: it went no further, or was left behind a nearer one.
+// Whether a pixel is searched on this level: it goes no further, or was left behind a nearer pixel.
 bool stp_template_lives(stp_pixel p, ivec2 at, int level)
 {
     if (level == pyramid_level)
@@ -33,22 +34,23 @@ bool stp_template_lives(stp_pixel p, ivec2 at, int level)
 
 // An ellipse as seen from a point.
 struct stp_template_hit {
-    stp_pixel pixel; // z_min, z_max: where the ray meets its disc
+    stp_pixel pixel; // z_min, z_max: its interval where the ray meets its disc
     float q;
 };
 
-// Where no ellipse covers a pixel but some come near on three sides up to the first of these q, or on four up to the
-// second, the nearest does: merging opens gaps that no surface has.
+// If no ellipse covers a pixel, the nearest one still counts if ellipses come near on three sides
+// up to the first of these q, or on four sides up to the second: merging opens gaps that no surface
+// has.
 #define STP_TEMPLATE_GAP_3 3.0
 #define STP_TEMPLATE_GAP_4 6.0
 
 struct stp_template_gap {
-    uvec2 sides;   // bit sets of quadrants, of those up to STP_TEMPLATE_GAP_3, _4
-    float q;       // the least
+    uvec2 sides;   // bit sets of quadrants: with an ellipse up to STP_TEMPLATE_GAP_3, up to _4
+    float q;       // the least of all
     ivec3 nearest; // pixel and level
 };
 
-// Adds what comes near.
+// Adds an ellipse to the gap if it comes near.
 void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 at, int level)
 {
     if (hit.q > STP_TEMPLATE_GAP_4 || hit.pixel.tag == 0)
@@ -62,7 +64,8 @@ void stp_template_miss(inout stp_template_gap gap, stp_template_hit hit, ivec2 a
     }
 }
 
-// That of a pulled pixel c, `at` of a level, seen from pixel `here` of level 0, whose own counts as covering it.
+// The ellipse of pulled pixel c, `at` of a level, seen from pixel `here` of level 0. The pixel's
+// own ellipse always counts as covering it.
 stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level, vec3 ray)
 {
     c.d += stp_pixel_centre(at, level) - stp_pixel_centre(here, 0);
@@ -76,7 +79,7 @@ stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level,
     return stp_template_hit(c, q);
 }
 
-// Pixels of a level around `here`, row by row, as bits.
+// A bit set has one bit for each pixel of a window around `here`, row by row.
 #define STP_TEMPLATE_WORDS ((STP_TEMPLATE * STP_TEMPLATE + 31) / 32)
 #define STP_TEMPLATE_LEVELS 16
 
@@ -90,7 +93,7 @@ bool stp_template_closes(stp_template_gap gap)
     return bitCount(gap.sides.x) >= 3 || bitCount(gap.sides.y) == 4;
 }
 
-// What a gap is closed with.
+// The pixel that closes a gap.
 stp_pixel stp_template_close(stp_template_gap gap, ivec2 here, vec3 ray)
 {
     stp_pixel pulled = stp_template_pulled(gap.nearest.xy, gap.nearest.z);
@@ -99,14 +102,14 @@ stp_pixel stp_template_close(stp_template_gap gap, ivec2 here, vec3 ray)
     return p;
 }
 
-// A pixel of level 0 out of all levels up to pyramid_level: first the ellipses that cover it, and how deep the
-// front surface is; then the mean of those that lie in it.
+// Makes a pixel of level 0 from all levels up to pyramid_level. First finds the ellipses that cover
+// the pixel, and how deep the front surface is; then averages the ellipses of the front surface.
 stp_pixel stp_template(ivec2 here)
 {
     const int own_bit = STP_TEMPLATE * STP_TEMPLATE / 2;
     vec3 ray = stp_ray(stp_pixel_centre(here, 0));
     stp_pixel front = stp_pixel_invalid();
-    float end = STP_ELLIPSE_OUTSIDE; // of the interval that ends first: those that begin before it all meet
+    float end = STP_ELLIPSE_OUTSIDE; // least end of all intervals: those that begin before it all meet
     stp_template_gap gap = stp_template_gap(uvec2(0u), STP_ELLIPSE_OUTSIDE, ivec3(0));
     uint covers[STP_TEMPLATE_LEVELS * STP_TEMPLATE_WORDS];
     for (int level = 0; level <= pyramid_level; level++) {

@@ -1,12 +1,12 @@
-// The picture into the host's framebuffer, through the host's own depth test: covered pixels alone,
-// each at its depth in the host's terms.
+// Copies the picture into the host's framebuffer through the host's depth test: only covered
+// pixels, each at its depth as the host computes depth.
 
 layout(binding = 4) uniform sampler2D picture;       // RGBA, alpha 1 where covered
 layout(binding = 5) uniform sampler2D picture_depth; // along the camera's axis
 
 layout(location = 0) uniform ivec2 corner; // of the host's viewport, pixels
 layout(location = 1) uniform bool flipped; // the host's window has its origin at the upper left
-// Window depth is x + y / depth, orthographic x + y * depth; z and w: the host's range of it.
+// Window depth is x + y / depth (orthographic: x + y * depth); z and w: the host's depth range.
 layout(location = 2) uniform vec4 window_depth;
 layout(location = 3) uniform bool orthographic;
 layout(location = 4) uniform bool clamped;      // nothing is clipped by depth

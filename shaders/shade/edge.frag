@@ -1,19 +1,20 @@
-// Smooth edges: where a surface ends before a farther one, or before nothing, its pixels count as far as the
-// discs around them reach ("Smooth edges" in README.md). Software rasterisers skip the body of a loop that no
-// pixel of a block enters, but not that of an if.
+// Smooth edges: if a surface ends before a farther one, or before nothing, its pixels are covered
+// only as far as the discs around them reach ("Smooth edges" in README.md). Branches are written as
+// loops: software rasterisers skip a loop that no pixel of a block enters, but not the body of an
+// if.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 #include "pixel.glsl"
 
-// What lies so many pixels deeper than a pixel is another surface.
+// A depth that is so many pixels deeper belongs to another surface.
 #define STP_EDGE_STEP 64.0
-// Least radius, pixels, and least cosine to the ray of a disc.
+// Least radius of a disc in pixels, and least cosine between its normal and the ray.
 #define STP_EDGE_RADIUS 0.75
 #define STP_EDGE_COSINE 1e-3
 #define STP_EDGE_NONE -1e30
-// Of a pixel's samples the nearest is kept, which at an outline is the innermost. Where discs have a radius of less
-// than two pixels, others are lost that reach farther, the smaller the farther.
+// A pixel keeps its nearest sample, at an outline the innermost. If discs have a radius below two
+// pixels, samples that reach farther are lost; the smaller the discs, the more reach is lost.
 #define STP_EDGE_LOST 0.4
 
 layout(binding = 8) uniform sampler2D rough_picture;
@@ -21,7 +22,7 @@ layout(binding = 9) uniform sampler2D rough_depth; // 0 where nothing is
 
 layout(location = 0) out vec4 picture;
 
-// A depth so many pixels deeper.
+// The depth that lies so many pixels deeper.
 float stp_edge_deeper(float depth, float pixels)
 {
     return depth + pixels / stp_pixels_per_unit(depth);
@@ -32,14 +33,15 @@ bool stp_edge_behind(float depth, float far)
     return depth <= 0.0 || depth > far;
 }
 
-// The offset where it leads to what lies behind, else none.
+// The offset, if it leads to something behind; else zero.
 vec2 stp_edge_towards(ivec2 here, ivec2 last, ivec2 offset, float far)
 {
     ivec2 there = clamp(here + offset, ivec2(0), last);
     return stp_edge_behind(texelFetch(rough_depth, there, 0).x, far) ? vec2(offset) : vec2(0.0);
 }
 
-// How far along a direction from this pixel's centre a disc ends whose centre lies at an offset from it.
+// How far a disc reaches from this pixel's centre along `outward`. offset: from the pixel to the
+// disc's centre.
 float stp_edge_reach(stp_pixel c, vec2 offset, vec2 outward, vec3 ray)
 {
     float inverse = 1.0 / max(c.radius * stp_pixels_per_unit(c.z_min), STP_EDGE_RADIUS);
@@ -55,13 +57,15 @@ float stp_edge_reach(stp_pixel c, vec2 offset, vec2 outward, vec3 ray)
     return root >= 0.0 ? (sqrt(root) - b) / a + lost : STP_EDGE_NONE;
 }
 
-// The farthest that the discs of this pixel's surface, between two depths, reach: of the projected samples around
-// it and of the four pixels that push would take, where there are any.
+// The farthest reach of the discs of this pixel's surface, with depths between near and far: of the
+// projected samples around the pixel, and of the four pixels that push would take, if there are
+// any.
 float stp_edge_farthest(ivec2 here, ivec2 last, vec2 outward, float near, float far)
 {
     vec3 ray = stp_ray(gl_FragCoord.xy);
     float reach = STP_EDGE_NONE;
-    for (int i = 0; i < 9 + 4 * pyramid_level; i++) { // one loop: each costs all pixels, entered or not
+    // One loop, since each loop costs all pixels, entered or not.
+    for (int i = 0; i < 9 + 4 * pyramid_level; i++) {
         bool coarse = i >= 9;
         int k = i - 9;
         ivec2 side = (2 * (here & 1) - 1) * ivec2(k & 1, k >> 1);

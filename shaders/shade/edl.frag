@@ -1,16 +1,16 @@
-// Eye-dome lighting (Boucheny 2009): how much of a pixel's light its nearer neighbours leave it, from
+// Eye-dome lighting (Boucheny 2009): darkens a pixel by how much nearer its neighbours are, from
 // depths alone. Multiplied into the picture.
 #include "layout.glsl"
 
-// Of a pixel of depth difference, where the strength is 1.
+// The darkening by one pixel of depth difference at strength 1.
 #define STP_EDL_SHARE 0.15
 
 layout(binding = 4) uniform sampler2D picture_depth; // 0 where nothing is
 
 layout(location = 0) out vec4 light;
 
-// How many pixels one depth lies behind another. In perspective by the logarithm, so that a slope is as
-// dark far away as near by.
+// How many pixels `depth` lies behind `other`. In perspective by the logarithm, so that a slope is
+// equally dark far away and near by.
 float stp_edl_behind(float depth, float other)
 {
     float behind = STP_ORTHOGRAPHIC != 0 ? depth - other : log(depth / other);

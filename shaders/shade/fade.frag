@@ -1,24 +1,25 @@
-// Fades level changes: a pixel whose surface was drawn at another level in the last frame keeps the
-// difference to what was shown there, and loses a share of it with each frame ("Fading" in README.md).
+// Fades level changes. If a pixel's surface was drawn at another level in the last frame, the pixel
+// keeps the difference from what was shown, and loses a share of it each frame ("Fading" in
+// README.md).
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 
-// Of the last frame the difference is rounded away once it is less than half of this.
+// A difference below half of this step is dropped.
 #define STP_FADE_STEP (1.0 / 255.0)
-// The same surface: depths that differ by no more than this share.
+// Two depths belong to the same surface if they differ by at most this share.
 #define STP_FADE_DEPTH 0.01
 
 layout(binding = 4) uniform sampler2D fresh_picture;
 layout(binding = 5) uniform sampler2D fresh_depth;
-layout(binding = 6) uniform usampler2D fresh_mark; // depth in the tree and level of what is drawn
+layout(binding = 6) uniform usampler2D fresh_mark; // the surface's depth in the tree and level
 layout(binding = 7) uniform sampler2D last_picture; // as shown
 layout(binding = 8) uniform sampler2D last_depth;
 layout(binding = 9) uniform usampler2D last_mark;
 layout(binding = 10) uniform sampler2D last_difference;
 
-layout(location = 8) uniform float kept;       // share of a difference that stays; 0: nothing is known
-layout(location = 9) uniform vec3 way;         // eye minus the last frame's
+layout(location = 8) uniform float kept;       // share of a difference that stays; 0: no last frame
+layout(location = 9) uniform vec3 way;         // the eye's position minus that of the last frame
 layout(location = 10) uniform mat3 last_axes;  // rows: right, up, back
 layout(location = 11) uniform float last_f;
 
@@ -27,7 +28,7 @@ layout(location = 1) out float depth;
 layout(location = 2) out uint mark;
 layout(location = 3) out vec4 difference;
 
-// Window coordinates and depth in the last frame of what is at a pixel now.
+// Where the surface at a pixel was in the last frame: window coordinates and depth.
 vec3 stp_last_window(vec2 window, float at_depth)
 {
     const bool orthographic = STP_ORTHOGRAPHIC != 0;

@@ -1,4 +1,4 @@
-// The last push and the shading at once, as finish.frag.
+// Does the last push and the shading at once, as finish.frag does.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -11,7 +11,7 @@
 #include "shade.glsl"
 
 layout(r32ui, binding = 0) writeonly uniform uimage2D picture; // RGBA8
-layout(r32f, binding = 1) writeonly uniform image2D depth;     // z_min, 0 where nothing is
+layout(r32f, binding = 1) writeonly uniform image2D depth;     // z_min, 0 where empty
 #if STP_FADE
 layout(r8ui, binding = 2) writeonly uniform uimage2D mark;
 #endif
@@ -43,7 +43,7 @@ void stp_put_rest(ivec2 here, stp_made made, bool wanted)
 #endif
 }
 
-// What goes to one image is written at once: stores by turns to several cost a software driver twice as much.
+// Writes image by image: alternating stores to several images cost a software driver twice as much.
 void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
 {
     stp_put_picture(here, made, wanted.x);

@@ -1,4 +1,5 @@
-// The last push and the shading at once: level 0, the largest, is never written and read again.
+// Does the last push and the shading at once, so that level 0, the largest, is not written and read
+// again.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -10,7 +11,7 @@
 #include "shade.glsl"
 
 layout(location = 0) out vec4 picture;
-layout(location = 1) out float depth; // z_min, 0 where nothing is
+layout(location = 1) out float depth; // z_min, 0 where empty
 #if STP_FADE
 layout(location = 2) out uint mark;
 #endif

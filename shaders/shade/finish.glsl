@@ -1,5 +1,5 @@
-// A finished pixel: by push, by templates or by splatting. Needs layout.glsl, project.glsl, pixel.glsl,
-// ellipse.glsl, blend.glsl.
+// Finishes a pixel: by push, by templates or by splatting. Needs layout.glsl, project.glsl,
+// pixel.glsl, ellipse.glsl, blend.glsl.
 #include "push.glsl"
 #include "template.glsl"
 #include "splat_sum.glsl"

@@ -1,4 +1,5 @@
-// Projection keeps the name of the nearest sample only; resolve.frag reads the rest once a pixel.
+// Projection keeps only the name of the nearest sample; resolve.frag then reads the sample once per
+// pixel.
 flat in uint id;
 
 layout(location = 0) out uint nearest;

@@ -1,6 +1,6 @@
-// Colours for what has none.
+// Palettes: colours for values that are not colours.
 
-// Five colours at even steps, straight between them; x in 0..1.
+// Interpolates five colours at even steps; x in 0..1.
 vec3 stp_palette_between(vec3 a, vec3 b, vec3 c, vec3 d, vec3 e, float x)
 {
     vec4 part = clamp(4.0 * x - vec4(0.0, 1.0, 2.0, 3.0), 0.0, 1.0);
@@ -14,8 +14,8 @@ vec3 stp_palette_heat(float x)
     return clamp(vec3(x - 1.0, x < 1.0 ? x : 3.0 - x, 1.0 - x), 0.0, 1.0) * 0.9 + 0.05;
 }
 
-// What STP_PALETTE says of a value, clamped to 0..1. Viridis by five of its colours (van der Walt and
-// Smith 2015).
+// The colour of a value clamped to 0..1, by STP_PALETTE. Viridis by five of its colours (van der
+// Walt and Smith 2015).
 vec3 stp_palette_ramp(float x)
 {
     x = clamp(x, 0.0, 1.0);
@@ -39,9 +39,9 @@ vec3 stp_palette_hash(uint x)
     return 0.25 + 0.75 * vec3(float(x & 255u), float(x >> 8 & 255u), float(x >> 16 & 255u)) / 255.0;
 }
 
-// Classes by the numbers of the ASPRS LAS specification: ground brown, plants green by height,
-// buildings red, water blue, roads and rails greys, wires yellow, noise magenta; what is unclassified or
-// reserved light grey; numbers of users' own by hash.
+// Colours of classes, numbered by the ASPRS LAS specification: ground brown, plants green by
+// height, buildings red, water blue, roads and rails grey, wires yellow, noise magenta,
+// unclassified and reserved light grey. User-defined numbers are coloured by hash.
 vec3 stp_palette_class(uint number)
 {
     const vec3 colours[23] = vec3[](
@@ -54,7 +54,8 @@ vec3 stp_palette_class(uint number)
     return number < 23u ? colours[number] : stp_palette_hash(number);
 }
 
-// Normals fitted to the nearest neighbours green, to wider planes yellow and red, the input's blue.
+// Normals fitted to the nearest neighbours: green; to wider planes: yellow and red; from the input:
+// blue.
 vec3 stp_palette_fit(uint fit)
 {
     const vec3 colours[4] = vec3[](vec3(0.30, 0.70, 0.35), vec3(0.95, 0.80, 0.25), vec3(0.90, 0.30, 0.20),
@@ -62,13 +63,13 @@ vec3 stp_palette_fit(uint fit)
     return colours[fit];
 }
 
-// Outliers magenta, all else grey by its own brightness.
+// Outliers magenta, other samples grey by their own brightness.
 vec3 stp_palette_outlier(bool outlier, vec3 colour)
 {
     return outlier ? vec3(0.90, 0.20, 0.80) : vec3(0.2 + 0.5 * dot(colour, vec3(0.299, 0.587, 0.114)));
 }
 
-// Green is the finest level of a patch, then yellow, orange, red; the deeper the chunk, the brighter.
+// By level of the patch green (finest), yellow, orange, red; the deeper the chunk, the brighter.
 vec3 stp_palette_level(int level, int depth)
 {
     const vec3 colours[5] = vec3[](vec3(0.2, 0.75, 0.3), vec3(0.9, 0.85, 0.25), vec3(0.95, 0.55, 0.2),
@@ -76,7 +77,8 @@ vec3 stp_palette_level(int level, int depth)
     return colours[level] * (1.0 - 0.5 * exp2(-float(depth)));
 }
 
-// Measured pixels green; interpolated ones from yellow to red with the pyramid level they come from.
+// Measured pixels green, interpolated pixels from yellow to red by the pyramid level they come
+// from.
 vec3 stp_palette_confidence(int source)
 {
     return source == 0 ? vec3(0.2, 0.75, 0.3) : vec3(1.0, max(0.0, 1.0 - float(source - 1) / 5.0), 0.1);

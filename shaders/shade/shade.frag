@@ -1,4 +1,4 @@
-// The picture where nothing is reconstructed: level 0 as resolved.
+// Shades level 0 as resolved, if nothing is reconstructed.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -7,7 +7,7 @@
 #include "shade.glsl"
 
 layout(location = 0) out vec4 picture;
-layout(location = 1) out float depth; // z_min, 0 where nothing is
+layout(location = 1) out float depth; // z_min, 0 where empty
 #if STP_FADE
 layout(location = 2) out uint mark;
 #endif

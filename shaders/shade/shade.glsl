@@ -12,7 +12,7 @@ vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
            0.16 * x16 * x16 * x8;
 }
 
-// The normal of a tube that is lit most from a direction, or faces it most: that across the tangent.
+// A tube's normal: the direction across the tangent that is nearest to `towards`.
 vec3 stp_tube_normal(vec3 tangent, vec3 towards)
 {
     vec3 n = towards - tangent * dot(towards, tangent);
@@ -20,7 +20,7 @@ vec3 stp_tube_normal(vec3 tangent, vec3 towards)
     return norm > 1e-12 ? n * inversesqrt(norm) : towards;
 }
 
-// What tubes turn to: the light, or where the picture is taken for its normals, the eye.
+// The direction that tubes' normals turn to: the light; for pictures of normals, the eye.
 #if STP_SHADE == STP_SHADE_PHONG || STP_OVERLAY
 #define STP_SHADE_TOWARDS normalize(vec3(0.35, 0.45, 1.0))
 #elif STP_SHADE == STP_SHADE_LAMBERT
@@ -29,7 +29,7 @@ vec3 stp_tube_normal(vec3 tangent, vec3 towards)
 #define STP_SHADE_TOWARDS v
 #endif
 
-// RGBA, alpha 1 where covered. window: of the pixel's centre.
+// RGBA, alpha 1 where covered. window: the pixel's centre.
 vec4 stp_shade(stp_pixel p, vec2 window)
 {
     vec3 v = -stp_ray(window);
@@ -50,7 +50,7 @@ vec4 stp_shade(stp_pixel p, vec2 window)
     c = mix(p.colour, c, colour_range.z);
 #endif
 #else
-    vec3 c = p.colour; // as it is; of level, chunk or error, written at projection
+    vec3 c = p.colour; // unlit; for level, chunk or error, written at projection
 #endif
 #if STP_OVERLAY
     c = stp_phong(c, n, v);

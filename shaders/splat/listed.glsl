@@ -1,19 +1,19 @@
-// The samples that a picture projects, for compute shaders: an invocation is one of them. Some are in runs, others
-// in a list. Needs layout.glsl, patch.glsl, runs.glsl.
+// The samples that a picture projects, one per invocation of a compute shader. The samples are in
+// runs or in a list. Needs layout.glsl, patch.glsl, runs.glsl.
 
 layout(local_size_x = STP_GROUP_RUNS * STP_RUN_SAMPLES) in;
 
-layout(binding = 9) uniform usamplerBuffer run_texture;     // of the runs' buffer
-layout(binding = 10) uniform samplerBuffer lattice_texture; // and the lattices'
+layout(binding = 9) uniform usamplerBuffer run_texture;     // the buffer of runs
+layout(binding = 10) uniform samplerBuffer lattice_texture; // the buffer of lattices
 
 layout(std430, binding = 1) readonly buffer stp_listed_block {
     uint listed[];
 };
 
-layout(location = 4) uniform uint listed_count; // 0: the runs
+layout(location = 4) uniform uint listed_count; // 0: use the runs
 
-// A sample, its lattice relative to the eye, and what is known of its patch (stp_culled); false where there is no
-// sample for this invocation.
+// Finds the sample of this invocation, its lattice relative to the eye, and `opened` for
+// stp_culled. False if this invocation has no sample.
 bool stp_find(out uint index, out vec4 lattice, out bool opened)
 {
     opened = true;
@@ -39,7 +39,8 @@ bool stp_find(out uint index, out vec4 lattice, out bool opened)
     return true;
 }
 
-// Of the runs alone: no road looks at listed samples one by one (runtime/draw/runs.h).
+// Counts a dropped sample of the runs. No road checks listed samples one by one
+// (runtime/draw/runs.h).
 void stp_count_dropped()
 {
     if (listed_count == 0u)

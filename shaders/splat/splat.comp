@@ -1,5 +1,5 @@
-// Splatting, first step: an invocation is a sample. In one pass over all of them the bins of their splats are counted,
-// in another the splats are listed there.
+// Splatting, first step; an invocation is a sample. One pass counts the splats of each bin, another
+// pass writes the lists.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -17,21 +17,21 @@
 layout(std430, binding = 4) buffer stp_bins_block {
     uint levels_used; // bit set
     uint spare[3];
-    uint bins[]; // counts, then where they begin, then where they end
+    uint bins[]; // first counts, then where lists begin, then where lists end
 };
 
-// Of each bin its splats: window position, 1 / radius in pixels, depth; normal's x and y, how deep the interval is, with
-// the sign of the normal's z, and which splat it is.
+// Two vec4 for each splat of a bin. First: window position, 1 / radius in pixels, depth. Second:
+// normal x and y; depth of the interval with the sign of the normal's z; number of the splat.
 layout(std430, binding = 5) writeonly buffer stp_lists_block {
     vec4 lists[];
 };
 
 layout(std430, binding = 6) writeonly buffer stp_looks_block {
-    uvec2 looks[]; // of each splat: its colour, its sample
+    uvec2 looks[]; // by splat: colour, sample
 };
 
 layout(location = 1) uniform bool listing;
-layout(location = 5) uniform uint first_splat; // of these invocations
+layout(location = 5) uniform uint first_splat; // number of the first invocation's splat
 
 uint stp_splat_colour_pack(vec3 colour)
 {
@@ -48,7 +48,7 @@ void stp_bin_add(uint bin, stp_splat s, uint splat)
     lists[at + 1u] = vec4(s.normal.xy, s.normal.z < 0.0 ? -s.extent : s.extent, uintBitsToFloat(splat));
 }
 
-// Adds a splat to the bins that the box around it touches.
+// Adds a splat to the bins that its bounding box touches.
 void stp_splat_list(stp_splat s, uint splat)
 {
     vec2 size = stp_splat_size(s);
@@ -88,7 +88,7 @@ void main()
     stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, lattice.xyz, lattice.w)), id, vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
     stp_splat s = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
-    if (p.radius <= 0.0) // its own pixel
+    if (p.radius <= 0.0) // covers only its own pixel
         s.place.xyz = vec3(vec2(pixel) + 0.5, 1e6);
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     uint splat = first_splat + group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;

@@ -1,14 +1,14 @@
-// What of the picture a splat may cover. Needs layout.glsl, project.glsl, ellipse.glsl.
+// Which part of the picture a splat may cover. Needs layout.glsl, project.glsl, ellipse.glsl.
 
 struct stp_splat {
     vec4 place;   // window position of the centre, 1 / radius in pixels, depth
     vec3 normal;
-    float extent; // how deep its interval is
+    float extent; // depth of its interval
 };
 
-// How far the image of a disc reaches along a direction of the window, from that of its centre: the most that
-// radius_px (u.xy + ray u.z) . direction comes to, u on the unit disc's rim, where the depth is `nearest` times the
-// centre's or more.
+// How far the image of a disc reaches from its centre's image along a direction of the window: the
+// greatest value of radius_px (u.xy + ray u.z) . direction over the unit disc's rim u, if depths on
+// the disc are at least `nearest` times the centre's depth.
 float stp_splat_reach(vec2 direction, vec2 ray, vec3 normal, float radius_px, float nearest)
 {
     vec3 g = vec3(direction, dot(direction, ray));
@@ -18,13 +18,14 @@ float stp_splat_reach(vec2 direction, vec2 ray, vec3 normal, float radius_px, fl
     return sqrt(part * radius_px * radius_px + least) / nearest;
 }
 
-// Half the box around it, from the centre; infinite where the disc may reach the eye.
+// Half the size of the bounding box, from the centre; infinite if the disc may reach the eye.
 vec2 stp_splat_size(stp_splat s)
 {
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
     vec2 ray = orthographic ? vec2(0.0) : (s.place.xy - centre.xy) / viewport.z;
     float radius_px = 1.0 / s.place.z;
-    float rises = radius_px / viewport.z * sqrt(max(1.0 - s.normal.z * s.normal.z, 0.0)); // over the depth
+    // How far the disc comes nearer than its centre, divided by the depth.
+    float rises = radius_px / viewport.z * sqrt(max(1.0 - s.normal.z * s.normal.z, 0.0));
     float nearest = orthographic ? 1.0 : 1.0 - rises;
     if (nearest * s.place.w <= viewport.w)
         return vec2(STP_ELLIPSE_OUTSIDE);

@@ -1,5 +1,5 @@
-// Splatting, visibility pass: of each pixel the least end of the intervals of all splats that cover it, and whose
-// it is. What begins before that end is the front surface.
+// Splatting, visibility pass: finds the least end of the intervals of all splats that cover a
+// pixel, and the splat that has it. Splats that begin before that end are the front surface.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

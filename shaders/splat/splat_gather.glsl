@@ -1,22 +1,22 @@
-// Splatting, second step: a pixel looks at all splats in its bins. Needs layout.glsl, project.glsl, ellipse.glsl,
-// splat_bins.glsl. A pass includes it with its stp_splat_take, which takes one.
+// Splatting, second step: a pixel visits all splats in its bins. Needs layout.glsl, project.glsl,
+// ellipse.glsl, splat_bins.glsl. The including pass defines stp_splat_take, which takes one splat.
 
-layout(binding = 9) uniform usamplerBuffer bin_texture; // where they end
+layout(binding = 9) uniform usamplerBuffer bin_texture; // where the lists of bins end
 layout(binding = 10) uniform samplerBuffer list_texture;
 layout(binding = 11) uniform usamplerBuffer look_texture;
 
 layout(location = 1) uniform uint levels_used;
 
-// What a pixel has of the splats that cover it.
+// What a pixel has collected from the splats that cover it.
 struct stp_splat_pixel {
     vec2 window;
     vec2 ray;      // (x, y, -1), through the pixel's centre
     float slant;   // length of the ray
-    float end;     // the least end of their intervals
+    float end;     // least end of the splats' intervals
     float front_q;
-    uint front;    // the splat whose interval ends there, of equals that of least q
-    vec4 normal;   // sums, and of the weights
-    vec4 colour;   // likewise, and of how far before the end the splats lie
+    uint front;    // the splat whose interval ends there; of equals the one of least q
+    vec4 normal;   // sum; w: sum of the weights
+    vec4 colour;   // sum; w: sum of the distances of splats before the end
 };
 
 // A splat as a pixel sees it.
@@ -29,7 +29,7 @@ struct stp_splat_seen {
 
 void stp_splat_take(inout stp_splat_pixel p, stp_splat_seen s);
 
-// Where the pixel's ray meets a disc (ellipse.glsl, without its normalised ray).
+// Where the pixel's ray meets a disc (as ellipse.glsl, but without normalising the ray).
 stp_splat_seen stp_splat_see(stp_splat_pixel p, int at)
 {
     vec4 place = texelFetch(list_texture, 2 * at);
@@ -56,7 +56,7 @@ stp_splat_pixel stp_splat_begin(ivec2 here, float end)
 
 void stp_splat_walk(inout stp_splat_pixel p, ivec2 here)
 {
-    int begin = STP_BIN_HEAD - 1; // bins know where those before them end
+    int begin = STP_BIN_HEAD - 1; // a bin begins where the bin before it ends
     for (int level = 0; levels_used >> level != 0u; level++) {
         ivec2 grid = stp_bin_grid(level), at = here >> STP_BIN_BITS + level;
         int bin = begin + at.y * grid.x + at.x;

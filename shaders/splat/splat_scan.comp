@@ -1,5 +1,5 @@
-// Splatting, second step: counts of bins become where they begin. Blocks of bins are added up, then the blocks,
-// then each block's bins.
+// Splatting, second step: turns the counts of bins into the places where their lists begin. Step 0
+// adds up each block of bins, step 1 the blocks, step 2 the bins within each block.
 #include "layout.glsl"
 #include "splat_bins.glsl"
 
@@ -9,13 +9,13 @@ layout(std430, binding = 4) buffer stp_bins_block {
     uint levels_used;
     uint total;
     uint spare[2];
-    uint bins[]; // and then the blocks' sums
+    uint bins[]; // followed by the sums of blocks
 };
 
 layout(location = 1) uniform uint step;
-layout(location = 4) uniform uint bin_count; // without the sums
+layout(location = 4) uniform uint bin_count; // without the sums of blocks
 
-// Adds up items in place, from the first on: each becomes the sum of those before it.
+// Prefix sum in place: each item becomes the sum of the items before it.
 uint stp_scan(uint begin, uint end, uint sum)
 {
     for (uint i = begin; i < end; i++) {

@@ -1,10 +1,12 @@
-// Splatting, normalisation: level 0 as finished. Needs pixel.glsl, project.glsl.
+// Splatting, last step: divides sums by weights, which gives level 0 as finished. Needs pixel.glsl,
+// project.glsl.
 
 layout(binding = 8) uniform sampler2D front_end;
 layout(binding = 9) uniform sampler2D normal_sum;
 layout(binding = 10) uniform sampler2D colour_sum;
 
-// The front sample's pixel, with the means of its surface; of a segment or triangle its own.
+// The front sample's pixel, with the means of its surface; a segment or triangle keeps its own
+// values.
 stp_pixel stp_splat_sum(ivec2 here)
 {
     stp_pixel p = stp_pixel_fine(here);

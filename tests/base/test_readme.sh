@@ -1,19 +1,23 @@
 #!/usr/bin/env bash
-# What the README says of commands and options is what the programs' help says.
+# What README and the pages of docs/ say of commands and options is what the programs' help says.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
 "$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
-readme=$(tr '\n' ' ' <"$SOURCE/README.md" | tr -s ' ')
+# docs/format-2.md and docs/plan.md tell of what is not there yet.
+mapfile -t pages < <(ls "$SOURCE"/README.md "$SOURCE"/docs/*.md "$SOURCE"/benchmarks/README.md |
+    grep -v '/docs/\(format-2\|plan\)\.md$')
+text=$(cat "${pages[@]}" | tr '\n' ' ' | tr -s ' ')
 commands=$("$STIPPLE" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p')
 
 # Help of every program and script.
 for name in $commands; do
-    "$STIPPLE" "$name" --help
-done >"$FOLDER/help"
+    "$STIPPLE" "$name" --help >"$FOLDER/help-$name"
+done
+cat "$FOLDER"/help-* >"$FOLDER/help"
 "${STIPPLE%/*}/stipple-bench" --help >>"$FOLDER/help" || fail "stipple-bench has no help"
 for script in install-deps demo check gallery fetch-datasets bench/first-light bench/first-picture bench/scale \
-    bench/table; do
+    bench/table site; do
     bash "$SOURCE/tools/$script" --help
 done >>"$FOLDER/help"
 
@@ -25,23 +29,29 @@ while read -r usage; do
         fail "'$usage' is not the usage that its help gives"
 done < <(sed -n 's/^| `\(stipple [^`]*\)`.*/\1/p' "$SOURCE/README.md")
 
-# Options but cmake's, whose commands are left out.
+# Options but cmake's and ctest's, whose commands are left out.
 while read -r option; do
     grep -qE -- "(^|[^a-z-])$option([^a-z-]|$)" "$FOLDER/help" || fail "$option is in no help"
-done < <(sed 's/`cmake [^`]*`//g' <<<"$readme" | grep -oE -- '--[a-z][a-z-]*' | sort -u)
+done < <(sed 's/`c\(make\|test\) [^`]*`//g' <<<"$text" | grep -oE -- '--[a-z][a-z-]*' | sort -u)
 
 # Choices in full: every word of them.
 while read -r choice; do
     grep -qE -- "$choice( |$)" "$FOLDER/help" || fail "$choice is in no help"
-done < <(grep -oE -- '--[a-z-]+ [a-z0-9]+(\|[a-z0-9]+)+' <<<"$readme" | sed 's/|/[|]/g' | sort -u)
+done < <(grep -oE -- '--[a-z-]+ [a-z0-9]+(\|[a-z0-9]+)+' <<<"$text" | sed 's/|/[|]/g' | sort -u)
 
-# Shapes, and links within the project.
+# What is shown as a line to type: a command with options of its own.
+while read -r line; do
+    name=$(sed -E 's/^(build\/release\/)?stipple ([a-z]+).*/\2/' <<<"$line")
+    grep -qxF "$name" <<<"$commands" || fail "'$line': no command $name"
+    while read -r option; do
+        grep -qE -- "(^|[^a-z-])$option([^a-z-]|$)" "$FOLDER/help-$name" || fail "'$line': $name has no $option"
+    done < <(grep -oE -- '--[a-z][a-z-]*' <<<"$line")
+done < <(grep -hoP '^    \Kstipple [a-z].*' "${pages[@]}")
+
+# Shapes. (Links: test_docs.sh.)
 shapes=$(sed -n 's/.*known surface: `\([a-z ]*\)`.*/\1/p' "$SOURCE/README.md")
 [ -n "$shapes" ] || fail "no shapes in the table"
 for shape in $shapes; do
     "$STIPPLE" gen "$shape" -n 1 -o "$FOLDER/shape.ply" --quiet --force || fail "no shape $shape"
 done
-while read -r link; do
-    [ -e "$SOURCE/$link" ] || fail "$link is not there"
-done < <(grep -oP '\]\(\K[^)#]+' "$SOURCE/README.md")
 end_test

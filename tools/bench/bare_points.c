@@ -1,4 +1,4 @@
-/* Bare one-pixel points. */
+/* Draws bare one-pixel points. */
 #include "tools/bench/bare_points.h"
 
 #include "base/clock.h"
@@ -44,7 +44,8 @@ static stp_status create_program(GLuint *out, stp_error *err)
     return STP_OK;
 }
 
-/* From positions relative to the ball's centre to clip coordinates, columns first. */
+/* Sets the matrix from positions relative to the ball's centre to clip coordinates, columns first.
+ */
 static void set_clip(GLuint program, const stp_model *model, const stp_view *view)
 {
     const stp_dvec3 rows[3] = {view->right, view->up, view->back};
@@ -57,7 +58,7 @@ static void set_clip(GLuint program, const stp_model *model, const stp_view *vie
         for (int k = 0; k < 4; k++)
             if (i < 2) {
                 m[4 * k + i] = (float)(scale[i] * r[k]);
-            } else { /* -r is the depth */
+            } else { /* the depth is -r */
                 m[4 * k + 2] = (float)(-r[k] * (view->ball_far + view->ball_near) / range);
                 m[4 * k + 3] = (float)-r[k];
             }

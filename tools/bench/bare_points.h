@@ -1,5 +1,5 @@
-/* The yardstick: every level-0 sample of a model as a bare one-pixel point, position only, in one
- * buffer and one draw call. Threads: the thread of the GL context. */
+/* The yardstick: draws every level-0 sample of a model as a bare one-pixel point, position only,
+ * from one buffer in one draw call. Threads: the thread of the GL context. */
 #ifndef STP_TOOLS_BENCH_BARE_POINTS_H
 #define STP_TOOLS_BENCH_BARE_POINTS_H
 
@@ -17,7 +17,7 @@ stp_status bare_points_create(bare_points *out, const stp_model *model, const st
                               stp_error *err);
 void bare_points_destroy(bare_points *points);
 
-/* Draws once and waits for the GPU; *ms is how long that took. Errors: GL. */
+/* Draws once and waits for the GPU. *ms is the time that took. Errors: GL. */
 stp_status bare_points_draw(const bare_points *points, double *ms, stp_error *err);
 
 #endif

@@ -1,4 +1,4 @@
-/* stipple-bench: how long a frame takes by each road, measured in turns in one run. */
+/* stipple-bench: measures how long a frame takes by each road, in turns in one run. */
 #include "base/clock.h"
 #include "runtime/gl/gl_context.h"
 #include "tools/bench/decode_run.h"
@@ -17,19 +17,23 @@ static int run(int argc, char **argv);
 static const cli_command bench = {
     .name = "bench",
     .program = "stipple-bench",
-    .summary = "how long a frame takes by each road",
+    .summary = "measure how long a frame takes by each road",
     .usage = "stipple-bench M.stipple [options]",
     .details =
         "Draws the whole model headless by each road in turns, A B C ... A B C ..., and prints "
         "one\n"
         "table of medians. `points` is the yardstick: every sample as a bare one-pixel point,\n"
-        "without a surface; `splat` an ellipse for each sample, by compute shaders; at 0 px every\n"
-        "sample is drawn. `frame` is of frames drawn at a stretch; project, pull-push and shade\n"
-        "are of frames that wait between the stages, of which the GPU's own clock (timestamps)\n"
-        "tells below. Loading is not counted.\n"
-        "--first prints, stage by stage, milliseconds by the clock and of processors until the\n"
-        "first picture: process (before the program's first line; its clock stands in `begun`,\n"
-        "seconds since 1970), context, open, root, and draw, of which frame is not compiling.",
+        "without a surface. `splat` draws an ellipse for each sample with compute shaders. At 0 "
+        "px\n"
+        "every sample is drawn. The column frame times frames drawn without waiting in between.\n"
+        "The columns project, pull-push and shade time frames that wait between stages; the "
+        "second\n"
+        "table shows the same frames by the GPU's own clock (timestamps). Loading is not counted.\n"
+        "--first prints, stage by stage, the milliseconds of the clock and of the processors "
+        "until\n"
+        "the first picture: process (before the program's first line; `begun` is its time in\n"
+        "seconds since 1970), context, open, root and draw. `frame` is the part of draw that does\n"
+        "not compile shaders.",
     .run = run,
 };
 
@@ -51,7 +55,7 @@ typedef struct bench_state {
     stp_view view;
 } bench_state;
 
-/* The table of roads. */
+/* Prints the table of roads. */
 static stp_status bench_roads(const bench_state *s, const options *o, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -72,7 +76,7 @@ done:
     return status;
 }
 
-/* The rate that is held, in one line. */
+/* Prints the rate that is held, in one line. */
 static stp_status bench_pace(const bench_state *s, const options *o, stp_error *err)
 {
     pace_run_result r;
@@ -91,7 +95,7 @@ static stp_status bench_pace(const bench_state *s, const options *o, stp_error *
     return status;
 }
 
-/* How soon the model looks like itself, in one line. */
+/* Prints how soon the model looks like itself, in one line. */
 static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
 {
     open_run_result r;
@@ -107,7 +111,8 @@ static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
     return status;
 }
 
-/* One line: the sum over the stops of what chunks cost, then each stop's two frames. */
+/* Prints one line: the cost of chunks, summed over the stops, then the times of each stop's two
+ * frames. */
 static stp_status bench_stops(const bench_state *s, const options *o, stp_error *err)
 {
     stops_run_result r;
@@ -177,19 +182,26 @@ static int run(int argc, char **argv)
     size_t count = 0;
     stp_error err = {0};
     const cli_option list[] = {
-        {"--size", 0, CLI_EXTENT, o.size, "WxH", "of the picture in pixels (1024x1024)", NULL},
-        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "rounds to measure (9)", NULL},
-        {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "for samples on the GPU (2G)", NULL},
-        {"--cpu-memory", 0, CLI_BYTES, &o.cpu_memory, "SIZE", "for chunks (1G)", NULL},
+        {"--size", 0, CLI_EXTENT, o.size, "WxH", "size of the picture in pixels (1024x1024)", NULL},
+        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "number of rounds to measure (9)", NULL},
+        {"--gpu-memory", 0, CLI_BYTES, &o.gpu_memory, "SIZE", "memory for samples on the GPU (2G)",
+         NULL},
+        {"--cpu-memory", 0, CLI_BYTES, &o.cpu_memory, "SIZE", "memory for chunks (1G)", NULL},
         {"--roads", 0, CLI_STRING, &o.roads, "LIST",
-         "points,full,geometry,compute,cpu,splat, some of them, or compute:1 (all)", NULL},
-        {"--csv", 0, CLI_FLAG, &o.csv, NULL, "every round's times as CSV instead of a table", NULL},
-        {"--first", 0, CLI_FLAG, &o.first, NULL, "time this process's first picture instead", NULL},
-        {"--open", 0, CLI_FLAG, &o.open, NULL, "how soon it looks like itself, instead", NULL},
-        {"--stops", 0, CLI_FLAG, &o.stops, NULL, "a cold flight with six stops, instead", NULL},
+         "some of points,full,geometry,compute,cpu,splat, or with a threshold: compute:1 (all)",
+         NULL},
+        {"--csv", 0, CLI_FLAG, &o.csv, NULL, "print every round's times as CSV instead of a table",
+         NULL},
+        {"--first", 0, CLI_FLAG, &o.first, NULL, "instead, time this process's first picture",
+         NULL},
+        {"--open", 0, CLI_FLAG, &o.open, NULL, "instead, time how soon the model looks like itself",
+         NULL},
+        {"--stops", 0, CLI_FLAG, &o.stops, NULL, "instead, time a cold flight with six stops",
+         NULL},
         {"--decode", 0, CLI_STRING, &o.decode, "N.stipple",
-         "decode it and M in turns, one thread, instead", NULL},
-        {"--fps", 0, CLI_NUMBER, &o.fps, "N", "how well N frames a second are held, instead", NULL},
+         "instead, decode N and M in turns on one thread", NULL},
+        {"--fps", 0, CLI_NUMBER, &o.fps, "N",
+         "instead, measure how well N frames a second are held", NULL},
     };
     int code = cli_parse(&bench, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1, &count,
                          &common);
@@ -212,7 +224,7 @@ static int run(int argc, char **argv)
     }
     if (o.decode)
         return bench_decode(&o, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
-    cli_progress(&common); /* Ctrl-C from here on is asked for between rounds */
+    cli_progress(&common); /* from here on, Ctrl-C is checked between rounds */
     return run_bench(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&bench, &err);
 }
 

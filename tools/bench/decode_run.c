@@ -1,4 +1,4 @@
-/* Chunk by chunk, first by one file's codec, then by the other's. */
+/* Decodes chunk by chunk, first with one file's codec, then with the other's. */
 #include "tools/bench/decode_run.h"
 
 #include "base/clock.h"
@@ -61,7 +61,7 @@ static stp_status run_rounds(contestant c[2], uint32_t step, uint32_t count, uns
     }
     for (int k = 0; k < 2; k++)
         out->points_per_s[k] = (double)points / bench_median(seconds[k], rounds);
-    out->ratio[1] = bench_median(ratio, rounds); /* and sorted */
+    out->ratio[1] = bench_median(ratio, rounds); /* bench_median also sorts */
     out->ratio[0] = ratio[0];
     out->ratio[2] = ratio[rounds - 1];
 done:

@@ -1,4 +1,5 @@
-/* How fast the payloads of two files of one model decode, on one thread, in turns. Threads: any. */
+/* Measures how fast the payloads of two files of one model decode, on one thread, in turns.
+ * Threads: any. */
 #ifndef STP_TOOLS_BENCH_DECODE_RUN_H
 #define STP_TOOLS_BENCH_DECODE_RUN_H
 
@@ -13,8 +14,8 @@ typedef struct decode_run_result {
     uint32_t chunks;
 } decode_run_result;
 
-/* Decodes up to 64 chunks, spread over the file, `rounds` times by each. Errors: those of reading;
- * INVALID_ARGUMENT (they are not one model). */
+/* Decodes up to 64 chunks, spread over the file, `rounds` times from each file. Errors: those of
+ * reading; INVALID_ARGUMENT (the files are not of one model). */
 stp_status decode_run(const char *const paths[2], unsigned rounds, decode_run_result *out,
                       stp_error *err);
 

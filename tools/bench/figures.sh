@@ -1,7 +1,7 @@
 # shellcheck shell=bash disable=SC2154
-# What benchmarks in bash share: they source it, and have a folder $work and the name $program.
+# Functions that benchmarks in bash share. A benchmark sources this file and sets a folder $work and its name $program.
 
-# The programs that a benchmark runs, built before.
+# Fails if a program that the benchmark runs is not built.
 need_programs() { # build folder, programs
     local build=$1 name
     shift
@@ -13,8 +13,8 @@ need_programs() { # build folder, programs
     done
 }
 
-# The model of a known surface of so many million points, in random order; made where it is missing: 16
-# million take some minutes and 3 GiB of memory.
+# Finds the model of a known surface with some million points in random order. Makes the model if it is missing:
+# 16 million points take some minutes and 3 GiB of memory.
 make_model() { # build folder, folder of models, shape, millions; sets $model
     model=$2/$3-${4}m.stipple
     [ ! -e "$model" ] || return 0
@@ -24,10 +24,10 @@ make_model() { # build folder, folder of models, shape, millions; sets $model
     rm "$2/scan.ply"
 }
 
-# A figure of the last drawing's statistics, $work/stats.json: the first of that name, so that `median` is a frame's.
+# Prints a figure of the last drawing's statistics, $work/stats.json: the first of this name, so `median` is a frame's.
 figure_of() { grep -oE "\"$1\":[^,]*" "$work/stats.json" | grep -oE '[0-9.e+-]+$' | sed -n 1p; }
 
-# For awk: the median of v[1] to v[n], which it sorts; of an even count the mean of the two in the middle.
+# For awk: sorts v[1] to v[n] and returns the median; for an even count, the mean of the two in the middle.
 median='
     function median(v, n, i, j, t) {
         for (i = 2; i <= n; i++)
@@ -36,13 +36,13 @@ median='
     }
 '
 
-# The median of the numbers on stdin, one a line, as printf writes it (%.6g).
+# Prints the median of the numbers on stdin, one per line, with %.6g.
 median_of() { awk -v format="${1:-%.6g}" "$median"'{ v[NR] = $1 } END { printf format, median(v, NR) }'; }
 
-# ---- rows: one ratio each, its fields with tabs between: topic, what, model, points, a, b, ratio, least,
-# greatest, unit (of a and b). a, b and the ratio are medians, the ratio's of what was measured together.
+# ---- rows: one ratio each. Fields, separated by tabs: topic, what, model, points, a, b, ratio, least,
+# greatest, unit (of a and b). a, b and the ratio are medians. Each ratio is of two values measured together.
 
-# A row of pairs `a b` on stdin, one a round.
+# Prints a row from pairs `a b` on stdin, one per round.
 row() { # topic, what, model, points, unit
     awk -v OFS='\t' -v topic="$1" -v what="$2" -v model="$3" -v points="$4" -v unit="$5" "$median"'
         NF != 2 || $2 <= 0 { print "no figures for " what ": " $0 >"/dev/stderr"; bad = 1; exit }
@@ -55,7 +55,7 @@ row() { # topic, what, model, points, unit
         }'
 }
 
-# Rows on stdin as the table.
+# Prints the rows on stdin as the table.
 print_rows() {
     awk -F'\t' '
         function short(x) { return x >= 99999.5 ? sprintf("%.0f", x) : sprintf("%.5g", x) }

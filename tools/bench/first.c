@@ -1,4 +1,4 @@
-/* The first picture, with a clock at each stage. */
+/* Draws the first picture and reads a clock at each stage. */
 #include "tools/bench/first.h"
 
 #include "base/memory.h"
@@ -9,9 +9,10 @@
 #include <stdlib.h>
 #include <time.h>
 
-/* Stages in their order; shaders and frame are one call, parted by the frame's own clock. */
+/* The stages in their order. Shaders and frame are one call; the frame's own clock separates them.
+ */
 typedef enum first_stage {
-    FIRST_PROCESS, /* until the program's first line: loading it and its libraries */
+    FIRST_PROCESS, /* before the program's first line: loading it and its libraries */
     FIRST_CONTEXT,
     FIRST_OPEN,
     FIRST_ROOT, /* the renderer: its memory and the root chunk */
@@ -20,7 +21,7 @@ typedef enum first_stage {
 } first_stage;
 
 typedef struct first_clock {
-    double wall_s[FIRST_STAGES], cpu_s[FIRST_STAGES]; /* at the end of each */
+    double wall_s[FIRST_STAGES], cpu_s[FIRST_STAGES]; /* at the end of each stage */
 } first_clock;
 
 static double seconds_of(clockid_t id)

@@ -1,4 +1,4 @@
-/* The first picture of a fresh process, stage by stage. Threads: the main thread, once. */
+/* Times the first picture of a fresh process, stage by stage. Threads: the main thread, once. */
 #ifndef STP_TOOLS_BENCH_FIRST_H
 #define STP_TOOLS_BENCH_FIRST_H
 
@@ -13,8 +13,8 @@ typedef struct first_params {
     unsigned threads;
 } first_params;
 
-/* Draws the whole model as far as it is there, as a viewer's first frame does, and prints what that
- * took. Errors: those of opening, and of drawing; FORMAT (the picture is empty). */
+/* Draws the whole model as far as it is loaded, like a viewer's first frame, and prints the times.
+ * Errors: those of opening and drawing; FORMAT (the picture is empty). */
 stp_status first_run(const first_params *params, stp_error *err);
 
 #endif

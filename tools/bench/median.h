@@ -1,10 +1,10 @@
-/* The middle of what was measured. Threads: any (pure). */
+/* The median of measurements. Threads: any (pure). */
 #ifndef STP_TOOLS_BENCH_MEDIAN_H
 #define STP_TOOLS_BENCH_MEDIAN_H
 
 #include "base/sort.h"
 
-/* Sorts the values; of an even count the mean of the two in the middle, of none 0. */
+/* Sorts the values. For an even count, returns the mean of the two in the middle; for none, 0. */
 static inline double bench_median(double *values, size_t count)
 {
     if (count == 0)

@@ -1,4 +1,4 @@
-/* Masks of what each frame covers. */
+/* Keeps a mask of the pixels that each frame covers. */
 #include "tools/bench/open_run.h"
 
 #include "base/clock.h"
@@ -12,7 +12,7 @@
 #define PAUSE_NS 2000000
 
 typedef struct frame {
-    uint8_t *covered; /* a byte a pixel */
+    uint8_t *covered; /* one byte per pixel */
     double time_s;
 } frame;
 
@@ -49,8 +49,8 @@ static void wait_for_news(const stp_renderer *r)
         nanosleep(&(struct timespec){0, PAUSE_NS}, NULL);
 }
 
-/* Frames that bring something, until the cut is complete or nothing more comes; of more than there
- * is room for, the last. */
+/* Draws and keeps frames until the cut is complete or nothing more arrives. If there are too many
+ * frames, the newest replaces the one before. */
 static stp_status draw_frames(stp_renderer *r, const stp_view *view, double begun, frame *frames,
                               open_run_result *out, stp_error *err)
 {

@@ -1,11 +1,11 @@
-/* How soon a model that is opened looks like itself: frames from the first on while chunks stream,
- * each compared with the one that is complete. Threads: the render thread. */
+/* Measures how soon a model looks like itself after opening: draws frames while chunks stream and
+ * compares each with the complete one. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_OPEN_RUN_H
 #define STP_TOOLS_BENCH_OPEN_RUN_H
 
 #include "runtime/stipple.h"
 
-/* Of what both pictures cover, over what either does. */
+/* Pixels that both pictures cover, over pixels that either covers. */
 #define OPEN_RUN_OVERLAP 0.95
 
 typedef struct open_run_result {
@@ -13,10 +13,10 @@ typedef struct open_run_result {
     double first_overlap;                /* of the first frame */
     uint64_t bytes;                      /* of payloads, until the cut was complete */
     unsigned frames;
-    bool complete; /* else the memory given does not hold the cut */
+    bool complete; /* false: the cut does not fit into the memory */
 } open_run_result;
 
-/* begun: stp_clock_seconds() of the beginning. Errors: those of stp_renderer_draw; OUT_OF_MEMORY.
+/* begun: stp_clock_seconds() at the beginning. Errors: those of stp_renderer_draw; OUT_OF_MEMORY.
  */
 stp_status open_run(stp_renderer *renderer, const stp_view *view, double begun,
                     open_run_result *out, stp_error *err);

@@ -1,4 +1,4 @@
-/* Once around the model in eight seconds, nearer and farther. */
+/* Flies once around the model in eight seconds, nearer and farther. */
 #include "tools/bench/pace_run.h"
 
 #include "base/clock.h"
@@ -40,7 +40,7 @@ static void sleep_until(double time_s)
         nanosleep(&(struct timespec){(time_t)left, (long)(1e9 * (left - floor(left)))}, NULL);
 }
 
-/* What a frame costs that no threshold makes cheaper. */
+/* Measures the part of a frame's cost that no threshold reduces. */
 static stp_status measure_bare(const pace_run_params *p, double *out, stp_error *err)
 {
     double ms[BARE_FRAMES];

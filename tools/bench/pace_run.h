@@ -1,5 +1,5 @@
-/* How well a frame rate is held: the model is flown around with the threshold that
- * runtime/camera/pace.h solves for, chunks streaming. Threads: the render thread. */
+/* Measures how well a frame rate is held. Flies around the model with the threshold that
+ * runtime/camera/pace.h finds, while chunks stream. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_PACE_RUN_H
 #define STP_TOOLS_BENCH_PACE_RUN_H
 
@@ -9,14 +9,14 @@ typedef struct pace_run_params {
     const stp_model *model;
     stp_renderer *renderer;
     double fps;
-    double seconds; /* measured, after two that are not */
+    double seconds; /* measured; two more seconds before are not */
     int width, height;
 } pace_run_params;
 
 typedef struct pace_run_result {
-    double fps, frame_ms, threshold_px; /* medians but for fps, which is frames over time */
-    double bare_ms; /* of a frame at the coarsest threshold: what is no choice */
-    bool holds;     /* what stp_pace_holds says at the end */
+    double fps, frame_ms, threshold_px; /* medians; fps is frames over time */
+    double bare_ms; /* of a frame at the coarsest threshold, the part that no threshold can save */
+    bool holds;     /* result of stp_pace_holds at the end */
 } pace_run_result;
 
 /* Errors: those of stp_renderer_draw; OUT_OF_MEMORY. */

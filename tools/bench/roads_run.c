@@ -1,4 +1,4 @@
-/* A B C ... A B C ... */
+/* Draws frames by each road in turns: A B C ... A B C ... */
 #include "tools/bench/roads_run.h"
 
 #include "base/clock.h"
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Every road with a threshold is taken with each of these; 0 is every sample. */
+/* Every road with a threshold is drawn with each of these; 0 is every sample. */
 static const double thresholds_px[] = {0.0, 0.5, 1.0, 2.0};
 #define THRESHOLD_COUNT (sizeof thresholds_px / sizeof *thresholds_px)
 
@@ -19,7 +19,7 @@ static const struct {
     const char *word;
     stp_lod lod;
     stp_reconstruct reconstruct;
-    bool bare, whole; /* whole: there is no threshold */
+    bool bare, whole; /* whole: the road has no threshold */
 } kinds[] = {
     {.word = "points", .bare = true, .whole = true},
     {.word = "full", .lod = STP_LOD_FULL, .whole = true},
@@ -32,7 +32,7 @@ static const struct {
 
 _Static_assert(KIND_COUNT *THRESHOLD_COUNT <= ROADS_LIMIT, "room for all roads");
 
-/* Whether an item of a list with commas between is the road's word, or its word with its threshold:
+/* True if an item of a comma-separated list is the road's word, or its word with its threshold:
  * compute:1. */
 static bool item_names(const char *item, size_t length, const bench_road *r)
 {
@@ -42,7 +42,7 @@ static bool item_names(const char *item, size_t length, const bench_road *r)
            (strlen(full) == length && strncmp(item, full, length) == 0);
 }
 
-/* Whether the list names the road; counts the items that do. */
+/* True if the list names the road. Counts the matching items. */
 static bool lists(const char *words, const bench_road *r, unsigned named[ROADS_LIMIT])
 {
     bool found = false;
@@ -57,7 +57,7 @@ static bool lists(const char *words, const bench_road *r, unsigned named[ROADS_L
     return found;
 }
 
-/* Whether each of the list's items named a road. */
+/* True if each item of the list named a road. */
 static bool all_named(const char *words, const unsigned named[ROADS_LIMIT])
 {
     size_t count = 1;
@@ -104,11 +104,11 @@ stp_status roads_choose(const char *words, bench_road roads[ROADS_LIMIT], size_t
     return STP_OK;
 }
 
-/* What frames are drawn with. */
+/* What is needed to draw frames. */
 typedef struct bench_stage {
     const roads_run_params *params;
-    bare_points points;    /* where they are wanted */
-    stp_stage_clock clock; /* of bare points */
+    bare_points points;    /* if the road is wanted */
+    stp_stage_clock clock; /* clock of bare points */
 } bench_stage;
 
 static stp_status draw_bare(bench_stage *s, road_times *out, stp_error *err)
@@ -126,8 +126,8 @@ static stp_status draw_bare(bench_stage *s, road_times *out, stp_error *err)
     return status;
 }
 
-/* A frame at a stretch, and one that waits. The road before had other programs and another cut:
- * what changing them takes is in a frame that is not counted. */
+/* Draws a frame without waiting, and one that waits. The previous road had other programs and
+ * another cut, so a frame before these, which is not counted, takes the cost of the change. */
 static stp_status draw_road(bench_stage *s, const bench_road *r, road_times *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -164,7 +164,7 @@ static double machine_load(void)
     return getloadavg(&load, 1) == 1 ? load : 0.0;
 }
 
-/* Every road once a round; what warm-up takes is written over. */
+/* Draws every road once per round. The results of the warm-up are overwritten. */
 static stp_status draw_rounds(bench_stage *s, roads_run_result *out, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,5 +1,4 @@
-/* Roads to a picture: which there are, and frames of each, drawn in turns. Threads: the render
- * thread. */
+/* Lists the roads to a picture and draws frames by each in turns. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_ROADS_RUN_H
 #define STP_TOOLS_BENCH_ROADS_RUN_H
 
@@ -11,17 +10,17 @@
 
 typedef struct bench_road {
     const char *word; /* points, full, geometry, compute, cpu, splat */
-    char name[24];    /* the word with the threshold, where it has one */
+    char name[24];    /* the word, with the threshold if it has one */
     stp_draw_params params;
     bool bare; /* points without a surface: the yardstick */
 } bench_road;
 
-/* What one round of a road took. The first is of a frame drawn at a stretch, the others of one that
- * waits between its stages. */
+/* Times of one round of a road. The first is of a frame drawn without waiting, the others are of a
+ * frame that waits between its stages. */
 typedef struct road_times {
     double frame_ms;
-    double project_ms, pull_push_ms, shade_ms, waited_ms; /* by the CPU's clock; the sum */
-    double gpu_ms[STP_STAGE_COUNT], gpu_all_ms;           /* by the GPU's; the sum */
+    double project_ms, pull_push_ms, shade_ms, waited_ms; /* CPU's clock; waited_ms: the sum */
+    double gpu_ms[STP_STAGE_COUNT], gpu_all_ms;           /* GPU's clock; gpu_all_ms: the sum */
     uint64_t points_drawn;
 } road_times;
 
@@ -29,9 +28,9 @@ typedef struct roads_run_params {
     const stp_model *model;
     const stp_view *view;
     stp_renderer *renderer;
-    const char *words; /* of roads, with commas between: compute, or compute:1; NULL: all */
+    const char *words; /* names of roads with commas: compute, or compute:1; NULL: all */
     unsigned rounds;
-    bool (*interrupted)(void); /* asked between rounds */
+    bool (*interrupted)(void); /* called between rounds */
 } roads_run_params;
 
 typedef struct roads_run_result {
@@ -39,10 +38,10 @@ typedef struct roads_run_result {
     size_t road_count;
     unsigned rounds;
     road_times *times;              /* by road, then by round */
-    double load_before, load_after; /* of the machine, one minute's mean */
+    double load_before, load_after; /* load of the machine, mean over one minute */
 } roads_run_result;
 
-/* The roads of these words, in their own order. Errors: INVALID_ARGUMENT (no such road). */
+/* Finds the roads of these words, in their order. Errors: INVALID_ARGUMENT (no such road). */
 stp_status roads_choose(const char *words, bench_road roads[ROADS_LIMIT], size_t *count,
                         stp_error *err);
 /* Free with roads_run_free. Errors: those of roads_choose, of drawing and, for the yardstick, of

@@ -1,4 +1,4 @@
-/* Medians of rounds, and the rounds themselves. */
+/* Prints medians of rounds, and the rounds themselves. */
 #include "tools/bench/roads_table.h"
 
 #include "base/memory.h"
@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Clocks of GPU and CPU are two: so much more than the time waited is still the same. */
+/* GPU and CPU have different clocks. The GPU's time may exceed the waited time by this much. */
 #define CLOCK_SLACK 0.02
 #define CLOCK_SLACK_MS 0.1
 
@@ -20,18 +20,18 @@ typedef struct spread {
     double least, median, greatest;
 } spread;
 
-/* Of one figure of a road's rounds, which stands so many bytes behind the begin of each. */
+/* The spread of one figure over a road's rounds. offset: bytes from the begin of road_times. */
 static spread spread_of(const roads_run_result *r, size_t road, size_t offset, double *values)
 {
     for (unsigned i = 0; i < r->rounds; i++)
         memcpy(&values[i], (const char *)&r->times[road * r->rounds + i] + offset, sizeof *values);
-    double median = bench_median(values, r->rounds); /* and sorted */
+    double median = bench_median(values, r->rounds); /* bench_median also sorts */
     return (spread){values[0], median, values[r->rounds - 1]};
 }
 #define SPREAD_OF(result, road, field, values)                                                     \
     spread_of(result, road, offsetof(road_times, field), values)
 
-/* The median of the road of this word, 0 where it was not drawn. */
+/* The median of the road with this word; 0 if it was not drawn. */
 static double median_named(const roads_run_result *r, const char *word, double *values)
 {
     for (size_t i = 0; i < r->road_count; i++)
@@ -92,7 +92,7 @@ static void print_stages(const roads_run_result *r, double *values)
     }
 }
 
-/* Frames of which the GPU's clock says nothing, or more than they took. */
+/* Counts frames for which the GPU's clock gives nothing, or more than the frame took. */
 static size_t count_odd(const roads_run_result *r)
 {
     size_t odd = 0;

@@ -1,11 +1,11 @@
-/* Six stops on a ring, near enough that each asks for chunks of its own. */
+/* Makes six stops on a ring, so near that each needs chunks of its own. */
 #include "tools/bench/stops_run.h"
 
 #include "base/clock.h"
 
 #include <math.h>
 
-/* Of the model's radius, from its centre: of the eye, and of what it looks at. */
+/* Distances from the model's centre, in its radius: of the eye, and of the point looked at. */
 #define EYE_DISTANCE 1.1
 #define LOOK_DISTANCE 0.5
 #define HEIGHT 0.4

@@ -1,5 +1,5 @@
-/* A cold flight: stops around a model, at each the time until its cut is complete, chunks that are
- * missing read and decoded. Threads: the render thread. */
+/* A cold flight: stops around a model. Measures at each stop the time until its cut is complete,
+ * including reading and decoding missing chunks. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_STOPS_RUN_H
 #define STP_TOOLS_BENCH_STOPS_RUN_H
 
@@ -10,7 +10,7 @@
 
 typedef struct stops_run_result {
     double cold_ms[STOPS_RUN_COUNT]; /* the first frame at a stop, which waits for its chunks */
-    double warm_ms[STOPS_RUN_COUNT]; /* the same frame once more: what drawing alone takes */
+    double warm_ms[STOPS_RUN_COUNT]; /* the same frame again: the time of drawing alone */
 } stops_run_result;
 
 /* Errors: those of stp_renderer_draw. */

@@ -1,4 +1,4 @@
-/* The command line's shared manner: options, help, messages and exit codes. */
+/* What all commands share: options, help, messages and exit codes. */
 #include "tools/cli/cli.h"
 
 #include "tools/cli/cli_value.h"
@@ -18,13 +18,13 @@ typedef struct parser {
     size_t common_count;
 } parser;
 
-/* What comes after "stipple ", or a program's own name. */
+/* The command's name after "stipple ", or the program's own name. */
 static const char *command_name(const cli_command *command)
 {
     return command->program ? command->program : command->name;
 }
 
-/* One line on stderr: a file name with a line break in it must not become two messages. */
+/* Prints one line on stderr. A line break in a file name must not make two messages. */
 static void print_line(const cli_command *command, const char *text)
 {
     cli_progress_end();
@@ -54,7 +54,7 @@ int cli_usage(const cli_command *command, const char *format, ...)
     return CLI_USAGE;
 }
 
-/* Prints text from column `column`, broken at spaces and, in long words, after '|'. */
+/* Prints text from column `column` on. Breaks lines at spaces and, in long words, after '|'. */
 static void print_wrapped(const char *text, int column)
 {
     int x = column;
@@ -112,7 +112,7 @@ static void print_help(const parser *p)
         printf("\nOptions:\n");
     for (size_t i = 0; i < p->option_count; i++)
         print_option(&p->options[i]);
-    printf("\nOf every command:\n");
+    printf("\nCommon options:\n");
     for (size_t i = 0; i < p->common_count; i++)
         print_option(&p->common[i]);
 }
@@ -167,7 +167,7 @@ static int wrong_value(const parser *p, const cli_option *option, const char *va
                      cli_value_kind_text(option->kind), value);
 }
 
-/* Takes the option at argv[*index] and its value; moves *index to the last one taken. */
+/* Parses the option at argv[*index] and its value; moves *index to the last argument used. */
 static int take_option(const parser *p, int argc, char **argv, int *index)
 {
     const char *argument = argv[*index];
@@ -184,7 +184,8 @@ static int take_option(const parser *p, int argc, char **argv, int *index)
         bool next = *index + 1 < argc && cli_value_is_number(argv[*index + 1]);
         value = next ? argv[++*index] : "1";
     } else if (!value) {
-        /* `-o --force` is a forgotten value; a value that starts so is written --name=value. */
+        /* `-o --force` means a forgotten value. Values that begin with -- are written --name=value.
+         */
         if (*index + 1 >= argc || strncmp(argv[*index + 1], "--", 2) == 0)
             return cli_usage(p->command, "%s needs a value: %s %s", argument, argument,
                              option->argument);
@@ -215,9 +216,9 @@ int cli_parse(const cli_command *command, const cli_option *options, size_t opti
     const cli_option shared[COMMON_COUNT] = {
         {"--threads", 0, CLI_UINT, &common->threads, "N",
          "threads to use, at most 256 (default: one per processor)", NULL},
-        {"--quiet", 'q', CLI_FLAG, &common->quiet, NULL, "no progress and no remarks", NULL},
-        {"--help", 'h', CLI_FLAG, &help, NULL, "print this and end", NULL},
-        {"--version", 0, CLI_FLAG, &version, NULL, "print the version and end", NULL},
+        {"--quiet", 'q', CLI_FLAG, &common->quiet, NULL, "print no progress and no remarks", NULL},
+        {"--help", 'h', CLI_FLAG, &help, NULL, "print this help and exit", NULL},
+        {"--version", 0, CLI_FLAG, &version, NULL, "print the version and exit", NULL},
     };
     const parser p = {command, options, option_count, shared, COMMON_COUNT};
     for (int i = 1; i < argc; i++) {

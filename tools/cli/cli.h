@@ -1,8 +1,9 @@
-/* The command line's shared manner: options, help, progress, Ctrl-C, exit codes.
+/* What all commands share: options, help, messages, progress, Ctrl-C and exit codes.
  *
- * Every command is one file in tools/ that offers a cli_command and runs in one function. stdout is
- * data, stderr is messages. Exit: 0 done, 1 failed (one line), 2 wrong usage (one line and a hint).
- * Threads: the main thread only, but cli_progress() may be called back from any thread. */
+ * Every command is one file in tools/ that defines a cli_command and runs in one function. stdout
+ * is data, stderr is messages. Exit codes: 0 done, 1 failed (one line), 2 wrong usage (one line and
+ * a hint). Threads: the main thread only; but the callback of cli_progress() may be called from any
+ * thread. */
 #ifndef STP_TOOLS_CLI_CLI_H
 #define STP_TOOLS_CLI_CLI_H
 
@@ -22,7 +23,7 @@ typedef enum cli_kind {
     CLI_UINT,   /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
     CLI_BYTES,  /* uint64_t; 256M, 1G (powers of 1024) */
     CLI_NUMBER, /* double, finite */
-    CLI_AMOUNT, /* double, finite; the number may be left out: then 1 */
+    CLI_AMOUNT, /* double, finite; if the number is missing, it is 1 */
     CLI_VEC3,   /* double[3]; x,y,z */
     CLI_EXTENT  /* int[2]; WxH, each 1..16384 */
 } cli_kind;
@@ -33,8 +34,8 @@ typedef struct cli_option {
     cli_kind kind;
     void *target;         /* holds the default before parsing */
     const char *argument; /* "PX" in the help; for CLI_CHOICE the choices */
-    const char *help;     /* one line; NULL: another spelling, not listed */
-    bool *given;          /* may be NULL; set when the user gave it */
+    const char *help;     /* one line; NULL: another spelling, not listed in the help */
+    bool *given;          /* may be NULL; set if the user gave the option */
 } cli_option;
 
 typedef struct cli_common {
@@ -48,12 +49,13 @@ typedef struct cli_command {
     const char *usage;                 /* "stipple prep IN... -o M.stipple [options]" */
     const char *details;               /* further lines of the command's --help; may be NULL */
     int (*run)(int argc, char **argv); /* argv[0] is the command's name */
-    const char *program;               /* of a program that is one command; NULL: stipple NAME */
+    const char *program; /* name of a program that is a single command; NULL: stipple NAME */
 } cli_command;
 
-/* Parses argv[1..]; the positional arguments, at least min and at most max, go to positional.
- * --help, --quiet, --threads N and --version are understood everywhere. Options and positionals may
- * be mixed; `--` ends the options; --name=value works. Returns CLI_CONTINUE or an exit code. */
+/* Parses argv[1..]. The positional arguments, positional_min to positional_max of them, go to
+ * positional. Every command understands --help, --quiet, --threads N and --version. Options and
+ * positionals may be mixed; `--` ends the options; --name=value works. Returns CLI_CONTINUE or an
+ * exit code. */
 int cli_parse(const cli_command *command, const cli_option *options, size_t option_count, int argc,
               char **argv, const char **positional, size_t positional_min, size_t positional_max,
               size_t *positional_count, cli_common *common);
@@ -66,33 +68,34 @@ int cli_usage(const cli_command *command, const char *format, ...)
 
 #define CLI_OUTPUT_LIMIT 4
 
-/* Before any work, refuses outputs that exist without force, cannot be made, are inputs or are
- * named twice; NULL in either list is nothing. Errors: EXISTS, IO, INVALID_ARGUMENT, OUT_OF_MEMORY.
- */
+/* Call it before any work. Refuses an output that exists (without force), cannot be made, is an
+ * input or is named twice. NULL in either list is ignored. Errors: EXISTS, IO, INVALID_ARGUMENT,
+ * OUT_OF_MEMORY. */
 stp_status cli_check_outputs(const char *const outputs[CLI_OUTPUT_LIMIT], const char *const *inputs,
                              size_t input_count, bool force, stp_error *err);
 
-/* A progress callback for this terminal: a bar with rate and time left on a tty, plain lines at
- * most every few seconds elsewhere, nothing when quiet; cancelled after SIGINT or SIGTERM (handlers
- * are installed by the first call). The pointer lives as long as the program. */
+/* Returns a progress callback for this terminal. On a tty it shows a bar with rate and time left,
+ * elsewhere plain lines at most every few seconds, with --quiet nothing. The callback reports
+ * cancelled after SIGINT or SIGTERM; the first call of cli_progress installs the handlers. The
+ * pointer lives as long as the program. */
 const stp_progress *cli_progress(const cli_common *common);
 
-/* A stage that will be reported, and what part of the whole time it takes, in any unit. */
+/* A stage that will be reported, and its share of the total time, in any unit. */
 typedef struct cli_progress_stage {
     const char *name;
     double weight;
 } cli_progress_stage;
 
-/* The stages of a run in their order: then the time left is the whole's. json: a line of JSON a
- * report instead of bars and plain lines: stage done total seconds seconds_left (null: not known).
- */
+/* The stages of a run in their order. With a plan, the time left is that of the whole run. json:
+ * each report is a line of JSON instead of a bar or a plain line: stage done total seconds
+ * seconds_left (null: unknown). */
 typedef struct cli_progress_plan {
     const cli_progress_stage *stages;
     size_t count;
     bool json;
 } cli_progress_plan;
 
-/* After cli_progress; the plan is copied, its stages are not. */
+/* Call it after cli_progress. The plan is copied, its stages are not. */
 void cli_progress_expect(const cli_progress_plan *plan);
 /* Ends the current bar's line, if one is shown. */
 void cli_progress_end(void);

@@ -1,4 +1,4 @@
-/* Output files, asked about before the work. */
+/* Checks output files before the work. */
 #include "base/file.h"
 #include "tools/cli/cli.h"
 

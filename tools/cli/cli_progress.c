@@ -13,13 +13,13 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-/* Seconds between two drawings of the bar, and between two plain lines. */
+/* Seconds between two updates of the bar, and between two plain lines. */
 #define BAR_INTERVAL_S 0.1
 #define LINE_INTERVAL_S 5.0
 #define BAR_CELLS 24
 
 typedef struct progress_state {
-    pthread_mutex_t mutex; /* guards everything below and the order of writes; the only lock */
+    pthread_mutex_t mutex; /* guards all members below and the order of writes; the only lock */
     bool terminal;
     bool shown;
     char stage[64];
@@ -29,7 +29,8 @@ typedef struct progress_state {
     cli_progress_plan plan;
 } progress_state;
 
-/* A process has one terminal and one Ctrl-C, and a signal handler no argument: hence statics. */
+/* Static, because a process has one terminal and one Ctrl-C, and signal handlers take no context.
+ */
 static progress_state state = {.mutex = PTHREAD_MUTEX_INITIALIZER};
 static atomic_bool interrupted;
 
@@ -50,7 +51,7 @@ bool cli_interrupted(void)
     return atomic_load(&interrupted);
 }
 
-/* "1.25 M" style. */
+/* Formats like "1.25 M". */
 static void format_amount(double amount, char *text, size_t size)
 {
     static const char *const units[] = {"", " k", " M", " G", " T"};
@@ -73,7 +74,7 @@ static void format_duration(double seconds, char *text, size_t size)
         snprintf(text, size, "%ld:%02ld h", s / 3600, s / 60 % 60);
 }
 
-/* Seconds left: of the whole where its stages are known, else of the stage; below 0: not known. */
+/* Seconds left: of the whole run if its stages are known, else of the stage; below 0: unknown. */
 static double seconds_left(uint64_t done, uint64_t total, double now_s)
 {
     double before = 0.0, sum = 0.0, here = 0.0;
@@ -92,7 +93,7 @@ static double seconds_left(uint64_t done, uint64_t total, double now_s)
     return part > 0.0 ? (now_s - state.stage_start_s) * (1.0 - part) / part : -1.0;
 }
 
-/* "reading 45 %, 1.25 M/s, 12 s left" without the bar. */
+/* Formats "reading 45 %, 1.25 M/s, 12 s left", without the bar. */
 static void format_state(uint64_t done, uint64_t total, double now_s, char *text, size_t size)
 {
     double elapsed_s = now_s - state.stage_start_s, left_s = seconds_left(done, total, now_s);
@@ -188,7 +189,7 @@ static void install_handlers(void)
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    /* The terminal was closed; nohup says that this is no reason to end. */
+    /* SIGHUP: the terminal was closed. nohup ignores it; then we ignore it, too. */
     struct sigaction before;
     if (sigaction(SIGHUP, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
         sigaction(SIGHUP, &action, NULL);
@@ -205,7 +206,7 @@ const stp_progress *cli_progress(const cli_common *common)
     state.stage[0] = '\0';
     state.plan = (cli_progress_plan){0};
     state.start_s = stp_clock_seconds();
-    /* The first plain line comes after a while: short runs say nothing. */
+    /* The first plain line comes after a while, so that short runs print none. */
     state.printed_s = state.terminal ? 0.0 : stp_clock_seconds();
     pthread_mutex_unlock(&state.mutex);
     return common->quiet ? &silent : &shown;

@@ -1,4 +1,5 @@
-/* Values of the command line: text to numbers, sizes, vectors and choices, and the nearest word. */
+/* Parses values of the command line: numbers, sizes, vectors and choices; finds the nearest word.
+ */
 #include "tools/cli/cli_value.h"
 
 #include <ctype.h>
@@ -10,7 +11,7 @@
 
 enum { WORD_LENGTH_MAX = 63, EXTENT_MAX = 16384 };
 
-/* A finite number; *end is where it stopped. Hexadecimal, spaces and names are refused. */
+/* Parses a finite number; *end is its end. Refuses hexadecimal, spaces and names. */
 static bool parse_number(const char *text, double *out, const char **end)
 {
     const char *digits = text + (*text == '-' || *text == '+');
@@ -27,7 +28,7 @@ static bool parse_number(const char *text, double *out, const char **end)
     return true;
 }
 
-/* Power of the multiplier K, M, G or T (1..4), 0 for the end of the text, -1 for anything else. */
+/* The power of the suffix K, M, G or T (1..4); 0: end of the text; -1: anything else. */
 static int suffix_power(const char *suffix, bool bytes)
 {
     static const char letters[] = "KMGT";

@@ -1,4 +1,4 @@
-/* `stipple compare`: two pictures of the same size, in figures. */
+/* `stipple compare`: measures how far a picture is from its reference. */
 #include "tools/cli/cli.h"
 
 #include "formats/image/image.h"
@@ -13,14 +13,15 @@ const cli_command cli_compare = {
     .name = "compare",
     .summary = "measure how far a picture is from its reference",
     .usage = "stipple compare A.png B.png [--json]",
-    .details = "A is judged, B is the reference. A pixel is covered where its alpha is above 0;\n"
-               "colours are those over black. All figures are over the pixels covered in either:\n"
-               "  psnr_db         of RGB; 999 where there is no difference\n"
-               "  psnr_inside_db  the same over the pixels covered in both\n"
-               "  ssim            of the luminance, 11x11 Gaussian window\n"
-               "  coverage_a, coverage_b  fractions of the picture\n"
-               "  holes           pixels missing in A that B covers with their 8 neighbours\n"
-               "  spill           pixels of A that are more than one pixel outside B",
+    .details =
+        "A is judged, B is the reference. A pixel is covered if its alpha is above 0. Colours are\n"
+        "compared over black. All figures are over the pixels that A or B covers:\n"
+        "  psnr_db         of RGB; 999 if there is no difference\n"
+        "  psnr_inside_db  the same over the pixels that A and B cover\n"
+        "  ssim            of the luminance, 11x11 Gaussian window\n"
+        "  coverage_a, coverage_b  covered fractions of the picture\n"
+        "  holes           pixels that A lacks and that B covers together with their 8 neighbours\n"
+        "  spill           pixels of A that are more than one pixel outside B",
     .run = run,
 };
 

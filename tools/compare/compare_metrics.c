@@ -1,4 +1,4 @@
-/* How far one picture is from another. */
+/* Measures how far one picture is from another. */
 #include "tools/compare/compare_metrics.h"
 
 #include "base/memory.h"
@@ -10,7 +10,7 @@
 
 enum { WINDOW = 11, RADIUS = WINDOW / 2 };
 
-/* The five images whose local means make SSIM. */
+/* The five images from whose local means SSIM is computed. */
 enum { MEAN_A, MEAN_B, MEAN_AA, MEAN_BB, MEAN_AB, MEAN_COUNT };
 
 static const uint8_t *pixel(const stp_image *image, int x, int y)
@@ -23,7 +23,7 @@ static bool covered(const stp_image *image, int x, int y)
     return pixel(image, x, y)[3] > 0;
 }
 
-/* A component over black. */
+/* A colour component over black. */
 static int over_black(const uint8_t *p, int component)
 {
     return (p[component] * p[3] + 127) / 255;
@@ -39,7 +39,7 @@ static int at_most(int value, int maximum)
     return value < maximum ? value : maximum;
 }
 
-/* How many of the up to 9 pixels around are covered, and how many there are. */
+/* Returns how many of the up to 9 pixels around are covered; *total: how many exist. */
 static int covered_around(const stp_image *image, int x, int y, int *total)
 {
     int count = 0;
@@ -100,7 +100,7 @@ static double psnr(uint64_t squares, uint64_t pixels)
     return 10.0 * log10(255.0 * 255.0 * 3.0 * (double)pixels / (double)squares);
 }
 
-/* Luminances and their products, filtered along rows; the window's rows are kept in a ring, so that
+/* Luminances and their products, filtered along rows. A ring holds the rows of the window, so that
  * memory does not grow with the height. */
 typedef struct ssim_filter {
     const stp_image *a, *b;
@@ -120,7 +120,7 @@ static double *filtered_row(const ssim_filter *f, int y, int mean)
     return f->rows + ((size_t)(y % WINDOW) * MEAN_COUNT + (size_t)mean) * f->width;
 }
 
-/* Mean of the values around `at`, by the part of the window that lies inside the row. */
+/* The mean of the values around `at`, over the part of the window inside the row. */
 static double windowed(const ssim_filter *f, const double *values, int at)
 {
     double sum = 0.0, weight = 0.0;

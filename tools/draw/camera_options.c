@@ -11,13 +11,13 @@ camera_options camera_options_default(void)
 void camera_options_fill(camera_options *o, cli_option out[CAMERA_OPTION_COUNT])
 {
     const cli_option options[CAMERA_OPTION_COUNT] = {
-        {"--size", 0, CLI_EXTENT, o->size, "WxH", "of the picture in pixels (1024x1024)",
+        {"--size", 0, CLI_EXTENT, o->size, "WxH", "size of the picture in pixels (1024x1024)",
          &o->has_size},
-        {"--camera", 0, CLI_STRING, &o->path, "C.json", "eye look up fovy_deg (or height), size",
-         NULL},
-        {"--eye", 0, CLI_VEC3, o->eye, "x,y,z", "where the eye is", &o->has_eye},
-        {"--look", 0, CLI_VEC3, o->look, "x,y,z", "what it looks at", &o->has_look},
-        {"--up", 0, CLI_VEC3, o->up, "x,y,z", "which way is up", &o->has_up},
+        {"--camera", 0, CLI_STRING, &o->path, "C.json",
+         "JSON file with eye, look, up, fovy_deg (or height) and size", NULL},
+        {"--eye", 0, CLI_VEC3, o->eye, "x,y,z", "position of the eye", &o->has_eye},
+        {"--look", 0, CLI_VEC3, o->look, "x,y,z", "point that the eye looks at", &o->has_look},
+        {"--up", 0, CLI_VEC3, o->up, "x,y,z", "direction that is up in the picture", &o->has_up},
         {"--fovy", 0, CLI_NUMBER, &o->fovy_deg, "DEG", "vertical angle of view (45)", &o->has_fovy},
     };
     memcpy(out, options, sizeof options);

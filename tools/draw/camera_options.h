@@ -1,5 +1,5 @@
-/* The options that say where a picture is seen from: of gen, render and view.
- * Threads: the main thread only. */
+/* The camera options of gen, render and view: from where a picture is seen. Threads: the main
+ * thread only. */
 #ifndef STP_TOOLS_DRAW_CAMERA_OPTIONS_H
 #define STP_TOOLS_DRAW_CAMERA_OPTIONS_H
 
@@ -8,7 +8,7 @@
 #include "tools/cli/cli.h"
 
 typedef struct camera_options {
-    const char *path; /* of a JSON file, or NULL */
+    const char *path; /* path of a JSON file, or NULL */
     double eye[3], look[3], up[3];
     double fovy_deg;
     int size[2];
@@ -21,11 +21,11 @@ typedef struct camera_options {
 camera_options camera_options_default(void);
 /* Fills the first CAMERA_OPTION_COUNT options of a command. */
 void camera_options_fill(camera_options *o, cli_option out[CAMERA_OPTION_COUNT]);
-/* The picture's size: the option's, else the file's, else the default. Errors: those of
+/* Gets the picture's size from the option, else from the file, else the default. Errors: those of
  * stp_camera_load. */
 stp_status camera_options_size(const camera_options *o, int size[2], stp_error *err);
-/* Replaces what the file gives, then what the options give. Errors: those of stp_camera_load; the
- * camera is untouched then. */
+/* Replaces parts of *camera: first by what the file gives, then by what the options give. Errors:
+ * those of stp_camera_load; *camera is untouched then. */
 stp_status camera_options_apply(const camera_options *o, stp_camera *camera, stp_error *err);
 
 #endif

@@ -1,4 +1,4 @@
-/* Clip box and classes of the command line. */
+/* Parses clip box and classes of the command line. */
 #include "tools/draw/draw_filter.h"
 
 #include "runtime/class_legend.h"
@@ -30,7 +30,7 @@ stp_status draw_filter_clip(const char *text, const stp_dbox *model, stp_clip *o
     return STP_OK;
 }
 
-/* The class that a word of the list says, -1 if none. */
+/* The class of a word in the list; -1 if there is none. */
 static int class_of(const char *word, size_t length)
 {
     char *end = NULL;

@@ -1,12 +1,13 @@
-/* Supersampling by parts. */
+/* Draws supersampled pictures part by part. */
 #include "tools/draw/draw_fine.h"
 
 #include "base/memory.h"
 
 #include <stdlib.h>
 
-/* A part, in pixels of the picture, and its rim, in finer ones: times any number multiples of the
- * side of a pixel of the pyramid's seventh level, so that the parts' pyramids are parts of one. */
+/* The side of a part, in pixels of the picture, and its rim, in finer pixels. Times any number of
+ * --aa, both are multiples of the side of a pixel on the pyramid's seventh level, so that the parts
+ * have the same pyramid as one large picture. */
 #define PART_PX 512
 #define RIM_PX 128
 
@@ -20,7 +21,7 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
-/* The mean of times x times pixels; first: of the lowest row. */
+/* The mean of times x times pixels; first: the first pixel of the lowest row. */
 static void average(const uint8_t *first, int row_px, int times, uint8_t out[4])
 {
     int sum[4] = {0};

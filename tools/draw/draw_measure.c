@@ -1,4 +1,4 @@
-/* Frame times gathered and told. */
+/* Collects frame times and reports them. */
 #include "tools/draw/draw_measure.h"
 
 #include "base/memory.h"
@@ -37,7 +37,7 @@ void draw_measure_cut(draw_measure *m, const stp_renderer *renderer)
         m->cut.max_error_px = before;
 }
 
-/* Of sorted values; 0 of none. */
+/* A quantile of sorted values; 0 if there are none. */
 static double quantile(const double *values, size_t count, double q)
 {
     return count > 0 ? values[(size_t)(q * (double)(count - 1) + 0.5)] : 0.0;

@@ -25,56 +25,62 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
     const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
         {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
-         "without eye, look or camera: as the scanner saw it or from inside, where the model knows "
-         "(first), or all of it",
+         "start view, unless eye, look or camera is given. first: from the scanner or inside, "
+         "if the model knows that; whole: the whole model (first)",
          NULL},
         {"--threshold", 0, CLI_NUMBER, &o->threshold_px, "PX",
-         "greatest error on the screen (the model's, else 1); 0: every sample", &o->has_threshold},
+         "largest error on the screen (the model's, else 1); 0: draw every sample",
+         &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "coarser samples are not drawn larger; times the square of a threshold above 1 (6)", NULL},
+         "largest radius of coarse samples; times threshold squared, if above 1 (6)", NULL},
         {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
-         "what makes levels finer beside the surface's error: radius,colour,silhouette or none "
-         "(radius,colour)",
+         "errors that refine levels besides the surface's error: radius,colour,silhouette or "
+         "none (radius,colour)",
          NULL},
         {"--lod", 0, CLI_CHOICE, &o->lod, DRAW_LODS,
-         "who chooses levels: shaders, the CPU, nobody (auto: the faster shaders)", NULL},
+         "what chooses levels: shaders or the CPU; full draws every sample (auto: the faster "
+         "of both shaders)",
+         NULL},
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
-         "how gaps are closed (gauss)", NULL},
+         "method that closes gaps between samples (gauss)", NULL},
         {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
-         "smooth edges, by how far discs reach, or as the mean of N x N pixels (off)", NULL},
+         "edges: smooth edges by how far discs reach; N: average N x N pixels (off)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
-         "what is shown; unlit: colours as they are (the model's default, else phong)",
-         &o->has_shade},
-        {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "of the samples (rgb)", NULL},
+         "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
+        {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "what colours the samples (rgb)",
+         NULL},
         {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
         {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
-         "of intensity (grey) and elevation (viridis)", NULL},
+         "palette; auto: grey for intensity, viridis for elevation (auto)", NULL},
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
          "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
-         "of --shade level, chunk, error, confidence over the colours, 0 to 1 (0: alone)", NULL},
+         "share of --shade level, chunk, error, confidence in the colours, up to 1 (0: shown "
+         "alone)",
+         NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
-         "eye-dome lighting: edges darkened by depth (1)", NULL},
-        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw what lies in this box alone",
+         "eye-dome lighting: darken edges in depth (1)", NULL},
+        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what lies in this box",
          NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
-         "leave out samples seen from behind: what is proven hidden, nothing, all (auto)", NULL},
+         "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
         {"--classes", 0, CLI_STRING, &o->classes, "LIST",
-         "draw these classes alone: numbers or names, like 2,building", NULL},
+         "draw only these classes: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
          "do not draw these classes, like 7,high-noise", NULL},
         {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
-         "draw what stands above a chunk that cannot be read, and say so", NULL},
-        {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "for samples on the GPU (1G)", NULL},
-        {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE", "for chunks being decoded (1G)",
+         "if a chunk cannot be read, draw its parent instead and warn", NULL},
+        {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "memory for samples on the GPU (1G)",
          NULL},
+        {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE",
+         "memory for chunks that are being decoded (1G)", NULL},
         {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
-         "keep there what is read of a model on a web server (nothing is kept)", NULL},
-        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "at most so much in all (1G)",
+         "folder that caches data from web servers (no cache)", NULL},
+        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "size limit of the cache (1G)",
          NULL},
         source_options_timeout(&o->timeout_s),
         {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
-         "shader files there, or in its sub-folders, win over the built-in ones", NULL},
+         "use shader files in DIR and its sub-folders instead of the built-in ones", NULL},
     };
     camera_options_fill(&o->camera, out);
     memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
@@ -100,7 +106,7 @@ stp_status draw_options_open(const draw_options *o, const char *path, stp_model 
     return source_options_explain(stp_model_open_at(model, path, &params, err), path, err);
 }
 
-/* The ends of the palette: what is asked for, else what the model has. */
+/* Chooses the ends of the palette: those of the option, else those of the model. */
 static stp_status choose_range(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
@@ -129,7 +135,7 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
     return STP_OK;
 }
 
-/* Clip box and classes. */
+/* Sets the clip box and the classes. */
 static stp_status choose_filter(const draw_options *o, const stp_model *model,
                                 stp_draw_params *params, stp_error *err)
 {
@@ -168,7 +174,7 @@ static stp_status check_amounts(const draw_options *o, stp_error *err)
     return STP_OK;
 }
 
-/* Words of stp_term, each once; none alone. */
+/* Parses words of stp_term, each at most once, or "none" alone. */
 static bool parse_terms(const char *text, uint32_t *terms)
 {
     static const char *const words[] = {"radius", "colour", "silhouette"};

@@ -1,5 +1,5 @@
-/* What render and view share: options of the camera, the quality and the budgets.
- * Threads: the main thread only. */
+/* The options that render and view share: camera, quality and memory. Threads: the main thread
+ * only. */
 #ifndef STP_TOOLS_DRAW_DRAW_OPTIONS_H
 #define STP_TOOLS_DRAW_DRAW_OPTIONS_H
 
@@ -15,7 +15,7 @@ typedef struct draw_options {
     int lod, reconstruct, aa, shade, cull, colour, palette, home;
     const char *terms, *colour_range, *clip, *classes, *hidden_classes;
     double edl, overlay;
-    double timeout_s; /* for a server; infinite: for ever */
+    double timeout_s; /* waiting for a server; infinite: for ever */
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, has_shade, allow_damage;
 } draw_options;
@@ -37,31 +37,34 @@ typedef struct draw_options {
 draw_options draw_options_default(void);
 /* Fills the first DRAW_OPTION_COUNT options of a command. */
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
-/* CLI_CONTINUE where the options make sense by themselves, else CLI_USAGE, and it is said. */
+/* Checks the options by themselves. Returns CLI_CONTINUE, or prints a message and returns
+ * CLI_USAGE. */
 int draw_options_check(const draw_options *o, const cli_command *command);
-/* One word of DRAW_LODS and the like. */
+/* Gets one word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
-/* Opens a model, a path or an address. Errors: those of stp_model_open_at. */
+/* Opens a model by path or address. Errors: those of stp_model_open_at. */
 stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
                              stp_error *err);
-/* What the renderer wants of them. Errors: INVALID_ARGUMENT (the model has no such attribute, or a
- * range, clip box, list of classes, overlay or strength is none), those of reading the model's
- * root. */
+/* Converts the options to the renderer's parameters. Errors: INVALID_ARGUMENT (the model lacks the
+ * attribute, or a range, clip box, list of classes, overlay or strength is invalid), those of
+ * reading the model's root. */
 stp_status draw_options_params(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err);
 stp_renderer_params draw_options_renderer(const draw_options *o, const stp_model *model,
                                           const cli_common *common);
-/* The damage that the renderer met and what it draws instead, as a sentence; false if none. */
+/* Writes a sentence about the damage that the renderer met and what it draws instead. False if
+ * there is none. */
 bool draw_options_damage(const stp_renderer *renderer, char out[DRAW_DAMAGE_BYTES]);
-/* A picture that lacks a chunk is no picture unless --allow-damage says so. Errors: CORRUPT. */
+/* Fails if the picture lacks a chunk, unless --allow-damage is given. Errors: CORRUPT. */
 stp_status draw_options_require_whole(const draw_options *o, const stp_renderer *renderer,
                                       stp_error *err);
-/* Warns of damage on stderr, quiet or not. command: its name. */
+/* Warns of damage on stderr, also with --quiet. command: its name. */
 void draw_options_warn(const char *command, const stp_renderer *renderer);
-/* Which view --view asks for: eyes and cameras that are given begin from the whole model's. */
+/* The view that --view asks for. If an eye or a camera is given, the start is the view of the whole
+ * model. */
 stp_home draw_options_home(const draw_options *o);
-/* The camera: the model's view that --view asks for, then what --camera's file says, then the
- * options; and the picture's size. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
+/* Gets the camera and the picture's size. The model's view of --view comes first, then the file of
+ * --camera, then the options. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
                                int size[2], stp_error *err);
 

@@ -1,4 +1,4 @@
-/* Pictures, depths and normals out of the renderer, turned over and written. */
+/* Reads pictures, depths and normals from the renderer, turns them upside down and writes them. */
 #include "tools/draw/draw_save.h"
 
 #include "base/memory.h"
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bottom row first to top row first. */
+/* Reverses the order of the rows. */
 static stp_status flip(void *pixels, size_t row_bytes, int height, stp_error *err)
 {
     uint8_t *rows = pixels, *row = NULL;
@@ -72,7 +72,8 @@ done:
     return status;
 }
 
-/* What --camera reads, with the picture's size; to be freed. NULL where memory is exhausted. */
+/* The text that --camera reads, with the picture's size; the caller frees it. NULL if memory is
+ * exhausted. */
 static char *camera_text(const stp_camera *camera, const stp_view *view)
 {
     const int size[2] = {view->width, view->height};

@@ -1,4 +1,4 @@
-/* stipple fly: a camera path as numbered pictures or as a film, without a display. */
+/* stipple fly: draws a camera path as numbered pictures or as a film, without a display. */
 #include "base/clock.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -22,18 +22,19 @@
 static int run(int argc, char **argv);
 const cli_command cli_fly = {
     .name = "fly",
-    .summary = "a camera path as numbered pictures or a film, without a display",
+    .summary = "draw a camera path as numbered pictures or a film, without a display",
     .usage = "stipple fly M.stipple --path P.json -o F.mp4 [options]",
     .details =
         "A path is JSON: {\"keyframes\": [{\"time\": 0, \"eye\": [x, y, z], \"look\": [x, y, z]}, "
         "...],\n"
-        "\"loop\": false}, with \"up\" and \"fovy_deg\" or \"height\" where they change; or\n"
-        "{\"turntable\": {\"seconds\": 8, \"degrees\": 360, \"elevation_deg\": 20}}, which turns "
-        "the camera\n"
-        "that the options give about what it looks at. Films end in .mp4, .mov, .mkv or .webm and\n"
-        "are made by an installed ffmpeg; any other name is a folder, which gets frame_000001.png\n"
-        "and so on. The same command goes on in a folder where it was interrupted; a film begins\n"
-        "anew.",
+        "\"loop\": false}. A keyframe also has \"up\" and \"fovy_deg\" or \"height\" where they "
+        "change. Or:\n"
+        "{\"turntable\": {\"seconds\": 8, \"degrees\": 360, \"elevation_deg\": 20}} turns the "
+        "camera of the\n"
+        "options about the point that it looks at.\n"
+        "If the output's name ends in .mp4, .mov, .mkv or .webm, it is a film, and an installed\n"
+        "ffmpeg makes it. Any other name is a folder, which gets frame_000001.png and so on. If a\n"
+        "run into a folder is interrupted, the same command continues there. A film starts anew.",
     .run = run,
 };
 
@@ -41,26 +42,26 @@ typedef struct options {
     draw_options draw;
     const char *output, *stats, *path, *frames;
     double turntable_s, rate;
-    const cli_option *list; /* all of them, those of drawing first */
-    uint64_t first, last;   /* frames asked for, from 1; last 0: to the end */
+    const cli_option *list; /* all options, those of drawing first */
+    uint64_t first, last;   /* range of frames, counted from 1; last 0: to the end */
     bool has_turntable, depth, normals, force;
 } options;
 
-/* A flight in the making. */
+/* The state of a flight. */
 typedef struct flight {
     const options *o;
     stp_model *model;
     stp_gl_context *context;
     stp_renderer *renderer;
     stp_path *path;
-    fly_folder *folder; /* or */
+    fly_folder *folder; /* folder or film is set */
     fly_film *film;
-    uint8_t *rgba; /* of a film's frame */
+    uint8_t *rgba; /* a frame of the film */
     stp_draw_params params;
     draw_picture picture;
     int size[2];
     uint64_t frame_count, first, last;
-    uint64_t done, there; /* frames made by this run, and found made */
+    uint64_t done, there; /* number of frames made by this run, and found finished */
     draw_measure measure;
 } flight;
 
@@ -184,7 +185,7 @@ done:
     return status;
 }
 
-/* How to go on after Ctrl-C. */
+/* The error after Ctrl-C: says how to continue. */
 static stp_status interrupted(const flight *f, stp_error *err)
 {
     unsigned long long done = f->done + f->there, wanted = f->last - f->first + 1;
@@ -285,7 +286,7 @@ static bool parse_frames(const char *text, uint64_t *first, uint64_t *last)
     return a > 0 && (b == 0 || a <= b);
 }
 
-/* A name that means a file of a kind that is not made here. */
+/* True if the ending is that of another kind of file, which fly does not make. */
 static bool is_other_file(const char *path)
 {
     static const char *const endings[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr",
@@ -298,7 +299,7 @@ static bool is_other_file(const char *path)
     return found && !(stat(path, &info) == 0 && S_ISDIR(info.st_mode));
 }
 
-/* CLI_CONTINUE where the options make sense. */
+/* Returns CLI_CONTINUE if the options make sense. */
 static int check(options *o)
 {
     if (o->output == NULL)
@@ -334,18 +335,20 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 9] = {
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "F.mp4|DIR",
-                               "the film, or the folder of frames, to write", NULL},
-        {"--path", 0, CLI_STRING, &o.path, "P.json", "keyframes or a turntable", NULL},
+                               "the film or the folder of frames to write", NULL},
+        {"--path", 0, CLI_STRING, &o.path, "P.json", "JSON file with keyframes or a turntable",
+         NULL},
         {"--turntable", 0, CLI_NUMBER, &o.turntable_s, "SECONDS",
-         "instead: once around, in so many seconds", &o.has_turntable},
+         "turn once around the model in so many seconds, instead of --path", &o.has_turntable},
         {"--rate", 0, CLI_NUMBER, &o.rate, "N", "frames a second (30)", NULL},
-        {"--frames", 0, CLI_STRING, &o.frames, "A:B", "only these, counted from 1", NULL},
+        {"--frames", 0, CLI_STRING, &o.frames, "A:B", "draw only frames A to B, counted from 1",
+         NULL},
         {"--depth", 0, CLI_FLAG, &o.depth, NULL,
-         "also frame_000001_depth.exr and so on, as render --depth", NULL},
+         "also write frame_000001_depth.exr and so on, like render --depth", NULL},
         {"--normals", 0, CLI_FLAG, &o.normals, NULL,
-         "also frame_000001_normals.exr and so on, as render --normals", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
-        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace what is there", NULL},
+         "also write frame_000001_normals.exr and so on, like render --normals", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write times and counts", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
     int code = cli_parse(&cli_fly, list, sizeof list / sizeof *list, argc, argv, &model, 1, 1,

@@ -1,4 +1,4 @@
-/* ffmpeg started, fed, listened to and waited for. */
+/* Starts ffmpeg, sends frames, reads its messages and waits for it. */
 #include "tools/draw/fly_film.h"
 
 #include "base/file.h"
@@ -20,11 +20,11 @@
 #include <unistd.h>
 
 #define ARGUMENT_LIMIT 48
-/* How long a wait for ffmpeg does not ask whether it is still wanted. */
+/* Waiting for ffmpeg checks for cancellation this often. */
 #define CANCEL_INTERVAL_MS 50
 #define WORDS_BYTES 400
 
-/* The output as ffmpeg sees it; "file:", so that the name is not taken for a protocol. */
+/* The name of the output for ffmpeg. "file:" keeps ffmpeg from taking it for a protocol. */
 #define FILM "file:/proc/self/fd/3"
 
 struct fly_film {
@@ -33,8 +33,8 @@ struct fly_film {
     size_t frame_bytes;
     uint64_t frame_count;
     int frames;    /* our end of the socket that is ffmpeg's standard input; -1: closed */
-    int words;     /* a nameless file that it writes messages to */
-    pid_t process; /* 0: none, or waited for */
+    int words;     /* a nameless file for ffmpeg's messages */
+    pid_t process; /* 0: none, or already waited for */
 };
 
 typedef struct film_format {
@@ -66,12 +66,13 @@ bool fly_film_is_name(const char *path)
     return find_format(path) != NULL;
 }
 
-/* Colours as films of today have them (BT.709, limited range): without, players guess. */
+/* Colours of today's films (BT.709, limited range). Without these tags, players guess. */
 static const char filters[] =
     "scale=out_color_matrix=bt709:out_range=limited:flags=accurate_rnd+full_chroma_int,"
     "pad=ceil(iw/2)*2:ceil(ih/2)*2,format=yuv420p";
 
-/* Starts ffmpeg; the film is its descriptor 3 (FILM), words are for its messages. 0 or an errno. */
+/* Starts ffmpeg. Its descriptor 3 (FILM) is the film; words gets its messages. Returns 0 or an
+ * errno. */
 static int spawn(fly_film *film, int input, int output, const char *const *arguments)
 {
     posix_spawn_file_actions_t actions;
@@ -81,7 +82,7 @@ static int spawn(fly_film *film, int input, int output, const char *const *argum
         return failed;
     failed = posix_spawnattr_init(&attributes);
     if (failed == 0) {
-        /* A group of its own: Ctrl-C is ours to handle. */
+        /* A process group of its own, because we handle Ctrl-C. */
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
         const int descriptors[] = {input, output, film->words, stp_output_descriptor(film->output)};
         for (int i = 0; i < 4; i++) {
@@ -192,7 +193,8 @@ static stp_status cancelled(const fly_film *film, stp_error *err)
     return stp_error_set(err, STP_CANCELLED, "%s: interrupted", film->path);
 }
 
-/* Waits for ffmpeg's end; *code is its exit status, or that of a shell for a signal. */
+/* Waits for ffmpeg's end. *code is its exit status, or the status that a shell gives for a signal.
+ */
 static stp_status wait_for(fly_film *film, const stp_progress *progress, int *code, stp_error *err)
 {
     int state = 0;
@@ -209,7 +211,7 @@ static stp_status wait_for(fly_film *film, const stp_progress *progress, int *co
     return STP_OK;
 }
 
-/* The last line that says something, without what its like say before it. */
+/* Gets the last line with a message, without the prefix of ffmpeg's messages. */
 static void last_words(const fly_film *film, char out[WORDS_BYTES])
 {
     char text[4096];
@@ -246,7 +248,7 @@ stp_status fly_film_write(fly_film *film, const uint8_t *rgba, const stp_progres
         ssize_t sent = send(film->frames, rgba, left, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (sent < 0 && (errno == EINTR || errno == EAGAIN))
             continue;
-        if (sent < 0) { /* it is gone, and has said why */
+        if (sent < 0) { /* ffmpeg has ended and has said why */
             int code = 0;
             stp_status status = wait_for(film, progress, &code, err);
             return status == STP_OK ? failed(film, code, err) : status;
@@ -258,7 +260,7 @@ stp_status fly_film_write(fly_film *film, const uint8_t *rgba, const stp_progres
     return STP_OK;
 }
 
-/* Lines that do not begin with '#': ffmpeg's list of packets. */
+/* Counts lines that do not begin with '#' in ffmpeg's list of packets. */
 static uint64_t count_packets(int list)
 {
     char text[4096];
@@ -275,7 +277,7 @@ static uint64_t count_packets(int list)
     return count;
 }
 
-/* Reads the film back: ffmpeg ends well on a full disk, too. */
+/* Reads the film back, because ffmpeg reports success on a full disk, too. */
 static stp_status check(fly_film *film, const stp_progress *progress, stp_error *err)
 {
     static const char *const arguments[] = {

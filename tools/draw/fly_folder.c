@@ -1,4 +1,4 @@
-/* Frames by number, and fly.json beside them. */
+/* Numbered frames, with fly.json beside them. */
 #include "tools/draw/fly_folder.h"
 
 #include "base/json.h"
@@ -14,17 +14,17 @@
 
 #define NAME_BYTES 64
 static const char job_name[] = "fly.json";
-/* Of a frame's files. */
+/* The endings of a frame's files. */
 static const char *const endings[3] = {".png", "_depth.exr", "_normals.exr"};
 
 struct fly_folder {
     char *path;
-    char *files[3]; /* of the frame last asked for */
+    char *files[3]; /* names of the files of the last frame asked for */
     size_t file_bytes;
     bool depth, normals;
 };
 
-/* True for a file that fly itself writes as a frame. */
+/* True if the name is one that fly itself gives to a frame. */
 static bool is_frame(const char *name)
 {
     static const char start[] = "frame_";
@@ -38,7 +38,7 @@ static bool is_frame(const char *name)
     return known && digits >= 6;
 }
 
-/* Counts the frames in a folder; removes them where that is wanted. */
+/* Counts the frames in a folder, or removes them. */
 static stp_status walk_frames(const char *path, bool removes, uint64_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -76,7 +76,7 @@ static stp_status make_folder(const char *path, stp_error *err)
     return stp_error_set(err, STP_IO, "%s: the folder cannot be made: %s", path, strerror(reason));
 }
 
-/* Compares what the folder was begun for with what is wanted now. */
+/* Compares the job of the folder with the present job. */
 static stp_status compare_jobs(const cJSON *there, const cJSON *job, const char *path,
                                stp_error *err)
 {
@@ -95,7 +95,7 @@ static stp_status compare_jobs(const cJSON *there, const cJSON *job, const char 
     return STP_OK;
 }
 
-/* Goes on with the job that is there, or begins one. */
+/* Continues the job in the folder, or begins one. */
 static stp_status settle_job(const fly_folder_params *params, const char *file, stp_error *err)
 {
     stp_status status = STP_OK;

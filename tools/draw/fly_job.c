@@ -1,4 +1,4 @@
-/* Model, cameras and options as short texts. */
+/* Describes model, cameras and options as short strings. */
 #include "tools/draw/fly_job.h"
 
 #include "tools/cli/cli_value.h"
@@ -11,7 +11,8 @@
 
 #define TEXT_BYTES 512
 
-/* Budgets change no pixel, cameras are told by what comes of them. */
+/* True for options that are not part of the job: budgets change no pixel, and the resulting cameras
+ * are recorded instead of camera options. */
 static bool is_passed_over(const cli_option *option)
 {
     static const char *const names[] = {
@@ -58,7 +59,7 @@ static void value_text(const cli_option *option, char out[TEXT_BYTES])
     }
 }
 
-/* The model's directory has the hash of every byte that is drawn. */
+/* A hash of the model's directory, which has the hash of every byte that is drawn. */
 static uint64_t model_hash(const stp_model *model)
 {
     uint64_t hash = model->info->file_bytes;

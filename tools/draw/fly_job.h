@@ -1,5 +1,5 @@
-/* What makes frames what they are, as texts by name: two runs with the same job make the same
- * frames. Threads: the main thread only. */
+/* Everything that determines the frames, as strings by name: two runs with the same job make the
+ * same frames. Threads: the main thread only. */
 #ifndef STP_TOOLS_DRAW_FLY_JOB_H
 #define STP_TOOLS_DRAW_FLY_JOB_H
 
@@ -13,12 +13,12 @@ typedef struct fly_job_params {
     double rate;
     uint64_t frame_count;
     const int *size;
-    const cli_option *options; /* of drawing; those that change no pixel are passed over */
+    const cli_option *options; /* drawing options; those that change no pixel are skipped */
     size_t option_count;
     const char *gl_renderer;
 } fly_job_params;
 
-/* An object of texts; NULL where memory is exhausted. Free with cJSON_Delete. */
+/* Makes an object of strings; NULL if memory is exhausted. Free with cJSON_Delete. */
 struct cJSON *fly_job_create(const fly_job_params *params);
 
 #endif

@@ -1,4 +1,4 @@
-/* stipple render: one picture without a display. */
+/* stipple render: draws one picture without a display. */
 #include "base/json.h"
 #include "formats/image/image.h"
 #include "runtime/gl/gl_context.h"
@@ -12,13 +12,17 @@
 static int run(int argc, char **argv);
 const cli_command cli_render = {
     .name = "render",
-    .summary = "one picture of a model, without a display",
+    .summary = "draw one picture of a model, without a display",
     .usage = "stipple render M.stipple -o I.png [options]",
     .details =
-        "Without a camera the model is seen as its scanner saw it or, if it is an interior, from\n"
-        "inside; else, and with --view whole, all of it is seen, filling the smaller side. The\n"
-        "picture's alpha says where it is covered. --repeat N draws N times more and --stats says\n"
-        "how long each took.",
+        "If no camera is given and --view is first, the picture shows the model as its scanner "
+        "saw\n"
+        "it or, if the model is an interior, from inside. For other models, and with --view "
+        "whole,\n"
+        "the picture shows the whole model, which fills the smaller side. The picture's alpha "
+        "says\n"
+        "where the model covers it. --repeat N draws N more times and --stats says how long each\n"
+        "picture took.",
     .run = run,
 };
 
@@ -32,8 +36,8 @@ typedef struct options {
     bool force;
 } options;
 
-/* The picture, and where --repeat asks for it more of the same. The first frame, which loads and
- * warms up, counts only if it is the only one. */
+/* Draws the picture, and with --repeat more of the same. The first frame loads and warms up, so it
+ * counts only if it is the only one. */
 static stp_status draw(const options *o, const stp_draw_params *params, stp_renderer *renderer,
                        const stp_view *view, draw_picture *picture, draw_measure *m, stp_error *err)
 {
@@ -110,11 +114,11 @@ static int run(int argc, char **argv)
         [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.files.picture, "I.png",
                                "the picture to write", NULL},
         {"--depth", 0, CLI_STRING, &o.files.depth, "F.exr",
-         "depths along the camera's axis to write, inf where nothing is", NULL},
+         "write depths along the camera's axis; inf where nothing is drawn", NULL},
         {"--normals", 0, CLI_STRING, &o.files.normals, "F.exr",
-         "normals in the world's axes to write, 0 0 0 where nothing is", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "times and counts to write", NULL},
-        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N times more, for the times (0)", NULL},
+         "write normals in the world's axes; 0 0 0 where nothing is drawn", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write times and counts", NULL},
+        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "draw N more times, to measure time (0)", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
@@ -132,6 +136,6 @@ static int run(int argc, char **argv)
     code = draw_options_check(&o.draw, &cli_render);
     if (code != CLI_CONTINUE)
         return code;
-    cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
+    cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
     return render(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_render, &err);
 }

@@ -1,4 +1,4 @@
-/* The option --codec of the commands that write chunk files. */
+/* The option --codec of commands that write chunk files. */
 #ifndef STP_TOOLS_FILE_CODEC_OPTIONS_H
 #define STP_TOOLS_FILE_CODEC_OPTIONS_H
 
@@ -7,7 +7,7 @@
 /* The first is the default of prep. */
 #define CODEC_CHOICES "draco|zstd|raw"
 
-/* Of a choice's number. */
+/* Converts the index of a choice to the codec. */
 static inline stp_codec codec_options_codec(int choice)
 {
     static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_ZSTD, STP_CODEC_RAW};

@@ -1,4 +1,4 @@
-/* `stipple convert`: a chunk file with another codec or another default threshold. */
+/* `stipple convert`: rewrites a chunk file with another codec or another default threshold. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"
@@ -15,13 +15,14 @@ static int run(int argc, char **argv);
 
 const cli_command cli_convert = {
     .name = "convert",
-    .summary = "a chunk file with another codec, without loss",
+    .summary = "rewrite a chunk file with another codec, without loss",
     .usage = "stipple convert M.stipple -o N.stipple [options]",
     .details =
-        "Every sample stays as it is, and so does what the file says about them. zstd decodes\n"
-        "several times as fast as draco and takes about a fifth more room; raw is for tests.\n"
-        "Without --codec payloads are copied. --threshold is what drawing commands take where\n"
-        "they are given none.",
+        "Every sample and everything that the file says about samples stays the same. zstd "
+        "decodes\n"
+        "several times as fast as draco and takes about a fifth more space; raw is for tests.\n"
+        "Without --codec the payloads are copied. --threshold is the threshold that drawing\n"
+        "commands use if they are given none.",
     .run = run,
 };
 
@@ -73,10 +74,10 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     const cli_option options[] = {
         {"--output", 'o', CLI_STRING, &o.output, "N.stipple", "the chunk file to write", NULL},
-        {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES, "of the payloads (the file's own)",
-         &o.has_codec},
+        {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
+         "codec of the payloads (the file's own)", &o.has_codec},
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
-         "what drawing commands take by default (the file's own)", &o.has_threshold},
+         "default threshold of drawing commands (the file's own)", &o.has_threshold},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},
         source_options_timeout(&o.timeout_s),
         sandbox_options_off(&o.no_sandbox),

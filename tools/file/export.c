@@ -1,4 +1,4 @@
-/* `stipple export`: the level-0 samples of the leaf chunks as PLY, with edges and faces. */
+/* `stipple export`: writes the level-0 samples of the leaf chunks as PLY, with edges and faces. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"
@@ -15,12 +15,14 @@ const cli_command cli_export = {
     .name = "export",
     .summary = "write the points and lines of a chunk file as PLY",
     .usage = "stipple export M.stipple -o F.ply [options]",
-    .details = "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
-               "Coordinates are doubles where floats cannot hold them. Unknown normals are 0 0 0.\n"
-               "Where prep marked outliers, the property outlier is 1 for them, else 0.\n"
-               "Ribbons and tubes are edges between their vertices, which have a radius, half the\n"
-               "width; normals of tubes are 0 0 0. Triangles are faces.\n"
-               "What stands in for lost points in a repaired file is left out, which is said.",
+    .details =
+        "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
+        "If floats cannot hold the coordinates, they are doubles. Unknown normals are 0 0 0.\n"
+        "If prep marked outliers, the property outlier is 1 for them and 0 for other points.\n"
+        "Ribbons and tubes become edges between their vertices. Their property radius is half the\n"
+        "width. Normals of tubes are 0 0 0. Triangles become faces.\n"
+        "A repaired file has samples that stand in for lost points: export leaves them out and\n"
+        "prints how many.",
     .run = run,
 };
 

@@ -1,4 +1,4 @@
-/* The points and shapes of a chunk file as PLY. */
+/* Exports the points and shapes of a chunk file as PLY. */
 #include "tools/file/export_file.h"
 
 #include "base/memory.h"
@@ -11,18 +11,18 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Points written at a time. */
+/* Number of points per write. */
 #define BATCH_COUNT 4096u
 
-/* Where points go, and what their intensities are multiplied by. */
+/* The output of points, and the factor of their intensities. */
 typedef struct sink {
     stp_ply_writer *writer;
     double intensity_step;
-    const bool *stand_ins; /* by chunk: no points, but what a repair put in their place */
+    const bool *stand_ins; /* per chunk: its samples stand in for lost points */
     export_shapes *shapes;
 } sink;
 
-/* A positive number of the metadata; `otherwise` if it has none. */
+/* A positive number of the metadata; `otherwise` if there is none. */
 static double noted(const stp_chunk_file_info *info, const char *name, double otherwise)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -32,8 +32,8 @@ static double noted(const stp_chunk_file_info *info, const char *name, double ot
     return value > 0.0 && isfinite(value) ? value : otherwise;
 }
 
-/* The error that coordinates may have when they are written. Exact: a quarter of half the inputs'
- * step, for half of the latter is taken by what is stored. */
+/* The error that writing may add to coordinates. For an exact model it is a quarter of half the
+ * inputs' step, because the stored positions already use half of that half step. */
 static double allowed_error(const stp_chunk_file_info *info)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -42,9 +42,9 @@ static double allowed_error(const stp_chunk_file_info *info)
     return noted(info, "precision", INFINITY) * (exact ? 0.25 : 1.0);
 }
 
-/* Floats hold the points if their spacing at the farthest coordinate is below 1/64 of the least
- * distance between samples: then below a half of the lattice's step; and below the precision asked
- * for, so that georeferenced points come back as they were. */
+/* Decides between floats and doubles. Floats do if their spacing at the farthest coordinate is
+ * below 1/64 of the least distance between samples, and so below half of the lattice's step, and
+ * below the allowed error, so that georeferenced points come back as they were. */
 static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
@@ -73,7 +73,7 @@ static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3
                    .intensity = (uint16_t)intensity,
                    .class_id = s->class_id,
                    .outlier = (s->flags & STP_SAMPLE_OUTLIER) != 0};
-    if (stp_sample_is_flat(s)) /* not a tube's tangent */
+    if (stp_sample_is_flat(s)) /* else the direction is a tube's tangent */
         p.normal = stp_normal_decode(s->normal);
     for (int i = 0; i < 3; i++)
         p.rgb[i] = (uint16_t)(s->rgb[i] * 257);
@@ -131,7 +131,7 @@ done:
     return status;
 }
 
-/* Chunks that a repair put in the place of lost ones, and how many samples they have. */
+/* Finds the chunks that a repair put in the place of lost ones, and counts their samples. */
 static stp_status find_stand_ins(stp_chunk_file *file, bool **marks, uint64_t *count,
                                  stp_error *err)
 {

@@ -1,5 +1,5 @@
-/* The points and shapes of a chunk file as PLY: level 0 of the leaf chunks. Threads: one per file.
- */
+/* Exports the points and shapes of a chunk file as PLY: level 0 of the leaf chunks. Threads: one
+ * per file. */
 #ifndef STP_TOOLS_FILE_EXPORT_FILE_H
 #define STP_TOOLS_FILE_EXPORT_FILE_H
 

@@ -1,4 +1,4 @@
-/* Strips and triangles as edges and faces. */
+/* Exports strips and triangles as edges and faces. */
 #include "tools/file/export_shapes.h"
 
 #include "base/memory.h"
@@ -6,7 +6,7 @@
 
 #include <stdlib.h>
 
-/* Edges or triangles written at a time. */
+/* Number of edges or triangles per write. */
 #define BATCH_COUNT 1024u
 
 static int compare_joints(const void *a, const void *b)
@@ -15,7 +15,7 @@ static int compare_joints(const void *a, const void *b)
     return x->number < y->number ? -1 : x->number > y->number;
 }
 
-/* The place of a joint; UINT64_MAX where no strip is continued. */
+/* The index of a joint; UINT64_MAX if no strip continues here. */
 static uint64_t find_joint(const export_shapes *s, const stp_sample *sample, const stp_patch *patch,
                            stp_dvec3 origin)
 {
@@ -26,7 +26,8 @@ static uint64_t find_joint(const export_shapes *s, const stp_sample *sample, con
     return found ? (uint64_t)(found - s->joints) : UINT64_MAX;
 }
 
-/* One pass over a chunk: the first notes joints, the second counts what they spare. */
+/* One pass over a chunk. The first pass notes joints, the second counts the vertices that joints
+ * save. */
 static stp_status look_at(export_shapes *s, const stp_chunk *chunk, stp_dvec3 origin, bool first,
                           stp_error *err)
 {

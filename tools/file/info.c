@@ -1,4 +1,4 @@
-/* `stipple info`: what is in a chunk file, from its header and directory alone. */
+/* `stipple info`: prints what is in a chunk file, from its header and directory only. */
 #include "tools/file/sandbox_options.h"
 #include "tools/file/source_options.h"
 
@@ -17,10 +17,10 @@ static int run(int argc, char **argv);
 
 const cli_command cli_info = {
     .name = "info",
-    .summary = "say what is in a chunk file",
+    .summary = "print what is in a chunk file",
     .usage = "stipple info M.stipple [--json]",
     .details =
-        "Reads header, directory and metadata, no payloads. Lengths are the scan's own units.",
+        "Reads header, directory and metadata, no payloads. Lengths are in the scan's own units.",
     .run = run,
 };
 
@@ -100,7 +100,7 @@ static void print_attributes(uint32_t attributes)
            attributes & STP_HAS_TRIANGLES ? " triangles" : "");
 }
 
-/* "12 marked, more than 3 local spacings from everything else": as prep counted. */
+/* Prints "12 marked, more than 3 local spacings from everything else", as prep counted. */
 static void print_outliers(const stp_chunk_file_info *info)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -116,7 +116,7 @@ static void print_outliers(const stp_chunk_file_info *info)
     cJSON_Delete(metadata);
 }
 
-/* "by 0.002 at most, 0.0001 on average": of points that prep moved. */
+/* Prints "by 0.002 at most, 0.0001 on average": how far prep moved points. */
 static void print_joined(const cJSON *metadata)
 {
     const cJSON *joined = cJSON_GetObjectItemCaseSensitive(metadata, "joined");
@@ -127,7 +127,7 @@ static void print_joined(const cJSON *metadata)
                greatest->valuedouble, mean->valuedouble);
 }
 
-/* "0.0004 at most, 0.0002 on average": as prep measured. */
+/* Prints "0.0004 at most, 0.0002 on average", as prep measured. */
 static void print_displacement(const stp_chunk_file_info *info)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -161,7 +161,7 @@ static void print_depths(const depth_summary *depths, uint32_t count)
         "leaves\n");
 }
 
-/* Metadata is the file's: control characters do not reach the terminal. */
+/* Prints metadata. It comes from the file, so control characters are not passed to the terminal. */
 static void print_metadata(const stp_chunk_file_info *info)
 {
     printf("\nmetadata       ");
@@ -172,7 +172,7 @@ static void print_metadata(const stp_chunk_file_info *info)
     putchar('\n');
 }
 
-/* Nothing where the whole model is what is first seen. */
+/* Prints nothing if the first view is the whole model. */
 static void print_first_view(const stp_chunk_file_info *info)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -192,7 +192,7 @@ static void print_first_view(const stp_chunk_file_info *info)
     cJSON_Delete(metadata);
 }
 
-/* "3 strips, 120 vertices, 117 segments": as prep counted; the points' samples are not theirs. */
+/* Prints "3 strips, 120 vertices, 117 segments", as prep counted, without the samples of points. */
 static void print_shapes(const stp_chunk_file_info *info)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
@@ -214,7 +214,7 @@ static void print_shapes(const stp_chunk_file_info *info)
     cJSON_Delete(metadata);
 }
 
-/* A repaired file is not to be mistaken for a whole one. */
+/* Says that a file was repaired, so that nobody takes it for a whole one. */
 static void print_repairs(const stp_chunk_file_info *info)
 {
     stp_repair_sum sum = stp_repair_note_sum(info->metadata_json);

@@ -1,4 +1,4 @@
-/* What a command may still open. */
+/* Limits what a command may open. */
 #include "tools/file/sandbox_options.h"
 
 #include "base/sandbox.h"
@@ -13,14 +13,14 @@ cli_option sandbox_options_off(bool *off)
                         CLI_FLAG,
                         off,
                         NULL,
-                        "keep the right to open other files than those named",
+                        "keep the right to open files that are not named on the command line",
                         NULL};
 }
 
 stp_status sandbox_options_enter(bool off, const char *input, const char *output, stp_error *err)
 {
     const bool remote = stp_is_address(input);
-    /* With the process's own numbers, and authorities of the user's own. */
+    /* Includes the process's own figures, and the user's own certificate authorities. */
     const stp_sandbox sandbox = {
         .read = {remote ? NULL : input, "/proc/self", "/sys/devices/system/cpu",
                  remote ? getenv("CURL_CA_BUNDLE") : NULL, remote ? getenv("SSL_CERT_FILE") : NULL},

@@ -1,4 +1,4 @@
-/* Models on web servers, as commands read them. */
+/* Options for models on web servers. */
 #include "tools/file/source_options.h"
 
 #include "formats/scan/detect.h"
@@ -17,7 +17,7 @@ cli_option source_options_timeout(double *seconds)
 {
     return (cli_option){
         "--timeout", 0,   CLI_NUMBER,
-        seconds,     "S", "seconds to wait in all for a server that sends next to nothing (60)",
+        seconds,     "S", "total seconds to wait for a server that sends almost nothing (60)",
         NULL};
 }
 

@@ -1,5 +1,5 @@
-/* `stipple verify`: every checksum and invariant of a chunk file; the first fault is named, or what
- * is damaged repaired. */
+/* `stipple verify`: checks every checksum and invariant of a chunk file and names the first fault,
+ * or repairs the file. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"
@@ -20,10 +20,14 @@ const cli_command cli_verify = {
     .summary = "check every checksum and invariant of a chunk file, or repair it",
     .usage = "stipple verify M.stipple [options]",
     .details =
-        "Decodes every chunk. Names the first fault with its chunk, patch and byte, and exits 1.\n"
-        "--repair puts flipped bits back, rebuilds header, directory and inner chunks, and names\n"
-        "what is lost: there coarser samples stand in, which export leaves out. Exits 0 if the\n"
-        "file was sound (then nothing is written) or nothing is lost, 1 if something is.\n"
+        "Decodes every chunk. If there is a fault, verify names the first one with its chunk, "
+        "patch\n"
+        "and byte, and exits with 1.\n"
+        "--repair flips wrong bits back and rebuilds the header, the directory and inner chunks.\n"
+        "It names what is lost. Coarser samples stand in for lost points; export leaves them out.\n"
+        "It exits with 0 if the file was sound (then it writes nothing) or if nothing is lost, "
+        "with\n"
+        "1 if something is lost.\n"
         "--force without -o replaces the file itself, but only if nothing is lost.",
     .run = run,
 };
@@ -65,7 +69,7 @@ static void say(void *context, const char *line)
         printf("%s: %s\n", o->path, line);
 }
 
-/* Losses are a failure, though the output is there. */
+/* Reports the result. Losses are a failure, although the output exists. */
 static stp_status sum_up(const verify_options *o, const stp_repair_result *result, stp_error *err)
 {
     const char *output = o->output ? o->output : o->path;
@@ -78,7 +82,7 @@ static stp_status sum_up(const verify_options *o, const stp_repair_result *resul
     } else if (result->points_lost > 0) {
         return stp_error_set(err, STP_CORRUPT,
                              "%s is repaired, but %" PRIu64 " points are lost: %" PRIu64
-                             " samples stand in for such, as its metadata tells",
+                             " samples stand in for them, as its metadata says",
                              output, result->points_lost, result->stand_ins);
     } else {
         return stp_error_set(err, STP_CORRUPT,
@@ -120,7 +124,7 @@ static int run(int argc, char **argv)
         {.name = "--repair",
          .kind = CLI_FLAG,
          .target = &o.repair,
-         .help = "write the file as far as it can be repaired"},
+         .help = "write a repaired file, with everything that can be saved"},
         {.name = "--output",
          .letter = 'o',
          .kind = CLI_STRING,

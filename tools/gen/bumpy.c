@@ -7,8 +7,8 @@ typedef struct wave {
     double k[3], phase, amplitude;
 } wave;
 
-/* Frequencies grow from 2 to 60 radians per radian; slopes (amplitude times frequency) stay below
- * 0.12 each, so that the shape is a star with modest overhang-free bumps. */
+/* Frequencies grow from 2 to 60 radians per radian. Each slope (amplitude times frequency) stays
+ * below 0.12, so that the shape is a star without overhangs. */
 static const wave waves[] = {
     {{1.4, 1.1, -0.9}, 0.3, 0.0420},     {{-1.8, 2.1, 1.2}, 1.9, 0.0300},
     {{2.9, 0.7, 3.1}, 4.1, 0.0220},      {{0.8, -4.9, 2.2}, 2.7, 0.0160},
@@ -19,7 +19,7 @@ static const wave waves[] = {
 };
 enum { WAVE_COUNT = sizeof waves / sizeof *waves };
 
-/* The radius in the direction d and its gradient in d, taken as free in space. */
+/* Returns the radius in the direction d and its gradient in d, as if d were free in space. */
 static double radius(stp_dvec3 d, stp_dvec3 *gradient)
 {
     double sum = 1.0;
@@ -48,7 +48,7 @@ static void bumpy_project(const gen_surface *surface, stp_dvec3 start, gen_hit *
     stp_dvec3 d = stp_dvec3_normalize(start), g;
     double r = radius(d, &g);
     hit->position = stp_dvec3_scale(d, r);
-    /* The gradient of |p| - radius(p / |p|), whose second part lies across d. */
+    /* The gradient of |p| - radius(p / |p|). Its second part is at right angles to d. */
     stp_dvec3 across = stp_dvec3_sub(g, stp_dvec3_scale(d, stp_dvec3_dot(g, d)));
     stp_dvec3 n = stp_dvec3_normalize(stp_dvec3_sub(d, stp_dvec3_scale(across, 1.0 / r)));
     hit->normal = stp_dvec3_to_float(n);

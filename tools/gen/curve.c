@@ -36,7 +36,7 @@ uint64_t gen_hilbert_index(const uint32_t position[3])
 
 void gen_sierpinski_point(double t, float barycentric[3])
 {
-    /* Entry a, apex b and exit c as coordinates along the second and third corner. */
+    /* Entry a, apex b and exit c, as coordinates along the second and third corner. */
     float ax = 0.0f, ay = 0.0f, bx = 1.0f, by = 0.0f, cx = 0.0f, cy = 1.0f;
     uint32_t bits = (uint32_t)(t * (double)(1u << SIERPINSKI_DEPTH));
     for (int i = SIERPINSKI_DEPTH - 1; i >= 0; i--) {
@@ -70,8 +70,8 @@ uint64_t gen_permutation_at(const gen_permutation *p, uint64_t index)
 {
     uint64_t low_mask = ((uint64_t)1 << p->low_bits) - 1;
     uint64_t high_mask = ((uint64_t)1 << p->high_bits) - 1;
-    /* The network permutes a power of two; values beyond count are sent on until they fall inside,
-     * which keeps it a bijection. */
+    /* The network permutes a power of two. Values of count or more are permuted again until they
+     * are below count, which keeps the map a bijection. */
     do {
         uint64_t low = index & low_mask, high = index >> p->low_bits;
         for (unsigned round = 0; round < FEISTEL_ROUNDS; round += 2) {

@@ -1,8 +1,8 @@
-/* Dual numbers: a value and its gradient in space, so that a shape is written once and its exact
- * normals come with it (forward-mode differentiation, e.g. Griewank and Walther 2008, chapter 3).
+/* Dual numbers: a value and its gradient in space. A shape is written once and its exact normals
+ * come with it (forward-mode differentiation, e.g. Griewank and Walther 2008, chapter 3).
  *
- * Single precision in one vector register: lane 0 is the value, lanes 1..3 the derivatives by x, y,
- * z. gcc's and clang's vector extension is all that is needed. */
+ * Single precision in one vector register: lane 0 is the value, lanes 1..3 are the derivatives by
+ * x, y, z. Needs only the vector extension of gcc and clang. */
 #ifndef STP_TOOLS_GEN_DUAL_H
 #define STP_TOOLS_GEN_DUAL_H
 
@@ -25,7 +25,7 @@ static inline gen_dual3 gd_variable(float x, float y, float z)
     return (gen_dual3){{x, 1.0f, 0.0f, 0.0f}, {y, 0.0f, 1.0f, 0.0f}, {z, 0.0f, 0.0f, 1.0f}};
 }
 
-/* f(a) where f has this value and this derivative at a. */
+/* f(a), if f has this value and this derivative at a. */
 static inline gen_dual gd_chain(gen_dual a, float value, float derivative)
 {
     gen_dual result = a * derivative;
@@ -60,7 +60,7 @@ static inline gen_dual gd_div(gen_dual a, gen_dual b)
     return result;
 }
 
-/* Zero and below give zero with no slope, so that an axis is harmless. */
+/* Values of 0 and below give 0 with slope 0, so that points on an axis are harmless. */
 static inline gen_dual gd_sqrt(gen_dual a)
 {
     if (!(a[0] > 1e-20f))
@@ -103,8 +103,8 @@ static inline gen_dual gd_max(gen_dual a, gen_dual b)
     return a[0] > b[0] ? a : b;
 }
 
-/* Union with a fillet of width k; exactly the minimum where the two differ by k or more, so that
- * far parts may be left out. Source: Quilez, "smooth minimum", the quadratic polynomial. */
+/* Union with a fillet of width k. Exactly the minimum if a and b differ by k or more, so that far
+ * parts may be left out. Source: Quilez, "smooth minimum", the quadratic polynomial. */
 static inline gen_dual gd_smooth_min(gen_dual a, gen_dual b, float k)
 {
     gen_dual difference = gd_abs(a - b);

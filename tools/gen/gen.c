@@ -1,4 +1,4 @@
-/* stipple gen: a known surface as a scan, with its true mesh and, for one shape, its true picture.
+/* stipple gen: makes a scan of a known surface, its true mesh and, for one shape, its true picture.
  */
 #include "base/clock.h"
 #include "base/memory.h"
@@ -13,7 +13,7 @@
 
 extern const cli_command cli_gen;
 
-/* Points a task makes; a batch is so many tasks, written in order. */
+/* Points per task. A batch is this many tasks, written in order. */
 enum { TASK_POINTS = 1 << 15, BATCH_TASKS = 8 };
 
 typedef struct options {
@@ -182,7 +182,7 @@ done:
     return status;
 }
 
-/* A usage message for what is missing or does not go together, or NULL. */
+/* Returns a usage message if something is missing or does not fit together, else NULL. */
 static const char *check(const options *o, gen_shape shape)
 {
     if (o->output == NULL && o->mesh == NULL && o->truth == NULL)
@@ -210,21 +210,22 @@ static int run(int argc, char **argv)
     cli_common common = {0};
     stp_error error = {0};
     const cli_option own[] = {
-        {"--points", 'n', CLI_UINT, &o.point_count, "N", "how many points", NULL},
-        {"--output", 'o', CLI_STRING, &o.output, "F.ply|F.las", "the scan", NULL},
+        {"--points", 'n', CLI_UINT, &o.point_count, "N", "number of points", NULL},
+        {"--output", 'o', CLI_STRING, &o.output, "F.ply|F.las", "the scan to write", NULL},
         {"--order", 0, CLI_CHOICE, &o.order, "scan|random",
-         "neighbours in the file are neighbours in space, or not (scan)", NULL},
+         "scan: neighbours in space are neighbours in the file; random: not (scan)", NULL},
         {"--noise", 0, CLI_NUMBER, &o.noise, "SPACINGS",
-         "standard deviation along the normal, in sample spacings (0)", NULL},
-        {"--seed", 0, CLI_UINT, &o.seed, "K", "another seed, another scan (0)", NULL},
+         "standard deviation of noise along the normal, in sample spacings (0)", NULL},
+        {"--seed", 0, CLI_UINT, &o.seed, "K",
+         "seed of the random numbers: another seed gives another scan (0)", NULL},
         {"--normals", 0, CLI_FLAG, &o.normals, NULL, "write the true normals", NULL},
         {"--no-colour", 0, CLI_FLAG, &o.no_colour, NULL, "write no colours", NULL},
         {"--stations", 0, CLI_UINT, &o.station_count, "N",
-         "only what one of N scanner stations around sees (at most 64)", NULL},
-        {"--mesh", 0, CLI_STRING, &o.mesh, "F.ply", "the true surface as triangles", NULL},
+         "sample only what one of N scanner stations around sees (at most 64)", NULL},
+        {"--mesh", 0, CLI_STRING, &o.mesh, "F.ply", "write the true surface as triangles", NULL},
         {"--mesh-triangles", 0, CLI_UINT, &o.mesh_triangles, "N",
-         "about how many of them (as the shape needs)", NULL},
-        {"--truth", 0, CLI_STRING, &o.truth, "I.png", "bumpy: the exact picture", NULL},
+         "approximate number of triangles of --mesh (as the shape needs)", NULL},
+        {"--truth", 0, CLI_STRING, &o.truth, "I.png", "write the exact picture (bumpy only)", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     cli_option list[sizeof own / sizeof *own + CAMERA_OPTION_COUNT];
@@ -253,12 +254,13 @@ const cli_command cli_gen = {
     .usage = "stipple gen SHAPE -n N -o F.ply [options]",
     .details =
         "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
-        "apart),\ntree (leaves and branches; its mesh has about N vertices, 16 million at most).\n"
-        "The scan is PLY, or LAS 1.4 where its name ends in .las.\n"
-        "Points are spread evenly over the true surface; memory does not grow with their number,\n"
-        "but with the tree.\n"
-        "The file says where the stations are and which one saw a point (LAS: the latter\n"
-        "alone, as point source ID).\n"
-        "The camera's options are for the picture of --truth.",
+        "apart),\n"
+        "tree (leaves and branches; its mesh has about N vertices, 16 million at most).\n"
+        "The scan is LAS 1.4 if its name ends in .las, else PLY.\n"
+        "Points are spread evenly over the true surface. Memory grows with the tree, but not with\n"
+        "the number of points of other shapes.\n"
+        "With --stations, a PLY file says where the stations are and which one saw a point. A LAS\n"
+        "file says only which station saw a point, as point source ID.\n"
+        "The camera options are for the picture of --truth.",
     .run = run,
 };

@@ -5,9 +5,10 @@
 #include <string.h>
 #include <strings.h>
 
-/* As scanners do it: well below what they resolve, and not so fine that files grow by it. */
+/* Steps per sample spacing, like scanners: well below the resolution, but not so fine that files
+ * grow. */
 static const double steps_per_spacing = 100.0;
-/* Gaussian noise stays within so many standard deviations. */
+/* Gaussian noise stays within this many standard deviations. */
 static const double noise_reach = 10.0;
 
 static bool ends_with(const char *path, const char *ending)
@@ -37,7 +38,7 @@ static stp_status create_las(gen_scan *out, const char *path, bool force, uint32
                                 nearbyint(surface->centre.z)};
     const double reach = stp_dvec3_length(stp_dvec3_sub(surface->centre, params.offset)) +
                          surface->radius + noise_reach * sampling->noise_spacings * spacing;
-    /* The finest step for so great a reach is the power of ten that we are after. */
+    /* The finest step for this reach is the wanted power of ten. */
     params.step = stp_las_finest_step(fmax(reach, spacing / steps_per_spacing * INT32_MAX / 10.0));
     return stp_las_writer_create(&out->las, path, &params, err);
 }

@@ -1,4 +1,4 @@
-/* The file that `stipple gen` writes a scan to: LAS where its name ends so, else PLY. */
+/* The file that `stipple gen` writes a scan to: LAS if its name ends so, else PLY. */
 #ifndef STP_TOOLS_GEN_GEN_SCAN_H
 #define STP_TOOLS_GEN_GEN_SCAN_H
 
@@ -7,16 +7,16 @@
 #include "tools/gen/sampler.h"
 
 typedef struct gen_scan {
-    stp_ply_writer *ply; /* one of the two */
+    stp_ply_writer *ply; /* exactly one of ply and las is set */
     stp_las_writer *las;
 } gen_scan;
 
-/* Does the name ask for LAS, or for LAZ, which is not written? */
+/* True if the name asks for LAS; for LAZ, which is not written. */
 bool gen_scan_is_las(const char *path);
 bool gen_scan_is_laz(const char *path);
-/* Starts the file of a sampler made by these params, in floats (PLY) or in the coarsest power of
- * ten below a hundredth of the sample spacing (LAS: 32 bits permitting). Errors: as the writers'.
- */
+/* Starts the file of a sampler that was made with these params. PLY coordinates are floats. The
+ * step of LAS is the coarsest power of ten below a hundredth of the sample spacing, if 32 bits
+ * permit it. Errors: those of the writers. */
 stp_status gen_scan_create(gen_scan *out, const char *path, bool force, uint32_t attributes,
                            const gen_sampler *sampler, const gen_sampler_params *params,
                            stp_error *err);

@@ -1,11 +1,11 @@
-/* Triangle meshes of parameter domains. */
+/* Makes triangle meshes of parameter domains. */
 #include "tools/gen/grid.h"
 
 #include "base/memory.h"
 
 #include <stdlib.h>
 
-/* Enough room for more vertices and triangles, with 32-bit indices checked. */
+/* Makes room for more vertices and triangles; checks that 32-bit indices are enough. */
 static stp_status reserve(gen_mesh *mesh, uint64_t vertices, uint64_t triangles, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -68,12 +68,12 @@ done:
     return status;
 }
 
-/* The octahedron unfolded: row y of the upper half has y + 1 points a quarter; vertices are found
- * by their integer coordinates with |x| + |y| + |z| = n, so neighbours share them by construction.
- */
+/* The index of a vertex of the octahedron. Row y of the upper half has y + 1 points per quarter. A
+ * vertex is found by its integer coordinates with |x| + |y| + |z| = n, so neighbouring faces share
+ * it. */
 static size_t octahedron_index(int64_t n, int64_t x, int64_t y, int64_t z)
 {
-    /* Rings of constant z: ring r = n - |z| has max(1, 4 r) points; count those above. */
+    /* Rings of constant z: ring r = n - |z| has max(1, 4 r) points. Counts the points above. */
     int64_t r = n - llabs(z);
     int64_t before;
     if (z >= 0)
@@ -93,7 +93,7 @@ static stp_dvec3 project(const gen_surface *surface, double x, double y, double 
     return hit.position;
 }
 
-/* One face of the octahedron, whose corner signs are given. */
+/* Adds one face of the octahedron, given by the signs of its corners. */
 static void octahedron_face(const gen_surface *surface, int64_t n, const int64_t sign[3],
                             gen_mesh *mesh)
 {

@@ -1,4 +1,5 @@
-/* Triangle meshes of parameter domains: grids (open, or closed in both directions) and spheres. */
+/* Makes triangle meshes of parameter domains: grids (open, or closed in both directions) and
+ * spheres. */
 #ifndef STP_TOOLS_GEN_GRID_H
 #define STP_TOOLS_GEN_GRID_H
 
@@ -13,12 +14,12 @@ typedef struct gen_grid {
     bool wraps;           /* u = 1 is u = 0 and v = 1 is v = 0 */
 } gen_grid;
 
-/* One mesh of one or more grids. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Makes one mesh of one or more grids. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status gen_grid_mesh(const gen_surface *surface, const gen_grid *grids, size_t grid_count,
                          gen_mesh *out, stp_error *err);
 
-/* A subdivided octahedron whose vertices are projected onto the surface, for star shapes around the
- * origin. Errors: OUT_OF_MEMORY, LIMIT. */
+/* Makes a subdivided octahedron whose vertices are projected onto the surface, for star shapes
+ * around the origin. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status gen_star_mesh(const gen_surface *surface, uint64_t triangle_count, stp_pool *pool,
                          gen_mesh *out, stp_error *err);
 

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Cubes a block has along each axis. */
+/* Number of cubes per block along each axis. */
 enum { BLOCK = 4, CORNERS = BLOCK + 1, CENTRES = BLOCK + 1, LOCAL_HASH = 1u << 11 };
 
-/* A lattice edge is named by the sum of its ends' doubled coordinates (corners even, centres odd),
- * 21 bits an axis: all sums differ. */
+/* The key of a lattice edge is the sum of its ends' doubled coordinates (corners even, centres
+ * odd), 21 bits per axis. All sums differ. */
 typedef uint64_t edge_key;
 
 typedef struct block {
@@ -30,7 +30,7 @@ typedef struct mesher {
     block *blocks;
 } mesher;
 
-/* Values at a block's nodes; centres reach one cube beyond the low sides. */
+/* Values at a block's nodes. Centres reach one cube beyond the low sides. */
 typedef struct block_work {
     float corners[CORNERS][CORNERS][CORNERS];
     float centres[CENTRES][CENTRES][CENTRES];
@@ -50,10 +50,11 @@ static vec3s node_position(const mesher *m, int x, int y, int z)
                     m->origin.z + half * (float)z}};
 }
 
-/* The root of f between two nodes of opposite sign: regula falsi, Illinois variant. */
+/* Finds the root of f between two nodes of opposite sign: regula falsi, Illinois variant. */
 static vec3s edge_root(const mesher *m, const node *a, const node *b)
 {
-    /* The same end first whichever tetrahedron asks, so that neighbours agree to the last bit. */
+    /* Takes the ends in a fixed order, whichever tetrahedron asks, so that neighbours agree to the
+     * last bit. */
     bool swap = a->x != b->x ? a->x > b->x : a->y != b->y ? a->y > b->y : a->z > b->z;
     const node *low = swap ? b : a, *high = swap ? a : b;
     vec3s p = node_position(m, low->x, low->y, low->z);
@@ -124,14 +125,14 @@ static stp_status add_triangle(block *b, uint32_t i, uint32_t j, uint32_t k, stp
     return STP_OK;
 }
 
-/* Even orders of a tetrahedron's corners: first the inside corner (one inside), the outside one
- * (three inside), or the two inside ones. */
+/* Even permutations of a tetrahedron's corners. First comes the inside corner (if one is inside),
+ * the outside corner (if three are inside), or the two inside corners. */
 static const uint8_t tet_order[16][4] = {{0, 1, 2, 3}, {0, 1, 2, 3}, {1, 0, 3, 2}, {0, 1, 2, 3},
                                          {2, 3, 0, 1}, {0, 2, 3, 1}, {1, 2, 0, 3}, {3, 2, 1, 0},
                                          {3, 2, 1, 0}, {0, 3, 1, 2}, {1, 3, 2, 0}, {2, 3, 0, 1},
                                          {2, 3, 0, 1}, {1, 0, 3, 2}, {0, 1, 2, 3}, {0, 1, 2, 3}};
 
-/* The surface inside one positively oriented tetrahedron. */
+/* Adds the surface inside one positively oriented tetrahedron. */
 static stp_status march(const mesher *m, block *b, block_work *work, const node corners[4],
                         stp_error *err)
 {
@@ -175,7 +176,7 @@ static node centre_node(const block *b, const block_work *work, const int at[3])
                   work->centres[at[2] + 1][at[1] + 1][at[0] + 1]};
 }
 
-/* The four tetrahedra around the low face of a cube across one axis. */
+/* Marches the four tetrahedra around the low face of a cube across one axis. */
 static stp_status march_face(const mesher *m, block *b, block_work *work, const int cube[3],
                              int axis, stp_error *err)
 {
@@ -229,7 +230,7 @@ done:
     return status;
 }
 
-/* The blocks whose middle is near enough to the surface for it to pass through. */
+/* Finds the blocks that the surface may pass through: their middle is near enough to it. */
 static stp_status find_blocks(mesher *m, const gen_implicit_box *box, size_t *block_count,
                               stp_error *err)
 {
@@ -238,7 +239,7 @@ static stp_status find_blocks(mesher *m, const gen_implicit_box *box, size_t *bl
     int count[3];
     for (int axis = 0; axis < 3; axis++)
         count[axis] = (int)ceilf((box->max.raw[axis] - box->min.raw[axis]) / side) + 1;
-    /* Half the diagonal of a block and its low neighbours. */
+    /* Half the diagonal of a block with its low neighbours. */
     float reach = box->lipschitz * 0.8660254f * (side + m->cell);
     *block_count = 0;
     for (int z = 0; z < count[2]; z++)
@@ -258,7 +259,7 @@ static stp_status find_blocks(mesher *m, const gen_implicit_box *box, size_t *bl
     return STP_OK;
 }
 
-/* Gives equal keys of different blocks one vertex; fills out. */
+/* Gives equal keys of different blocks one vertex, and fills out. */
 static stp_status join_blocks(const mesher *m, size_t block_count, gen_mesh *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -316,7 +317,7 @@ stp_status gen_implicit_mesh(gen_implicit *f, const gen_implicit_box *box, float
     mesher m = {.f = f, .origin = box->min, .cell = cell};
     size_t block_count = 0;
     stp_status status = STP_OK;
-    /* Key space: 21 bits for twice the doubled coordinate. */
+    /* The keys' space: 21 bits for twice the doubled coordinate. */
     for (int axis = 0; axis < 3; axis++)
         if ((box->max.raw[axis] - box->min.raw[axis]) / cell > 500000.0f) {
             status = stp_error_set(err, STP_LIMIT, "the mesh would be too fine; ask for less");
@@ -335,7 +336,7 @@ done:
     return status;
 }
 
-/* f at p; the unit normal too where there is a gradient. */
+/* Returns f at p, and the unit normal if there is a gradient. */
 static float value_at(gen_implicit *f, vec3s p, vec3s *normal, unsigned *part, float *slope)
 {
     gen_dual value = f(p, part);
@@ -353,7 +354,7 @@ static vec3s between(vec3s a, vec3s b, float t)
     return (vec3s){{a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t}};
 }
 
-/* Halves the segment from a (f below 0) to b until float has no place between. */
+/* Halves the segment from a (f below 0) to b until no float lies between. */
 static vec3s bisect(gen_implicit *f, vec3s a, vec3s b, vec3s *normal, unsigned *part)
 {
     vec3s middle = a;
@@ -368,7 +369,8 @@ static vec3s bisect(gen_implicit *f, vec3s a, vec3s b, vec3s *normal, unsigned *
     return middle;
 }
 
-/* For where Newton's steps do not settle: looks along a line for a change of sign, ever further. */
+/* Used if Newton's steps do not settle: searches along a line, ever further, for a change of sign.
+ */
 static vec3s search(gen_implicit *f, vec3s start, float reach, vec3s *normal, unsigned *part)
 {
     float slope;
@@ -397,7 +399,7 @@ vec3s gen_implicit_project(gen_implicit *f, vec3s start, float reach, vec3s *nor
         if (!(slope > 1e-6f))
             break;
         float move = -value / slope;
-        /* The distance left; after so short a step the normal turned by less than curvature times
+        /* The remaining distance. In this short step the normal turns by less than curvature times
          * the step. */
         bool done = fabsf(move) < 4e-6f;
         int side = value < 0.0f ? 0 : 1;

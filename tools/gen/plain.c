@@ -1,4 +1,4 @@
-/* The plain shapes: sphere, plane, torus, and the sheet of two near sides. */
+/* The plain shapes: sphere, plane, torus, and the sheet with two near sides. */
 #include "tools/gen/grid.h"
 
 #define TWO_PI 6.283185307179586
@@ -147,7 +147,7 @@ static stp_status sheet_mesh(const gen_surface *surface, uint64_t triangle_count
 
 void gen_sheet_init(gen_surface *surface, uint64_t point_count)
 {
-    /* Two sides of 2 x 2 share the points. */
+    /* The two sides of 2 x 2 share the points. */
     surface->separation = sqrt(8.0 / (double)(point_count ? point_count : 1));
     surface->has_class = true;
     surface->proxy_triangles = 8192;

@@ -1,4 +1,4 @@
-/* Points of a surface as a function of their index. */
+/* Computes points of a surface as a function of their index. */
 #include "tools/gen/sampler.h"
 
 #include "base/memory.h"
@@ -8,7 +8,7 @@
 
 #include <stdlib.h>
 
-/* How much of its piece of the curve a point may wander. */
+/* The part of its piece of the curve in which a point is jittered. */
 static const double jitter_width = 0.7;
 
 enum { SEEN_NONE, SEEN_PART, SEEN_ALL, TRIALS = 16, RETRIES = 64, TRIANGLES_PER_TASK = 1024 };
@@ -33,10 +33,10 @@ struct gen_sampler {
     gen_permutation order;
     size_t triangle_count;
     gen_triangle *triangles; /* along the curve */
-    gen_mesh mesh;           /* of a surface that is its mesh, else empty */
-    uint32_t *sources;       /* the triangles' places in it */
+    gen_mesh mesh;           /* for a surface that is its own mesh, else empty */
+    uint32_t *sources;       /* the triangles' indices in mesh */
     double *cumulative;      /* sampled area before each triangle; triangle_count + 1 */
-    uint32_t *guide; /* triangle at each triangle_count-th of the area, to start searching */
+    uint32_t *guide; /* triangle at each 1/triangle_count of the area, where searches start */
     uint8_t *seen;   /* SEEN_*; NULL without stations */
     gen_visibility *visibility;
 };
@@ -61,7 +61,7 @@ static gen_triangle mesh_triangle(const gen_mesh *mesh, size_t index)
         {mesh->positions[corners[0]], mesh->positions[corners[1]], mesh->positions[corners[2]]}};
 }
 
-/* Corner coordinates of the mesh's triangles in the order of the Hilbert curve. */
+/* Copies the corner coordinates of the mesh's triangles in the order of the Hilbert curve. */
 static stp_status sort_triangles(gen_sampler *s, const gen_mesh *mesh, stp_error *err)
 {
     keyed_triangle *keys = NULL;
@@ -99,7 +99,7 @@ done:
     return status;
 }
 
-/* The surface's point at a place of a triangle, which is given by its corners' weights, too. */
+/* Gets the surface's point at a place of a triangle, given also by the corners' weights. */
 static void surface_point(const gen_sampler *s, size_t triangle, stp_dvec3 place,
                           const float weights[3], gen_hit *hit)
 {
@@ -129,14 +129,14 @@ static double triangle_area(const gen_triangle *t)
     return 0.5 * stp_dvec3_length(stp_dvec3_cross(ab, ac));
 }
 
-/* The k-th of TRIALS fixed places of a triangle. */
+/* True if the k-th of TRIALS fixed places of a triangle is seen. */
 static bool trial_seen(const gen_sampler *s, size_t triangle, int k, gen_hit *hit)
 {
     triangle_point(s, triangle, ((double)k + 0.5) / (double)TRIALS, hit);
     return gen_visibility_sees(s->visibility, hit);
 }
 
-/* A corner of the triangle or its middle, as the surface has it. */
+/* True if a corner or the middle of the triangle, projected onto the surface, is seen. */
 static bool probe_seen(const gen_sampler *s, size_t triangle, int probe)
 {
     const vec3s *c = s->triangles[triangle].corners;
@@ -153,7 +153,7 @@ static bool probe_seen(const gen_sampler *s, size_t triangle, int probe)
     return gen_visibility_sees(s->visibility, &hit);
 }
 
-/* Sets seen, and cumulative[i + 1] to the seen area, of a run of triangles. */
+/* For a run of triangles, sets seen and sets cumulative[i + 1] to the seen area. */
 static stp_status see_triangles(void *context, size_t index, unsigned worker, stp_error *err)
 {
     (void)worker;
@@ -175,7 +175,7 @@ static stp_status see_triangles(void *context, size_t index, unsigned worker, st
     return STP_OK;
 }
 
-/* Areas to running sums, and the guide into them. */
+/* Turns areas into running sums and makes the guide. */
 static stp_status sum_areas(gen_sampler *s, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -288,9 +288,9 @@ static uint16_t draw_station(const gen_sampler *s, uint64_t piece, const gen_hit
     return gen_visibility_station(s->visibility, hit, s->keys[STREAM_STATION], piece);
 }
 
-/* The point moves to another place of its triangle until it is seen; shadows may be narrower than
- * the places tried before. Returns the station, counted from 1; 0 if none sees any of the places.
- */
+/* Moves the point to other places of its triangle until it is seen; shadows may be narrower than
+ * the places tried before. Returns the station, counted from 1; 0 if no station sees any of the
+ * places. */
 static uint16_t move_into_sight(const gen_sampler *s, size_t triangle, uint64_t piece, gen_hit *hit)
 {
     for (uint64_t retry = 0; retry < RETRIES; retry++) {

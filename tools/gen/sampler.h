@@ -1,14 +1,16 @@
-/* The i-th point of a scan of a surface, as a function of i: no memory that grows with the count.
+/* Computes the i-th point of a scan of a surface as a function of i, so that memory does not grow
+ * with the count.
  *
- * The proxy's triangles are threaded on one curve: sorted along a Hilbert curve, each filled by
- * Sierpinski's triangle curve, so that equal lengths of the curve are equal areas and neighbours on
- * the curve are neighbours in space. The curve is cut into as many equal pieces as there are points
- * and each piece gets one, jittered about its middle: even density, without clumps and without a
- * grid, like a scanner's. Scan order is the curve's; random order walks the pieces by a keyed
- * permutation (a Feistel network, cycle-walked). Noise is Gaussian along the true normal.
+ * One curve threads the proxy's triangles: they are sorted along a Hilbert curve, and Sierpinski's
+ * triangle curve fills each of them. Equal lengths of the curve are equal areas, and neighbours on
+ * the curve are neighbours in space. The curve is cut into as many equal pieces as there are
+ * points. Each piece gets one point, jittered about its middle. So the density is even, without
+ * clumps and without a grid, like a scanner's. Scan order is the order of the curve. Random order
+ * visits the pieces by a keyed permutation (a Feistel network, cycle-walked). Noise is Gaussian
+ * along the true normal.
  *
- * With stations only what some station sees is sampled, and each point says from which one it
- * comes; see visibility.h. Threads: filling is const, any number. */
+ * With stations, only what some station sees is sampled, and each point names its station; see
+ * visibility.h. Threads: filling is const, any number. */
 #ifndef STP_TOOLS_GEN_SAMPLER_H
 #define STP_TOOLS_GEN_SAMPLER_H
 
@@ -31,15 +33,15 @@ typedef struct gen_sampler_params {
 stp_status gen_sampler_create(gen_sampler **out, const gen_sampler_params *params, stp_pool *pool,
                               stp_error *err);
 void gen_sampler_destroy(gen_sampler **sampler);
-/* Area sampled: of the whole surface or of what the stations see. */
+/* The sampled area: the whole surface, or what the stations see. */
 double gen_sampler_area(const gen_sampler *sampler);
 /* sqrt(area / count). */
 double gen_sampler_spacing(const gen_sampler *sampler);
-/* The stations, station_count of them. */
+/* The station_count stations. */
 const stp_dvec3 *gen_sampler_stations(const gen_sampler *sampler);
 
-/* Points first .. first + count - 1 of point_count; truth (may be NULL) gets their noiseless
- * originals. */
+/* Fills points first .. first + count - 1 of point_count. truth (may be NULL) gets the points
+ * without noise. */
 void gen_sampler_fill(const gen_sampler *sampler, uint64_t first, size_t count, stp_point *points,
                       gen_hit *truth);
 

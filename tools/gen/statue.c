@@ -8,7 +8,7 @@ static const statue_part *const parts[] = {
 };
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
-/* How far p is outside a part's box; zero inside. */
+/* The distance of p from a part's box; 0 inside. */
 static float box_distance(const statue_part *part, vec3s p)
 {
     float square = 0.0f;
@@ -52,8 +52,8 @@ static stp_status statue_mesh(const gen_surface *surface, uint64_t triangle_coun
                              sqrtf(13.0f * 11.0f / (float)triangle_count), pool, out, err);
 }
 
-/* Grime and shade gather where the surface is hollow: how much nearer the surface is, a little way
- * out along the normal, than it would be over a plane. */
+/* Hollow places are darker. Measures how hollow: how much nearer the surface is, a little way out
+ * along the normal, than over a plane. */
 static float hollow(vec3s p, vec3s normal, float reach)
 {
     vec3s out = {{p.x + reach * normal.x, p.y + reach * normal.y, p.z + reach * normal.z}};
@@ -73,8 +73,8 @@ static void statue_project(const gen_surface *surface, stp_dvec3 start, gen_hit 
     hit->class_id = 0;
 }
 
-/* Triangles of the proxy. A coarse one bridges narrow gaps, and the samples have holes there, which
- * show once the samples are denser than the triangles. */
+/* Least number of triangles of the proxy. A coarse proxy bridges narrow gaps. The samples then have
+ * holes there, which show once samples are denser than triangles. */
 #define PROXY_LEAST 700000u
 #define PROXY_MOST 8000000u
 

@@ -1,9 +1,9 @@
-/* The statue's parts: a winged, hooded guardian with an orb, on an inscribed round plinth.
+/* The parts of the statue: a winged, hooded guardian with an orb, on an inscribed round plinth.
  *
- * Each part is an implicit function over a box, negative inside, and a colour. On its box and
- * beyond it a part is at least statue_margin away, and no fillet is as wide as that, so a part can
- * be left out there: that is what makes a figure of many parts cheap to evaluate. Units: the figure
- * is about 2 high, +y up, facing +z. */
+ * Each part is a colour and an implicit function over a box, negative inside. On its box and
+ * beyond, a part is at least statue_margin away. No fillet is that wide, so the part can be left
+ * out there; this makes a figure of many parts cheap to evaluate. Units: the figure is about 2
+ * high, +y up, facing +z. */
 #ifndef STP_TOOLS_GEN_STATUE_H
 #define STP_TOOLS_GEN_STATUE_H
 
@@ -20,7 +20,7 @@ typedef struct statue_part {
     float blend;    /* width of the fillet with the parts before it */
 } statue_part;
 
-/* The order is that of the union. */
+/* In the order of the union. */
 #define STATUE_PARTS(X)                                                                            \
     X(plinth)                                                                                      \
     X(robe)                                                                                        \
@@ -48,12 +48,12 @@ typedef struct statue_knot {
 } statue_knot;
 gen_dual statue_profile(const statue_knot *knots, int count, gen_dual at);
 
-/* Distance to the segment from a to b, less a radius that goes from ra to rb. */
+/* The distance to the segment from a to b, less a radius that goes from ra to rb. */
 gen_dual statue_limb(const gen_dual3 *p, vec3s a, vec3s b, float ra, float rb);
-/* About the distance to an ellipsoid. Source: Quilez, "ellipsoid SDF bound". */
+/* Approximates the distance to an ellipsoid. Source: Quilez, "ellipsoid SDF bound". */
 gen_dual statue_ellipsoid(const gen_dual3 *p, vec3s centre, vec3s radii);
-/* Rounded ridges with sharp creases between, 0..1, period pi: hanging cloth, feathers. sharpness
- * is the crease's width, e.g. 0.1. */
+/* Rounded ridges with sharp creases between, 0..1, period pi: hanging cloth, feathers. sharpness:
+ * width of the crease, e.g. 0.1. */
 gen_dual statue_pleat(gen_dual phase, float sharpness);
 
 vec3s statue_mix(vec3s a, vec3s b, float t);

@@ -17,7 +17,7 @@ static const statue_knot opening[] = {{-0.76f, 1.02f}, {-0.30f, 1.16f}, {0.05f, 
                                       {0.24f, 1.62f},  {0.40f, 1.32f},  {0.50f, 0.95f},
                                       {0.575f, 0.72f}, {0.66f, 0.80f}};
 
-/* What is lost across the edge of the opening where it climbs over the shoulder. */
+/* The loss of distance across the edge of the opening where it climbs over the shoulder. */
 static const statue_knot steepness[] = {
     {0.24f, 1.0f}, {0.42f, 0.85f}, {0.50f, 0.62f}, {0.575f, 0.62f}, {0.66f, 0.85f}};
 

@@ -13,7 +13,7 @@ static const statue_knot robe_z[] = {{-0.80f, 0.300f}, {-0.60f, 0.262f}, {-0.30f
                                      {0.28f, 0.146f},  {0.42f, 0.152f},  {0.49f, 0.122f},
                                      {0.545f, 0.076f}, {0.58f, 0.060f}};
 
-/* Where the body's axis is: the weight is on the figure's left leg. */
+/* Position of the body's axis: the weight is on the figure's left leg. */
 static const statue_knot axis_x[] = {
     {-0.80f, 0.000f}, {-0.40f, 0.018f}, {0.05f, 0.028f}, {0.30f, 0.004f}, {0.62f, 0.000f}};
 

@@ -4,7 +4,7 @@
 static const vec3s orb_centre = {{0.0f, 0.335f, 0.262f}};
 static const float orb_radius = 0.074f;
 
-/* Arms are mirror images; everything here is for the side of positive x. */
+/* Arms are mirror images, so everything here is for the side of positive x. */
 static gen_dual3 mirrored(const gen_dual3 *p)
 {
     return (gen_dual3){gd_abs(p->x), p->y, p->z};
@@ -14,7 +14,7 @@ static const vec3s shoulder = {{0.138f, 0.438f, 0.005f}};
 static const vec3s elbow = {{0.228f, 0.215f, 0.055f}};
 static const vec3s wrist = {{0.105f, 0.268f, 0.222f}};
 
-/* Along the forearm from 0 at the elbow to 1 at the sleeve's mouth, and across it. */
+/* Coordinates along the forearm, 0 at the elbow and 1 at the sleeve's mouth, and across it. */
 typedef struct forearm_site {
     gen_dual along, side, up, across;
 } forearm_site;
@@ -63,7 +63,7 @@ static gen_dual sleeves_distance(const gen_dual3 *p)
     gen_dual3 q = mirrored(p);
     forearm_site site = forearm_at(&q);
     gen_dual tube = sleeve_mouth(&site);
-    /* Hollow from the mouth inwards, so that the cloth has its thickness there. */
+    /* Hollow from the mouth inwards, so that the cloth has a thickness there. */
     gen_dual hollow = gd_max(tube + gd_constant(0.0085f), gd_shift(-site.along, 0.45f) * 0.2f);
     gen_dual ends = gd_shift(gd_abs(gd_shift(site.along, -0.40f)) * 0.2f, -0.122f);
     gen_dual fore = gd_smooth_max(gd_smooth_max(tube, ends, 0.010f), -hollow, 0.007f);
@@ -142,7 +142,7 @@ const statue_part statue_orb = {.name = "orb",
                                 .max = {{0.10f, 0.44f, 0.37f}},
                                 .blend = 0.002f};
 
-/* A place on the orb, at a height over its skin, by longitude (from the front) and latitude. */
+/* A place on the orb by longitude (from the front) and latitude, at a height over its skin. */
 static vec3s on_orb(float longitude, float latitude, float height)
 {
     float r = orb_radius + height;

@@ -3,7 +3,7 @@
 
 static const float raise = 0.018f;
 
-/* Into the head's own frame: inclined forward and a little to its left. */
+/* Transforms into the head's own frame: inclined forward and a little to its left. */
 static gen_dual3 head_frame(const gen_dual3 *p)
 {
     const float ct = 0.9925f, st = 0.1222f; /* 7 degrees forward */
@@ -32,7 +32,7 @@ static gen_dual with_eyes(gen_dual f, const gen_dual3 *p)
     return f + gd_mul(gd_smoothstep(0.0055f, 0.0f, seam), width) * 0.0028f;
 }
 
-/* Both sides of the face as one, without a crease in the middle. */
+/* Maps both sides of the face onto one, without a crease in the middle. */
 static gen_dual3 half_face(const gen_dual3 *p)
 {
     return (gen_dual3){gd_sqrt(gd_shift(gd_square(p->x), 1.6e-5f)), p->y, p->z};

@@ -7,11 +7,11 @@ static const float drum_radius = 0.565f;
 static const float band_middle = -0.927f, letter_height = 0.084f, letter_width = 0.056f;
 static const float stroke = 0.0105f, cut_depth = 0.0085f;
 
-/* One letter a cell; the text closes around the drum. */
+/* One letter per cell. The text closes around the drum. */
 static const char inscription[] = "STIPPLE * A SURFACE OUT OF POINTS * ";
 enum { CELLS = sizeof inscription - 1 };
 
-/* Strokes on a grid of 4 by 6: digits in pairs, x then y; a blank starts a new stroke. */
+/* Strokes on a grid of 4 by 6: pairs of digits, x then y. A blank starts a new stroke. */
 typedef struct glyph {
     char letter;
     const char *strokes;
@@ -34,7 +34,7 @@ static const glyph glyphs[] = {
     {'*', "2433221324"},
 };
 
-/* Nearest point so far of a letter's strokes, in grid units. */
+/* The nearest point of a letter's strokes so far, in grid units. */
 typedef struct nearest {
     float x, y, square;
 } nearest;
@@ -59,7 +59,8 @@ static const char *find_strokes(char letter)
     return "";
 }
 
-/* Distance to the nearest stroke of the inscription, along the drum; far away: a cell's width. */
+/* The distance to the nearest stroke of the inscription, along the drum. Far away it is a cell's
+ * width. */
 static gen_dual letter_distance(gen_dual angle, gen_dual y)
 {
     const float cell_angle = 6.28318531f / (float)CELLS;
@@ -67,7 +68,7 @@ static gen_dual letter_distance(gen_dual angle, gen_dual y)
     float cell = floorf((angle[0] + 3.14159265f) / cell_angle);
     int index = (int)cell % CELLS;
     float middle = (cell + 0.5f) * cell_angle - 3.14159265f;
-    /* The name stands in front: cell 0 three and a half letters left of the middle. */
+    /* The name is in front: cell 0 is three and a half letters left of the middle. */
     const char *strokes = find_strokes(inscription[(index + CELLS / 2 + 3) % CELLS]);
     gen_dual along = gd_shift(angle, -middle) * drum_radius;
     float u = along[0] / unit_x + 2.0f, v = (y[0] - band_middle) / unit_y + 3.0f;

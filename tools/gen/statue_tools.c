@@ -1,4 +1,4 @@
-/* What the statue's parts are built from. */
+/* The tools from which the statue's parts are built. */
 #include "tools/gen/statue.h"
 
 const vec3s statue_gold = {{0.83f, 0.64f, 0.30f}};
@@ -6,7 +6,7 @@ const vec3s statue_madder = {{0.62f, 0.23f, 0.17f}};
 const vec3s statue_teal = {{0.10f, 0.33f, 0.38f}};
 const vec3s statue_ivory = {{0.90f, 0.85f, 0.74f}};
 
-/* Slope at a knot: the parabola's through it and its neighbours; level at the ends. */
+/* The slope at a knot: that of the parabola through it and its neighbours; level at the ends. */
 static float knot_slope(const statue_knot *knots, int count, int i)
 {
     if (i == 0 || i == count - 1)

@@ -4,10 +4,10 @@
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
-/* Where the feathers' quills would meet, and the angle between feathers. */
+/* The point where the feathers' quills would meet, and the angle between feathers. */
 static const float pivot_x = 0.02f, pivot_y = 1.12f, feather_angle = 0.088f;
 
-/* Distance from the pivot by angle from straight down: of the leading edge, of the tips. */
+/* Distances from the pivot, by angle from straight down: of the leading edge, and of the tips. */
 static const statue_knot leading[] = {
     {0.05f, 0.70f}, {0.40f, 0.575f}, {0.75f, 0.485f}, {1.02f, 0.440f}, {1.25f, 0.43f}};
 static const statue_knot tips[] = {{0.02f, 1.02f}, {0.16f, 1.17f}, {0.34f, 1.40f},
@@ -16,7 +16,7 @@ static const statue_knot tips[] = {{0.02f, 1.02f}, {0.16f, 1.17f}, {0.34f, 1.40f
 
 typedef struct wing_site {
     gen_dual angle, radius;
-    gen_dual away;       /* from the wing's middle surface, along z */
+    gen_dual away;       /* distance from the wing's middle surface, along z */
     gen_dual start, end; /* radii of the leading edge and of the tips */
 } wing_site;
 
@@ -156,7 +156,7 @@ static gen_dual halo_distance(const gen_dual3 *p)
         gd_shift(gd_length2(gd_shift(radius, -0.196f), gd_shift(gd_abs(z), -0.004f)), -0.004f);
     gen_dual beads = gd_cos(angle * 60.0f) * 0.0018f;
     gen_dual f = gd_smooth_min(gd_min(disc, inner), rim - beads, 0.005f) * 0.8f;
-    /* What holds it to the hood. */
+    /* A boss holds the halo to the hood. */
     gen_dual boss = statue_limb(p, halo_centre, (vec3s){{0.0f, 0.76f, -0.13f}}, 0.030f, 0.042f);
     return gd_smooth_min(f, boss, 0.012f);
 }

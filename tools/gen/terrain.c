@@ -30,9 +30,9 @@ static gen_dual noise(uint64_t seed, gen_dual x, gen_dual y)
     return result;
 }
 
-/* Ridges where the noise changes sign, rounded over a little; each octave is rougher on high
- * ground, as erosion leaves it. Source: Musgrave's ridged multifractal (Ebert et al., "Texturing
- * and Modeling"). */
+/* Ridges where the noise changes sign, slightly rounded. Each octave is rougher on high ground, as
+ * erosion leaves it. Source: Musgrave's ridged multifractal (Ebert et al., "Texturing and
+ * Modeling"). */
 static gen_dual ridges(uint64_t seed, gen_dual x, gen_dual y)
 {
     gen_dual sum = gd_constant(0.0f), weight = gd_constant(1.0f);
@@ -44,7 +44,7 @@ static gen_dual ridges(uint64_t seed, gen_dual x, gen_dual y)
         ridge = gd_mul(ridge, weight);
         sum = sum + ridge * amplitude;
         weight = gd_smoothstep(-0.1f, 1.0f, ridge);
-        /* Turned and doubled, so that the lattices of the octaves do not line up. */
+        /* Rotates and doubles, so that the octaves' lattices do not line up. */
         gen_dual turned = x * 1.62f - y * 1.18f;
         y = gd_shift(x * 1.18f + y * 1.62f, 17.3f);
         x = gd_shift(turned, 5.1f);
@@ -53,7 +53,7 @@ static gen_dual ridges(uint64_t seed, gen_dual x, gen_dual y)
     return sum;
 }
 
-/* Steps of the given height wherever the mask is 1; the risers are the cliffs. */
+/* Terraces of the given step where the mask is 1. The risers are the cliffs. */
 static gen_dual terrace(gen_dual height, float step, gen_dual mask)
 {
     float level = floorf(height[0] / step);

@@ -1,4 +1,4 @@
-/* A plant that grows level by level out of random numbers. */
+/* Grows a plant level by level from random numbers. */
 #include "tools/gen/tree.h"
 
 #include "base/memory.h"
@@ -7,18 +7,18 @@
 #include <stdlib.h>
 
 static const double two_pi = 6.28318530717958647692;
-/* Successive children stand so far around their bearer, radians. */
+/* The angle around their bearer between successive children, radians. */
 static const double golden_angle = 2.39996322972865332;
 
-/* What tubes of a level are like. */
+/* The shape of the tubes of a level. */
 typedef struct habit {
     uint32_t sides, rings;
     double length_m;
-    double radius;      /* at its begin, of the bearer's there (the trunk: metres) */
-    double taper;       /* of that, at the last ring */
-    double angle;       /* to the bearer's axis, radians */
-    double from, to;    /* part of the bearer that bears */
-    double bend, climb; /* how much the direction wanders and turns upwards, ring by ring */
+    double radius;   /* at its begin, as a part of the bearer's radius there (the trunk: metres) */
+    double taper;    /* radius at the last ring, as a part of `radius` */
+    double angle;    /* to the bearer's axis, radians */
+    double from, to; /* range of the bearer that has children */
+    double bend, climb; /* how far the direction wanders and turns upwards per ring */
     vec3s bark;
 } habit;
 
@@ -34,7 +34,7 @@ enum { SPRIGS_PER_TWIG = 2, TWIG = 3, SPRIG = 4 };
 
 static const double leaf_length_m = 0.13, leaf_width_m = 0.06;
 
-/* How many tubes each level has. */
+/* The number of tubes of each level. */
 typedef struct counts {
     uint64_t tubes[GEN_TREE_LEVELS];
     uint64_t leaves;
@@ -50,7 +50,7 @@ static double draw(grower *g)
     return stp_random_unit(g->key, g->counter++);
 }
 
-/* Around 0, at most `most` away from it. */
+/* Draws a number around 0, at most `most` away from it. */
 static double draw_about(grower *g, double most)
 {
     return most * (2.0 * draw(g) - 1.0);
@@ -82,7 +82,7 @@ static uint64_t vertices_of(const counts *c)
     return sum;
 }
 
-/* The most twigs that need no more than so many vertices; one at least. */
+/* Plans the largest number of twigs, at least one, that needs at most vertex_count vertices. */
 static counts plan(uint64_t vertex_count)
 {
     uint64_t few = 1, many = GEN_TREE_VERTEX_LIMIT;
@@ -151,7 +151,8 @@ static vec3s shaded(vec3s colour, double shade)
     return glms_vec3_scale(colour, (float)shade);
 }
 
-/* Vertices go counter-clockwise around the axis, seen from where it points to. */
+/* Adds a ring. Its vertices go counter-clockwise around the axis, seen from where the axis points
+ * to. */
 static void add_ring(grower *g, const gen_tree_ring *ring, const habit *h)
 {
     gen_tree *tree = g->tree;
@@ -165,7 +166,7 @@ static void add_ring(grower *g, const gen_tree_ring *ring, const habit *h)
     tree->rings[tree->ring_count++] = *ring;
 }
 
-/* Two triangles between neighbours of two rings, one between neighbours and the tip. */
+/* Adds two triangles between neighbours of two rings, and one between neighbours and the tip. */
 static void join_rings(gen_tree *tree, const gen_tree_tube *tube)
 {
     const uint32_t sides = tube->sides, tip = tube->first_vertex + tube->ring_count * sides;
@@ -183,7 +184,7 @@ static void join_rings(gen_tree *tree, const gen_tree_tube *tube)
     }
 }
 
-/* Where the next ring is: a step along the axis, which then wanders and turns upwards. */
+/* Goes to the next ring: a step along the axis, which then wanders and turns upwards. */
 static void advance(grower *g, gen_tree_ring *ring, const habit *h)
 {
     ring->centre = mix(ring->centre, 1.0, ring->axis, h->length_m / (double)h->rings);
@@ -214,7 +215,8 @@ static void grow_tube(grower *g, gen_tree_ring ring, uint32_t level)
     join_rings(tree, tube);
 }
 
-/* The index-th of count children that a tube bears: it begins in a ring's middle. */
+/* Makes the first ring of a tube's index-th of count children. A child begins in the middle of a
+ * ring of its bearer. */
 static gen_tree_ring bud(grower *g, const gen_tree_tube *bearer, uint64_t index, uint64_t count)
 {
     const habit *h = &habits[bearer->level + 1];
@@ -231,7 +233,7 @@ static gen_tree_ring bud(grower *g, const gen_tree_tube *bearer, uint64_t index,
     return ring;
 }
 
-/* Children of a level's tubes, shared among them as evenly as whole numbers allow. */
+/* Grows a level: shares its tubes among the bearers as evenly as whole numbers allow. */
 static void grow_level(grower *g, uint32_t level, uint64_t first_bearer, const counts *c)
 {
     const uint64_t bearers = c->tubes[level - 1], children = c->tubes[level];
@@ -243,8 +245,9 @@ static void grow_level(grower *g, uint32_t level, uint64_t first_bearer, const c
     }
 }
 
-/* At the tip of a tube, along its last direction and hanging a little; both pairs lie symmetrically
- * about the line between the ends, so that halves of their distances are the leaf's half-widths. */
+/* Grows a leaf at the tip of a tube, along the tube's last direction and hanging a little. Both
+ * pairs are symmetric about the line between the ends, so half their distance is the leaf's
+ * half-width. */
 static void grow_leaf(grower *g, const gen_tree_tube *tube)
 {
     gen_tree *tree = g->tree;
@@ -334,7 +337,7 @@ void gen_tree_init(gen_surface *surface, uint64_t point_count)
 {
     const uint64_t default_vertices = 20000;
     surface->mesh_vertices = point_count > 0 ? point_count : default_vertices;
-    /* No way along the tubes from where the trunk bears leads out of it. */
+    /* A ball that no path along the tubes, from where the trunk bears on, can leave. */
     surface->centre = (stp_dvec3){0.0, 3.5, 0.0};
     surface->radius = 7.0;
     surface->mesh = tree_mesh;

@@ -1,4 +1,4 @@
-/* Ray casting of the bumpy sphere. */
+/* Casts rays at the bumpy sphere. */
 #include "tools/gen/truth.h"
 
 #include "base/memory.h"
@@ -18,16 +18,16 @@ stp_camera gen_truth_camera(const gen_surface *surface, const int size[2])
                              STP_CAMERA_FOVY_DEG, size[0], size[1]);
 }
 
-/* |p| minus the radius in p's direction: positive outside. */
+/* Returns |p| minus the radius in p's direction: positive outside. */
 static double outside(const gen_surface *surface, stp_dvec3 p, gen_hit *hit)
 {
     surface->project(surface, p, hit);
     return stp_dvec3_length(p) - stp_dvec3_length(hit->position);
 }
 
-/* The first root along the ray inside the surface's ball. `outside` changes by no more than twice
- * the distance (its slopes are below sqrt(3)), so half its value is a safe step; a safe step never
- * passes a root, and one that has become tiny is at it. */
+/* Finds the first root along the ray inside the surface's ball. `outside` changes by at most twice
+ * the distance (its slopes are below sqrt(3)), so half its value is a safe step. A safe step never
+ * passes a root. A step that has become tiny is at a root. */
 static bool cast(const gen_surface *surface, stp_dvec3 eye, stp_dvec3 direction, gen_hit *hit)
 {
     double along = -stp_dvec3_dot(eye, direction);

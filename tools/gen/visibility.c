@@ -1,4 +1,4 @@
-/* Rays from stations against the implicit tree over curve-sorted triangles. */
+/* Tests rays from stations against the implicit tree over curve-sorted triangles. */
 #include "tools/gen/visibility.h"
 
 #include "base/memory.h"
@@ -8,7 +8,7 @@
 
 enum { LEAF_TRIANGLES = 4 };
 
-/* Scanners get nothing back at grazing angles (beyond about 85 degrees). */
+/* Scanners get no return at grazing angles (beyond about 85 degrees). */
 #define GRAZING_COSINE 0.08
 
 typedef struct box {
@@ -18,7 +18,7 @@ typedef struct box {
 struct gen_visibility {
     const gen_triangle *triangles;
     size_t triangle_count;
-    size_t leaf_count; /* a power of two; node i has children 2 i and 2 i + 1, root 1 */
+    size_t leaf_count; /* a power of two; node i has the children 2 i and 2 i + 1; the root is 1 */
     box *boxes;
     size_t station_count;
     stp_dvec3 *stations;
@@ -46,14 +46,15 @@ static box leaf_box(const gen_visibility *v, size_t leaf)
     return result;
 }
 
-/* Evenly around, the golden angle apart: on a sphere, for the terrain on a cap above it, for the
- * sheet above and below by turns, since from within its plane nothing is seen. */
+/* Places stations evenly around the surface, the golden angle apart: on a sphere; for the terrain
+ * on a cap above it; for the sheet above and below in turns, because nothing is seen from within
+ * its plane. */
 static void place_stations(gen_visibility *v, const gen_surface *surface)
 {
     for (size_t i = 0; i < v->station_count; i++) {
         double height = 1.0 - (2.0 * (double)i + 1.0) / (double)v->station_count;
         if (surface->closed)
-            height *= 0.75; /* scanners stand around a thing rather than over its top */
+            height *= 0.75; /* scanners stand around an object rather than above it */
         else if (surface->shape == GEN_SHEET)
             height = (i % 2 == 0 ? 1.0 : -1.0) * (0.55 + 0.2 * height);
         else
@@ -93,8 +94,8 @@ stp_status gen_visibility_create(gen_visibility **out, const gen_surface *surfac
         stp_dvec3 c = stp_dvec3_sub(stp_dvec3_from_float(triangles[i].corners[2]), a);
         area += 0.5 * stp_dvec3_length(stp_dvec3_cross(b, c));
     }
-    /* The proxy leaves the true surface by much less than a triangle's side; the sheet's sides are
-     * nearer than that, but each is flat and hides nothing of itself. */
+    /* The proxy deviates from the true surface by much less than a triangle's side. The sheet's
+     * sides are nearer to each other than that, but each is flat and hides nothing of itself. */
     v->tolerance = surface->shape == GEN_SHEET ? 1e-3 * surface->separation
                                                : 0.5 * sqrt(area / (double)triangle_count);
     for (size_t i = 0; i < v->leaf_count; i++)
@@ -132,7 +133,7 @@ static bool ray_meets_box(const ray *r, const box *b)
 {
     float near = 0.0f, far = 1.0f;
     if (b->min.x > b->max.x)
-        return false; /* of a leaf without triangles */
+        return false; /* the box of a leaf without triangles */
     for (int axis = 0; axis < 3; axis++) {
         float t0 = (b->min.raw[axis] - r->origin.raw[axis]) * r->inverse.raw[axis];
         float t1 = (b->max.raw[axis] - r->origin.raw[axis]) * r->inverse.raw[axis];
@@ -182,7 +183,7 @@ static bool blocked(const gen_visibility *v, const ray *r)
     return false;
 }
 
-/* The cosine under which a station is seen from the point. */
+/* The cosine of the angle at which a station is seen from the point. */
 static double facing(const gen_visibility *v, size_t station, const gen_hit *hit, double *distance)
 {
     stp_dvec3 to = stp_dvec3_sub(v->stations[station], hit->position);
@@ -190,7 +191,7 @@ static double facing(const gen_visibility *v, size_t station, const gen_hit *hit
     return stp_dvec3_dot(to, stp_dvec3_from_float(hit->normal)) / *distance;
 }
 
-/* Whether nothing is between a station and a point that faces it. */
+/* True if nothing is between a station and a point that faces it. */
 static bool reaches(const gen_visibility *v, size_t station, const gen_hit *hit)
 {
     stp_dvec3 to = stp_dvec3_sub(v->stations[station], hit->position);
@@ -214,8 +215,9 @@ bool gen_visibility_sees(const gen_visibility *v, const gen_hit *hit)
     return false;
 }
 
-/* The first to ring of exponential clocks, as fast as the weights, is the weighted draw; those that
- * see nothing step aside one by one, so that few rays are cast. */
+/* A weighted draw: each station has an exponential clock whose rate is its weight, and the first to
+ * ring wins. A station that does not see the point is removed and the next one is taken, so few
+ * rays are cast. */
 uint16_t gen_visibility_station(const gen_visibility *v, const gen_hit *hit, uint64_t key,
                                 uint64_t counter)
 {

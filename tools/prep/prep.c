@@ -1,4 +1,4 @@
-/* stipple prep: scans to one chunk file. */
+/* stipple prep: converts scans to one chunk file. */
 #include "tools/commands.h"
 
 #include "base/json.h"
@@ -21,19 +21,19 @@ typedef struct prep_options {
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
-    int lines; /* 1: a plant's mesh becomes lines */
+    int lines; /* 1: meshes of plants become lines */
     int codec, progress, outliers, shade;
-    int layers; /* 1: overlapping ones are joined */
+    int layers; /* 1: overlapping layers are joined */
     cli_common common;
 } prep_options;
 
-/* What part of the time stages take, for the time left: 4 M points on 2 cores. */
+/* Shares of the stages in the total time, for the time left; measured for 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
     {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
     {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
-/* The surface is found twice more. */
+/* Joining layers finds the surface two more times. */
 #define LAYERS_WEIGHT 60.0
-/* Neighbours are searched for once more. */
+/* Finding outliers searches for neighbours once more. */
 #define OUTLIERS_WEIGHT 20.0
 
 static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
@@ -58,7 +58,7 @@ static stp_status parse_orient(const char *text, stp_prep_params *params, stp_er
                          "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
 }
 
-/* A length, or as exactly as the input. */
+/* Parses --precision: a length, or "exact". */
 static stp_status parse_precision(const char *text, stp_prep_params *params, stp_error *err)
 {
     const cli_option number = {.kind = CLI_NUMBER, .target = &params->precision};
@@ -71,7 +71,7 @@ static stp_status parse_precision(const char *text, stp_prep_params *params, stp
                          "--precision %s: give a positive length, or exact", text);
 }
 
-/* Runs the stages; the files of rejects and figures appear after the model. */
+/* Runs the stages. The files of rejects and statistics appear after the model. */
 static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
                              const stp_progress *progress, stp_error *err)
 {
@@ -97,12 +97,13 @@ done:
     return status;
 }
 
-/* Each unit and chunk takes as much memory as the last: freed, it is kept for the next instead of
- * being given back and cleared anew. 3 % of the time of 4 M points, half of the system's. */
+/* Keeps freed memory for the next unit or chunk, which needs as much as the last. Otherwise the
+ * system takes it back and clears it anew. Saves 3 % of the time of 4 M points, half of the
+ * system's time. */
 static void keep_freed_memory(void)
 {
 #ifdef __GLIBC__
-    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there is */
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the largest value allowed */
     (void)mallopt(M_TRIM_THRESHOLD, 512 << 20);
 #endif
 }
@@ -131,7 +132,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                               .planned = o->common.quiet ? NULL : prep_report_plan};
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
-    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C is heard from here on */
+    const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++) {
         stages[i] = stage_weights[i];
@@ -172,44 +173,48 @@ static int prep_main(int argc, char **argv);
 
 const cli_command cli_prep = {
     .name = "prep",
-    .summary = "scans to a chunk file",
+    .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX; several inputs "
-        "become\n"
-        "one model. An input may be a file, a folder (all scans in it and below), a pattern in\n"
-        "quotes, or @list.txt with an input a line. If one of several cannot be read, or breaks "
-        "off,\n"
-        "it is left out as a whole and named at the end, and the exit code is 1.\n"
-        "Normals point as the input's do, else to the scanner that saw them, where it is said "
-        "(see\n"
-        "the README), else as they are propagated from one to the next (--orient auto).\n"
-        "Edges of a PLY file (element edge: vertex1, vertex2) and l lines of an OBJ file are "
-        "lines:\n"
-        "ribbons where their vertices have normals, else tubes; half as wide as the property "
-        "radius\n"
-        "says, or --line-radius. Sides of faces are no lines. Vertices of faces, and those that no "
-        "edge uses,\n"
-        "are points.\n"
-        "--hybrid stores a mesh's triangles as such where one would get 8 points or more of "
-        "--sample\n"
-        "N, or of as many as there are vertices, then also those as long as such a triangle;\n"
-        "where they meet the others, they blend.\n"
-        "--lines auto makes lines of the meshes of plants: leaves become ribbons, branches tubes, "
-        "the\n"
-        "trunk and what is neither stay triangles.\n"
+        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX. Several inputs\n"
+        "become one model. An input is a file, a folder (all scans in it and below), a pattern in\n"
+        "quotes, or @list.txt with one input per line. If one of several inputs cannot be read, "
+        "or\n"
+        "breaks off, prep leaves that whole input out, names it at the end and exits with code 1.\n"
+        "\n"
+        "--orient auto: if the input has normals, they decide which side is the front. If it has\n"
+        "none, normals point to the scanner that saw the point, where the input says so (see the\n"
+        "README). Otherwise each normal takes its direction from its neighbours.\n"
+        "\n"
+        "Lines: edges of a PLY file (element edge: vertex1, vertex2) and l lines of an OBJ file.\n"
+        "They become ribbons if their vertices have normals, else tubes. Half their width is the\n"
+        "property radius of a vertex, else --line-radius. A side of a face does not become a "
+        "line.\n"
+        "Vertices of faces, and vertices that no edge uses, become points.\n"
+        "\n"
+        "--hybrid stores the large triangles of a mesh as triangles and the others as points. A\n"
+        "triangle is large if it would get 8 points or more of --sample N. Without --sample, N is\n"
+        "the number of vertices; then a triangle as long as a large one is large, too. Triangles\n"
+        "and points blend where they meet.\n"
+        "\n"
+        "--lines auto turns meshes of plants into lines: leaves become ribbons, branches become\n"
+        "tubes. The trunk, and what is neither leaf nor branch, stays triangles.\n"
+        "\n"
         "--layers joined moves points along their normals, by no more than their noise, onto the\n"
-        "surface that they share with their neighbours: scans that overlap by the error of their\n"
-        "registration become one, and folds finer than the sampling are lost. How far points "
-        "moved\n"
-        "is said, and stored (info).\n"
-        "--outliers looks for points, and groups of at most K of them, that are far from all\n"
-        "others, by the spacing of these, so that sparse parts of a scan are none. mark: they are\n"
-        "stored as outliers, which export writes out; drop: they are rejected (see --rejects).",
+        "surface that they share with their neighbours. Scans that overlap with a registration\n"
+        "error become one surface; folds finer than the sampling are lost. prep prints how far it\n"
+        "moved the points and stores that in the model (see info).\n"
+        "\n"
+        "--outliers looks for points, and groups of at most K points (--neighbours K), far from "
+        "all\n"
+        "others. The unit is the spacing of those others, so a sparse part of a scan is no "
+        "outlier.\n"
+        "mark: outliers are stored with a mark, which export writes. drop: outliers are rejected\n"
+        "(see --rejects).",
     .run = prep_main,
 };
 
-/* CLI_CONTINUE where options go together. */
+/* Returns CLI_CONTINUE if the options fit together. */
 static int check_options(const prep_options *o)
 {
     if (!o->output)
@@ -237,44 +242,44 @@ static int prep_main(int argc, char **argv)
     prep_options o = {.orient = "auto", .neighbours = 16};
     const cli_option options[] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
-        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K", "neighbours of a point, 3 to 64 (16)",
-         NULL},
+        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
+         "neighbours examined for each point, 3 to 64 (16)", NULL},
         {"--orient", 0, CLI_STRING, &o.orient, "HOW",
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
         {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL,
          "ignore the input's normals", NULL},
-        {"--sample", 0, CLI_UINT, &o.sample, "N", "N points over a mesh's faces", NULL},
-        {"--seed", 0, CLI_UINT, &o.seed, "K", "of --sample (0)", NULL},
+        {"--sample", 0, CLI_UINT, &o.sample, "N", "place N points on a mesh's faces", NULL},
+        {"--seed", 0, CLI_UINT, &o.seed, "K", "seed of the random numbers of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
-         "of lines of numbers: x,y,z,r,g,b,i,nx,ny,nz,class, _ for none (found)", NULL},
+         "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
         {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
-         "keep triangles that are large beside the sampling, points for the others", NULL},
+         "store large triangles as triangles, the others as points", NULL},
         {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",
-         "auto: a plant's mesh becomes lines (edges)", NULL},
+         "auto: turn meshes of plants into lines (edges)", NULL},
         {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
-         "joined: overlapping scans lie on the surface they share (measured)", NULL},
+         "joined: move overlapping scans onto one shared surface (measured)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
-         "points far from everything else (keep)", NULL},
+         "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
-         "how far: in local spacings, 1 or more (3)", NULL},
+         "distance in local spacings that makes a point an outlier, 1 or more (3)", NULL},
         {"--precision", 0, CLI_STRING, &o.precision, "LENGTH|exact",
-         "greatest position error (half the input's scale); exact: its very numbers", NULL},
+         "largest position error (half the input's scale); exact: the input's numbers", NULL},
         {"--shade", 0, CLI_CHOICE, &o.shade, "phong|unlit",
-         "how it is drawn by default; unlit: scans that carry their own light (phong)", NULL},
+         "default shading; unlit: for scans that carry their own light (phong)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
-         "of the payloads (draco); zstd decodes faster, takes 1.2 times the room", NULL},
+         "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
         {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
-         "most the program holds (half the machine's); what is more lies in --temp", NULL},
+         "memory limit (half the machine's); the rest goes to files in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write figures as JSON", NULL},
+        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write statistics as JSON", NULL},
         {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv",
-         "write which records were not stored, and why", NULL},
+         "list the records that were not stored, and why", NULL},
         {"--strict", 0, CLI_FLAG, &o.strict, NULL,
          "write nothing if one of several inputs cannot be read", NULL},
-        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "of messages on stderr (text)",
-         NULL},
+        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json",
+         "format of the progress on stderr (text)", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;

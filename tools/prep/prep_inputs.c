@@ -1,4 +1,4 @@
-/* Many scans as one source. */
+/* Makes many scans one source. */
 #include "tools/prep/prep_inputs.h"
 
 #include "base/memory.h"
@@ -12,7 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* What the file system says of a file; nothing where it is no plain one. */
+/* What the file system says about a file; zero if it is no regular file. */
 static prep_input facts_of(const char *path)
 {
     struct stat facts;
@@ -47,7 +47,7 @@ static void clear_notes(stp_prep_file *file)
     file->note_count = 0;
 }
 
-/* Whether the fault is this file's alone, and others are left. */
+/* True if only this file is at fault and other files are left. */
 static bool may_leave_out(const prep_inputs *in, stp_status status)
 {
     const bool own = status == STP_NOT_FOUND || status == STP_IO || status == STP_FORMAT ||
@@ -56,8 +56,8 @@ static bool may_leave_out(const prep_inputs *in, stp_status status)
     return own && in->count > 1 && !in->strict;
 }
 
-/* Of what is left out nothing is stored, not even what could be read: half a scan looks like a
- * whole one. */
+/* Leaves a file out. Nothing of it is stored, not even the part that could be read, because half a
+ * scan looks like a whole one. */
 static bool leave_out(prep_inputs *in, size_t i, const stp_error *why)
 {
     if (!may_leave_out(in, why->status) ||
@@ -110,7 +110,7 @@ done:
     return status;
 }
 
-/* The file that was being read, behind which reading goes on. */
+/* Leaves out the file that is being read and continues after it. */
 static bool leave_out_current(void *context, const stp_error *why, size_t *file)
 {
     prep_inputs *in = context;
@@ -125,7 +125,7 @@ static bool leave_out_current(void *context, const stp_error *why, size_t *file)
     return true;
 }
 
-/* A field of CSV: in quotes, quotes doubled. */
+/* Writes a field of CSV: in quotes, quotes inside doubled. */
 static stp_status write_quoted(stp_output *output, const char *text, stp_error *err)
 {
     stp_status status = stp_output_write(output, "\"", 1, err);
@@ -134,7 +134,7 @@ static stp_status write_quoted(stp_output *output, const char *text, stp_error *
     return status == STP_OK ? stp_output_write(output, "\"", 1, err) : status;
 }
 
-/* Goes to the file of a record: places go up, but for outliers, which begin again. */
+/* Goes to the file of a record. Places rise, except that outliers start again. */
 static void seek_reject(prep_inputs *in, uint64_t place)
 {
     if (place < in->reject_before)
@@ -196,7 +196,7 @@ static void add_edges(prep_inputs *in, const stp_edge_counts *edges)
     in->edges.of_faces += edges->of_faces;
 }
 
-/* Appends lines and frees their own set. */
+/* Appends a set of lines and frees the set. */
 static stp_status add_lines(prep_inputs *in, stp_line_set *set, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -217,7 +217,7 @@ done:
     return status;
 }
 
-/* Likewise. */
+/* Appends a set of triangles and frees the set. */
 static stp_status add_triangles(prep_inputs *in, stp_triangle_set *set, const char *path,
                                 stp_error *err)
 {
@@ -247,7 +247,7 @@ done:
     return status;
 }
 
-/* Notes the scan will not have any more when the metadata is written. */
+/* Copies the notes, because the scan is closed when the metadata is written. */
 static stp_status copy_notes(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -265,7 +265,7 @@ done:
     return status;
 }
 
-/* Likewise. */
+/* Copies the grid for the same reason. */
 static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -287,10 +287,11 @@ static const char *note_of(const stp_scan_info *info, const char *name)
     return "";
 }
 
-/* Angles beside lengths have no distances, normals or radii. */
+/* Rejects geographic coordinates: angles together with lengths have no distances, normals or radii.
+ */
 static stp_status check_lengths(const stp_scan_info *info, const char *path, stp_error *err)
 {
-    static const char model[] = "GTModelTypeGeoKey=2"; /* a line; 2: geographic */
+    static const char model[] = "GTModelTypeGeoKey=2"; /* a line of geokeys; 2: geographic */
     const char *wkt = note_of(info, "wkt"), *key = strstr(note_of(info, "geokeys"), model);
     bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
     bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") ||
@@ -304,7 +305,7 @@ static stp_status check_lengths(const stp_scan_info *info, const char *path, stp
         path);
 }
 
-/* What an input adds to, before it does. */
+/* The state before an input adds to it. */
 typedef struct survey_mark {
     size_t station_count;
     uint64_t line_vertices, strips, corners, triangles, points;
@@ -381,7 +382,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
     *all &= info->attributes;
     *any |= info->attributes;
-    if (info->edges.read == 0) /* what is left of a file of lines tells nothing of its digits */
+    if (info->edges.read ==
+        0) /* the points that remain in a file of lines say nothing about its digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
     source->heights = source->heights || info->heights;
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);
@@ -394,7 +396,7 @@ done:
     return status;
 }
 
-/* An input and its place among them. */
+/* An input and its index. */
 typedef struct placed {
     const prep_input *facts;
     size_t place;
@@ -410,7 +412,7 @@ static int compare_placed(const void *a, const void *b)
     return (x->place > y->place) - (x->place < y->place);
 }
 
-/* Each point of a file that is named twice would be stored twice. */
+/* Rejects a file that is named twice: each of its points would be stored twice. */
 static stp_status check_twice(const prep_inputs *in, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,5 +1,5 @@
-/* Many scans as the one source of a model: their points as they come, their lines and
- * triangles all at once. */
+/* Makes many scans the one source of a model: points come as a stream, lines and triangles all at
+ * once. */
 #ifndef STP_TOOLS_PREP_PREP_INPUTS_H
 #define STP_TOOLS_PREP_PREP_INPUTS_H
 
@@ -10,55 +10,55 @@
 
 #include <sys/types.h>
 
-/* A file as it was when it was first looked at. */
+/* A file as it was at the first look. */
 typedef struct prep_input {
     dev_t device;
-    ino_t inode; /* 0: nothing is known */
+    ino_t inode; /* 0: the file is unknown */
     off_t size;
     struct timespec changed;
-    bool plant; /* its mesh has become lines and triangles: it has no points */
-    char *why;  /* it cannot be read and is left out, as this says; NULL: it is read */
+    bool plant; /* its mesh became lines and triangles: it has no points */
+    char *why;  /* the reason why the file is left out; NULL: it is read */
 } prep_input;
 
-/* Several scans, one after the other. Zero, then paths, count, params and plants; paths are
- * borrowed. */
+/* Several scans, one after the other. Start with zero, then set paths, count, params and plants.
+ * paths are borrowed. */
 typedef struct prep_inputs {
     char *const *paths;
     size_t count, current;
     stp_scan_params params;
     stp_scan *scan;
-    prep_input *facts;                 /* by file */
-    stp_prep_file *files;              /* by file: for the metadata; names are the paths' */
+    prep_input *facts;                 /* per file */
+    stp_prep_file *files;              /* per file, for the metadata; names are the paths */
     stp_dvec3 *stations, *station_ups; /* of all inputs, one after the other */
     size_t station_count, station_capacity, up_capacity;
     stp_line_set lines; /* of all inputs, one after the other */
     size_t vertex_capacity, strip_capacity;
     stp_edge_counts edges;      /* of all inputs */
-    stp_triangle_set triangles; /* likewise */
+    stp_triangle_set triangles; /* of all inputs */
     size_t corner_capacity, triangle_capacity;
-    bool strict;              /* an input that cannot be read ends all */
-    bool exact;               /* finer steps than a survey's are looked for */
+    bool strict;              /* an input that cannot be read ends the run */
+    bool exact;               /* also look for finer steps than those of surveys */
     bool plants;              /* meshes become lines (prep_plants.h) */
-    stp_plant_report plant;   /* of all of them */
-    uint32_t stations_before; /* of the inputs before the current one */
+    stp_plant_report plant;   /* of all inputs */
+    uint32_t stations_before; /* number of stations in the inputs before the current one */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
-    size_t reject_file;       /* of the last such record, */
-    uint64_t reject_before;   /* and how many records the files before it have */
+    size_t reject_file;       /* file of the last such record */
+    uint64_t reject_before;   /* number of records in the files before it */
 } prep_inputs;
 
-/* What all inputs together are; every file is opened once, so that a wrong one is told at once: of
- * several it is left out as a whole, also where it breaks off later, unless they are strict.
- * *source then reads from the inputs. Errors, of all or of what is no fault of one file: those of
- * stp_scan_open, LIMIT (stations), EMPTY (no point and no line in any), INVALID_ARGUMENT (a file
- * twice, by whatever names; plants, and no mesh). */
+/* Opens every file once and finds what all inputs together hold, so that a wrong file is reported
+ * at once. If one of several files is wrong, or breaks off later, the whole file is left out,
+ * unless strict. *source then reads from the inputs. Errors of all files, or of none in particular:
+ * those of stp_scan_open, LIMIT (stations), EMPTY (no point and no line in any file),
+ * INVALID_ARGUMENT (the same file twice, by whatever names; plants without a mesh). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
-/* Names rejected records in a CSV file: file, index in it from 0 (of a file with lines: among the
- * vertices that no line goes through), reason; of a file that is left out one line without an
- * index. It appears with prep_inputs_end_rejects. Errors: EXISTS, IO. */
+/* Lists rejected records in a CSV file: file, index in the file from 0, reason. In a file with
+ * lines, the index counts the vertices that no line uses. A file that is left out gets one line
+ * without an index. The CSV file appears with prep_inputs_end_rejects. Errors: EXISTS, IO. */
 stp_status prep_inputs_begin_rejects(prep_inputs *inputs, const char *path, bool force,
                                      stp_error *err);
 stp_status prep_inputs_end_rejects(prep_inputs *inputs, stp_error *err);
-/* How many inputs are left out. */
+/* The number of inputs that are left out. */
 size_t prep_inputs_unreadable(const prep_inputs *inputs);
 void prep_inputs_clear(prep_inputs *inputs);
 

@@ -1,4 +1,4 @@
-/* Files, folders, patterns and lists of these. */
+/* Expands files, folders, patterns and lists. */
 #include "tools/prep/prep_paths.h"
 
 #include "base/memory.h"
@@ -42,8 +42,8 @@ static int compare_entries(const FTSENT **a, const FTSENT **b)
     return strcmp((*a)->fts_name, (*b)->fts_name);
 }
 
-/* What the walk through a folder met. A scan that cannot be looked at is no scan to pass over: a
- * link to nothing, a pipe and the like are told when they are opened. */
+/* Adds an entry that the walk through a folder met. A scan that cannot be examined is added, too:
+ * opening reports links to nothing, pipes and the like. */
 static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *err)
 {
     const bool hidden = e->fts_level > 0 && e->fts_name[0] == '.';
@@ -59,12 +59,12 @@ static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *
         return !hidden && is_scan_name(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
     case FTS_DNR:
     case FTS_NS:
-        return add(paths, e->fts_path, err); /* told when it is opened */
+        return add(paths, e->fts_path, err); /* reported when it is opened */
     case FTS_ERR:
         return stp_error_set(err, STP_IO,
                              "%s cannot be read: %s: allow it, or name the files to be read",
                              e->fts_path, strerror(e->fts_errno));
-    default: /* a folder left, or one that is met again within itself */
+    default: /* a folder that was left, or one that is met again within itself */
         return STP_OK;
     }
 }
@@ -96,7 +96,7 @@ done:
     return status;
 }
 
-/* A file or a folder. */
+/* Adds a file or a folder. */
 static stp_status add_plain(prep_paths *paths, const char *path, stp_error *err)
 {
     struct stat facts;
@@ -119,7 +119,7 @@ static stp_status add_pattern(prep_paths *paths, const char *pattern, stp_error 
     return status;
 }
 
-/* What is not there is told when it is opened. */
+/* Adds one path or pattern. A missing file is reported when it is opened. */
 static stp_status add_one(prep_paths *paths, const char *path, stp_error *err)
 {
     if (strpbrk(path, "*?[") && access(path, F_OK) != 0)
@@ -127,7 +127,7 @@ static stp_status add_one(prep_paths *paths, const char *path, stp_error *err)
     return add_plain(paths, path, err);
 }
 
-/* A line of a list, relative to the list's folder. */
+/* Adds a line of a list, relative to the list's folder. */
 static stp_status add_line(prep_paths *paths, const char *list, const char *line, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,4 +1,4 @@
-/* The inputs of prep as a list of files: files, folders, patterns and lists of these. */
+/* Expands the arguments of prep to a list of files: files, folders, patterns and lists. */
 #ifndef STP_TOOLS_PREP_PREP_PATHS_H
 #define STP_TOOLS_PREP_PREP_PATHS_H
 
@@ -6,16 +6,19 @@
 
 #include <stddef.h>
 
-/* Owned. Zero is none. */
+/* The list is owned. Zero is empty. */
 typedef struct prep_paths {
     char **list;
     size_t count, capacity;
 } prep_paths;
 
-/* Adds what an argument stands for: a folder all files in it and below whose names end as scans'
- * do, by name; `@list.txt` what its lines stand for, those that are not absolute beside it (blank
- * lines and lines of # skipped); a pattern (* ? [) that is no file what it matches, by name; else
- * itself. Errors: NOT_FOUND (nothing matches, no scan in a folder), IO, OUT_OF_MEMORY. */
+/* Adds the files that an argument stands for:
+ *   - a folder: all files in it and below whose names end like a scan's, by name;
+ *   - `@list.txt`: what its lines stand for, relative to the list's folder; blank lines, and lines
+ *     that begin with #, are skipped;
+ *   - a pattern (* ? [) that is no file: the files that match, by name;
+ *   - anything else: the argument itself.
+ * Errors: NOT_FOUND (nothing matches, no scan in a folder), IO, OUT_OF_MEMORY. */
 stp_status prep_paths_add(prep_paths *paths, const char *argument, stp_error *err);
 void prep_paths_clear(prep_paths *paths);
 

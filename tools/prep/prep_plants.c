@@ -1,4 +1,4 @@
-/* Meshes of plants as inputs of prep. */
+/* Reads meshes of plants for prep. */
 #include "tools/prep/prep_plants.h"
 
 #include "base/memory.h"
@@ -21,7 +21,7 @@ static void add_report(stp_plant_report *sum, const stp_plant_report *one)
     sum->rings += one->rings;
 }
 
-/* A mesh as triangles to be drawn as such, of no width. */
+/* Converts a mesh to triangles that are drawn as triangles, with radius 0. */
 static stp_status take_rest(const stp_mesh *mesh, stp_triangle_set *out, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,11 +1,11 @@
-/* Meshes of plants as inputs of prep (--lines auto): their lines and what stays triangles. */
+/* Reads meshes of plants for prep (--lines auto): their lines and the remaining triangles. */
 #ifndef STP_TOOLS_PREP_PREP_PLANTS_H
 #define STP_TOOLS_PREP_PREP_PLANTS_H
 
 #include "formats/scan/mesh/triangle_set.h"
 #include "preprocess/plant/plant.h"
 
-/* What a mesh file becomes; *lines and *triangles must be empty. Adds to *report. Errors: those of
+/* Converts a mesh file. *lines and *triangles must be empty. Adds to *report. Errors: those of
  * stp_mesh_load and stp_plant_convert. */
 stp_status prep_plants_read(const char *path, stp_line_set *lines, stp_triangle_set *triangles,
                             stp_plant_report *report, stp_error *err);

@@ -1,4 +1,4 @@
-/* What prep says of itself. */
+/* The messages of prep. */
 #include "tools/prep/prep_report.h"
 
 #include "base/clock.h"
@@ -8,7 +8,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* Points, and vertices of lines and triangles as often as they are stored. */
+/* The number of stored samples: points, and vertices of lines and triangles as often as they are
+ * stored. */
 static double samples_of(const stp_prep_stats *s)
 {
     return (double)(s->points_out + s->lines.samples + 3 * s->triangles.triangles);
@@ -147,7 +148,7 @@ static void print_orientation(const stp_prep_stats *s)
                 s->first.why == STP_FIRST_SCANNER ? "from where the scanner was" : "from inside");
 }
 
-/* " (3 not finite, 10 without return)". */
+/* Prints " (3 not finite, 10 without return)". */
 static void print_rejects(const stp_prep_stats *s)
 {
     static const char *const words[STP_REJECT_COUNT] = {
@@ -166,7 +167,7 @@ static void print_rejects(const stp_prep_stats *s)
     fprintf(stderr, "%s\n", *separator == ',' ? ")" : "");
 }
 
-/* "0.012 %"; of what was read and could have been stored. */
+/* Prints the share of outliers, "0.012 %", in the records that could have been stored. */
 static void print_outliers(const stp_prep_stats *s)
 {
     bool marked = s->outliers == STP_OUTLIERS_MARK;
@@ -180,7 +181,7 @@ static void print_outliers(const stp_prep_stats *s)
             100.0 * (double)s->outlier_count / points, s->outlier_distance);
 }
 
-/* What is stored of the positions, and what to do where that is less than was read. */
+/* Prints how far stored positions are off, and what to do if they are less exact than the input. */
 static void print_displacement(const stp_prep_stats *s)
 {
     const stp_displacement *d = &s->tree.displacement;
@@ -194,9 +195,8 @@ static void print_displacement(const stp_prep_stats *s)
     else if (r->exact)
         fprintf(stderr,
                 "%" PRIu64
-                " stored positions do not round to the very numbers that were read: these "
-                "have digits far below the distance to the next point, for which a patch has no "
-                "bits\n",
+                " stored positions do not round to the very numbers that were read: a patch "
+                "has no bits for digits far below the distance to the next point\n",
                 d->changed);
     else if (d->beyond > 0 && r->precision > 0.0)
         fprintf(
@@ -214,7 +214,7 @@ static void print_displacement(const stp_prep_stats *s)
                 d->beyond);
 }
 
-/* "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
+/* Prints "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
 static void print_edges(const stp_edge_counts *e)
 {
     const struct {
@@ -333,7 +333,8 @@ void prep_report_sweep(const char *output)
 {
     uint64_t bytes = 0, count = stp_output_sweep(output, &bytes);
     if (count > 0)
-        fprintf(stderr, "%s: a run was stopped before it was whole: %.1f MB of it removed\n",
+        fprintf(stderr,
+                "%s: an earlier run was stopped before its end: removed %.1f MB of its files\n",
                 output, 1e-6 * (double)bytes);
 }
 

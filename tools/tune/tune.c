@@ -1,4 +1,5 @@
-/* stipple tune: what a level-of-detail threshold costs and buys, measured; solves for one. */
+/* stipple tune: measures what a level-of-detail threshold costs and buys; finds the threshold for a
+ * goal. */
 #include "base/memory.h"
 #include "base/sort.h"
 #include "formats/chunk/byte_source.h"
@@ -16,21 +17,22 @@
 static int run(int argc, char **argv);
 const cli_command cli_tune = {
     .name = "tune",
-    .summary = "quality and cost against the threshold, measured; solves for one",
+    .summary = "measure quality and cost of thresholds; find the threshold for a goal",
     .usage = "stipple tune M.stipple -o DIR [options]",
     .details =
-        "Draws the model at several thresholds from several sides and distances, --views of the\n"
-        "78 there are, or along --path, or from the one camera that --camera or --eye give. Each\n"
-        "picture is judged against one of every sample drawn with --reference times as many "
-        "pixels\n"
-        "along each side; what the error rule predicts is compared with how far drawn discs "
-        "really\n"
-        "lie from the surface. DIR gets index.html, tune.csv (a row a view and threshold),\n"
-        "tune.json and charts, all or nothing. Takes some minutes on two cores without a GPU;\n"
-        "fewer --views, a smaller --size and --repeat take less.\n"
-        "--fps: 1000 over the median of the views' milliseconds, met within 10 %; --psnr: of the\n"
-        "squared differences of all views together, within 0.5 dB; --bytes: on the GPU, the most\n"
-        "that any view needs, never passed.",
+        "Draws the model at several thresholds from several sides and distances: from --views of\n"
+        "78 built-in views, along --path, or from the one camera of --camera or --eye. Each "
+        "picture\n"
+        "is compared with a reference: every sample, drawn with --reference times as many pixels\n"
+        "along each side. The error that the rule predicts is compared with the distance of drawn\n"
+        "discs from the surface. DIR gets index.html, tune.csv (one row per view and threshold),\n"
+        "tune.json and charts, all or nothing. tune takes some minutes on two cores without a "
+        "GPU;\n"
+        "fewer --views, a smaller --size and a smaller --repeat take less.\n"
+        "Goals: --fps is 1000 over the median of the views' milliseconds, met within 10 %. --psnr\n"
+        "is computed from the squared differences of all views together, met within 0.5 dB. "
+        "--bytes\n"
+        "is the GPU memory of the view that needs most, never exceeded.",
     .run = run,
 };
 
@@ -66,7 +68,7 @@ typedef struct tuning {
     tune_sweep_params params;
     tune_sweep sweep;
     tune_answer answer;
-    tune_row *rows; /* of what is probed while solving */
+    tune_row *rows; /* rows of thresholds probed while solving */
 } tuning;
 
 /* ---- before the first picture ---- */
@@ -90,7 +92,7 @@ done:
     return status;
 }
 
-/* What the terms of the error rule buy: the default, none, each alone, all. */
+/* Settings that show what each term of the error rule buys: the default, none, each alone, all. */
 static const struct {
     const char *name;
     uint32_t terms;
@@ -135,7 +137,7 @@ done:
     return status;
 }
 
-/* The thresholds nearest to some that are often wanted. */
+/* Chooses the thresholds nearest to some common ones, whose pictures are shown. */
 static void choose_shown(tuning *t)
 {
     static const double wanted[SHOWN_LIMIT] = {0.5, 1.0, 4.0, 16.0};
@@ -294,7 +296,7 @@ done:
 
 /* ---- the command line ---- */
 
-/* Numbers from 0 on, rising once they are sorted. */
+/* Parses numbers of 0 or more and sorts them. */
 static bool parse_thresholds(options *o)
 {
     const char *text = o->threshold_list;
@@ -317,7 +319,7 @@ static bool parse_thresholds(options *o)
     return true;
 }
 
-/* Words of DRAW_RECONSTRUCTIONS, each once. */
+/* Parses words of DRAW_RECONSTRUCTIONS, each at most once. */
 static bool parse_compared(options *o)
 {
     const char *text = o->compare_list;
@@ -363,7 +365,7 @@ static int check_solver(const options *o)
     return CLI_CONTINUE;
 }
 
-/* CLI_CONTINUE where the options make sense. */
+/* Returns CLI_CONTINUE if the options make sense. */
 static int check(options *o)
 {
     if (o->output == NULL)
@@ -406,38 +408,40 @@ static int run(int argc, char **argv)
     size_t count = 0;
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 14] = {
-        [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "DIR", "the folder to write",
-                               NULL},
+        [DRAW_OPTION_COUNT] = {"--output", 'o', CLI_STRING, &o.output, "DIR",
+                               "the folder to write the report to", NULL},
         {"--thresholds", 0, CLI_STRING, &o.threshold_list, "LIST",
-         "in pixels (0,0.25,0.5,1,2,4,8,16)", NULL},
-        {"--path", 0, CLI_STRING, &o.path, "P.json", "views along a path, as fly reads it", NULL},
-        {"--views", 0, CLI_UINT, &o.views, "N", "how many, at most 78 (26)", NULL},
+         "thresholds to measure, in pixels (0,0.25,0.5,1,2,4,8,16)", NULL},
+        {"--path", 0, CLI_STRING, &o.path, "P.json", "take the views along a path of fly", NULL},
+        {"--views", 0, CLI_UINT, &o.views, "N", "number of views, at most 78 (26)", NULL},
         {"--reference", 0, CLI_UINT, &o.reference, "N",
-         "the reference is the mean of N x N pixels, 1 to 4 (3)", NULL},
-        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "timed pictures of each view (3)", NULL},
+         "average N x N pixels in the reference, 1 to 4 (3)", NULL},
+        {"--repeat", 0, CLI_UINT, &o.repeat, "N", "timed pictures per view (3)", NULL},
         {"--discs", 0, CLI_UINT, &o.discs, "N",
-         "drawn discs of each picture whose error is measured (64)", NULL},
+         "number of drawn discs per picture whose error is measured (64)", NULL},
         {"--compare", 0, CLI_STRING, &o.compare_list, "LIST",
-         "reconstructions to compare at equal points, like gauss,splat", NULL},
+         "compare these reconstructions at equal points, like gauss,splat", NULL},
         {"--terms", 0, CLI_FLAG, &o.terms, NULL,
-         "compare what each term of the error rule buys at equal points", NULL},
-        {"--fps", 0, CLI_NUMBER, &o.fps, "N", "solve for frames a second", &o.has_fps},
-        {"--psnr", 0, CLI_NUMBER, &o.psnr, "DB", "solve for a quality", &o.has_psnr},
-        {"--bytes", 0, CLI_BYTES, &o.bytes, "SIZE", "solve for memory of samples on the GPU",
-         &o.has_bytes},
-        {"--save", 0, CLI_FLAG, &o.save, NULL, "keep what was solved for in the model", NULL},
-        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace a report that is there", NULL},
+         "compare what each term of the error rule gains at equal points", NULL},
+        {"--fps", 0, CLI_NUMBER, &o.fps, "N", "find the threshold that reaches N frames a second",
+         &o.has_fps},
+        {"--psnr", 0, CLI_NUMBER, &o.psnr, "DB", "find the threshold that reaches this quality",
+         &o.has_psnr},
+        {"--bytes", 0, CLI_BYTES, &o.bytes, "SIZE",
+         "find the threshold that fits samples into this GPU memory", &o.has_bytes},
+        {"--save", 0, CLI_FLAG, &o.save, NULL, "store the threshold found in the model", NULL},
+        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing report", NULL},
     };
     draw_options_fill(&o.draw, list);
     o.draw.camera.size[0] = o.draw.camera.size[1] = 512;
     o.draw.home = STP_HOME_WHOLE;
     for (size_t i = 0; i < DRAW_OPTION_COUNT; i++) {
         if (strcmp(list[i].name, "--size") == 0)
-            list[i].help = "of the pictures in pixels (512x512)";
+            list[i].help = "size of the pictures in pixels (512x512)";
         if (strcmp(list[i].name, "--threshold") == 0)
-            list[i].help = NULL; /* understood, to be refused with a sentence */
+            list[i].help = NULL; /* parsed, so that check() can refuse it with a message */
         if (strcmp(list[i].name, "--view") == 0) {
-            list[i].help = "one view, the model's first, or all of it (26 views of all of it)";
+            list[i].help = "use one view: the model's first one, or the whole model (26 views)";
             list[i].given = &o.has_home;
         }
     }

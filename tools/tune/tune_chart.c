@@ -1,4 +1,4 @@
-/* Line charts: axes with round numbers, lines, points, a legend. */
+/* Writes line charts: axes with round numbers, lines, points, a legend. */
 #include "tools/tune/tune_chart.h"
 
 #include "base/memory.h"
@@ -10,7 +10,7 @@
 
 enum { WIDTH = 560, HEIGHT = 340, LEFT = 62, RIGHT = 16, TOP = 58, BOTTOM = 46 };
 
-/* Colours that can be told apart by most (Okabe and Ito). */
+/* Colours that most people can tell apart (Okabe and Ito). */
 static const char *const colours[TUNE_SERIES_LIMIT] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                        "#e69f00", "#56b4e9", "#666666", "#b0a000"};
 
@@ -45,7 +45,7 @@ void tune_text_escape(tune_text *text, const char *plain)
         case '"':
             tune_text_add(text, "&quot;");
             break;
-        default: /* what XML does not allow at all becomes a question mark */
+        default: /* a character that XML does not allow becomes a question mark */
             tune_text_add(text, "%c", (unsigned char)*plain < ' ' ? '?' : *plain);
         }
 }
@@ -60,8 +60,8 @@ stp_status tune_text_check(const tune_text *text, stp_error *err)
 
 typedef struct axis {
     bool log;
-    double low, high; /* of what is drawn, in logarithms where log */
-    double from, to;  /* in the picture */
+    double low, high; /* range of the drawn values; logarithms if log */
+    double from, to;  /* range in the picture */
 } axis;
 
 static double scaled(const axis *a, double value)
@@ -79,7 +79,7 @@ static bool drawn(const axis *a, double value)
     return isfinite(value) && (!a->log || value > 0.0);
 }
 
-/* Whether a point has a place on both axes. */
+/* True if a point has a place on both axes. */
 static bool shown(const tune_chart *chart, const tune_series *s, size_t i)
 {
     const axis x = {.log = chart->x_log}, y = {.log = chart->y_log};
@@ -125,7 +125,7 @@ static void mark(const axis *a, bool of_x, double value, tune_text *out)
         snprintf(text, sizeof text, "%g M", value / 1e6);
     else if (fabs(value) >= 1e4)
         snprintf(text, sizeof text, "%g k", value / 1e3);
-    else /* no -0 */
+    else /* avoids "-0" */
         snprintf(text, sizeof text, "%g", value == 0.0 ? 0.0 : value);
     if (of_x)
         tune_text_add(out,
@@ -164,7 +164,7 @@ static void draw_series(const tune_series *s, const axis *x, const axis *y, cons
                         tune_text *out)
 {
     bool begun = false;
-    double label_x = INFINITY, label_y = INFINITY; /* of the last */
+    double label_x = INFINITY, label_y = INFINITY; /* place of the last label */
     tune_text_add(out, "<path fill=\"none\" stroke=\"%s\" stroke-width=\"2\"%s d=\"", colour,
                   s->dashed ? " stroke-dasharray=\"5 4\"" : "");
     for (size_t i = 0; i < s->count; i++) {
@@ -182,7 +182,7 @@ static void draw_series(const tune_series *s, const axis *x, const axis *y, cons
             tune_text_add(out, "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3\" fill=\"%s\"/>", px, py,
                           colour);
         if (s->labels == NULL || (fabs(px - label_x) < 40.0 && fabs(py - label_y) < 12.0))
-            continue; /* it would be written over another */
+            continue; /* would overlap another label */
         label_x = px;
         label_y = py;
         tune_text_add(out, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\">%g px</text>", px + 5.0,

@@ -1,4 +1,4 @@
-/* Drawn discs noted and measured. */
+/* Records drawn discs and measures them. */
 #include "tools/tune/tune_discs.h"
 
 #include "base/memory.h"
@@ -10,14 +10,14 @@
 #include <stdlib.h>
 
 #define POINTS (TUNE_RIM_POINTS + 1)
-/* Discs whose points are looked for at once: what bounds memory. */
+/* Number of discs whose points are searched for at once; bounds the memory. */
 #define BATCH 20000u
 
 /* ---- what was drawn ---- */
 
-/* A part of a patch that took its level by itself. */
+/* A part of a patch that chose its level by itself. */
 typedef struct part {
-    uint64_t before; /* discs of the parts before it */
+    uint64_t before; /* number of discs in the parts before it */
     uint32_t chunk, patch;
     uint16_t begin, count;
     uint8_t level;
@@ -31,7 +31,7 @@ typedef struct parts {
     uint64_t discs;
 } parts;
 
-/* Errors of a level of a quarter, as the rule reads them. */
+/* The errors of a quarter's level, as the rule reads them. */
 static void errors_of(const stp_gpu_patch *patch, int level, unsigned quarter, float out[2])
 {
     for (int kind = 0; kind < 2; kind++)
@@ -40,7 +40,7 @@ static void errors_of(const stp_gpu_patch *patch, int level, unsigned quarter, f
                                  : patch->quarter_error[2 - level][kind][quarter];
 }
 
-/* Of one picture. */
+/* State while one picture is recorded. */
 typedef struct noting {
     const stp_inspection *look;
     const stp_model *model;
@@ -107,7 +107,7 @@ static stp_status note_chunk(noting *n, const stp_draw *draw, stp_error *err)
     for (int l = draw->finest < 2 ? draw->finest : 2; l < STP_LEVEL_COUNT; l++)
         n->cut->gpu_bytes += entry->sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
     if (stp_chunk_cache_finest(cache, draw->chunk) > draw->finest)
-        return STP_OK; /* drawn in a pass before, and gone */
+        return STP_OK; /* it was drawn in an earlier pass and is no longer resident */
     const stp_resident *resident =
         stp_chunk_cache_get(cache, stp_chunk_cache_slot(cache, draw->chunk));
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(entry, draw, n->look->eye);
@@ -140,7 +140,7 @@ static stp_status add_disc(tune_discs *discs, const part *p, uint32_t sample, tu
     return STP_OK;
 }
 
-/* The part that the i-th disc is of. */
+/* The part that has the i-th disc. */
 static const part *part_of(const parts *p, uint64_t i)
 {
     size_t low = 0, high = p->count;
@@ -168,7 +168,7 @@ static stp_status choose(tune_discs *discs, parts *p, tune_disc of, size_t rando
     uint64_t seed = ((uint64_t)of.picture << 32) + of.view;
     of.random = true;
     for (uint64_t i = 0; i < random && p->discs > 0; i++) {
-        /* all of few, each once; of many some may be twice */
+        /* if there are few discs, take each once; if there are many, some may come twice */
         uint64_t k = p->discs <= random ? i : stp_random_u64(seed, i) % p->discs;
         if (k >= p->discs)
             break;
@@ -207,7 +207,7 @@ done:
 
 /* ---- measuring ---- */
 
-/* A disc in the world, of a size, with its points and their nearest. */
+/* A disc in the world: its size, its points and their nearest surface points. */
 typedef struct traced {
     stp_dvec3 normal, centre;
     tune_probe probes[POINTS];
@@ -241,7 +241,7 @@ static int compare_chunks(const void *a, const void *b)
     return (x->level > y->level) - (x->level < y->level);
 }
 
-/* Reads the discs' chunks, which are sorted, and places their points. */
+/* Reads the chunks of the discs, which are sorted by chunk, and places their points. */
 static stp_status trace(const tune_nearest_params *p, const tune_disc *discs, size_t count,
                         const stp_view *views, traced *out, stp_error *err)
 {
@@ -249,7 +249,7 @@ static stp_status trace(const tune_nearest_params *p, const tune_disc *discs, si
     stp_chunk *chunk = NULL;
     for (size_t i = 0; i < count; i++) {
         const tune_disc *d = &discs[i];
-        if (chunk == NULL || chunk->id != d->chunk) { /* the finest level first */
+        if (chunk == NULL || chunk->id != d->chunk) { /* the finest level comes first */
             stp_chunk_destroy(&chunk);
             STP_TRY(
                 stp_chunk_file_read(p->file, d->chunk, d->level < 2 ? d->level : 2, &chunk, err));
@@ -274,8 +274,8 @@ static bool project(const stp_view *view, stp_dvec3 world, double out[2])
     return depth > view->near_depth;
 }
 
-/* Greatest distance of a disc's points from the surface: on the screen, along and across its
- * normal. */
+/* Measures the greatest distance of a disc's points from the surface: on the screen, along its
+ * normal and across it. */
 static void measure(tune_disc *d, const traced *t, const stp_view *view, double along_across[2])
 {
     d->measured_px = -1.0;
@@ -304,7 +304,7 @@ static double quotient(double a, double b)
     return a / fmax(b, 1e-12);
 }
 
-/* Replaces what the rule takes conservatively by the disc's own, one after the other. */
+/* Replaces each conservative input of the rule by the disc's own value, one after the other. */
 static void explain(tune_disc *d, const traced *t, const stp_view *view)
 {
     double own[2];

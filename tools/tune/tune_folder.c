@@ -1,4 +1,4 @@
-/* A folder under a temporary name until it is whole. */
+/* Writes a folder under a temporary name until it is whole. */
 #include "tools/tune/tune_folder.h"
 
 #include "base/memory.h"
@@ -13,16 +13,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define NAME_BYTES 64 /* more than STP_TEMPORARY_BYTES */
+#define NAME_BYTES 64 /* greater than STP_TEMPORARY_BYTES */
 
 struct tune_folder {
-    char *path, *part, *old; /* what it becomes, what it is, where the one before goes */
+    char *path, *part, *old; /* final name, temporary name, name for the folder that is replaced */
     char *file;
     bool force;
-    int lock; /* the folder, as long as it is part; -1: none */
+    int lock; /* lock on the temporary folder; -1: none */
 };
 
-/* What a report is made of, temporary names included. */
+/* True if the name is that of a report's file, temporary names included. */
 static bool is_ours(const char *name)
 {
     static const char *const names[] = {"tune.csv",  "tune.json",   "index.html",  "quality.svg",
@@ -33,7 +33,7 @@ static bool is_ours(const char *name)
     return strcmp(name, ".") == 0 || strcmp(name, "..") == 0;
 }
 
-/* Removes a folder's files of ours, and the folder where nothing else is in it. */
+/* Removes our files in a folder, and the folder if nothing else is in it. */
 static bool remove_left(int parent, const char *name)
 {
     int descriptor = openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -55,7 +55,7 @@ static void remove_folder(const char *path)
     (void)remove_left(AT_FDCWD, path);
 }
 
-/* Locks and marks a folder until the descriptor is closed; -1: it is neither. */
+/* Locks and marks a folder until the descriptor is closed; -1 if it cannot. */
 static int hold_folder(const char *path)
 {
     int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -64,8 +64,8 @@ static int hold_folder(const char *path)
     return folder;
 }
 
-/* Whether all in a folder is ours; *any: there is something. *strange gets the first that is not.
- */
+/* Checks whether all files in a folder are ours. *any: the folder is not empty. *strange: the first
+ * name that is not ours. */
 static stp_status look_into(const char *path, bool *any, char strange[256], stp_error *err)
 {
     DIR *folder = opendir(path);
@@ -139,9 +139,9 @@ const char *tune_folder_file(tune_folder *folder, const char *name)
     return folder->file;
 }
 
-/* Gives the folder its name. One that is there changes places with it, so that there is always a
- * whole one, and goes; where the file system cannot do that, it moves aside first. False with errno
- * set. */
+/* Gives the folder its final name. If a folder has that name, the two swap names, so that a whole
+ * folder is always there; then the old one is removed. If the file system cannot swap, the old
+ * folder is moved aside first. Returns false and sets errno on failure. */
 static bool take_place(tune_folder *f)
 {
     int old = hold_folder(f->path);

@@ -1,4 +1,4 @@
-/* Outlines, normals and changes from frame to frame. */
+/* Compares outlines, normals and changes from frame to frame. */
 #include "tools/tune/tune_metrics.h"
 
 #include "base/memory.h"
@@ -19,14 +19,14 @@ static uint8_t alpha_at(const stp_image *image, int x, int y)
     return image->rgba[4 * ((size_t)y * (size_t)image->width + (size_t)x) + 3];
 }
 
-/* Marks the uncovered part around a pixel as number; returns how many pixels it has, negative where
- * it touches the rim. */
+/* Marks the uncovered part around a pixel as seen. Returns its number of pixels, negative if it
+ * touches the rim. */
 static long flood(uint8_t *alpha, uint32_t *stack, int width, int height, uint32_t first)
 {
     long count = 0, touches = 0;
     uint32_t top = 0;
     stack[top++] = first;
-    alpha[first] = 1; /* seen, and less than a half still */
+    alpha[first] = 1; /* seen; still counts as less than a half */
     while (top > 0) {
         uint32_t at = stack[--top];
         int x = (int)(at % (uint32_t)width), y = (int)(at / (uint32_t)width);
@@ -46,7 +46,7 @@ static long flood(uint8_t *alpha, uint32_t *stack, int width, int height, uint32
     return touches ? -count : count;
 }
 
-/* Covers the small part around a pixel, which flood has seen. */
+/* Covers the small part around a pixel that flood has marked. */
 static void cover(uint8_t *alpha, int width, int height, uint32_t first)
 {
     uint32_t stack[4 * TUNE_HOLE_PIXELS];
@@ -69,8 +69,8 @@ static void cover(uint8_t *alpha, int width, int height, uint32_t first)
     }
 }
 
-/* The picture's alpha without holes: what is uncovered and small. Alphas below one half but for
- * those of outlines become 0. */
+/* Gets the picture's alpha without holes, which are small uncovered parts. Alphas below one half
+ * become 0, except at outlines. */
 static stp_status close_holes(const stp_image *image, uint8_t *alpha, stp_error *err)
 {
     size_t pixels = (size_t)image->width * (size_t)image->height;
@@ -87,7 +87,7 @@ static stp_status close_holes(const stp_image *image, uint8_t *alpha, stp_error 
         if (count > 0 && count < TUNE_HOLE_PIXELS)
             cover(alpha, image->width, image->height, (uint32_t)i);
     }
-    for (size_t i = 0; i < pixels; i++) { /* back to fractions, where nothing was closed */
+    for (size_t i = 0; i < pixels; i++) { /* restore fractions where nothing was closed */
         uint8_t own = image->rgba[4 * i + 3];
         if (alpha[i] == 1 || own > HALF)
             alpha[i] = own;
@@ -100,7 +100,7 @@ typedef struct crossing {
     float x, y;
 } crossing;
 
-/* Points of an outline, sorted into cells. */
+/* The points of an outline, sorted into cells. */
 typedef struct outline {
     crossing *points;
     uint32_t *cell_begin;
@@ -177,7 +177,7 @@ done:
     return status;
 }
 
-/* Distance to the nearest point of an outline, at most the limit. */
+/* The distance to the nearest point of an outline, at most the limit. */
 static double nearest_px(const outline *o, crossing p)
 {
     double best = TUNE_OUTLINE_LIMIT_PX * TUNE_OUTLINE_LIMIT_PX;
@@ -253,7 +253,7 @@ stp_status tune_angles_compute(const float *a, const float *b, size_t pixel_coun
         if ((p[0] == 0.0f && p[1] == 0.0f && p[2] == 0.0f) ||
             (q[0] == 0.0f && q[1] == 0.0f && q[2] == 0.0f))
             continue;
-        /* of the chord: of small angles the cosine has no digits left */
+        /* from the chord: the cosine of a small angle has no digits left */
         double chord =
             sqrt(pow((double)p[0] - (double)q[0], 2) + pow((double)p[1] - (double)q[1], 2) +
                  pow((double)p[2] - (double)q[2], 2));
@@ -277,7 +277,7 @@ static int over_black(const uint8_t *p, int component)
     return (p[component] * p[3] + 127) / 255;
 }
 
-/* Covered in B with all that lies around it, but not in A. */
+/* True if B covers the pixel and all its neighbours, but A does not cover the pixel. */
 static bool is_hole(const stp_image *a, const stp_image *b, int x, int y)
 {
     if (alpha_at(a, x, y) > 0)

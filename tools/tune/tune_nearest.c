@@ -1,5 +1,5 @@
-/* Nearest points by leaves: each point first in the leaf whose box is nearest, then in those that
- * could hold a nearer one. So a leaf is read twice at most. */
+/* Finds nearest points leaf by leaf. Each point is searched first in the leaf whose box is nearest,
+ * then in leaves that could hold a nearer point. So each leaf is read at most twice. */
 #include "tools/tune/tune_nearest.h"
 
 #include "base/memory.h"
@@ -17,7 +17,7 @@ typedef struct disc {
     double radius;
 } disc;
 
-/* A patch's discs, and a ball around them. */
+/* The discs of a patch, and a ball around them. */
 typedef struct group {
     uint32_t begin, end;
     stp_dvec3 centre;
@@ -120,7 +120,7 @@ static void search_leaf(const leaf *l, tune_probe *probe)
             first = k;
         }
     }
-    if (l->group_count > 0) /* so that few of the others are near enough to look at */
+    if (l->group_count > 0) /* search the nearest group first, so that few others are near enough */
         search_group(l, &l->groups[first], probe);
     for (size_t k = 0; k < l->group_count; k++)
         if (distance(probe->at, l->groups[k].centre) - l->groups[k].radius < probe->distance)
@@ -129,7 +129,7 @@ static void search_leaf(const leaf *l, tune_probe *probe)
 
 /* ---- which leaves ---- */
 
-/* A point to look for in a leaf. */
+/* A point to search for in a leaf. */
 typedef struct visit {
     uint32_t leaf, probe;
 } visit;
@@ -140,10 +140,11 @@ typedef struct finder {
     visit *visits;
     size_t visit_count, visit_capacity;
     leaf leaf;
-    size_t begin, end; /* of the visits to the leaf at hand */
+    size_t begin, end; /* range of the visits to the present leaf */
 } finder;
 
-/* From a chunk's box, which holds the discs under it, up to the rounding of its floats. */
+/* The distance from a chunk's box. The box holds the discs below the chunk, up to the rounding of
+ * its floats. */
 static double box_distance(const stp_chunk_entry *e, stp_dvec3 x)
 {
     stp_dvec3 p = stp_dvec3_sub(x, e->origin);
@@ -152,7 +153,7 @@ static double box_distance(const stp_chunk_entry *e, stp_dvec3 x)
     return fmax(0.0, away - 1e-5 * stp_dbox_side(&box));
 }
 
-/* The nearest leaf of a chunk's, if its box is nearer than *best. */
+/* Finds the nearest leaf below a chunk, if its box is nearer than *best. */
 static void nearest_leaf(const stp_chunk_entry *entries, uint32_t id, stp_dvec3 x, double *best,
                          uint32_t *found)
 {
@@ -177,7 +178,7 @@ static stp_status add_visit(finder *f, uint32_t id, size_t probe, stp_error *err
     return status;
 }
 
-/* Adds the leaves that could hold a nearer point, but for the first. */
+/* Adds the leaves that could hold a nearer point, except the first leaf. */
 static stp_status add_others(finder *f, uint32_t id, size_t probe, uint32_t first, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -211,7 +212,7 @@ static stp_status search_some(void *context, size_t index, unsigned worker, stp_
     return STP_OK;
 }
 
-/* Looks into all leaves to visit, one after the other. */
+/* Searches all leaves to visit, one after the other. */
 static stp_status visit_leaves(finder *f, const char *stage, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,7 +1,7 @@
-/* Nearest points on the union of the discs of level 0 of all leaves, exact, with one leaf in memory
- * at a time: what a drawn disc is judged by, whatever errors the file has stored.
+/* Finds nearest points on the union of the level-0 discs of all leaves, exactly, with one leaf in
+ * memory at a time. Drawn discs are judged by this surface, whatever errors the file stores.
  *
- * A disc without a normal is a ball here. Lines and triangles are none. tests/support/promise.h
+ * A disc without a normal is a ball here. Lines and triangles are left out. tests/support/promise.h
  * does the same with all discs in memory. World axes and units. Threads: one call at a time. */
 #ifndef STP_TOOLS_TUNE_TUNE_NEAREST_H
 #define STP_TOOLS_TUNE_TUNE_NEAREST_H
@@ -13,7 +13,7 @@
 typedef struct tune_probe {
     stp_dvec3 at;
     stp_dvec3 nearest;
-    double distance; /* infinite where the model has no disc */
+    double distance; /* infinite if the model has no disc */
 } tune_probe;
 
 typedef struct tune_nearest_params {

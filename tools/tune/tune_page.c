@@ -1,4 +1,4 @@
-/* The report's page: one HTML file with its charts and pictures inside. */
+/* Writes the report's page: one HTML file that contains its charts and pictures. */
 #include "base/memory.h"
 #include "tools/tune/tune_report.h"
 
@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* How much differences are brightened. */
+/* Factor that brightens differences. */
 #define DIFFERENCE_TIMES 4
 
 static const char head[] =
@@ -28,7 +28,7 @@ static const char head[] =
     "input[type=range]{width:100%;max-width:36rem;display:block}\n"
     "</style>\n</head>\n<body>\n";
 
-/* Without it the pictures stand side by side all the same. */
+/* Compares pictures. Without this script the pictures still stand side by side. */
 static const char script[] =
     "<script>\n"
     "document.querySelectorAll('section.view').forEach(function(s){\n"
@@ -66,7 +66,7 @@ static void add_base64(tune_text *out, const uint8_t *bytes, size_t count)
     }
 }
 
-/* As a PNG, through a file, since pictures are only written to files. */
+/* Adds a picture as PNG. It goes through a file, because pictures can only be written to files. */
 static stp_status add_picture(tune_folder *folder, const stp_image *image, const char *caption,
                               tune_text *out, stp_error *err)
 {
@@ -119,7 +119,7 @@ static const tune_shot *shot_of(const tune_sweep *sweep, size_t view, size_t pic
     return NULL;
 }
 
-/* Reference, then the thresholds shown, then how they differ from it. */
+/* Adds the reference, then the shown thresholds, then their differences from the reference. */
 static stp_status add_view(const tune_report *r, tune_folder *folder, size_t view, tune_text *out,
                            stp_error *err)
 {

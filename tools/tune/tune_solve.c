@@ -1,25 +1,25 @@
-/* Bracketing and narrowing. */
+/* Finds a threshold by bracketing and narrowing. */
 #include "tools/tune/tune_solve.h"
 
 #include <math.h>
 #include <stdio.h>
 
 #define GOES_MOST 12
-/* Of what is near enough to stop: shares, and decibels. */
+/* Near enough to stop: shares, and decibels. */
 #define NEAR_SHARE 0.02
 #define NEAR_DB 0.05
 #define MET_SHARE 0.1
 #define MET_DB 0.5
-/* A bracket that begins at 0 begins here, as a share of its end. */
+/* A bracket that begins at 0 begins at this share of its end instead. */
 #define FINEST_SHARE (1.0 / 256.0)
 
 typedef struct hunt {
     const tune_solve_params *p;
-    double low, high;              /* thresholds: what does not do, what does */
-    double least, greatest;        /* values seen */
-    double finest_px, coarsest_px; /* thresholds seen */
+    double low, high;              /* thresholds: low is too fine, high is coarse enough */
+    double least, greatest;        /* values measured so far */
+    double finest_px, coarsest_px; /* thresholds measured so far */
     tune_solution best;
-    double best_error; /* in units of what counts as met */
+    double best_error; /* in units of the tolerance */
 } hunt;
 
 const char *tune_goal_word(tune_goal_kind kind)
@@ -28,7 +28,7 @@ const char *tune_goal_word(tune_goal_kind kind)
     return words[kind];
 }
 
-/* How far a value is from the target; 1 is as far as it may be. A limit is kept or not. */
+/* The distance of a value from the target; 1 is the tolerance. A limit is either kept or not. */
 static double error_of(const tune_solve_params *p, double value)
 {
     if (p->kind == TUNE_GOAL_PSNR)
@@ -46,7 +46,8 @@ static bool near_enough(const hunt *h)
                                                            : 0.5 * NEAR_SHARE);
 }
 
-/* Whether coarser ones than this are too coarse, or it is as coarse as need be. */
+/* True if the threshold with this value is coarse enough: fps has risen to the target, or PSNR or
+ * bytes have fallen to it. */
 static bool does(const tune_solve_params *p, double value)
 {
     return p->kind == TUNE_GOAL_FPS ? value >= p->target : value <= p->target;
@@ -77,7 +78,7 @@ static stp_status measure(hunt *h, const double *thresholds, size_t count, doubl
     return status;
 }
 
-/* The first threshold that does and the last before it; *found: there is one. */
+/* Finds the first threshold that is coarse enough and the last before it. *found: there is one. */
 static stp_status bracket(hunt *h, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -105,7 +106,7 @@ static stp_status narrow(hunt *h, stp_error *err)
 {
     stp_status status = STP_OK;
     const tune_solve_params *p = h->p;
-    /* Times are noisy: several are measured in turns. */
+    /* Times are noisy, so several thresholds are measured in turns. */
     size_t count = p->kind == TUNE_GOAL_FPS ? TUNE_SOLVE_MOST : 1;
     double t[TUNE_SOLVE_MOST], values[TUNE_SOLVE_MOST];
     if (h->low <= 0.0)
@@ -126,7 +127,7 @@ done:
     return status;
 }
 
-/* In a unit that reads well. */
+/* Formats a value in a readable unit. */
 static void format(tune_goal_kind kind, double value, char out[32])
 {
     if (kind == TUNE_GOAL_BYTES)
@@ -159,7 +160,8 @@ stp_status tune_solve(tune_solution *out, const tune_solve_params *p, stp_error 
               .best_error = INFINITY};
     bool found;
     STP_TRY(bracket(&h, &found, err));
-    /* The finest does already: nothing lies between; of a limit it is the answer. */
+    /* The finest threshold is already coarse enough, so there is nothing to narrow. For a limit it
+     * is the answer. */
     bool within = p->kind == TUNE_GOAL_BYTES && does(p, p->values[0]);
     if (within)
         h.best = (tune_solution){p->thresholds[0], p->values[0], h.best.measured};

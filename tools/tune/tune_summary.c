@@ -1,4 +1,4 @@
-/* A setting at a threshold over all views. */
+/* Sums up one setting at one threshold over all views. */
 #include "base/sort.h"
 #include "tools/tune/tune_table.h"
 
@@ -35,7 +35,7 @@ double tune_greatest_bytes(const tune_row *rows, size_t count)
     return most;
 }
 
-/* Means by how much of each there is. */
+/* Adds a row to the weighted means. */
 static void add_row(tune_summary *sum, const tune_row *row, double weights[3])
 {
     double covered = (double)row->compared.either, outline = (double)row->shift.points;

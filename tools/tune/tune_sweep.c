@@ -1,5 +1,5 @@
-/* The sweep: view by view all settings and thresholds in turns, then the dollies, then the discs.
- */
+/* Runs the sweep: view by view all settings and thresholds in turns, then the dollies, then the
+ * discs. */
 #include "tools/tune/tune_sweep.h"
 
 #include "base/memory.h"
@@ -56,8 +56,8 @@ static stp_draw_params full_params(const tune_sweep *s)
     return params;
 }
 
-/* Draws a picture as --aa asks for it: bottom row first, straight. whole: the renderer's last
- * picture is of the view. */
+/* Draws a picture as --aa asks: bottom row first, straight alpha. whole: the renderer's own last
+ * picture must be the whole view. */
 static stp_status draw(tune_sweep *s, const stp_view *view, const stp_draw_params *params,
                        bool whole, uint8_t *rgba, stp_draw_stats *stats, stp_error *err)
 {
@@ -79,7 +79,7 @@ done:
     return status;
 }
 
-/* Keeps a picture for the page, where its view and threshold are shown. */
+/* Keeps a picture for the page, if its view and threshold are shown. */
 static stp_status keep_shot(tune_sweep *s, size_t view, size_t picture, const uint8_t *rgba,
                             stp_error *err)
 {
@@ -87,7 +87,7 @@ static stp_status keep_shot(tune_sweep *s, size_t view, size_t picture, const ui
     size_t row = 4 * (size_t)p->views->views[0].width, height = pixels_of(s) * 4 / row;
     bool shown = picture == TUNE_REFERENCE;
     for (size_t i = 0; i < p->shown_count; i++)
-        shown |= p->shown[i] == picture; /* of the first setting */
+        shown |= p->shown[i] == picture; /* only pictures of the first setting */
     if (!shown || view >= TUNE_SHOT_VIEWS || s->shot_count == TUNE_SHOTS_LIMIT)
         return STP_OK;
     tune_shot *shot = &s->shots[s->shot_count];
@@ -101,7 +101,7 @@ static stp_status keep_shot(tune_sweep *s, size_t view, size_t picture, const ui
     return STP_OK;
 }
 
-/* The mean of finer pictures of every sample, kept. */
+/* Draws the reference, the mean of finer pictures of every sample, and keeps it. */
 static stp_status draw_reference(tune_sweep *s, size_t v, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -135,7 +135,7 @@ done:
 
 /* ---- one picture ---- */
 
-/* Pictures without any covered pixel are alike. */
+/* Compares a picture with the reference. Pictures without any covered pixel count as equal. */
 static stp_status compare(tune_sweep *s, size_t v, uint8_t *rgba, compare_metrics *out,
                           stp_error *err)
 {
@@ -168,7 +168,8 @@ static stp_status judge(tune_sweep *s, size_t v, size_t number, const tune_setti
     STP_TRY(stp_renderer_read_normals(p->renderer, s->normals, err));
     STP_TRY(tune_discs_note(point->threshold_px > 0.0 ? &s->discs : NULL, p->renderer, p->model,
                             (uint32_t)number, (uint32_t)v, p->discs, &row->cut, err));
-    if (stats.passes > 1 && p->aa <= DRAW_AA_EDGES) /* chunks of passes before are gone */
+    if (stats.passes > 1 &&
+        p->aa <= DRAW_AA_EDGES) /* chunks of earlier passes are no longer resident */
         row->cut.points = stats.points_drawn;
     STP_TRY(compare(s, v, s->rgba, &row->compared, err));
     stp_image judged = image_of(s, s->rgba), reference = image_of(s, s->references[v]);
@@ -198,7 +199,8 @@ static double median_of(double *values, size_t count)
                             : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
-/* All settings and thresholds in turns, so that what disturbs the machine falls on all of them. */
+/* Measures all settings and thresholds in turns, so that disturbances of the machine fall on all of
+ * them. */
 static stp_status measure_view(tune_sweep *s, size_t v, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -209,7 +211,8 @@ static stp_status measure_view(tune_sweep *s, size_t v, stp_error *err)
     for (uint64_t r = 0; r <= p->repeat; r++)
         for (size_t k = 0; k < p->setting_count; k++) {
             const tune_setting *setting = &p->settings[k];
-            if (r > 0 && p->setting_count > 1) /* programs are compiled for it once more */
+            if (r > 0 && p->setting_count > 1) /* an uncounted frame, because programs are compiled
+                                                  again for this setting */
                 STP_TRY(time_one(s, v, setting, p->thresholds[0], &unused, err));
             for (size_t t = 0; t < p->threshold_count; t++) {
                 size_t number = k * p->threshold_count + t;
@@ -235,7 +238,8 @@ static stp_status film_point(tune_sweep *s, size_t d, tune_point *point,
     stp_draw_params params = at_threshold(setting, point->threshold_px);
     for (int i = 0; i < TUNE_DOLLY_FRAMES; i++) {
         stp_image now = image_of(s, s->judged[i % 2]), last = image_of(s, s->judged[1 - i % 2]);
-        if (params.every_sample && setting == s->params->settings) { /* what the film is of */
+        if (params.every_sample &&
+            setting == s->params->settings) { /* the film itself is of every sample */
             STP_TRY(step(s, err));
             memcpy(now.rgba, s->film[i], 4 * pixels_of(s));
         } else {
@@ -277,8 +281,8 @@ static void note_measured(tune_sweep *s, const tune_disc *disc)
     point->ratios.broken += disc->measured_px > point->threshold_px;
 }
 
-/* Quantiles of one quotient of the random discs of a point, NaN of none. k: a factor, or the whole.
- */
+/* Quantiles of one quotient over the random discs of a point; NaN if there are none. k: a factor,
+ * or the whole quotient. */
 static void find_quantiles(tune_sweep *s, size_t number, int k, double *values, double out[3])
 {
     static const double shares[3] = {0.1, 0.5, 0.9};
@@ -374,7 +378,7 @@ done:
     return status;
 }
 
-/* One view at a threshold that is not the sweep's. */
+/* Measures one view at a threshold outside the sweep. */
 static stp_status probe_one(tune_sweep *s, size_t v, double threshold_px, bool compares,
                             tune_row *row, stp_error *err)
 {

@@ -1,4 +1,4 @@
-/* Figures as text, CSV and JSON. */
+/* Writes figures as text, CSV and JSON. */
 #include "tools/tune/tune_table.h"
 
 #include "base/json.h"
@@ -86,7 +86,7 @@ static const char csv_head[] =
 static stp_status write_row(const tune_sweep *s, const tune_setting *setting, double threshold_px,
                             size_t v, const tune_row *r, stp_output *out, stp_error *err)
 {
-    char text[1024], measured[64] = ","; /* predicted and measured: no numbers where none is */
+    char text[1024], measured[64] = ","; /* empty fields if there are no discs */
     const compare_metrics *m = &r->compared;
     const tune_cut *c = &r->cut;
     if (r->discs > 0)
@@ -127,7 +127,7 @@ typedef struct named {
     double value;
 } named;
 
-/* NaN as null. */
+/* Adds a number; NaN becomes null. */
 static void add_figure(cJSON *json, const char *name, double value)
 {
     if (isnan(value))

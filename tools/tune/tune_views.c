@@ -1,4 +1,4 @@
-/* Views around a model and along a path. */
+/* Makes views around a model and along a path. */
 #include "tools/tune/tune_views.h"
 
 #include "base/memory.h"
@@ -12,12 +12,12 @@
 #define DISTANCES 3
 #define PATH_RATE 30.0
 
-/* Coarse is good enough to find the surface by. */
+/* A coarse threshold is enough to find the surface. */
 #define SEEK_THRESHOLD_PX 4.0
 
 /* ---- around the model ---- */
 
-/* The cube's 27 places without its middle. */
+/* The i-th of the 26 directions: the 27 places of a cube without the middle. */
 static stp_dvec3 direction_of(int i)
 {
     int place = i < DIRECTIONS / 2 ? i : i + 1;
@@ -25,7 +25,7 @@ static stp_dvec3 direction_of(int i)
     return (stp_dvec3){x - 1, y - 1, z - 1};
 }
 
-/* The covered pixel nearest to the middle; false: none is. */
+/* Finds the covered pixel nearest to the middle. False if no pixel is covered. */
 static bool find_middle(const float *depth, int width, int height, int out[2])
 {
     long best = -1;
@@ -41,7 +41,8 @@ static bool find_middle(const float *depth, int width, int height, int out[2])
     return best >= 0;
 }
 
-/* Where the whole view shows the surface, and how far along the axis; false: nowhere. */
+/* Finds where the whole view shows the surface, and its depth along the axis. False if it shows
+ * none. */
 static stp_status find_surface(const tune_views_params *p, const stp_view *view, float *depth,
                                bool *found, stp_dvec3 *at, double *away, stp_error *err)
 {
@@ -82,7 +83,7 @@ static stp_status add_around(tune_views *out, const tune_views_params *p, int k,
     static const char *const words[DISTANCES] = {"whole", "nearer", "near"};
     static const double shares[DISTANCES] = {1.0, 1.0 / 3.0, 1.0 / 9.0};
     stp_status status = STP_OK;
-    /* 26 and 3 have no common factor, and neither have 26 and 11: each pair comes once. */
+    /* 26 and 3 have no common factor, and 26 and 11 have none, so each pair comes once. */
     int distance = k % DISTANCES, number = (25 + 11 * k) % DIRECTIONS;
     stp_dvec3 direction = direction_of(number), at;
     const stp_dbox *box = &p->model->info->box;
@@ -108,7 +109,7 @@ done:
 
 /* ---- ways ---- */
 
-/* Towards what a camera looks at. */
+/* Adds a dolly towards the point that a camera looks at. */
 static stp_status add_dolly(tune_views *out, const tune_views_params *p, const stp_camera *from,
                             stp_error *err)
 {
@@ -127,7 +128,7 @@ done:
     return status;
 }
 
-/* So many views, spread over the path's time, and three stretches of it frame by frame. */
+/* Takes views spread over the path's time, and three stretches of it frame by frame. */
 static stp_status follow_path(tune_views *out, const tune_views_params *p, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,8 +1,8 @@
-/* The views and the short camera ways that thresholds are measured over.
+/* The views and short camera moves over which thresholds are measured.
  *
- * By default directions of the 26 from which a cube's faces, edges and corners are seen, each at
- * one of three distances: the whole model filling the picture, and 1/3 and 1/9 of the way to the
- * surface that the whole view shows in its middle. The first 78 are all of them, and the first few
+ * By default the views are directions of the 26 from which a cube's faces, edges and corners are
+ * seen, each at one of three distances: the whole model fills the picture, and 1/3 and 1/9 of the
+ * way to the surface in the middle of that picture. The first 78 are all of them; the first few are
  * a good mixture. Threads: the render thread. */
 #ifndef STP_TOOLS_TUNE_TUNE_VIEWS_H
 #define STP_TOOLS_TUNE_TUNE_VIEWS_H
@@ -13,7 +13,7 @@
 #define TUNE_VIEWS_LIMIT 78
 #define TUNE_DOLLIES 3
 #define TUNE_DOLLY_FRAMES 9
-/* A dolly ends at this share of the distance that it begins at. */
+/* A dolly ends at this share of the distance at which it begins. */
 #define TUNE_DOLLY_SHARE 0.9
 
 typedef struct tune_view {
@@ -33,9 +33,9 @@ typedef struct tune_views_params {
     const stp_model *model;
     stp_renderer *renderer; /* draws to find the surface */
     stp_draw_params drawn;
-    const stp_camera *camera; /* the only view, or what a path begins from; NULL: directions */
-    const char *path;         /* NULL, or views along it */
-    size_t count;             /* at most; what shows nothing is left out */
+    const stp_camera *camera; /* the only view, or the start of a path; NULL: use directions */
+    const char *path;         /* a path to take views along, or NULL */
+    size_t count;             /* at most; views that show nothing are left out */
     int size[2];
 } tune_views_params;
 

@@ -1,4 +1,4 @@
-/* stipple view: a window to fly through models. */
+/* stipple view: opens a window to fly through models. */
 #include "tools/file/source_options.h"
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
@@ -13,29 +13,30 @@
 static int run(int argc, char **argv);
 const cli_command cli_view = {
     .name = "view",
-    .summary = "a window to fly through models",
+    .summary = "open a window to fly through models",
     .usage = "stipple view M.stipple... [options]",
-    .details = "The window's title says how long a frame took, how many points it drew, and how.\n"
-               "With --shaders, files saved in the folder show at once. Pictures and paths are\n"
-               "written to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
+    .details =
+        "The window's title says how long a frame took, how many points it drew, and "
+        "how.\nWith --shaders, the viewer reloads shader files when you save them. Pictures "
+        "and paths\ngo to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
     .run = run,
 };
 
-/* How long to wait for an event before looking at the shader folder and for Ctrl-C. */
+/* The time to wait for an event before checking the shader folder and Ctrl-C. */
 #define WAIT_S 0.25
-/* A window narrower than this, ordinary pixels, begins without panels. */
+/* A window narrower than this (in unscaled pixels) starts without panels. */
 #define PANELS_LEAST_WIDTH 720.0
 #define FPS_MOST 1000.0
 
 static double depth_under(void *context, int x, int y)
 {
     const viewer *v = context;
-    float depth = 0.0f; /* stays so outside the picture */
+    float depth = 0.0f; /* stays 0 outside the picture */
     stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
     return (double)depth;
 }
 
-/* The highest of the models' grounds. */
+/* Finds the highest ground of all models. */
 static bool ground_under(void *context, stp_dvec3 position, stp_dvec3 up, double *height)
 {
     viewer *v = context;
@@ -64,7 +65,7 @@ static void copied(void *context, const char *text)
     stp_window_copy_text(context, text);
 }
 
-/* Shaders that were saved; those that do not compile are told of, and the old ones go on. */
+/* Reloads saved shaders. If they do not compile, shows the error and keeps the old ones. */
 static void reload_shaders(viewer *v)
 {
     stp_error err = {0};
@@ -90,7 +91,7 @@ static void take_dropped(viewer *v)
     view_add_models(v, paths, count);
 }
 
-/* What the panels may want to know of an event; true if it is theirs alone. */
+/* Passes an event to the panels. True if only they use it. */
 static bool panels_take(viewer *v, const stp_window_event *e)
 {
     static const int keys[STP_UI_KEY_COUNT] = {STP_KEY_TAB,
@@ -136,7 +137,7 @@ static bool panels_take(viewer *v, const stp_window_event *e)
             stp_ui_wheel(v->ui, e->wheel);
         return over;
     case STP_WINDOW_MOVE:
-        if (over) { /* the picture's cursor is nowhere */
+        if (over) { /* the cursor is not over the picture */
             v->control.x = v->control.y = -1.0;
         }
         return over;
@@ -148,7 +149,7 @@ static bool panels_take(viewer *v, const stp_window_event *e)
     }
 }
 
-/* The cursor's place is known between drags, too. */
+/* Keeps the cursor's place between drags, too. */
 static void follow(viewer *v, const stp_window_event *e)
 {
     if (e->kind == STP_WINDOW_MOVE && v->control.drag == VIEW_REST) {
@@ -175,7 +176,7 @@ static void take_events(viewer *v)
     }
 }
 
-/* Things that are shown for a while only. */
+/* Hides things that are shown only for a while. */
 static void let_fade(viewer *v)
 {
     if (v->note[0] != '\0' && v->now_s > v->note_until_s) {
@@ -202,7 +203,7 @@ static stp_status turn(viewer *v, stp_error *err)
     stp_status status = STP_OK;
     bool busy = v->control.changed || v->resting || v->ui_turns > 0 || v->control.wants != 0 ||
                 v->shot.state == VIEW_SHOT_DRAWING;
-    busy = busy && v->layout.width > 0; /* what is minimised waits */
+    busy = busy && v->layout.width > 0; /* a minimised window waits */
     stp_window_wait(v->window, busy ? 0.0 : WAIT_S);
     v->now_s = stp_window_seconds(v->window);
     double scale = stp_window_scale(v->window);
@@ -252,7 +253,7 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
         STP_TRY(view_scene_add(&v->scene, v->options, paths[i], err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
-        v->control.params.threshold_px = 1.0; /* for when samples are left out again */
+        v->control.params.threshold_px = 1.0; /* used if samples are left out again */
     STP_TRY(open_window(v, err));
     STP_TRY(view_scene_changed(v, err));
     STP_TRY(view_go_home(v, err));
@@ -306,11 +307,11 @@ static int run(int argc, char **argv)
     double fps = 0.0;
     cli_option list[DRAW_OPTION_COUNT + 1] = {
         [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
-                               "frames a second to hold while the camera moves; at rest finer",
+                               "hold N frames a second while the camera moves; finer at rest",
                                NULL},
     };
     draw_options_fill(&o, list);
-    o.timeout_s = INFINITY; /* it goes on when the server does */
+    o.timeout_s = INFINITY; /* the viewer waits until the server answers again */
     int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
@@ -323,7 +324,7 @@ static int run(int argc, char **argv)
                          "--aa is off or edges here: render and fly draw finer pictures");
     if (fps < 0.0 || fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
-    cli_progress(&common); /* Ctrl-C from here on is asked for between frames */
+    cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
     return view(&o, fps, &common, paths, count, &err) == STP_OK ? CLI_DONE
                                                                 : cli_fail(&cli_view, &err);
 }

@@ -1,9 +1,8 @@
-/* The viewer's parts together: what tools/view*.c share.
+/* The viewer: what the files tools/view/view*.c share.
  *
- * One turn of the loop: events go to the panels or to view_control, wishes are fulfilled
- * (view_wishes.c), the camera moves, the scene is drawn where something changed (view_draw.c), and
- * panels and marks over it (view_panels*.c, view_marks.c).
- * Threads: the main thread only. */
+ * One turn of the loop: events go to the panels or to view_control; view_wishes.c fulfils wishes;
+ * the camera moves; view_draw.c draws the scene if something changed, and view_panels*.c and
+ * view_marks.c draw panels and marks over it. Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_VIEW_APP_H
 #define STP_TOOLS_VIEW_VIEW_APP_H
 
@@ -18,13 +17,13 @@
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
 
-/* Frames that the charts show. */
+/* Number of frames in the charts. */
 #define VIEW_HISTORY 240
 #define VIEW_NOTE_BYTES 1100
-/* Panels are drawn so often after an event: they settle in some turns. */
+/* Panels are drawn this many times after an event, because they need some turns to settle. */
 #define VIEW_TURNS_TO_SETTLE 3
 
-/* Sections of the panel: X(name, draws it, title, open at first) */
+/* Sections of the panel: X(name, function that draws it, title, open at first) */
 #define VIEW_SECTION_LIST(X)                                                                       \
     X(MODELS, view_panel_models, "Models", true)                                                   \
     X(NUMBERS, view_panel_numbers, "Frames and memory", true)                                      \
@@ -50,10 +49,10 @@ typedef struct view_measure {
     int count;
 } view_measure;
 
-/* A clip box being dragged by one of its faces: 0 to 5, low x, high x, low y... -1: none. */
+/* A clip box that is dragged by one of its faces: 0 to 5, low x, high x, low y... -1: none. */
 typedef struct view_clip {
     int face;
-    double offset; /* where on the axis the hand took hold, minus the face */
+    double offset; /* place on the axis where the drag began, minus the face */
 } view_clip;
 
 typedef struct view_chart {
@@ -61,9 +60,9 @@ typedef struct view_chart {
     int next, count;
 } view_chart;
 
-/* Where things are in the window, pixels; the picture is in its lower left corner. */
+/* The places of things in the window, in pixels. The picture is in its lower left corner. */
 typedef struct view_layout {
-    int width, height;                 /* of the window; 0: it is not seen */
+    int width, height;                 /* of the window; 0: the window is not visible */
     int picture_width, picture_height; /* at least 1 */
     stp_ui_rect panel;                 /* y down */
 } view_layout;
@@ -77,7 +76,7 @@ typedef struct viewer {
     stp_renderer *renderer;
     view_control control;
     stp_draw_stats stats; /* of the last frame */
-    stp_pick under;       /* the cursor */
+    stp_pick under;       /* what is under the cursor */
     stp_pick clicked;
     view_measure measure;
     view_clip clip;
@@ -85,25 +84,25 @@ typedef struct viewer {
     view_bookmarks bookmarks;
     view_record record;
     view_shot shot;
-    int shot_size; /* of VIEW_SHOT_SIZES */
+    int shot_size; /* index in VIEW_SHOT_SIZES */
     view_chart chart;
     view_layout layout;
-    uint32_t model_classes[8]; /* that the scene has */
+    uint32_t model_classes[8]; /* bit set of the scene's classes */
     bool panels, help;
-    bool panels_wanted; /* remembered: a narrow window has none though they are */
+    bool panels_wanted; /* remembered; a narrow window shows none all the same */
     bool open[VIEW_SECTION_COUNT];
-    size_t had_models;          /* that the renderer was told of */
-    int removing;               /* the model that goes after this turn, -1: none */
-    int model_open;             /* of several models, whose facts are shown */
+    size_t had_models;          /* number of models that the renderer knows */
+    int removing;               /* index of the model to remove after this turn; -1: none */
+    int model_open;             /* index of the model whose facts are shown, if there are several */
     char note[VIEW_NOTE_BYTES]; /* what just happened */
     double note_until_s;
     double now_s, last_turn_s, last_ui_s;
-    int ui_turns;    /* so often the panels are still to be drawn: they settle in some */
-    double fps;      /* to hold while the hand moves; 0: whatever comes */
-    stp_pace pace;   /* for that */
+    int ui_turns;    /* how many more times to draw the panels, until they settle */
+    double fps;      /* frame rate to hold while the camera moves; 0: no limit */
+    stp_pace pace;   /* holds fps */
     double drawn_px; /* threshold of the last frame; 0: every sample */
     bool loading;    /* chunks are on their way */
-    bool resting;    /* more frames come though nothing moves: they refine */
+    bool resting;    /* nothing moves, but more frames come, which refine */
     double last_frame_s;
     bool said_damage, quits;
     uint64_t shader_state;
@@ -117,29 +116,29 @@ void view_note(viewer *v, const char *format, ...) __attribute__((format(printf,
 
 /* ---- view_wishes.c ---- */
 
-/* Where the picture and the panel are in the window as it is now. */
+/* Updates the places of the picture and the panel from the window's size. */
 void view_layout_update(viewer *v);
-/* The view it began with, for the picture's present size. Errors: those of draw_options_camera. */
+/* Goes to the start view, for the picture's present size. Errors: those of draw_options_camera. */
 stp_status view_go_home(viewer *v, stp_error *err);
-/* What control.wants asks for. Errors: those that end the viewer. */
+/* Fulfils the wishes in control.wants. Errors: those that end the viewer. */
 stp_status view_fulfil(viewer *v, stp_error *err);
-/* Begins or ends recording; begins a screenshot; keeps a view; each with a note. */
+/* Begin or end recording; begin a screenshot; keep a view. Each shows a note. */
 void view_toggle_record(viewer *v);
 void view_begin_shot(viewer *v);
 void view_keep(viewer *v);
 void view_save_bookmarks(viewer *v);
 void view_recall(viewer *v, size_t index);
-/* Adds models by name, each with a note if it cannot be. */
+/* Adds models by name. Shows a note for each that cannot be added. */
 void view_add_models(viewer *v, const char *const *paths, size_t count);
-/* Takes a model away; the last one stays. */
+/* Removes a model. The last one stays. */
 void view_remove_model(viewer *v, size_t index);
-/* Tells the renderer, made at the first call, of the scene's models. Errors: those of creating it;
- * then it draws those before. */
+/* Gives the scene's models to the renderer; the first call creates the renderer. Errors: those of
+ * creating it; then it draws the models of before. */
 stp_status view_scene_changed(viewer *v, stp_error *err);
 
 /* ---- view_draw.c ---- */
 
-/* The picture, where it changed; and the panels, where they did. Errors: those of drawing. */
+/* Draws the picture if it changed, and the panels if they changed. Errors: those of drawing. */
 stp_status view_draw(viewer *v, stp_error *err);
 
 /* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c ---- */
@@ -155,13 +154,14 @@ void view_panel_measure(viewer *v);
 void view_panel_kept(viewer *v);
 void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
-/* Pivot, clip box, measured line, status line, help. */
+/* Draws the pivot, the clip box, the measured line, the status line and the help. */
 void view_marks_draw(viewer *v);
-/* A press on one of the clip box's handles takes it; then moves it; true if the event was its. */
+/* A press on a handle of the clip box takes the handle; later events move it. True if the clip box
+ * used the event. */
 bool view_clip_handle(viewer *v, const stp_window_event *event);
-/* Switches the clip box; one that is empty takes the scene's box. */
+/* Switches the clip box on or off. An empty clip box becomes the scene's box. */
 void view_clip_toggle(viewer *v);
-/* "456123.250  5428001.125  310.500", as many digits as the scene's size asks for. */
+/* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
 void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
 int view_digits(const viewer *v);
 

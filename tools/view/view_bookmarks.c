@@ -1,4 +1,4 @@
-/* Views that were kept. */
+/* Views that the user kept. */
 #include "tools/view/view_bookmarks.h"
 
 #include "formats/chunk/byte_source.h"
@@ -72,7 +72,7 @@ stp_status view_bookmarks_load(view_bookmarks *b, const char *model, stp_error *
     char path[VIEW_PATH_BYTES];
     b->count = 0;
     b->path[0] = '\0';
-    /* what could not be written beside the model is newer */
+    /* the file in the state folder is newer: it could not be written beside the model */
     bool found =
         view_files_model_state(path, model, ENDING, NULL) == STP_OK && access(path, F_OK) == 0;
     if (!found && !stp_is_address(model)) {

@@ -1,5 +1,6 @@
-/* Views of a model that the user kept, in M.stipple.views.json beside it: {"views": [{"name": "..",
- * "eye": [x, y, z], ...}, ...]}, each a camera as runtime/camera/camera_json.h has it.
+/* Views of a model that the user kept, in M.stipple.views.json beside the model: {"views":
+ * [{"name": "..", "eye": [x, y, z], ...}, ...]}. Each is a camera as in
+ * runtime/camera/camera_json.h.
  *
  * Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_VIEW_BOOKMARKS_H
@@ -22,15 +23,16 @@ typedef struct view_bookmark {
 typedef struct view_bookmarks {
     view_bookmark items[VIEW_BOOKMARKS_LIMIT];
     size_t count;
-    char path[VIEW_PATH_BYTES]; /* of the file they came from or went to; "" so far */
+    char path[VIEW_PATH_BYTES]; /* file that the views were read from or written to; "" before */
 } view_bookmarks;
 
-/* Reads those of a model; no file is no error. Errors: FORMAT (names the key), IO, LIMIT. */
+/* Reads the kept views of a model. A missing file is no error. Errors: FORMAT (names the key), IO,
+ * LIMIT. */
 stp_status view_bookmarks_load(view_bookmarks *bookmarks, const char *model, stp_error *err);
-/* Writes them all: beside the model, or, where that cannot be, in the folder of states; path says
+/* Writes all views beside the model or, if that is not possible, to the state folder. path says
  * where. Errors: IO. */
 stp_status view_bookmarks_save(view_bookmarks *bookmarks, const char *model, stp_error *err);
-/* Appends a view named after its number; false where there are VIEW_BOOKMARKS_LIMIT. */
+/* Appends a view, named after its number. False if there are VIEW_BOOKMARKS_LIMIT views. */
 bool view_bookmarks_add(view_bookmarks *bookmarks, const stp_camera *camera);
 void view_bookmarks_remove(view_bookmarks *bookmarks, size_t index);
 

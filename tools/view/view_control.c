@@ -1,4 +1,4 @@
-/* Events to camera and parameters. */
+/* Turns events into changes of camera and parameters. */
 #include "tools/view/view_control.h"
 
 #include "tools/view/view_move.h"
@@ -7,9 +7,10 @@
 
 /* A drag across the smaller side of the picture turns by half a circle. */
 #define TURN_RAD 3.14159265358979323846
-/* A notch of the wheel scales the distance by this. */
+/* A notch of the wheel multiplies the distance by this. */
 #define WHEEL_FACTOR 0.85
-/* A press and a release so near to each other are a click; two such so soon a double one. */
+/* A press and a release this near to each other are a click. Two clicks within this time are a
+ * double click. */
 #define CLICK_PX 4.0
 #define DOUBLE_CLICK_S 0.4
 
@@ -55,7 +56,7 @@ static void go_on(view_control *c, const stp_window_event *event)
     c->changed = true;
 }
 
-/* A pivot that stays, or none where nothing is. */
+/* Sets a pivot that stays, or removes it if nothing is under the cursor. */
 static void set_centre(view_control *c, double x, double y, double at_s)
 {
     double depth = c->depth(c->context, (int)floor(x), (int)floor(y));
@@ -122,7 +123,7 @@ void view_control_project(view_control *c, bool orthographic)
         return;
     if (orthographic) {
         camera->height = unit * (depth > 0.0 ? depth : stp_dvec3_length(to_eye));
-    } else { /* as far from it as to see it as large */
+    } else { /* from a distance at which it looks as large */
         double distance = camera->height / unit;
         stp_dvec3 shift = stp_dvec3_scale(back, distance - depth);
         camera->eye = stp_dvec3_add(camera->eye, shift);
@@ -138,7 +139,7 @@ void view_control_navigate(view_control *c, view_navigation navigation)
         return;
     c->navigation = navigation;
     c->held = 0;
-    if (navigation != VIEW_ORBIT) /* who moves sees in perspective */
+    if (navigation != VIEW_ORBIT) /* moving needs perspective */
         view_control_project(c, false);
     view_move_reset(c);
     if (navigation == VIEW_WALK)
@@ -156,7 +157,7 @@ static int cycle(int value, int count, bool back)
     return (value + (back ? count - 1 : 1)) % count;
 }
 
-/* The next colour that the model has; RGB and NONE always are. */
+/* Goes to the next colour that the model has. RGB and NONE always exist. */
 static void cycle_colour(view_control *c, bool back)
 {
     int colour = (int)c->params.colour;
@@ -167,14 +168,14 @@ static void cycle_colour(view_control *c, bool back)
     c->wants |= VIEW_WANTS_RANGE;
 }
 
-/* Keys of drawing; false if it is none. */
+/* Handles keys that change the drawing. False if the key is none of them. */
 static bool handle_drawing_key(view_control *c, uint32_t key, bool back)
 {
     stp_draw_params *p = &c->params;
     switch (key) {
     case '+':
     case '=':
-        if (!p->every_sample) /* nothing is finer than that */
+        if (!p->every_sample) /* every sample is already the finest */
             set_threshold(p, 0.5 * p->threshold_px);
         return true;
     case '-':
@@ -220,7 +221,7 @@ static void handle_character(view_control *c, uint32_t character)
     bool back = character >= 'A' && character <= 'Z';
     uint32_t key = back ? character - 'A' + 'a' : character;
     if (c->navigation != VIEW_ORBIT && key < 128 && key > 0 && strchr(moving, (int)key) != NULL)
-        return; /* these move */
+        return; /* these keys move the camera */
     if (handle_drawing_key(c, key, back)) {
         c->changed = true;
         return;

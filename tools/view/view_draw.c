@@ -1,4 +1,4 @@
-/* The viewer's frames: the scene, then panels and marks over it; the title. */
+/* Draws the viewer's frames: the scene, then panels and marks over it; sets the title. */
 #include "tools/view/view_app.h"
 
 #include <math.h>
@@ -7,11 +7,11 @@
 
 #define TITLE_BYTES 1024
 #define LOD_BYTES 36
-/* A level change has faded to a third after so long. */
+/* After this time a level change has faded to a third. */
 #define FADE_S 0.12
 #define FADE_LEAST 0.05
 
-/* Nothing for the samples' own colours. */
+/* Writes the colour mode; nothing for the samples' own colours. */
 static void colour_words(const stp_draw_params *p, char out[40])
 {
     char colour[16], palette[16];
@@ -23,7 +23,7 @@ static void colour_words(const stp_draw_params *p, char out[40])
         snprintf(out, 40, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
 }
 
-/* What the hand switched on beyond drawing: ", fly, orthographic, clipped". */
+/* Writes the modes that the user switched on beyond drawing: ", fly, orthographic, clipped". */
 static void mode_words(const viewer *v, char out[120])
 {
     static const char *const navigations[] = {"", ", fly", ", walk"};
@@ -39,7 +39,7 @@ static void mode_words(const viewer *v, char out[120])
              v->record.on ? ", recording" : "");
 }
 
-/* Who chooses levels; of auto also which of the roads it took. */
+/* Writes what chooses levels; for auto, also the road that it took. */
 static void lod_words(const viewer *v, char text[LOD_BYTES])
 {
     char taken[16], asked[16];
@@ -96,7 +96,8 @@ static void note_frame(viewer *v)
     chart->count += chart->count < VIEW_HISTORY;
 }
 
-/* While frames follow each other the threshold is what holds --fps; at rest the asked one. */
+/* While frames follow each other, the threshold is the one that holds --fps. At rest it is the
+ * requested one. */
 static stp_draw_params params_of(viewer *v, bool moving)
 {
     stp_draw_params p = v->control.params;
@@ -115,7 +116,7 @@ static stp_draw_params params_of(viewer *v, bool moving)
     return p;
 }
 
-/* A camera that sees nothing, however it came to be, goes home. */
+/* Makes the view. A camera that sees nothing, for whatever reason, goes home. */
 static stp_status make_view(viewer *v, stp_error *err)
 {
     view_control *c = &v->control;
@@ -151,7 +152,7 @@ done:
     return status;
 }
 
-/* What is under the cursor, where that is the picture's. */
+/* Finds what is under the cursor, if the cursor is over the picture. */
 static void look_under(viewer *v)
 {
     int x = (int)floor(v->control.x), y = (int)floor(v->control.y);
@@ -163,7 +164,7 @@ static void look_under(viewer *v)
         stp_renderer_pick(v->renderer, x, y, &v->under, NULL);
         return;
     }
-    /* picking would begin what is being refined anew */
+    /* picking would restart the refinement */
     float depth = 0.0f;
     stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
     v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
@@ -179,11 +180,11 @@ static void draw_shot(viewer *v)
     stp_ui_draw_label(middle[0], middle[1], text, 0xffffffff, true);
 }
 
-/* The last picture, and over it what ImGui draws. */
+/* Shows the last picture and draws ImGui over it. */
 static void draw_panels(viewer *v)
 {
     const view_layout *l = &v->layout;
-    bool drawing = v->shot.state == VIEW_SHOT_DRAWING; /* then the renderer has another picture */
+    bool drawing = v->shot.state == VIEW_SHOT_DRAWING; /* then the renderer holds another picture */
     stp_ui_begin(v->ui, l->width, l->height, v->now_s - v->last_ui_s);
     v->last_ui_s = v->now_s;
     if (!drawing) {
@@ -202,17 +203,17 @@ static void draw_panels(viewer *v)
     show_title(v);
 }
 
-/* One part of a screenshot. A failure is no end of the viewer. */
+/* Draws one part of a screenshot. A failure does not end the viewer. */
 static void draw_part(viewer *v)
 {
     stp_error err = {0};
     v->ui_turns = 1;
-    v->control.changed = true; /* its own picture is gone */
+    v->control.changed = true; /* the viewer's picture was overwritten */
     if (view_shot_draw(&v->shot, v->renderer, &v->control.params, &err) != STP_OK)
         view_note(v, "%s", err.message);
 }
 
-/* Chunks, or a moment to ask once more for what could not be read. */
+/* True if chunks have arrived, or it is time to request again what could not be read. */
 static bool has_come(const viewer *v)
 {
     return stp_renderer_has_news(v->renderer) || stp_renderer_trouble(v->renderer)[0] != '\0';
@@ -221,7 +222,7 @@ static bool has_come(const viewer *v)
 stp_status view_draw(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (v->layout.width < 1) /* what is minimised waits */
+    if (v->layout.width < 1) /* a minimised window waits */
         return STP_OK;
     if (v->shot.state == VIEW_SHOT_DRAWING)
         draw_part(v);

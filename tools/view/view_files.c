@@ -1,4 +1,4 @@
-/* Names of files that the viewer writes. */
+/* Makes names of files that the viewer writes. */
 #include "tools/view/view_files.h"
 
 #include "base/file.h"
@@ -46,7 +46,7 @@ stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_err
 {
     const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
     int length = 0;
-    if (state != NULL && state[0] == '/') /* others are to be ignored, says the specification */
+    if (state != NULL && state[0] == '/') /* the XDG specification says to ignore relative paths */
         length = snprintf(out, VIEW_PATH_BYTES, "%s/stipple/%s", state, name);
     else if (home != NULL && home[0] == '/')
         length = snprintf(out, VIEW_PATH_BYTES, "%s/.local/state/stipple/%s", home, name);
@@ -63,7 +63,7 @@ stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, 
 {
     char name[320];
     char *real = stp_is_address(model) ? NULL : realpath(model, NULL);
-    const char *whole = real != NULL ? real : model; /* tells models of one name apart */
+    const char *whole = real != NULL ? real : model; /* distinguishes models of the same name */
     snprintf(name, sizeof name, "%.200s-%016" PRIx64 "%s", view_files_base(model),
              stp_hash(whole, strlen(whole)), ending);
     free(real);

@@ -1,15 +1,15 @@
-/* The ground, found in the chunk tree. */
+/* Finds the ground in the chunk tree. */
 #include "tools/view/view_ground.h"
 
-/* A chunk whose samples are this much finer than the reach is fine enough. */
+/* If samples of a chunk are this much finer than the reach, the chunk is fine enough. */
 #define FINE_ENOUGH 0.5
 
-/* One search. */
+/* State of one search. */
 typedef struct search {
     view_ground *ground;
     const view_ground_params *params;
     unsigned reads_left;
-    double height, below; /* the best so far; what is higher is no ground */
+    double height, below; /* of the best so far; higher than `below` is no ground */
     bool found;
 } search;
 
@@ -25,7 +25,7 @@ static stp_chunk *find(search *s, uint32_t id)
     return NULL;
 }
 
-/* A chunk that is kept, or is read now; NULL if neither can be. */
+/* Gets a kept chunk or reads it now; NULL if neither is possible. */
 static stp_chunk *get(search *s, uint32_t id)
 {
     stp_chunk *chunk = find(s, id);
@@ -36,7 +36,7 @@ static stp_chunk *get(search *s, uint32_t id)
         if (s->ground->chunks[i].used < oldest->used)
             oldest = &s->ground->chunks[i];
     if (oldest->chunk != NULL && oldest->used == s->ground->calls)
-        return NULL; /* all are needed at once */
+        return NULL; /* all kept chunks are in use in this search */
     s->reads_left--;
     if (stp_chunk_file_read(s->params->model->file, id, 0, &chunk, NULL) != STP_OK)
         return NULL;
@@ -45,7 +45,7 @@ static stp_chunk *get(search *s, uint32_t id)
     return chunk;
 }
 
-/* Of a position from the line down, squared; and its height. */
+/* The squared distance of a position from the line down, and its height. */
 static double from_line(const search *s, stp_dvec3 position, double *height)
 {
     stp_dvec3 d = stp_dvec3_sub(position, s->params->position);
@@ -69,7 +69,7 @@ static void scan(search *s, const stp_chunk *chunk, stp_dvec3 origin)
         }
 }
 
-/* Whether samples of the chunk may be near the line, by the ball around its box. */
+/* True if samples of the chunk may be near the line, judged by the ball around its box. */
 static bool near_line(const search *s, const stp_chunk_entry *e)
 {
     stp_dvec3 low = stp_dvec3_from_float(e->box_min), high = stp_dvec3_from_float(e->box_max);

@@ -1,8 +1,8 @@
-/* The ground under a position: the highest sample below it, read from the model's own tree, finer
- * from call to call, so that walking needs no picture of what is underfoot.
+/* Finds the ground under a position: the highest sample below it. Reads the model's own tree, finer
+ * from call to call, so walking needs no picture of the ground.
  *
- * Keeps at most VIEW_GROUND_CHUNKS decoded chunks and reads at most one a call.
- * Threads: the main thread only. */
+ * Keeps at most VIEW_GROUND_CHUNKS decoded chunks and reads at most one chunk per call. Threads:
+ * the main thread only. */
 #ifndef STP_TOOLS_VIEW_VIEW_GROUND_H
 #define STP_TOOLS_VIEW_VIEW_GROUND_H
 
@@ -13,7 +13,7 @@
 typedef struct view_ground_chunk {
     const stp_model *model;
     stp_chunk *chunk;
-    uint64_t used; /* the call that used it last */
+    uint64_t used; /* number of the call that used it last */
 } view_ground_chunk;
 
 /* Zero is empty. */
@@ -26,13 +26,13 @@ typedef struct view_ground_params {
     const stp_model *model;
     stp_dvec3 position;
     stp_dvec3 up; /* unit */
-    double reach; /* so far from the line down samples count */
+    double reach; /* samples within this distance of the line down count */
 } view_ground_params;
 
-/* Height along up of the ground; keeps *height and returns false where there is none, or the model
- * cannot be read there. */
+/* Gets the height of the ground along up. Returns false and keeps *height if there is no ground, or
+ * the model cannot be read there. */
 bool view_ground_find(view_ground *ground, const view_ground_params *params, double *height);
-/* Forgets a model's chunks before it is closed; NULL: those of all. */
+/* Frees the chunks of a model before it is closed; NULL: of all models. */
 void view_ground_forget(view_ground *ground, const stp_model *model);
 
 #endif

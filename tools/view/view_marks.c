@@ -1,4 +1,5 @@
-/* Marks over the picture: pivot, clip box and its handles, measured line, status line, help. */
+/* Draws marks over the picture: pivot, clip box and its handles, measured line, status line, help.
+ */
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
 
@@ -9,7 +10,7 @@
 #define DIM 0xc8ccd4ffu
 #define ORANGE 0xffb347ffu
 #define BLUE 0x61bdebffu
-/* Ordinary pixels. */
+/* Unscaled pixels. */
 #define HANDLE_PX 6.0
 #define HANDLE_REACH_PX 11.0
 
@@ -25,7 +26,7 @@ void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
     snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
 }
 
-/* Window position, y down, of a world position; false behind the eye. */
+/* Gets the window position, y down, of a world position. False if it is behind the eye. */
 static bool place(const viewer *v, stp_dvec3 p, double at[2])
 {
     const stp_view *view = &v->control.view;
@@ -35,7 +36,7 @@ static bool place(const viewer *v, stp_dvec3 p, double at[2])
     return w.z > view->near_depth && isfinite(w.x) && isfinite(w.y);
 }
 
-/* A line in the world, cut off at the near plane. */
+/* Draws a line in the world, clipped at the near plane. */
 static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colour, double width)
 {
     const stp_view *view = &v->control.view;
@@ -122,8 +123,8 @@ void view_clip_toggle(viewer *v)
     v->control.changed = true;
 }
 
-/* Where along a face's axis the ray through a pixel passes nearest to the axis through the face's
- * middle; false where it looks along it. */
+/* Finds the place on a face's axis that is nearest to the ray through a pixel. The axis goes
+ * through the face's middle. False if the ray is along the axis. */
 static bool along_axis(const viewer *v, int face, double x, double y, double *out)
 {
     const view_control *c = &v->control;

@@ -1,23 +1,22 @@
 /* Flying and walking. */
 #include "tools/view/view_move.h"
 
-/* The scene's radius takes so many seconds. */
+/* Seconds to cross the scene's radius. */
 #define CROSSING_S 4.0
 #define FAST 5.0
 #define SPEED_NOTCH 1.25
-/* Fraction of the scene's radius: the eye above the ground where the scene is too small for a man.
- */
+/* Eye height as a fraction of the scene's radius, if the scene is too small for a person. */
 #define EYE_SHARE 0.05
 #define EYE_MAN 1.7
-/* Walking, of the eye's height a second. */
+/* Walking speed, in eye heights per second. */
 #define WALK_SPEED 3.0
-/* Of the eye's height: from further up one lands elsewhere. */
+/* In eye heights: from higher up, landing goes elsewhere. */
 #define LANDING 30.0
-/* A step is taken in this time, to a third of it. */
+/* Time in which a step up or down shrinks to a third. */
 #define STEP_S 0.12
-/* Of the eye's height: what is no step any more. */
+/* In eye heights: a smaller step is done. */
 #define STEP_DONE 1e-3
-/* A frame that took longer moves no further. */
+/* A frame that takes longer than this moves only this far. */
 #define FRAME_MOST_S 0.25
 
 bool view_move_key(view_control *c, const stp_window_event *event)
@@ -94,7 +93,7 @@ static void shift(stp_camera *camera, stp_dvec3 by)
     camera->look = stp_dvec3_add(camera->look, by);
 }
 
-/* Towards the eye's height above the ground; true while on the way. */
+/* Moves towards the eye height above the ground. True while on the way. */
 static bool step(view_control *c, stp_dvec3 up, double seconds)
 {
     double ground = 0.0;

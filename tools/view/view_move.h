@@ -1,4 +1,4 @@
-/* Flying and walking: keys held move the camera in time. Threads: the main thread only. */
+/* Flying and walking: pressed keys move the camera over time. Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_VIEW_MOVE_H
 #define STP_TOOLS_VIEW_VIEW_MOVE_H
 
@@ -15,20 +15,20 @@ enum {
     VIEW_HELD_FAST = 1u << 6
 };
 
-/* Limits of the speed: fractions of the scene's radius a second. */
+/* Limits of the speed, as fractions of the scene's radius per second. */
 #define VIEW_SPEED_LEAST 1e-4
 #define VIEW_SPEED_MOST 10.0
 
-/* Takes a key's press or release; false if it does not move. */
+/* Handles a key's press or release. False if the key does not move. */
 bool view_move_key(view_control *control, const stp_window_event *event);
-/* One notch of the wheel. */
+/* Changes the speed by notches of the wheel. */
 void view_move_speed(view_control *control, double notches);
-/* Speed and height that fit the way of moving and the scene's size. */
+/* Sets speed and eye height that fit the navigation and the scene's size. */
 void view_move_reset(view_control *control);
-/* Puts a camera that is high up, or beside the model, on the ground in the middle of the picture,
- * looking level the same way. */
+/* Puts a camera that is high up, or beside the model, on the ground in the middle of the picture.
+ * It looks level in the same direction. */
 void view_move_land(view_control *control);
-/* Moves by what is held for so many seconds. True while there is more to come. */
+/* Moves by the pressed keys for this many seconds. True while the camera still moves. */
 bool view_move_advance(view_control *control, double seconds);
 
 #endif

@@ -1,11 +1,11 @@
-/* The panel at the right: its sections, models and camera; and frames and memory. */
+/* Draws the panel at the right: its sections; models, camera, and frames and memory. */
 #include "tools/view/view_app.h"
 #include "tools/view/view_move.h"
 
 #include <stdio.h>
 #include <string.h>
 
-/* 1234567 as "1,234,567". */
+/* Formats 1234567 as "1,234,567". */
 static void format_count(uint64_t count, char out[32])
 {
     char digits[24];
@@ -76,7 +76,7 @@ void view_panel_models(viewer *v)
             }
             stp_ui_same_line();
             if (stp_ui_button("remove"))
-                v->removing = (int)i; /* after this frame */
+                v->removing = (int)i; /* removed after this frame */
         } else {
             stp_ui_text(m->name);
         }
@@ -114,7 +114,7 @@ static void facing_rows(viewer *v)
     const stp_dvec3 up = z_up ? (stp_dvec3){0.0, 0.0, 1.0} : (stp_dvec3){0.0, 1.0, 0.0};
     const stp_dvec3 front = z_up ? (stp_dvec3){0.0, -1.0, 0.0} : (stp_dvec3){0.0, 0.0, 1.0};
     const stp_dvec3 right = stp_dvec3_cross(up, front);
-    /* from straight above a little from the front, so that up stays up */
+    /* the view from above is tilted a little to the front, so that up stays up */
     const stp_dvec3 tilt = stp_dvec3_scale(front, 1e-3);
     const stp_dvec3 directions[] = {
         front, stp_dvec3_scale(front, -1.0), stp_dvec3_scale(right, -1.0),

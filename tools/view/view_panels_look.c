@@ -1,4 +1,4 @@
-/* Sections of the panel about how the picture looks: quality, colour, surface and light. */
+/* Draws the panel's sections about the look of the picture: quality, colour, surface and light. */
 #include "tools/view/view_app.h"
 
 #include "runtime/class_legend.h"
@@ -9,7 +9,7 @@
 #define ALL 0xffffffffu
 #define FPS_AT_FIRST 24.0
 
-/* What --fps holds, and how the picture stands. */
+/* Shows the rate that --fps holds, and the state of the picture. */
 static void pace_rows(viewer *v)
 {
     char text[120];
@@ -104,7 +104,7 @@ static void class_row(viewer *v, int c)
     stp_ui_pop_id();
 }
 
-/* Those of the models, with a box each that hides it. */
+/* Shows the models' classes, each with a box that hides it. */
 static void legend(viewer *v)
 {
     uint32_t *hidden = v->control.params.hidden_classes;
@@ -135,7 +135,7 @@ void view_panel_colour(viewer *v)
 
 /* ---- surface and light ---- */
 
-/* What an overlay's colours say. */
+/* Explains the colours of an overlay. */
 static void overlay_legend(stp_shade shade)
 {
     static const struct {

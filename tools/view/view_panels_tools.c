@@ -1,4 +1,4 @@
-/* Sections of the panel with tools: clip box, measuring, kept views and path, screenshot. */
+/* Draws the panel's sections with tools: clip box, measuring, kept views and path, screenshot. */
 #include "tools/view/view_app.h"
 
 #include <stdio.h>
@@ -63,7 +63,7 @@ static void distance_rows(const viewer *v)
     stp_ui_row("", text);
 }
 
-/* Of what was clicked last. */
+/* Shows what was clicked last. */
 static void clicked_rows(const viewer *v)
 {
     const stp_pick *pick = &v->clicked;

@@ -1,4 +1,4 @@
-/* A path out of cameras seen one after the other. */
+/* Makes a path from cameras that were seen one after the other. */
 #include "tools/view/view_record.h"
 
 #include "base/memory.h"
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Between two keyframes. */
+/* Seconds between two keyframes. */
 #define STEP_S 0.1
 
 void view_record_begin(view_record *r, double now_s)

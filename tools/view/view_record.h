@@ -1,5 +1,5 @@
-/* The camera's path as the hand led it, as keyframes for `stipple fly --path`.
- * Threads: the main thread only. */
+/* Records the camera's path as keyframes for `stipple fly --path`. Threads: the main thread only.
+ */
 #ifndef STP_TOOLS_VIEW_VIEW_RECORD_H
 #define STP_TOOLS_VIEW_VIEW_RECORD_H
 
@@ -9,14 +9,16 @@
 typedef struct view_record {
     bool on;
     double begun_s;
-    double still_s; /* when the last keyframe's camera was seen last, from begun_s */
+    double still_s; /* last time at which the camera was still that of the last keyframe, from
+                       begun_s */
     stp_keyframe *frames;
     size_t count, capacity;
 } view_record;
 
 void view_record_begin(view_record *record, double now_s);
-/* Takes the camera where it moved; a rest gets a keyframe at either end. Errors: OUT_OF_MEMORY,
- * LIMIT (of keyframes), UNSUPPORTED (the projection changed): it is to be ended then. */
+/* Adds the camera if it moved. A rest gets a keyframe at its begin and its end. Errors:
+ * OUT_OF_MEMORY, LIMIT (keyframes), UNSUPPORTED (the projection changed). After an error the caller
+ * must end the recording. */
 stp_status view_record_note(view_record *record, const stp_camera *camera, double now_s,
                             stp_error *err);
 /* Ends where the camera is now, makes the path even (view_smooth.h) and writes it to a new file.

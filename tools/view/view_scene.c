@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The first name in quotes of well-known text: PROJCS["ETRS89 / UTM zone 32N",... */
+/* Gets the first quoted name of well-known text: PROJCS["ETRS89 / UTM zone 32N",... */
 static void read_system(const char *wkt, char *out, size_t bytes)
 {
     const char *begin = strchr(wkt, '"');
@@ -17,7 +17,7 @@ static void read_system(const char *wkt, char *out, size_t bytes)
         snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
 }
 
-/* "a.las and 3 more", and the coordinate system: what metadata say. */
+/* Reads metadata: "a.las and 3 more", and the coordinate system. */
 static void read_metadata(view_model *m)
 {
     const stp_chunk_file_info *info = m->model->info;

@@ -12,25 +12,25 @@
 
 typedef struct view_model {
     char *path;
-    const char *name; /* the end of the path, or of the address, without secrets */
+    const char *name; /* the last part of the path or address, without secrets */
     stp_model *model;
     bool hidden;
-    char sources[160]; /* what it was made of */
-    char system[160];  /* of its coordinates; "" if it does not say */
+    char sources[160]; /* the files that the model was made of */
+    char system[160];  /* coordinate system; "" if unknown */
 } view_model;
 
 /* Zero is empty. */
 typedef struct view_scene {
     view_model models[VIEW_MODELS_LIMIT];
     size_t count;
-    stp_dbox box; /* of those that are shown, or of all where none is */
+    stp_dbox box; /* box of the models that are shown, or of all if none is */
     stp_ball ball;
-    uint64_t point_count; /* likewise */
-    uint32_t attributes;  /* STP_HAS_* of any */
+    uint64_t point_count; /* of the same models */
+    uint32_t attributes;  /* STP_HAS_* that any model has */
 } view_scene;
 
-/* options: where models of web servers are kept. Errors: those of draw_options_open; LIMIT, EXISTS
- * (it is there already), OUT_OF_MEMORY. */
+/* Adds a model. options: say where models of web servers are cached. Errors: those of
+ * draw_options_open; LIMIT, EXISTS (the model is already there), OUT_OF_MEMORY. */
 stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
                           stp_error *err);
 void view_scene_remove(view_scene *scene, size_t index);

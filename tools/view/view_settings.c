@@ -26,7 +26,7 @@ typedef struct settings {
     int shot_size;
 } settings;
 
-/* What the file says, over the defaults. */
+/* Reads the settings of the file; the others keep their defaults. */
 static settings read_settings(void)
 {
     char path[VIEW_PATH_BYTES];

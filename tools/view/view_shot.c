@@ -1,4 +1,4 @@
-/* Screenshots by parts. */
+/* Makes screenshots part by part. */
 #include "tools/view/view_shot.h"
 
 #include "base/memory.h"
@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Both are multiples of the side of a pixel of the pyramid's seventh level, so that the parts'
- * pyramids are parts of one. */
+/* Both are multiples of the side of a pixel on the pyramid's seventh level, so that the parts have
+ * the same pyramid as one large picture. */
 #define PART_PX 1024
 #define RIM_PX 128
 #define SIDE_PX (PART_PX + 2 * RIM_PX)
@@ -52,7 +52,7 @@ static void *write_image(void *context)
     return NULL;
 }
 
-/* Rows from the bottom up to rows from the top down. */
+/* Copies a part and turns its rows from bottom-up to top-down. */
 static void take_part(view_shot *shot, int x, int y)
 {
     int width = shot->image.width - x < PART_PX ? shot->image.width - x : PART_PX;

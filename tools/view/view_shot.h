@@ -1,7 +1,8 @@
-/* A screenshot larger than any framebuffer: drawn part by part, with a rim around each that the
- * reconstruction reaches over, then written by a thread of its own.
+/* Makes a screenshot that may be larger than any framebuffer. The picture is drawn part by part;
+ * each part has a rim as wide as the reconstruction reaches. Then a thread of its own writes the
+ * file.
  *
- * Threads: the main thread, with the renderer's context. The picture is in memory as a whole. */
+ * Threads: the main thread, with the renderer's context. Memory: the whole picture. */
 #ifndef STP_TOOLS_VIEW_VIEW_SHOT_H
 #define STP_TOOLS_VIEW_VIEW_SHOT_H
 
@@ -23,31 +24,30 @@ typedef enum view_shot_state {
 
 /* Zero is none. */
 typedef struct view_shot {
-    view_shot_state state; /* while WRITING, its end is told by view_shot_poll */
+    view_shot_state state; /* while WRITING, view_shot_poll notices the end */
     stp_image image;
-    uint8_t *part; /* of one part, with its rim */
-    stp_view view; /* of the whole */
+    uint8_t *part; /* pixels of one part with its rim */
+    stp_view view; /* view of the whole picture */
     int next, count;
     char path[VIEW_PATH_BYTES];
     pthread_t writer;
-    pthread_mutex_t lock; /* guards done; nothing else is taken while it is held */
+    pthread_mutex_t lock; /* guards done; no other lock is taken while it is held */
     bool done;
-    stp_status written; /* of the writer, and error: read after it was joined */
+    stp_status written; /* status of the writer; like error, read only after joining the thread */
     stp_error error;
 } view_shot;
 
-/* Begins a picture of this view, whose size is the picture's. Errors: LIMIT (size), OUT_OF_MEMORY.
- */
+/* Begins a picture of this view, in the view's size. Errors: LIMIT (size), OUT_OF_MEMORY. */
 stp_status view_shot_begin(view_shot *shot, const stp_view *view, const char *path, stp_error *err);
-/* Draws one more part, with its cut complete; after the last the writing begins. Errors: those of
+/* Draws one more part, with its cut complete. After the last part, writing begins. Errors: those of
  * drawing; the shot is FAILED then. */
 stp_status view_shot_draw(view_shot *shot, stp_renderer *renderer, const stp_draw_params *params,
                           stp_error *err);
-/* Notices the end of writing. Errors: those of stp_image_save. */
+/* Checks whether writing has ended. Errors: those of stp_image_save. */
 stp_status view_shot_poll(view_shot *shot, stp_error *err);
-/* Of the drawing, 0 to 1. */
+/* The part of drawing that is done, 0 to 1. */
 double view_shot_done(const view_shot *shot);
-/* Gives up drawing, waits for writing, and frees. */
+/* Stops drawing, waits until writing ends, and frees everything. */
 void view_shot_end(view_shot *shot);
 
 #endif

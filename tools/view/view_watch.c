@@ -1,4 +1,4 @@
-/* The state of a folder of shaders. */
+/* Computes the state of a folder of shaders. */
 #include "tools/view/view_watch.h"
 
 #include <dirent.h>
@@ -9,7 +9,7 @@
 
 #define OPEN_FLAGS (O_RDONLY | O_DIRECTORY | O_CLOEXEC)
 
-/* FNV-1a of eight bytes. */
+/* Adds eight bytes by FNV-1a. */
 static uint64_t mix(uint64_t hash, uint64_t value)
 {
     for (int i = 0; i < 8; i++)
@@ -17,7 +17,7 @@ static uint64_t mix(uint64_t hash, uint64_t value)
     return hash;
 }
 
-/* Of the files in an open folder, and of those one level below it; closes the folder. */
+/* The state of the files in an open folder and in folders one level below it. Closes the folder. */
 static uint64_t folder_state(int folder, int below)
 {
     uint64_t state = 0;
@@ -41,7 +41,9 @@ static uint64_t folder_state(int folder, int below)
             hash = mix(hash, (unsigned char)*c);
         hash = mix(hash, (uint64_t)s.st_size);
         hash = mix(hash, (uint64_t)s.st_mtim.tv_sec);
-        state += mix(hash, (uint64_t)s.st_mtim.tv_nsec); /* in whatever order they are listed */
+        state +=
+            mix(hash,
+                (uint64_t)s.st_mtim.tv_nsec); /* a sum does not depend on the order of the files */
     }
     closedir(dir);
     return state;

@@ -1,4 +1,4 @@
-/* What keys and panels ask for, done. */
+/* Fulfils what keys and panels ask for. */
 #include "tools/view/view_app.h"
 #include "tools/view/view_move.h"
 
@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define NOTE_S 6.0
-/* Of the panel and of a window too narrow for it, ordinary pixels. */
+/* Width of the panel, and of a window too narrow for it, in unscaled pixels. */
 #define PANEL_WIDTH 330.0
 
 void view_note(viewer *v, const char *format, ...)
@@ -57,7 +57,7 @@ done:
     return status;
 }
 
-/* What --colour-range gives is of the colour it began with. */
+/* Sets the colour range. --colour-range holds only for the colour at the start. */
 static stp_status set_range(viewer *v, stp_error *err)
 {
     stp_draw_params *p = &v->control.params, first;
@@ -99,7 +99,7 @@ void view_toggle_record(viewer *v)
         view_note(v, "%s", err.message);
 }
 
-/* Of the screenshot that the panel asks for, in the window's proportion. */
+/* The size of the screenshot that the panel asks for, in the window's proportions. */
 static void shot_size(const viewer *v, int *width, int *height)
 {
     static const int factors[] = {1, 2, 4}, sides[] = {4096, 8192, VIEW_SHOT_LIMIT};
@@ -130,7 +130,7 @@ done:
         view_note(v, "%s", err.message);
 }
 
-/* Tells when a screenshot was written. */
+/* Shows a note when a screenshot was written. */
 static void poll_shot(viewer *v)
 {
     stp_error err = {0};
@@ -177,7 +177,7 @@ static void wake(void *context)
     stp_window_wake();
 }
 
-/* Which colours and classes there are. */
+/* Finds which colours and classes exist. */
 static void survey(viewer *v)
 {
     view_control *c = &v->control;
@@ -190,13 +190,13 @@ static void survey(viewer *v)
     for (size_t i = 0; i < v->scene.count; i++) {
         uint32_t classes[8] = {0};
         if (v->scene.models[i].model->info->attributes & STP_HAS_CLASS)
-            stp_model_classes(v->scene.models[i].model, classes, NULL); /* else none are listed */
+            stp_model_classes(v->scene.models[i].model, classes, NULL); /* on failure: none */
         for (int k = 0; k < 8; k++)
             v->model_classes[k] |= classes[k];
     }
 }
 
-/* All models but one, or all of them. */
+/* Gives the renderer all models, or all except one. */
 static stp_status set_models(viewer *v, size_t without, stp_error *err)
 {
     const stp_model *models[VIEW_MODELS_LIMIT];
@@ -261,7 +261,7 @@ void view_remove_model(viewer *v, size_t index)
     survey(v);
 }
 
-/* Ends the innermost of what is going on. */
+/* Ends the innermost thing that is going on. */
 static void escape(viewer *v)
 {
     view_control *c = &v->control;
@@ -280,7 +280,7 @@ static void escape(viewer *v)
     c->changed = true;
 }
 
-/* A click: what is there, and a point of the measured line. */
+/* Handles a click: finds what is there, and adds a point to the measured line. */
 static void pick(viewer *v)
 {
     const double *at = v->control.click;

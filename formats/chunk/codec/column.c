@@ -1,4 +1,4 @@
-/* One column of small integers as bytes: high bits through Draco, low bits as they are. */
+/* Codes one column of small integers: high bits through Draco, low bits as they are. */
 #include "formats/chunk/codec/column.h"
 
 #include "base/memory.h"
@@ -12,11 +12,12 @@
 #define HEAD_BYTES 4u
 #define STREAM_BYTES_BITS 24u
 #define STREAM_BYTES_MASK ((1u << STREAM_BYTES_BITS) - 1u)
-/* A mean of magnitudes follows the last eight or so. */
+/* The running mean of magnitudes follows about the last eight cells. */
 #define MEAN_SHIFT 3u
-/* With a mean of no more than this in halves, all bits go to Draco. */
+/* If the mean, in halves, is no more than this, all bits go to Draco. */
 #define LOW_BITS_MEAN_HALVES 3u
-/* Symbols for Draco stay within so many bits; in a short column a table of them must be short. */
+/* Bits of a symbol that Draco sees, at most. A short column gets fewer: its table of symbols must
+ * be short. */
 #define KEPT_BITS 2u
 #define KEPT_BITS_SHORT 1u
 #define SHORT_COLUMN 3000u
@@ -42,7 +43,8 @@ static unsigned bit_length(uint32_t value)
     return value ? 32u - (unsigned)__builtin_clz(value) : 0;
 }
 
-/* The magnitude of the cells before, and what follows from it. kept = 0: no cell has low bits. */
+/* The running mean of magnitudes, and how many bits it makes low. kept = 0: no cell has low bits.
+ */
 typedef struct spread {
     uint32_t mean; /* in eighths */
     unsigned kept;
@@ -71,7 +73,7 @@ static inline int32_t half_of(unsigned low_bits)
 
 /* ---- encoding ---- */
 
-/* Bits, the first the least of the first byte. */
+/* Writes bits, beginning with the least of the first byte. */
 typedef struct bit_writer {
     uint8_t *bytes;
     size_t size;
@@ -96,7 +98,7 @@ static void put_rest(bit_writer *w)
         w->bytes[w->size++] = (uint8_t)w->held;
 }
 
-/* Into the high parts and the low bits. */
+/* Splits cells into high parts and low bits. */
 static void split(const int16_t *cells, uint32_t count, spread s, int16_t *high, bit_writer *low)
 {
     for (uint32_t i = 0; i < count; i++) {
@@ -155,13 +157,14 @@ done:
 
 /* ---- decoding ---- */
 
-/* Draco's own numbers: the two ways of coding symbols. */
+/* The two ways in which Draco codes symbols, by Draco's own numbers. */
 enum { STREAM_TAGGED = 0, STREAM_RAW = 1 };
 #define STREAM_BIT_LENGTH_LIMIT 18u
 #define STREAM_TAGS_LIMIT 33u
 #define STREAM_SYMBOLS_LIMIT 65536u
 
-/* Little-endian groups of seven bits; false where it is longer than three bytes or cut. */
+/* Reads little-endian groups of seven bits; false if there are more than three, or the bytes end.
+ */
 static bool get_varint(const uint8_t *bytes, size_t size, uint32_t *out)
 {
     uint32_t value = 0;
@@ -189,7 +192,7 @@ stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err)
     return STP_OK;
 }
 
-/* Bits as the writer's; zeros behind the end, and used > 8 * size says so. */
+/* Reads the bit writer's bits. Behind the end it gives zeros, and used > 8 * size tells. */
 typedef struct bit_reader {
     const uint8_t *bytes;
     size_t size, next; /* next byte to hold */
@@ -224,7 +227,7 @@ static inline uint32_t get_bits(bit_reader *r, unsigned bits)
     return value;
 }
 
-/* Brings the low bits back, in place. */
+/* Joins the low bits to the high parts, in place. */
 static void join(int16_t *cells, uint32_t count, spread s, bit_reader *low)
 {
     for (uint32_t i = 0; i < count; i++) {

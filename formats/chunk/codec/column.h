@@ -1,9 +1,9 @@
-/* One column of small integers as bytes: the high bits of its cells through Draco, the low bits as
- * they are.
+/* Codes one column of small integers as bytes: the high bits of its cells through Draco, the low
+ * bits as they are.
  *
- * How many bits are low follows from the magnitude of the cells before, so Draco's symbols are few
- * (short tables of probabilities) and alike along the column. formats/SPEC.md, "Payload", has the
- * arithmetic. Threads: any. */
+ * The magnitude of the cells before decides how many bits of a cell are low. So Draco sees few
+ * symbols (short tables of probabilities), alike along the column. formats/SPEC.md, "Payload", has
+ * the arithmetic. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_COLUMN_H
 #define STP_FORMATS_CHUNK_CODEC_COLUMN_H
 
@@ -12,25 +12,25 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bytes that grow at their end. */
+/* A byte array that grows at its end. */
 typedef struct stp_bytes {
     uint8_t *data;
     size_t size, capacity;
 } stp_bytes;
 
-/* Appends size bytes (zeros where data is NULL). Errors: OUT_OF_MEMORY. */
+/* Appends size bytes; zeros if data is NULL. Errors: OUT_OF_MEMORY. */
 stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err);
 
 /* Appends 1 to 65536 cells. Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
 stp_status stp_column_encode(const int16_t *cells, uint32_t count, stp_bytes *out, stp_error *err);
 
-/* Decodes count cells from the start of bytes; *used becomes the column's size. Errors: CORRUPT,
- * OUT_OF_MEMORY. */
+/* Decodes `count` cells from the start of bytes. *used: the column's size in bytes. Errors:
+ * CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_column_decode(const uint8_t *bytes, size_t size, int16_t *cells, uint32_t count,
                              size_t *used, stp_error *err);
 
-/* Checks what Draco would allocate by before Draco sees it: the stream must claim no more symbols
- * than int16 values have. Errors: CORRUPT. */
+/* Checks the number by which Draco would allocate, before Draco sees the stream: it must claim no
+ * more symbols than int16 has values. Errors: CORRUPT. */
 stp_status stp_stream_check(const uint8_t *stream, size_t size, stp_error *err);
 
 #endif

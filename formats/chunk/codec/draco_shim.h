@@ -1,10 +1,10 @@
-/* Draco behind C: a column of integers through its symbol coder.
+/* A C interface to Draco: codes a column of integers through its symbol coder.
  *
- * A stream is what follows the first 25 bytes of a complete Draco bitstream (version 2.3, point
- * cloud, sequential encoding, one generic one-component int16 attribute, no prediction). Those
- * bytes follow from the number of values, so they are not stored, and the symbols behind them are
- * coded and decoded without the point cloud around them. Values keep their order; nothing is
- * deduplicated or quantised. Does not check sums. Threads: any. */
+ * A stream is a complete Draco bitstream (version 2.3, point cloud, sequential encoding, one
+ * generic one-component int16 attribute, no prediction) without its first 25 bytes. Those bytes
+ * follow from the number of values, so they are not stored. The symbols behind them are coded and
+ * decoded without the point cloud around them. Values keep their order; nothing is deduplicated or
+ * quantised. Compares no checksums. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_DRACO_SHIM_H
 #define STP_FORMATS_CHUNK_CODEC_DRACO_SHIM_H
 

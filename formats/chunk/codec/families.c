@@ -1,4 +1,4 @@
-/* Samples as byte planes, family beside family. */
+/* Codes samples as byte planes, family beside family. */
 #include "formats/chunk/codec/families.h"
 
 #include "formats/chunk/codec/predict_normal.h"
@@ -7,44 +7,44 @@
 #include <string.h>
 
 #define INLINE STP_INLINE
-/* Families that are computed at once: as many as caches hold, in whole patches. */
+/* Families computed at once: as many as caches hold, in whole patches. */
 #define LANES 64u
-#define VECTOR STP_FAMILY_SLACK /* lanes of the widest vectors that are counted on */
+#define VECTOR STP_FAMILY_SLACK /* lanes of the widest vectors that we count on */
 
-/* Components of a sample: those of which a parent is the mean of its children come first. Positions
- * are along the patch's axes: C is that of the greatest component of its cone's axis. */
+/* Components of a sample. Those whose parent is the mean of its children come first. Positions are
+ * along the patch's axes: C is the axis of the greatest component of its cone's axis. */
 enum { PA, PB, PC, NU, NV, RED, GREEN, BLUE, INTENSITY, CLASS, FLAGS, RADIUS, COMPONENT_COUNT };
 #define MEAN_COUNT CLASS
-/* The least part of a normal along C that a slope is told from. */
+/* Slopes divide by at least this much of a normal's component along C. */
 #define SLOPE_LEAST 1024
 
 typedef int32_t lane[LANES];
 typedef float float_lane[LANES];
 
-/* A run of families: of whole patches, so that siblings are together. */
+/* A run of families of whole patches, so that siblings are together. */
 typedef struct families {
     uint32_t count;
-    uint32_t lanes; /* that are computed: count, rounded up to whole vectors where decoding */
-    bool has_colour, has_intensity; /* else all of it is 0 and need not be computed */
+    uint32_t lanes; /* lanes computed: count, for decoding rounded up to whole vectors */
+    bool has_colour, has_intensity; /* if false, all values are 0 and are not computed */
     lane parent[COMPONENT_COUNT];
     lane child[STP_FAMILY_SLOTS][COMPONENT_COUNT];
     lane children; /* how many */
-    lane axis;     /* which one C is */
+    lane axis;     /* which axis is C */
     float_lane weight[STP_FAMILY_SLOTS];
     float_lane left;               /* weights of the slots not coded yet */
     float_lane moment[MEAN_COUNT]; /* sum over coded slots of weight * (parent - child) */
-    float_lane slope_a, slope_b;   /* of the plane across the parent's normal: C over A and B */
+    float_lane slope_a, slope_b;   /* of the plane across the parent's normal: C by A and B */
     lane predicted[MEAN_COUNT], residual[3];
     float_lane mean_weight;
     uint32_t texel[STP_FAMILY_SLOTS][LANES][4];
 } families;
 
-/* Planes of a level at the first family of a run. */
+/* The planes of a level at the first family of a run. */
 typedef struct plane_cursor {
     uint8_t *const *parts;
     size_t stride; /* families of the level */
     size_t first;  /* of the run */
-    bool decode;   /* a constant in each caller, so that two straight loops come out of it */
+    bool decode;   /* a constant in each caller, so the compiler makes two straight loops */
 } plane_cursor;
 
 size_t stp_families_scratch_bytes(void)
@@ -67,14 +67,14 @@ size_t stp_families_plane_bytes(const stp_chunk *chunk, int level)
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "samples are read and written as words");
 typedef uint32_t word __attribute__((may_alias, aligned(2)));
 
-/* Which of three follows from an axis without a branch. */
+/* Chooses by axis 0, 1 or 2, without a branch. */
 INLINE int32_t choose(int32_t axis, int32_t of_0, int32_t of_1, int32_t of_2)
 {
     int32_t is_0 = -(axis == 0), is_1 = -(axis == 1);
     return (of_0 & is_0) | (of_1 & is_1) | (of_2 & ~(is_0 | is_1));
 }
 
-/* Samples that follow each other; axis: of each one's patch. */
+/* Consecutive samples into lanes. axis: C of each sample's patch. */
 INLINE void samples_to_lanes(const stp_sample *samples, uint32_t count,
                              const int32_t *restrict axis, lane *restrict out)
 {
@@ -102,7 +102,7 @@ INLINE void samples_to_lanes(const stp_sample *samples, uint32_t count,
     }
 }
 
-/* Into rows of four words, a row a sample. */
+/* Lanes into rows of four words, a row a sample. */
 INLINE void lanes_to_words(const lane *restrict c, uint32_t count, const int32_t *restrict axis,
                            uint32_t *restrict words)
 {
@@ -120,7 +120,7 @@ INLINE void lanes_to_words(const lane *restrict c, uint32_t count, const int32_t
     }
 }
 
-/* Of the plane across each parent's normal. */
+/* Slopes of the plane across each parent's normal. */
 INLINE void find_slopes(families *restrict f)
 {
     for (uint32_t i = 0; i < f->lanes; i++) {
@@ -160,7 +160,7 @@ INLINE void count_children(const stp_patch *patch, int level, int32_t *out)
     }
 }
 
-/* Takes the parents of patches [begin, end) and what follows from them. */
+/* Takes the parents of patches [begin, end), and computes what follows from them. */
 INLINE void take_parents(const stp_chunk *chunk, int level, uint32_t begin, uint32_t end,
                          bool whole_vectors, families *f)
 {
@@ -175,7 +175,7 @@ INLINE void take_parents(const stp_chunk *chunk, int level, uint32_t begin, uint
     samples_to_lanes(chunk->samples[level + 1] + chunk->level_begin[level + 1][begin], f->count,
                      f->axis, f->parent);
     f->lanes = whole_vectors ? (f->count + VECTOR - 1) / VECTOR * VECTOR : f->count;
-    for (uint32_t i = f->count; i < f->lanes; i++) { /* something harmless */
+    for (uint32_t i = f->count; i < f->lanes; i++) { /* any valid values */
         f->axis[i] = 0;
         f->children[i] = 1;
         for (int c = 0; c < COMPONENT_COUNT; c++)
@@ -184,7 +184,7 @@ INLINE void take_parents(const stp_chunk *chunk, int level, uint32_t begin, uint
     find_slopes(f);
 }
 
-/* Slots of the children: elder ones from 0 on, the last in 3. */
+/* Takes the children into their slots: elder ones from 0 on, the last in 3. */
 INLINE void take_children(const stp_chunk *chunk, int level, uint32_t begin, families *f)
 {
     const stp_sample *next = chunk->samples[level] + chunk->level_begin[level][begin];
@@ -204,7 +204,7 @@ INLINE void give_children(stp_chunk *chunk, int level, uint32_t begin, families 
         lanes_to_words(f->child[k], f->lanes, f->axis, &f->texel[k][0][0]);
     const stp_sample *end = chunk->samples[level] + chunk->level_begin[level][chunk->patch_count];
     uint32_t i = 0;
-    /* Empty slots too where there is room: what follows comes over them. */
+    /* If there is room, writes empty slots, too: the next family overwrites them. */
     for (; i < f->count && end - next >= (ptrdiff_t)STP_FAMILY_SLOTS; i++) {
         memcpy(next, f->texel[0][i], sizeof *next);
         memcpy(next + 1, f->texel[1][i], sizeof *next);
@@ -221,7 +221,8 @@ INLINE void give_children(stp_chunk *chunk, int level, uint32_t begin, families 
 
 /* ---- residuals ---- */
 
-/* To nearest, halves up; beyond a position's range it makes no difference. */
+/* Rounds to nearest, halves up. The limits lie at a position's range; beyond it the result makes no
+ * difference. */
 INLINE int32_t nearest(float value)
 {
     value = value < 65535.0f ? value : 65535.0f;
@@ -229,7 +230,7 @@ INLINE int32_t nearest(float value)
     return (int32_t)(value + 65536.5f) - 65536;
 }
 
-/* Signed as unsigned of small magnitude: 0 -1 1 -2 2 ... */
+/* Signed to unsigned of small magnitude: 0, -1, 1, -2, 2 become 0, 1, 2, 3, 4. */
 INLINE uint32_t fold(int32_t value)
 {
     return (uint32_t)value << 1 ^ (value < 0 ? UINT32_MAX : 0u);
@@ -277,7 +278,7 @@ INLINE void code_shorts(const plane_cursor *c, int plane, unsigned slot, uint32_
     }
 }
 
-/* 12 bits, of least magnitude. */
+/* 12 bits, the value of least magnitude. */
 INLINE int32_t wrap_normal(int32_t difference)
 {
     return (int32_t)((uint32_t)difference << 20) >> 20;
@@ -306,7 +307,8 @@ INLINE void code_normals(const plane_cursor *c, unsigned slot, uint32_t count,
 
 /* ---- prediction ---- */
 
-/* Area of a disc relative to one 32 and more codes larger ones: 1024 * 2^(-code / 8), rounded. */
+/* Weight by radius code difference: 1024 * 2^(-code / 8), rounded; the area of a disc relative to
+ * the largest one. WEIGHT_COUNT values; the last is for all greater differences. */
 #define WEIGHT_COUNT 89
 #define NO_WEIGHT WEIGHT_COUNT /* of an empty slot */
 static const float area_weight[WEIGHT_COUNT + 1] = {
@@ -316,7 +318,7 @@ static const float area_weight[WEIGHT_COUNT + 1] = {
     10,   9,   8,   7,   7,   6,   6,   5,   5,   4,   4,   4,   3,   3,   3,   3,   2,   2,
     2,    2,   2,   2,   1,   1,   1,   1,   1,   1,   1,   1,   1,   1,   1,   1,   1,   0};
 
-/* Radii of all slots, and the weights that follow from them. */
+/* Codes the radii of all slots and computes their weights. */
 INLINE void code_radii(const plane_cursor *c, families *f)
 {
     lane greatest = {0}, lost;
@@ -358,13 +360,13 @@ INLINE void take_moment(uint32_t count, const float *restrict weight,
         moment[i] += weight[i] * (float)(parent[i] - child[i]);
 }
 
-/* Whether a component of which a parent is the mean is to be computed. */
+/* Whether a component whose parent is the mean has to be computed. */
 INLINE bool has(const families *f, int component)
 {
     return component < RED || (component < INTENSITY ? f->has_colour : f->has_intensity);
 }
 
-/* What the coded slots leave of the parent's mean. */
+/* Predicts from what the slots coded so far leave of the parent's mean. */
 INLINE void predict_rest(families *f, unsigned slot)
 {
     uint32_t n = f->lanes;
@@ -379,7 +381,7 @@ INLINE void predict_rest(families *f, unsigned slot)
             add_rest(n, f->parent[c], f->moment[c], f->mean_weight, f->predicted[c]);
 }
 
-/* Red and blue of elder children are predicted with what green turned out to be. */
+/* Codes colours. Red and blue of elder children are predicted with the residual of green. */
 INLINE void code_colours(const plane_cursor *c, families *f, unsigned slot, bool last)
 {
     uint32_t n = f->lanes;
@@ -398,7 +400,7 @@ INLINE void code_colours(const plane_cursor *c, families *f, unsigned slot, bool
     code_bytes(c, STP_PLANE_BLUE, slot, n, f->predicted[BLUE], child[BLUE]);
 }
 
-/* `last` is a constant in each caller, as decode is. */
+/* Codes one slot. `last` is a constant in each caller, as c->decode is. */
 INLINE void code_slot(const plane_cursor *c, families *f, unsigned slot, bool last)
 {
     uint32_t n = f->lanes;
@@ -431,7 +433,7 @@ INLINE void clear_empty(const plane_cursor *c, const families *f)
         }
 }
 
-/* Whether anything of it is not 0, in the lanes and in what is coded. */
+/* Whether a component has any value that is not 0, in parents and children or planes. */
 INLINE bool is_there(const plane_cursor *c, const families *f, int component, int plane)
 {
     uint32_t any = 0;
@@ -445,7 +447,7 @@ INLINE bool is_there(const plane_cursor *c, const families *f, int component, in
     return any != 0;
 }
 
-/* What is 0 throughout stays so. */
+/* Notes which components are 0 throughout: they stay 0. */
 INLINE void begin_run(const plane_cursor *c, families *f)
 {
     f->has_intensity = is_there(c, f, INTENSITY, STP_PLANE_INTENSITY);
@@ -470,7 +472,7 @@ INLINE void code_run(const plane_cursor *c, families *f)
     clear_empty(c, f);
 }
 
-/* Patches from begin on whose families fit into the lanes. */
+/* The end of the patches, from `begin` on, whose families fit into the lanes. */
 INLINE uint32_t run_end(const stp_chunk *chunk, int level, uint32_t begin)
 {
     uint32_t end = begin;
@@ -482,7 +484,7 @@ INLINE uint32_t run_end(const stp_chunk *chunk, int level, uint32_t begin)
 
 INLINE void decode_level(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
 {
-    /* Decoding only reads them. */
+    /* Decoding only reads the parts. */
     plane_cursor c = {(uint8_t *const *)(uintptr_t)parts, stp_families_count(chunk, level), 0,
                       true};
     for (uint32_t begin = 0, end; begin < chunk->patch_count; begin = end) {
@@ -495,7 +497,7 @@ INLINE void decode_level(stp_chunk *chunk, int level, const uint8_t *const *part
 }
 
 #ifdef __x86_64__
-/* The same for processors with wider registers; no result changes by it. */
+/* The same for processors with wider registers, with the same results. */
 __attribute__((target("avx2"))) static void
 decode_level_wide(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
 {

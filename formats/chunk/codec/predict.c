@@ -1,4 +1,5 @@
-/* Samples as columns of small numbers: prediction from the parent, the siblings and the plane. */
+/* Codes samples as columns of small numbers: predicts them from the parent, the siblings and the
+ * plane. */
 #include "formats/chunk/codec/predict.h"
 
 #include "formats/chunk/codec/predict_normal.h"
@@ -7,7 +8,8 @@
 
 #define INLINE STP_INLINE
 
-/* Components of a sample as plain numbers; those of which a parent is the mean come first. */
+/* Components of a sample as plain numbers. Those whose parent is the mean of its children come
+ * first. */
 enum { PX, PY, PZ, RED, GREEN, BLUE, INTENSITY, NU, NV, CLASS, FLAGS, RADIUS, COMPONENT_COUNT };
 #define MEAN_COUNT NU
 
@@ -40,9 +42,9 @@ INLINE void sample_pack(const parts *p, stp_sample *out)
     out->radius = (uint8_t)p->v[RADIUS];
 }
 
-/* The cells of one row of a table while it is coded: decoding turns residuals into values, encoding
- * the other way round. The predictions are the same code for both; `decode` is a constant in each
- * caller, and everything is inlined, so that two straight loops come out of it. */
+/* The cells of one row of a table. Decoding turns residuals into values, encoding values into
+ * residuals; both share the code of the predictions. `decode` is a constant in each caller and
+ * everything is inlined, so the compiler makes two straight loops of it. */
 typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
@@ -71,7 +73,7 @@ INLINE void code(const coder *c, int column, int component, int32_t predicted, p
         *residual = wrap(p->v[component] - predicted, mask);
 }
 
-/* Red and blue are predicted from what green turned out to be, or freely too. */
+/* Codes colours. Predicts red and blue with the residual of green, unless `free`. */
 INLINE void code_colours(const coder *c, const parts *predicted, bool free, parts *p)
 {
     code(c, STP_COLUMN_GREEN, GREEN, predicted->v[GREEN], p);
@@ -87,7 +89,7 @@ INLINE void code_normal(const coder *c, const parts *predicted, parts *p)
     code(c, STP_COLUMN_NORMAL_V, NV, predicted->v[NV], p);
 }
 
-/* Division by one divisor (1..2^13) many times, by its reciprocal: exact for 32-bit values (Lemire,
+/* Divides many times by one divisor (1..2^13), by its reciprocal. Exact for 32-bit values (Lemire,
  * Kaser, Kurz 2019, "Faster remainder by direct computation"). */
 typedef struct divisor {
     uint64_t reciprocal; /* floor(2^64 / divisor) + 1; 0 stands for 2^64, the divisor 1 */
@@ -108,10 +110,10 @@ INLINE int32_t divide(int32_t value, divisor d)
     return value < 0 ? -magnitude : magnitude;
 }
 
-/* The plane that a family lies on: one axis follows from the other two. */
+/* The plane of a family: one axis follows from the other two. */
 typedef struct plane {
     stp_ivec3 normal;
-    int a, b, main_axis; /* the last is the normal's greatest */
+    int a, b, main_axis; /* main_axis: the normal's greatest */
     divisor along;
 } plane;
 
@@ -123,7 +125,8 @@ INLINE plane plane_of(stp_ivec3 normal)
     return out;
 }
 
-/* Two axes freely, the third from normal . (p - predicted) = 0, or freely too. */
+/* Codes two axes as they are, and the third predicted by normal . (p - predicted) = 0, unless
+ * `free`. */
 INLINE void code_position(const coder *c, const parts *predicted, const plane *on, bool free,
                           parts *p)
 {
@@ -190,7 +193,8 @@ void stp_predict_vertices_decode(stp_chunk *chunk, const stp_table *table)
 
 /* ---- levels 2 to 0 ---- */
 
-/* Area of a disc relative to one 32 and more codes larger ones: 1024 * 2^(-code / 8), rounded. */
+/* Weight by radius code difference: 1024 * 2^(-code / 8), rounded; the area of a disc relative to
+ * the largest one. WEIGHT_COUNT values; the last is for all greater differences. */
 #define WEIGHT_COUNT 89
 static const int16_t area_weight[WEIGHT_COUNT] = {
     1024, 939, 861, 790, 724, 664, 609, 558, 512, 470, 431, 395, 362, 332, 304, 279, 256, 235,
@@ -231,7 +235,7 @@ INLINE void family_begin(family *f, stp_sample *children, unsigned count)
     f->normals.turned = (stp_ivec3){{0, 0, 0}};
 }
 
-/* The mean of the children that are left, if the parent is the weighted mean of all of them. */
+/* The mean of the children that are left, if the parent is the weighted mean of all children. */
 INLINE void family_predict(const family *f, parts *out)
 {
     *out = f->parent;
@@ -243,7 +247,7 @@ INLINE void family_predict(const family *f, parts *out)
         out->v[i] = (f->parent.v[i] + divide(f->moment[i], d)) & component_mask[i];
 }
 
-/* The normal's prediction, once the position is there. */
+/* Predicts the normal. The position is known by then. */
 INLINE void family_predict_normal(family *f, unsigned k, bool youngest, const stp_turning *turning,
                                   const parts *p, parts *out)
 {
@@ -273,7 +277,7 @@ INLINE void family_take(family *f, unsigned k, const parts *child)
         f->normals.sum.v[i] += f->weight[k] * unit.v[i];
 }
 
-/* `youngest` is a constant in each caller, as c->decode is. */
+/* Codes one child. `youngest` is a constant in each caller, as c->decode is. */
 INLINE void code_child(family *f, unsigned k, bool youngest, const stp_turning *turning, coder *c)
 {
     parts predicted;
@@ -303,7 +307,8 @@ INLINE void code_family(family *f, const stp_turning *turning, coder *elder, cod
     code_child(f, f->count - 1, true, turning, last);
 }
 
-/* Siblings among the parents with their children: their normals tell how the surface turns. */
+/* Codes the children of parents that are siblings: the parents' normals tell how the surface turns.
+ */
 INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample *children,
                           const unsigned *begin, coder *elder, coder *last)
 {
@@ -327,8 +332,8 @@ INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample 
     }
 }
 
-/* Radii of one patch's level, each from a running mean of those before (in sixteenths): they are
- * the weights of all the rest. */
+/* Codes the radii of one patch's level first, because they are the weights of all other fields.
+ * Each is predicted from a running mean of the radii before (in sixteenths). */
 INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int32_t first,
                        coder *elder, coder *last)
 {
@@ -349,7 +354,7 @@ INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int3
     }
 }
 
-/* Siblings by siblings: of level 3, one sample a patch, each is alone. */
+/* Codes a level, siblings by siblings. At level 3 each sample is alone: one a patch. */
 INLINE void code_level(const stp_chunk *chunk, int level, coder elder, coder last)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {

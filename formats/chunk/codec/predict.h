@@ -1,11 +1,11 @@
-/* Samples as columns of small numbers: what is left of them after predicting each from its parent.
+/* Samples as columns of small numbers: the residuals after each sample is predicted from its
+ * parent.
  *
- * Level 3 is predicted from its patch header, each finer level from the next coarser one: a child
- * from what its parent and its elder siblings leave of the area-weighted mean, its position also
- * from the plane of the normals, its normal also from how they turn (predict_normal.h).
- * formats/SPEC.md, "Sample columns", has the arithmetic; its results are integers that every
- * machine gets. Encoding and decoding run the same code.
- * Threads: any. */
+ * Level 3 is predicted from its patch header, each finer level from the next coarser one. A child
+ * is predicted from what its elder siblings leave of its parent, as the area-weighted mean of all
+ * children; its position also from the plane of the normals, its normal also from how the normals
+ * turn (predict_normal.h). formats/SPEC.md, "Sample columns", has the arithmetic; its results are
+ * integers, the same on every machine. Encoding and decoding run the same code. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_H
 #define STP_FORMATS_CHUNK_CODEC_PREDICT_H
 
@@ -29,20 +29,20 @@ enum {
     STP_SAMPLE_COLUMN_COUNT
 };
 
-/* Children of a parent but its last, and the last ones, whose residuals are much smaller: two
- * tables. */
+/* Two tables of a level: elder children (all but the last child of each parent), and last children,
+ * whose residuals are much smaller. */
 typedef struct stp_level_tables {
     stp_table elder, last;
 } stp_level_tables;
 
-/* Rows that level's two tables have (level 0..2); needs patches and level_begin only. */
+/* Rows of a level's two tables (level 0..2). Needs only patches and level_begin. */
 void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, uint32_t *last);
 
 /* Level 3, one table of patch_count rows. */
 void stp_predict_vertices_encode(const stp_chunk *chunk, const stp_table *table);
 void stp_predict_vertices_decode(stp_chunk *chunk, const stp_table *table);
 
-/* Level 0..2; the next coarser level of the chunk must be there. */
+/* Levels 0..2. The next coarser level of the chunk must be there. */
 void stp_predict_level_encode(const stp_chunk *chunk, int level, const stp_level_tables *tables);
 void stp_predict_level_decode(stp_chunk *chunk, int level, const stp_level_tables *tables);
 

@@ -1,6 +1,6 @@
-/* What a child's normal will be: where its parent's normal, the siblings before it, and the turning
- * of the surface from parent to parent lead. Inlined into predict.c's loops; formats/SPEC.md,
- * "Normals of children", has the arithmetic. All whole numbers: roots and quotients go through
+/* Predicts a child's normal from its parent's normal, the siblings before it, and how the surface
+ * turns from parent to parent. Inlined into predict.c's loops. formats/SPEC.md, "Normals of
+ * children", has the arithmetic. All values are whole numbers; roots and quotients go through
  * doubles only where a double gives the exact floor. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
 #define STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
@@ -12,12 +12,12 @@
 
 #define STP_INLINE static inline __attribute__((always_inline))
 
-/* The greatest octahedral code, and the L1 length of a normal straight out of it. */
+/* The greatest octahedral code, which is also the L1 length of an integer normal. */
 #define STP_NORMAL_CODE_MAX 4095
 /* A unit vector's length is 2^14. */
 #define STP_UNIT_SHIFT 14
 #define STP_UNIT (1 << STP_UNIT_SHIFT)
-/* Turnings have so many bits behind the point; offsets between parents so many in all. */
+/* Fraction bits of turnings; bits of offsets between parents. */
 #define STP_TURN_SHIFT 12
 #define STP_TURN_OFFSET_BITS 12
 /* Greatest turn between a parent and its child: two units. */
@@ -39,7 +39,7 @@ STP_INLINE int stp_main_axis(stp_ivec3 n)
     return abs(n.v[2]) > abs(n.v[axis]) ? 2 : axis;
 }
 
-/* The octahedral code u, v as a vector of L1 length 4095, so that one component is at least 1365.
+/* The octahedral code u, v as a vector of L1 length 4095; its greatest component is at least 1365.
  */
 STP_INLINE stp_ivec3 stp_integer_normal(int32_t u, int32_t v)
 {
@@ -52,18 +52,19 @@ STP_INLINE stp_ivec3 stp_integer_normal(int32_t u, int32_t v)
                         (STP_NORMAL_CODE_MAX - abs(x)) * stp_sign_not_zero(y), z}};
 }
 
-/* The integer normal made a unit vector. */
+/* An integer normal made a unit vector. */
 STP_INLINE stp_ivec3 stp_unit_normal(stp_ivec3 n)
 {
     int32_t square = n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2];
-    int32_t length = (int32_t)sqrt(65536.0 * square); /* 256 times it */
+    int32_t length = (int32_t)sqrt(65536.0 * square); /* 256 times the length */
     int32_t scale = (int32_t)(0x1p38 / length);
     for (int i = 0; i < 3; i++)
         n.v[i] = (n.v[i] * scale + (1 << 15)) >> 16;
     return n;
 }
 
-/* The code of a direction of any length; `none` of no direction. |components| < 2^29. */
+/* The code of a direction of any length; leaves `code` as it is if d is zero. |components| < 2^29.
+ */
 STP_INLINE void stp_direction_code(stp_ivec3 d, int32_t code[2])
 {
     int32_t length = abs(d.v[0]) + abs(d.v[1]) + abs(d.v[2]);
@@ -77,7 +78,7 @@ STP_INLINE void stp_direction_code(stp_ivec3 d, int32_t code[2])
     }
 }
 
-/* How normals turn from sibling to sibling among parents, along two axes. */
+/* How normals turn from sibling to sibling among the parents, along two axes. */
 typedef struct stp_turning {
     int axis[2];
     unsigned shift;
@@ -90,7 +91,7 @@ typedef struct stp_siblings {
     stp_ivec3 position[4], normal[4];
 } stp_siblings;
 
-/* Offsets from the siblings' mean along the turning's axes, times count / 2^shift. */
+/* Offsets of the siblings from their mean along the turning's axes, times count / 2^shift. */
 STP_INLINE void stp_sibling_offsets(const stp_siblings *s, int main_axis, int32_t offset[2][4],
                                     stp_turning *out)
 {
@@ -114,7 +115,7 @@ STP_INLINE void stp_sibling_offsets(const stp_siblings *s, int main_axis, int32_
             offset[j][k] >>= out->shift;
 }
 
-/* Least squares through the siblings, held down a little: an outlier is no slope. */
+/* Least squares through the siblings, damped a little, so that an outlier makes no slope. */
 STP_INLINE void stp_turning_fit(const stp_siblings *s, stp_turning *out)
 {
     stp_ivec3 sum = {{0, 0, 0}};
@@ -169,8 +170,8 @@ typedef struct stp_family_normals {
     stp_ivec3 turned; /* of weight * turning to each */
 } stp_family_normals;
 
-/* Direction of the mean of the children that are left, this one's turning added. weights: of all
- * children, and of those left. */
+/* Direction of an elder child: the mean of the children that are left, plus this child's turning.
+ * weight_all: of all children; weight_left: of those left. */
 STP_INLINE stp_ivec3 stp_elder_direction(const stp_family_normals *f, int32_t weight_all,
                                          int32_t weight_left, stp_ivec3 turning)
 {
@@ -181,8 +182,8 @@ STP_INLINE stp_ivec3 stp_elder_direction(const stp_family_normals *f, int32_t we
     return out;
 }
 
-/* Direction of the last child: the one unit vector of its weight that the sum of the others lacks
- * to point where the parent does. */
+/* Direction of the last child: the unit vector, times the child's weight, that makes the sum of all
+ * children point where the parent does. */
 STP_INLINE stp_ivec3 stp_last_direction(const stp_family_normals *f, int32_t weight)
 {
     int64_t along = 0, square = 0;

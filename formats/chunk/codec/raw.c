@@ -1,4 +1,4 @@
-/* Patches and samples as the raw codec stores them: their fields in order, little-endian. */
+/* Reads and writes patches and samples of the raw codec: their fields in order, little-endian. */
 #include "formats/chunk/layout.h"
 
 #include <string.h>

@@ -1,4 +1,4 @@
-/* A chunk's payload segments, coarse to fine, to and from decoded chunks. */
+/* Encodes and decodes a chunk's payload segments, coarse to fine. */
 #include "formats/chunk/codec/segment.h"
 
 #include "base/memory.h"
@@ -166,7 +166,7 @@ done:
     return status;
 }
 
-/* What is left of a segment while its tables are read. */
+/* The bytes of a segment not read yet. */
 typedef struct cursor {
     const uint8_t *bytes;
     size_t left;

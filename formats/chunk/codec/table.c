@@ -1,4 +1,4 @@
-/* A block of a payload: a table of integer columns, constants apart, the rest coded. */
+/* Encodes and decodes a block: a table of integer columns. */
 #include "formats/chunk/codec/table.h"
 
 #include "formats/chunk/layout.h"
@@ -46,7 +46,7 @@ done:
 
 /* ---- decoding ---- */
 
-/* What is left of a block. */
+/* The bytes of a block not read yet. */
 typedef struct cursor {
     const uint8_t *bytes;
     size_t left;

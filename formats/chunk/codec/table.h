@@ -1,14 +1,15 @@
-/* A block of a payload: a table of integer columns, constants apart, the rest coded.
+/* A block of a payload: a table of integer columns. Constant columns are stored as one value, the
+ * rest is coded.
  *
- * Bytes: u32 size of what follows; u64 mask, bit c set where all values of column c are equal; one
- * i16 for each set bit in order; then each other column in order (column.h). A table without rows
- * is no bytes at all. Threads: any. */
+ * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal; one i16 for
+ * each set bit in order; then each other column in order (column.h). A table without rows is no
+ * bytes at all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_TABLE_H
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
 
 #include "formats/chunk/codec/column.h"
 
-/* Column c has row_count values from values + c * stride. */
+/* The row_count values of column c begin at values + c * stride. */
 typedef struct stp_table {
     int16_t *values;
     size_t stride;
@@ -24,8 +25,8 @@ static inline int16_t *stp_table_column(const stp_table *table, unsigned column)
 /* Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
 stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err);
 
-/* Decodes the block at the start of bytes into the table, whose counts the caller has set; *used
- * becomes the block's size. Errors: CORRUPT, OUT_OF_MEMORY. */
+/* Decodes the block at the start of bytes into the table, whose counts the caller has set. *used:
+ * the block's size in bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
                             stp_error *err);
 

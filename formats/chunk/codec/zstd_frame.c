@@ -1,4 +1,4 @@
-/* zstd frames to and from memory. */
+/* Packs and unpacks zstd frames in memory. */
 #include "formats/chunk/codec/zstd_frame.h"
 
 #include "formats/chunk/layout.h"
@@ -7,15 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* For contexts in the caller's memory, and for literals that are coded though matches are not
- * looked for. */
+/* For contexts in the caller's memory, and to have literals coded although matches are not
+ * searched. */
 #define ZSTD_STATIC_LINKING_ONLY
 #include <zstd.h>
 #include <zstd_errors.h>
 
-/* What is coded here is noise with a distribution: short matches are chance, cost more bits than
- * they save and are slow to decode. How far the search steps where it finds nothing; what comes out
- * smaller is taken. */
+/* How far the search for matches steps after it finds nothing; the step with the smaller result is
+ * taken. The bytes are noise with a distribution: short matches are chance, cost more bits than
+ * they save, and are slow to decode. */
 static const int search_steps[] = {100, 1000};
 #define SHORTEST_MATCH 7
 
@@ -26,7 +26,7 @@ static stp_status zstd_failed(size_t code, stp_error *err)
                : stp_error_set(err, STP_INTERNAL, "zstd failed: %s", ZSTD_getErrorName(code));
 }
 
-/* Into a buffer with room for whatever comes out. */
+/* Compresses into a buffer that has room for any result. */
 static size_t compress(ZSTD_CCtx *context, int step, const uint8_t *bytes, const size_t *ends,
                        size_t end_count, ZSTD_outBuffer to)
 {
@@ -57,7 +57,7 @@ stp_status stp_zstd_pack(const uint8_t *bytes, const size_t *ends, size_t end_co
                          stp_error *err)
 {
     stp_status status = STP_OK;
-    /* Room for the frame and for each flushed block's own head. */
+    /* Room for the frame, and for a head of each flushed block. */
     size_t capacity = ZSTD_compressBound(ends[end_count - 1]) + 16 * end_count;
     uint8_t *buffer[2] = {malloc(capacity), malloc(capacity)};
     ZSTD_CCtx *context = ZSTD_createCCtx();
@@ -94,7 +94,8 @@ void *stp_zstd_context(void *workspace)
     return ZSTD_initStaticDCtx(workspace, stp_zstd_workspace_bytes());
 }
 
-/* Frames of other kinds, among them zstd's own of old, are none. */
+/* Whether bytes begin a frame. Frames of other kinds, zstd's own old ones included, do not count.
+ */
 static bool is_frame(const uint8_t *bytes, size_t size)
 {
     return size >= 4 && stp_get_u32(bytes) == ZSTD_MAGICNUMBER;

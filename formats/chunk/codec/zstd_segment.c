@@ -1,4 +1,4 @@
-/* Segments of codec 2: byte planes in zstd frames. */
+/* Encodes and decodes segments of codec 2: byte planes in zstd frames. */
 #include "formats/chunk/codec/zstd_segment.h"
 
 #include "base/memory.h"
@@ -13,14 +13,15 @@
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 4u
-/* A block of its own is worth its tables, which take as long to read as many bytes, from so many
- * bytes on. */
+/* The least size of a block with tables of its own. The tables take as long to read as this many
+ * bytes. */
 #define BLOCK_BYTES_LEAST 8192u
 #define ENDS_LIMIT 256u
-/* A part that zstd makes no smaller than so many eighths is stored as it is: it costs no time. */
+/* A part is stored raw if zstd makes it no smaller than this many eighths: then it costs no time.
+ */
 #define RAW_EIGHTHS 6u
 #define RAW_BYTES_LEAST 512u
-/* Planes come in parts: of the elder slots, all planes, then of the last. */
+/* Parts of planes: first the elder slots of all planes, then the last slots of all planes. */
 #define PARTS (2u * STP_FAMILY_PLANES)
 
 static size_t part_bytes(unsigned part, uint32_t families)
@@ -49,7 +50,7 @@ static unsigned patch_columns(bool linked)
     return linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
 }
 
-/* Columns as planes of low and of high bytes of their folded cells, as long as a table is. */
+/* Columns as two planes, of low and of high bytes of their folded cells. */
 static void cells_to_planes(const stp_table *table, uint8_t *low, uint8_t *high)
 {
     size_t count = (size_t)table->column_count * table->row_count;
@@ -76,7 +77,7 @@ static stp_table table_at(void *memory, unsigned columns, uint32_t rows)
         .values = memory, .stride = rows, .column_count = columns, .row_count = rows};
 }
 
-/* Cells of patches and vertices: one table after the other. */
+/* Cells of patches and patch vertices, whose tables follow each other. */
 static size_t head_cells(uint32_t patch_count, bool linked)
 {
     return (size_t)patch_count * (patch_columns(linked) + STP_SAMPLE_COLUMN_COUNT);
@@ -118,7 +119,7 @@ static size_t aligned(size_t size)
     return (size + 15u) & ~(size_t)15u;
 }
 
-/* zstd's, the families', and then planes or tables. */
+/* Where the working memory of families begins: behind zstd's. Planes or tables follow. */
 static size_t lanes_offset(void)
 {
     return aligned(stp_zstd_workspace_bytes());
@@ -196,7 +197,7 @@ void stp_zstd_vertices_decode(stp_chunk *chunk, stp_chunk_scratch *scratch)
     stp_predict_vertices_decode(chunk, &vertices);
 }
 
-/* Bytes of parts that the mask names. */
+/* Bytes of the parts in the mask. */
 static size_t masked_bytes(uint32_t mask, uint32_t families)
 {
     size_t bytes = 0;
@@ -227,7 +228,7 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
         if (status != STP_OK)
             return status;
     }
-    /* Raw parts lie behind the others then: lanes may be read behind the end of each. */
+    /* Raw parts go behind the others: lanes may be read behind the end of each part. */
     memcpy(planes + packed, bytes + MASK_BYTES, raw);
     const uint8_t *next_raw = planes + packed;
     const uint8_t *next = planes;
@@ -242,7 +243,7 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
 
 /* ---- encoding levels ---- */
 
-/* Whether a part is no smaller for zstd. */
+/* Sets *raw if zstd does not make the part small enough. */
 static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_error *err)
 {
     stp_bytes packed = {0};

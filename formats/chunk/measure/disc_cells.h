@@ -1,7 +1,7 @@
-/* Hashed cells of space: blocks of 4 x 4 x 4 are hashed, the cells of a block lie together.
+/* Hashed cells of space: blocks of 4 x 4 x 4 cells are hashed, the cells of a block lie together.
  *
- * A bucket is made of what each axis gives, so that a search along one axis keeps the others'
- * parts. Threads: any (pure functions). */
+ * A bucket number is put together from one part for each axis, so a search along one axis keeps the
+ * parts of the other two. Threads: any (pure functions). */
 #ifndef STP_FORMATS_CHUNK_MEASURE_DISC_CELLS_H
 #define STP_FORMATS_CHUNK_MEASURE_DISC_CELLS_H
 
@@ -11,14 +11,14 @@ typedef struct stp_cell_part {
     uint32_t block, cell;
 } stp_cell_part;
 
-/* Which cell holds a coordinate, in cells' widths. */
+/* The cell that holds a coordinate, given in cell widths. */
 static inline int stp_cell_floor(float x)
 {
     int i = (int)x;
     return i - (x < (float)i);
 }
 
-/* axis: 0 to 2. Along the third, the cells of a block follow each other. */
+/* axis: 0 to 2. Along axis 2, the cells of a block have consecutive buckets. */
 static inline stp_cell_part stp_cell_part_of(int axis, int at)
 {
     static const uint32_t factors[3] = {0x9e3779b1u, 0x85ebca6bu, 0xc2b2ae35u};

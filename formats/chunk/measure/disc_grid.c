@@ -1,4 +1,4 @@
-/* Discs in hashed cells. */
+/* Discs in hashed cells, and the search for the one of least value. */
 #include "formats/chunk/measure/disc_grid.h"
 
 #include "base/memory.h"
@@ -7,19 +7,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A cell is so many mean radii wide, and discs may reach so many out of theirs. */
+/* Width of a cell, and how far discs may reach out of their cells, in mean radii. */
 #define CELL_RADII 2.0
 #define MARGIN_RADII 1.25
-/* A disc that reaches farther than so many cells from its centre's is large. */
+/* A disc is large if it reaches farther than this many cells from its centre's cell. */
 #define REACH_CELLS 4.0f
-/* A point looks no farther than so many cells, and at no more discs than this. */
+/* A search visits at most this many rings of cells around its point, and this many discs. */
 #define RING_MAX 3
 #define TRIES_MAX 1024
-/* So many discs a block of 64 cells. */
+/* Discs a block of 64 cells. */
 #define DISCS_A_BLOCK 32
-/* No radius is taken for less: a float tells a cell then. */
+/* Smaller radii count as this: a float can then still tell the cell. */
 #define RADIUS_MIN 0x1p-18
-/* What floats may err in coordinates, units, and in squared distances. */
+/* Errors of floats: in coordinates, grid units, and the factor in squared distances. */
 #define FLOAT_SLACK 0x1p-21f
 #define REACH_SLACK 1.0001f
 
@@ -32,7 +32,7 @@ static stp_flat_disc scaled(const stp_disc_grid *g, const stp_flat_disc *d)
     return (stp_flat_disc){stp_dvec3_scale(d->centre, g->scale), d->normal, d->radius * g->scale};
 }
 
-/* The patch that a level-0 sample is in. */
+/* The patch that holds a level-0 sample. */
 static uint32_t patch_of(const stp_chunk *chunk, uint32_t sample)
 {
     uint32_t low = 0, high = chunk->patch_count;
@@ -64,7 +64,7 @@ static stp_carry carry_of(const stp_disc_grid *g, uint32_t disc)
     return g->carry_around ? g->carry_around[disc - g->own_count] : none;
 }
 
-/* The greatest coordinate of a rim of the patch's level-0 discs, or more. */
+/* At least the greatest coordinate of a rim of the patch's level-0 discs. */
 static double extent_of_patch(const stp_patch *patch, const stp_sample *samples)
 {
     int64_t greatest = 0;
@@ -85,13 +85,13 @@ static double extent_of_disc(const stp_flat_disc *d)
     return stp_max(fabs(c.x), stp_max(fabs(c.y), fabs(c.z))) + d->radius;
 }
 
-/* Chooses unit and cells. Cells are as wide as the chunk's own discs ask: the geometric mean keeps
- * a few large discs from making the cells of many small ones wide. */
+/* Chooses the unit and the width of cells. The width follows from the geometric mean of the chunk's
+ * own radii, so that a few large discs do not widen the cells of many small ones. */
 static void choose_scale(stp_disc_grid *g)
 {
     const stp_chunk *chunk = g->chunk;
     double extent = 0.0;
-    int64_t sum = 0; /* of logarithms, in codes */
+    int64_t sum = 0; /* of logarithms of radii, in radius codes */
     uint32_t wide = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_patch *patch = &chunk->patches[p];
@@ -141,7 +141,7 @@ static void take_discs(stp_disc_grid *g)
         take_disc(g, d, &g->around[d - g->own_count]);
 }
 
-/* The cells that a disc's box, without the margin, touches; false if it is large. */
+/* The cells that a disc's box touches after the margin is taken off. False if the disc is large. */
 static bool cells_of_disc(const stp_disc_grid *g, const stp_lane_disc *d, cell *low, cell *high)
 {
     const float radius = d->numbers[STP_LANE_RADIUS], inverse = 1.0f / g->width;
@@ -164,7 +164,8 @@ static void note_large(stp_disc_grid *g, uint32_t disc)
     g->large_count++;
 }
 
-/* Counts an entry in begin, or, once there is room for entries, writes it before begin. */
+/* First round: counts an entry in begin[]. Second round, once columns.disc exists: writes the entry
+ * before begin[]. */
 static void enter(stp_disc_grid *g, uint32_t bucket, uint32_t disc)
 {
     if (g->columns.disc)
@@ -175,8 +176,8 @@ static void enter(stp_disc_grid *g, uint32_t bucket, uint32_t disc)
 
 #define SEVERAL UINT32_MAX
 
-/* Enters all discs but the large ones. bucket: by disc, of those of one cell; found in the first
- * round. */
+/* Enters all discs but the large ones. bucket: by disc, its one bucket, or SEVERAL; the first round
+ * fills it. */
 static void enter_discs(stp_disc_grid *g, uint32_t *bucket)
 {
     const bool first_round = !g->columns.disc;
@@ -255,7 +256,7 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
     double height = stp_dvec3_dot(v, d.normal);
     v = stp_dvec3_sub(v, stp_dvec3_scale(d.normal, height));
     double overhang = stp_max(0.0, stp_dvec3_length(v) - d.radius);
-    double counted = overhang + carry.tangential_error * grid->scale;
+    double cost = overhang + carry.tangential_error * grid->scale;
     height = fabs(height);
     double high = height + carry.error * grid->scale;
     double open = sqrt(stp_max((high - merged->error) * (high + merged->error), 0.0));
@@ -264,7 +265,7 @@ double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x
         stp_dvec3 aside = stp_dvec3_sub(d.normal, stp_dvec3_scale(merged->normal, cosine));
         open += height * stp_dvec3_length(aside);
     }
-    return counted + stp_min(open, height);
+    return cost + stp_min(open, height);
 }
 
 static float squared_distance(const stp_disc_grid *g, uint32_t disc, const float p[3])
@@ -294,9 +295,9 @@ typedef struct search {
     stp_over over;
     float x[3];
     float stop, least; /* so far */
-    float reach;       /* squared: no disc farther counts less */
+    float reach;       /* squared: no disc farther away has a lesser value */
     uint32_t tries;    /* left */
-    uint32_t disc;     /* over which it is least */
+    uint32_t disc;     /* of the least value so far */
 } search;
 
 static bool has_ended(const search *s)
@@ -304,23 +305,22 @@ static bool has_ended(const search *s)
     return s->tries == 0 || s->least <= s->stop;
 }
 
-/* Of a disc farther than this the overhang, or what is not covered of the height, would be as much
- * as the least so far. */
+/* Sets the distance beyond which o or b alone is as much as the least so far. */
 static void set_reach(search *s)
 {
     float error = s->over.error;
     s->reach = s->least;
-    if (s->over.what == STP_OVER_COUNT)
+    if (s->over.what == STP_OVER_COST)
         s->reach = fminf(s->least * s->least + error * error, s->over.near_squared);
     s->reach *= REACH_SLACK;
 }
 
-/* Along one axis, the cells about x, by their steps from the middle one's. */
+/* The cells about x along one axis, by their steps from the middle cell. */
 typedef struct row {
     int middle;
-    float in; /* of x from the middle cell's lower face */
+    float in; /* x above the middle cell's lower face */
     stp_cell_part part[2 * RING_MAX + 1];
-    float squared[2 * RING_MAX + 1]; /* distance of what their discs reach */
+    float squared[2 * RING_MAX + 1]; /* distance from x to what their discs reach */
 } row;
 
 static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
@@ -332,14 +332,14 @@ static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
     r->squared[RING_MAX + steps] = away * away;
 }
 
-/* The nth of the steps from the middle, the near side first. */
+/* The nth of the steps from the middle cell, the nearer side first. */
 static int nth_step(const row *r, const stp_disc_grid *g, int n)
 {
     int far = (n + 1) / 2;
     return (n & 1) == (r->in < g->width / 2.0f) ? -far : far;
 }
 
-/* The discs of buckets that follow each other. */
+/* Tries the discs of buckets [first, last]. */
 static void try_buckets(search *s, uint32_t first, uint32_t last)
 {
     const stp_disc_grid *g = s->grid;
@@ -355,8 +355,8 @@ static void try_buckets(search *s, uint32_t first, uint32_t last)
     }
 }
 
-/* The cells [low, high], in steps along the third axis, of the column that lies i and j steps
- * along the others, where they come near enough. Within a block they follow each other. */
+/* Tries one column of cells along the third axis, i and j steps away along the other two: those of
+ * its cells [low, high] that come near enough. The cells of a block have consecutive buckets. */
 static void try_column(search *s, const row rows[3], int i, int j, int low, int high)
 {
     const row *z = &rows[2];
@@ -375,7 +375,7 @@ static void try_column(search *s, const row rows[3], int i, int j, int low, int 
     }
 }
 
-/* The cells whose greatest step from the middle is `ring`. */
+/* Tries the cells whose greatest step from the middle is `ring`. */
 static void try_ring(search *s, row rows[3], int ring)
 {
     for (int axis = 0; axis < 3; axis++) {
@@ -396,7 +396,8 @@ static void try_ring(search *s, row rows[3], int ring)
     }
 }
 
-/* The cells around x. True if there is none of less, or the least is small enough. */
+/* Tries the cells around x, ring by ring. True if no disc has a lesser value, or the least is small
+ * enough. */
 static bool try_cells(search *s)
 {
     const float width = s->grid->width;

@@ -1,46 +1,46 @@
-/* All level-0 discs of a chunk and its surroundings, and what points of merged discs count over
- * them (overhang.h).
+/* All level-0 discs of a chunk and its surroundings, searched for the disc of least cost under a
+ * point, or for the nearest disc. overhang.h defines cost(p, d).
  *
- * Each disc is entered in the cell of a hashed grid where its centre lies, as columns of floats, so
- * that a cell is tried several discs at a time. Threads: any may search at once in a grid that is
- * made. */
+ * Each disc is entered in the cell of a hashed grid that holds its centre. Entries are columns of
+ * floats, so a search tries several discs of a cell at a time. Threads: any may search at once in a
+ * grid that is made. */
 #ifndef STP_FORMATS_CHUNK_MEASURE_DISC_GRID_H
 #define STP_FORMATS_CHUNK_MEASURE_DISC_GRID_H
 
 #include "formats/chunk/measure/disc_lanes.h"
 #include "formats/chunk/measure/surroundings.h"
 
-/* Discs too large for the cells are tried by every search; with more than these few there is none.
- */
+/* Every search tries the discs that are too large for the cells. If there are more than this, no
+ * search runs at all. */
 #define STP_DISC_LARGE_MAX 32
 
-/* Lengths are in units of the grid, in which no coordinate exceeds 1. The entries of bucket b are
- * begin[b] to begin[b + 1]. */
+/* Lengths are in grid units, in which no coordinate exceeds 1. The entries of bucket b are
+ * [begin[b], begin[b + 1]). */
 typedef struct stp_disc_grid {
-    const stp_chunk *chunk;      /* borrowed: its level-0 samples are the first discs, */
-    const stp_flat_disc *around; /* these the others */
+    const stp_chunk *chunk;      /* borrowed: its level-0 samples are discs [0, own_count) */
+    const stp_flat_disc *around; /* borrowed: discs [own_count, count) */
     uint32_t own_count, count;
-    const stp_carry *carry, *carry_around; /* likewise borrowed; NULL for none */
-    double scale;                          /* units a world unit, a power of two */
-    double radius;                         /* geometric mean of the chunk's own, at least 2^-18 */
-    float width, margin; /* of a cell; discs may reach so far out of their cells */
+    const stp_carry *carry, *carry_around; /* borrowed; NULL if the discs carry no errors */
+    double scale;                          /* grid units a world unit, a power of two */
+    double radius;       /* geometric mean of the chunk's own radii, at least 2^-18 */
+    float width, margin; /* of a cell; how far discs may reach out of their cells */
     uint32_t *begin, mask;
-    stp_lane_disc *numbers;   /* of all discs */
+    stp_lane_disc *numbers;   /* by disc */
     stp_disc_columns columns; /* by entry */
     uint32_t entries;
     uint32_t large[STP_DISC_LARGE_MAX], large_count;
 } stp_disc_grid;
 
-/* Points farther out than this are not searched, units. */
+/* Points farther out than this are not searched, grid units. */
 #define STP_DISC_GRID_REACH 16.0
 
 /* A merged disc whose points are measured. */
 typedef struct stp_merged_disc {
-    stp_over_what what;  /* is asked of them */
+    stp_over_what what;  /* cost or squared distance */
     stp_dvec3 normal;    /* zero where unknown */
-    double error;        /* perpendicular, units: it covers heights up to it */
-    double near_squared; /* discs farther away are not asked for what a point counts over them */
-    uint32_t begin, end; /* level-0 discs of its own patch */
+    double error;        /* perpendicular error e, grid units */
+    double near_squared; /* a search for a cost skips discs farther away than this, squared */
+    uint32_t begin, end; /* the level-0 discs under it: [begin, end) */
 } stp_merged_disc;
 
 /* around: NULL for nothing. carry: by level-0 sample, or NULL. All are borrowed. Errors:
@@ -49,19 +49,19 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, cons
                                 const stp_surroundings *around, stp_error *err);
 void stp_disc_grid_clear(stp_disc_grid *grid);
 
-/* The nearest of the discs [first, last), at least one, and the square of its distance, as floats
- * tell. */
+/* The nearest of the discs [first, last), at least one. *squared: the square of its distance, as
+ * exact as floats. */
 uint32_t stp_disc_grid_nearest(const stp_disc_grid *grid, uint32_t first, uint32_t last,
                                stp_dvec3 x, double *squared);
 
-/* What a point of the merged disc counts over a disc, units. */
+/* cost(x, disc) for a point x of the merged disc, grid units. */
 double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x,
                            const stp_merged_disc *merged);
 
-/* Looks for the disc over which x counts least, or to which it is nearest, if less than *least,
- * which that or its squared distance then becomes, as floats tell, and *disc that disc. Stops at
- * one of at most `stop`. whole: all discs are tried rather than that it
- * gives up. False if it gave up: there may be one of less. */
+/* Looks for the disc over which x costs least, or that is nearest to x (merged->what). If its
+ * value, the cost or the squared distance in floats, is less than *least, sets *least to the value
+ * and *disc to the disc. Stops at the first value of at most `stop`. whole: tries all discs instead
+ * of giving up. Returns false if it gave up: then a disc of less value may exist. */
 bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merged_disc *merged,
                          double stop, bool whole, double *least, uint32_t *disc);
 

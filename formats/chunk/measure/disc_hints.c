@@ -6,15 +6,16 @@
 
 #include <stdlib.h>
 
-/* A cell is so many radii wide. */
+/* Width of a cell, in radii. */
 #define CELL_RADII 1.2
-/* A disc is entered so many cells' widths over and under its centre: two cells, or one. */
+/* A disc is entered in the cells this many widths over and under its centre: two cells, or one. */
 #define THICKNESS 0.5f
-/* A slot is the disc in STP_DISC_HINTS_BITS, and above it how near its centre is to the cell's
- * middle: greater is nearer, and a square cell's width so much less. */
+/* A slot holds the disc in its low STP_DISC_HINTS_BITS bits. The bits above score how near the
+ * disc's centre is to the cell's middle: greater is nearer. The score falls by SCORE_UNIT for each
+ * squared cell width. */
 #define SCORE_MAX 16383.0f
 #define SCORE_UNIT 1024.0f
-/* So many discs a block of 64 cells: about a tenth of the cells is used. */
+/* Discs a block of 64 cells: about a tenth of the cells is then used. */
 #define DISCS_A_BLOCK 16
 
 static inline uint32_t slot_of(uint32_t mask, int i, int j, int k)
@@ -23,7 +24,7 @@ static inline uint32_t slot_of(uint32_t mask, int i, int j, int k)
                            stp_cell_part_of(2, k));
 }
 
-/* In the cell that is `up` widths along the normal from the centre. */
+/* Enters a disc in the cell `up` widths along the normal from its centre. */
 static void enter(stp_disc_hints *h, uint32_t disc, float up)
 {
     const float *d = h->discs[disc].numbers;

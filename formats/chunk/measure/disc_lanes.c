@@ -1,4 +1,5 @@
-/* Points in lanes against one disc after the other, and discs against one point. */
+/* Costs and distances of points in lanes over one disc after the other, and of discs over one
+ * point. */
 #include "formats/chunk/measure/disc_lanes.h"
 
 #include "base/memory.h"
@@ -75,8 +76,7 @@ void stp_disc_columns_clear(stp_disc_columns *columns)
     *columns = (stp_disc_columns){{0}, NULL};
 }
 
-/* How much a point counts over a disc: what it hangs over, what the disc brings, and what of the
- * height is not covered; or its squared distance. */
+/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, or the squared distance. */
 static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
                           stp_over_what what, const stp_over *over)
 {
@@ -95,13 +95,14 @@ static inline float value(const float point[3], const float disc[STP_LANE_NUMBER
     return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
 }
 
-/* Whether a disc is one of the patch's own. */
+/* Whether a disc is one of those under p's merged disc. */
 static inline bool is_own(uint32_t disc, const stp_over *over)
 {
     return disc - over->begin < over->end - over->begin;
 }
 
-/* What a point counts over the first `count` of STEP discs; says whether one is less. */
+/* The values of the point over the first `count` of STEP discs, 1e30 for the others. Returns
+ * whether one is less than `least`. */
 static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_t count,
                         bool carried, stp_over_what what, const stp_over *over,
                         const float point[3], float least, float out[STEP])
@@ -116,8 +117,8 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        float counted = value(point, disc, is_own(index[i], over), what, over);
-        out[i] = i < count ? counted : FAR;
+        float cost = value(point, disc, is_own(index[i], over), what, over);
+        out[i] = i < count ? cost : FAR;
         less |= out[i] < least;
     }
     return less;
@@ -150,8 +151,8 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
     if (over->what == STP_OVER_SQUARED)
         return least_of(columns, begin, count, false, STP_OVER_SQUARED, over, point, least);
     if (columns->of[STP_LANE_CARRIED])
-        return least_of(columns, begin, count, true, STP_OVER_COUNT, over, point, least);
-    return least_of(columns, begin, count, false, STP_OVER_COUNT, over, point, least);
+        return least_of(columns, begin, count, true, STP_OVER_COST, over, point, least);
+    return least_of(columns, begin, count, false, STP_OVER_COST, over, point, least);
 }
 
 STP_WIDE
@@ -169,7 +170,7 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COUNT, &o) <= limit;
+        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
     }
     return reached;
 }
@@ -178,7 +179,8 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
 #define SIN_1 0.38268343236508977f
 #define COS_2 0.70710678118654752f /* of a quarter of pi */
 
-/* The centre, the rim as patch_bounds.c has it, and the centre again where lanes are left. */
+/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
+ * left. */
 static const float around[2][STP_DISC_LANES] = {
     {0.0f, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1, -1.0f, -COS_1, -COS_2, -SIN_1,
      0.0f, SIN_1, COS_2, COS_1},
@@ -196,7 +198,7 @@ void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const
 }
 
 static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what what,
-                                const stp_over *over, float counted[STP_DISC_LANES])
+                                const stp_over *over, float cost[STP_DISC_LANES])
 {
     const stp_over o = *over;
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
@@ -205,20 +207,20 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
             point[c] = lanes->point[c][i];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = lanes->disc[c][i];
-        counted[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+        cost[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
     }
 }
 
 STP_WIDE
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
-                                float counted[STP_DISC_LANES])
+                                float cost[STP_DISC_LANES])
 {
     uint32_t bits = 0;
     if (over->what == STP_OVER_SQUARED)
-        count_paired(lanes, STP_OVER_SQUARED, over, counted);
+        count_paired(lanes, STP_OVER_SQUARED, over, cost);
     else
-        count_paired(lanes, STP_OVER_COUNT, over, counted);
+        count_paired(lanes, STP_OVER_COST, over, cost);
     for (unsigned i = 0; i < STP_DISC_LANES; i++)
-        bits |= (counted[i] <= limit ? 0u : 1u) << i;
+        bits |= (cost[i] <= limit ? 0u : 1u) << i;
     return bits;
 }

@@ -1,4 +1,5 @@
-/* Overhang of merged discs over all level-0 discs near them. */
+/* Measures and checks tangential errors: the least cost of each point of a merged disc over the
+ * level-0 discs near it. */
 #include "formats/chunk/measure/overhang.h"
 
 #include "formats/chunk/measure/disc_grid.h"
@@ -7,41 +8,43 @@
 
 #include <string.h>
 
-/* Of a point's coordinates, what it counts as floats tell may be so much wrong: 128 roundings. */
+/* Costs in floats may be off by this part of a point's coordinates: 128 roundings. */
 #define FLOAT_SLACK 0x1p-17
 
-/* A point of which a hint does not tell enough. */
+/* A point whose hinted disc does not show that its cost is small enough. */
 typedef struct suspect {
-    stp_dvec3 x, normal;  /* its merged disc's */
-    double slack;         /* of floats */
-    double counted;       /* over the hint, at most; great if that is not near */
-    uint32_t disc;        /* the hint */
-    uint32_t first, last; /* the level-0 discs under the merged one, to before the last */
+    stp_dvec3 x, normal; /* the point; the normal of its merged disc */
+    double slack;        /* possible error of float results */
+    double cost;   /* upper bound of its cost over the hinted disc; 1e30 if that disc is too far
+                         away */
+    uint32_t disc; /* the hinted disc */
+    uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
 
-/* Where the grid gives up, a check looks at all discs of a chunk, but no more often than this. */
+/* If the grid gives up, a check tries all discs of the chunk, but at most this often. */
 #define WHOLE_SEARCHES 64
 
 /* Level-1 discs of a quarter. */
 #define QUARTER_DISCS 4
 
-/* The merged discs that are measured, and the greatest error of their quarter or patch so far; of a
- * check the stored one. */
+/* The state of measuring or checking one patch. greatest: the greatest error of the quarter or
+ * patch so far, grid units; of a check, the stored error. */
 typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
     const stp_patch *patch;
-    double sine; /* of the patch's cone: no eye ray is nearer than that to all of its normals */
+    double sine; /* of the patch's cone angle gamma: the rule never takes sin(alpha) for less */
     bool check;
     stp_merged_disc merged;
     double greatest;
-    bool exceeded; /* a check: by what a point counts */
+    bool exceeded; /* a check: some point's least cost exceeds the stored error */
     unsigned whole_searches;
     unsigned suspect_count;
     suspect suspects[QUARTER_DISCS * STP_DISC_POINTS];
 } measure;
 
-/* Raises the greatest to an error that can be stored: all that is no greater is settled. */
+/* Raises the greatest error to one that can be stored. Every point whose cost is no greater is
+ * answered. */
 static void raise_to(measure *m, double units)
 {
     const stp_patch *patch = m->patch;
@@ -50,13 +53,13 @@ static void raise_to(measure *m, double units)
     m->greatest = stp_max(error, stp_error_decode(code, patch->exponent)) * m->grid->scale;
 }
 
-/* A check: whether over all discs the point counts more than what is stored. */
+/* A check: sets m->exceeded if the point's least cost over all discs exceeds what is stored. */
 static void check_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     uint32_t disc = s->disc;
     const double stop = m->greatest - s->slack;
-    double least = stp_min(s->counted, m->greatest + 3.0 * s->slack);
+    double least = stp_min(s->cost, m->greatest + 3.0 * s->slack);
     merged.normal = s->normal;
     merged.error += s->slack;
     merged.near_squared = INFINITY;
@@ -72,32 +75,36 @@ static void check_point(measure *m, const suspect *s)
     m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
 }
 
-/* What of any distance the rule forgives for the perpendicular error, from wherever it is seen. */
+/* e sin(gamma): the part of any distance that the rule always allows for the perpendicular error,
+ * wherever the eye is. */
 static double forgiven(const measure *m, double slack)
 {
     return stp_max(0.0, m->merged.error - slack) * m->sine;
 }
 
-/* How far a disc may be that settles a point, though it may not be the nearest: what is nearer is
- * then no farther on the screen than the rule says. */
+/* Square of the greatest distance of a disc that answers a point without being the nearest: (t + e
+ * sin(gamma))^2. Whatever is nearer than that disc is no farther on the screen than the rule says.
+ */
 static double near_squared(const measure *m, double slack)
 {
     double near = stp_max(0.0, m->greatest - slack) + forgiven(m, slack);
     return m->check ? INFINITY : near * near;
 }
 
-/* Both overhang and height are at most the distance, so their sum is at most the root of 2 times
- * that: no more than the greatest where the distance is small enough. */
+/* Square of a distance that answers a point by itself. o and h are legs of the distance s, so o + h
+ * <= sqrt(2) s. If s is small enough, the cost is therefore no more than the greatest. Not used (0)
+ * if discs carry errors. */
 static double enough(const measure *m, double slack)
 {
     double root = m->grid->carry || m->grid->carry_around ? 0.0 : m->greatest - slack;
     return root > 0.0 ? root * root / 2.01 : 0.0;
 }
 
-/* What counts over a disc that is not the nearest. */
+/* How a point's cost is asked for over a disc that need not be the nearest. No disc counts as one
+ * under the merged disc, so costs are upper bounds. */
 static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
 {
-    return (stp_over){STP_OVER_COUNT,
+    return (stp_over){STP_OVER_COST,
                       {(float)n.x, (float)n.y, (float)n.z},
                       (float)stp_max(0.0, m->merged.error - slack),
                       (float)near_squared(m, slack),
@@ -105,8 +112,8 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
                       0};
 }
 
-/* Whether a disc that the cells about a point name settles it. */
-static bool is_settled_about(const measure *m, const suspect *s)
+/* Whether one of the discs that the hint cells around the point name answers it. */
+static bool is_answered_about(const measure *m, const suspect *s)
 {
     const stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
@@ -116,8 +123,8 @@ static bool is_settled_about(const measure *m, const suspect *s)
                                 (float)(m->greatest - s->slack));
 }
 
-/* Whether some disc near enough settles the point. */
-static bool is_settled(const measure *m, const suspect *s)
+/* Whether some disc near enough answers the point. */
+static bool is_answered(const measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     uint32_t disc = s->disc;
@@ -129,9 +136,10 @@ static bool is_settled(const measure *m, const suspect *s)
     return least <= stop;
 }
 
-/* What a point counts going by its nearest own disc, which may not be the nearest: no less than
- * what of its distance, told to within slack, is not forgiven. Of discs that are as near the
- * perpendicular error may hold the height over another one. */
+/* What the point needs if it goes by `own`, the nearest disc under its merged disc, which may not
+ * be the nearest of all. It needs no less than the distance to `own`, plus slack, less what is
+ * forgiven: a nearer disc may lie anywhere within that distance. Of two discs as near, e may cover
+ * the height over one and not over the other. */
 static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squared, double slack)
 {
     stp_merged_disc merged = m->merged;
@@ -141,12 +149,13 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
                    sqrt(squared) + slack - forgiven(m, slack));
 }
 
-/* Takes what a point counts over its nearest disc, or going by its nearest own if that is less. */
+/* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
+ * needs going by its nearest own disc, if that is less. */
 static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
     double squared = 0.0;
-    if (is_settled_about(m, s))
+    if (is_answered_about(m, s))
         return;
     uint32_t disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
     double value = over_own(m, disc, s->x, squared, s->slack);
@@ -162,11 +171,12 @@ static void measure_point(measure *m, const suspect *s)
         return;
     if (found)
         value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
-    if (value > m->greatest && !is_settled(m, s))
+    if (value > m->greatest && !is_answered(m, s))
         raise_to(m, value);
 }
 
-/* The points of a merged disc that reaches farther out than the grid tells. */
+/* The points of a merged disc that reaches farther out than the grid searches: each goes by its
+ * nearest own disc. */
 static void measure_far(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
     stp_dvec3 points[STP_DISC_POINTS];
@@ -188,10 +198,10 @@ static stp_disc in_units(const stp_disc *disc, double scale)
                       .radius = disc->radius * scale};
 }
 
-/* A bit for each point of a merged disc of which its hint does not show that it counts no more than
- * the greatest. told: what it counts over the hint, or the squared distance. */
-static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
-                          stp_paired_lanes *lanes, float told[STP_DISC_LANES])
+/* Tests a merged disc's points against their hinted discs. A set bit means: the hint does not show
+ * that the point's cost is at most the greatest. told: the cost over the hinted disc. */
+static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
+                           stp_paired_lanes *lanes, float told[STP_DISC_LANES])
 {
     const stp_dvec3 n = disc->normal, c = disc->centre;
     stp_dvec3 u = {0.0, 0.0, 0.0}, v = u;
@@ -208,8 +218,8 @@ static uint32_t unsettled(const measure *m, const stp_disc *disc, double slack,
     return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
 }
 
-/* Keeps the points that are not settled by their hints of a merged disc over the level-0 discs
- * [first, last). */
+/* Adds to the suspects those points of a merged disc over the level-0 discs [first, last) that
+ * their hints do not answer. */
 static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
     stp_paired_lanes lanes;
@@ -221,7 +231,7 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
         measure_far(m, disc, first, last);
         return;
     }
-    uint32_t above = unsettled(m, disc, slack, &lanes, told);
+    uint32_t above = unanswered(m, disc, slack, &lanes, told);
     if (above)
         stp_disc_points(disc, points);
     for (unsigned i = 0; above >> i; i++)
@@ -230,30 +240,30 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
                 .x = points[i],
                 .normal = disc->normal,
                 .slack = slack,
-                .counted = (double)told[i] + slack,
+                .cost = (double)told[i] + slack,
                 .disc = lanes.index[i],
                 .first = first,
                 .last = last,
             };
 }
 
-/* The most suspicious first: what it counts may settle the others. */
+/* Takes the greatest cost first: what it raises the error to may answer the other points. */
 static void measure_suspects(measure *m)
 {
     while (m->suspect_count > 0) {
         unsigned most = 0;
         for (unsigned i = 1; i < m->suspect_count; i++)
-            most = m->suspects[i].counted > m->suspects[most].counted ? i : most;
+            most = m->suspects[i].cost > m->suspects[most].cost ? i : most;
         const suspect *s = &m->suspects[most];
-        if (s->counted > m->greatest && m->check)
+        if (s->cost > m->greatest && m->check)
             check_point(m, s);
-        else if (s->counted > m->greatest)
+        else if (s->cost > m->greatest)
             measure_point(m, s);
         m->suspects[most] = m->suspects[--m->suspect_count];
     }
 }
 
-/* Whether a sample stands for one alone, which it is. */
+/* Whether a sample is a copy of the one level-0 sample that it stands for. */
 static bool is_its_own(const stp_sample *sample, const stp_sample *first, unsigned count)
 {
     return count == 1 && memcmp(sample, first, sizeof *sample) == 0;
@@ -265,7 +275,7 @@ static void take_patch(measure *m, const stp_patch *patch)
     m->sine = sin(stp_min(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
 }
 
-/* The samples of a quarter at a level. */
+/* All samples of quarter q at a level. */
 static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigned q)
 {
     const stp_patch *patch = m->patch;
@@ -274,7 +284,7 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
     m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
                       STP_STORED_SLACK * m->grid->scale;
-    m->merged.what = STP_OVER_COUNT;
+    m->merged.what = STP_OVER_COST;
     for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
         unsigned first = stp_covered_begin(patch->counts, level, i, 0);
         unsigned count = stp_covered_begin(patch->counts, level, i + 1, 0) - first;
@@ -287,7 +297,7 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     measure_suspects(m);
 }
 
-/* The greatest that a quarter's level-0 samples bring. */
+/* The greatest tangential error that the level-0 samples of a quarter carry. */
 static double carried_by(const stp_chunk *chunk, const stp_carry *carry, uint32_t p, unsigned q)
 {
     const stp_patch *patch = &chunk->patches[p];

@@ -30,8 +30,8 @@ static bool has_normal(const stp_disc *disc)
     return disc->normal.x != 0.0 || disc->normal.y != 0.0 || disc->normal.z != 0.0;
 }
 
-/* Takes a normal's cosine into the cone. The arc cosine is spared where the angle is surely inside
- * already: 1 - cos x > 0.45 x^2 up to one radian. */
+/* Widens the cone by a normal with this cosine to the axis. Saves the arc cosine if the angle is
+ * surely inside already: 1 - cos x > 0.45 x^2 up to one radian. */
 static void measure_cone(double cosine, double own, stp_merge_error *out)
 {
     double room = stp_min(out->cone - own, 1.0);
@@ -40,8 +40,8 @@ static void measure_cone(double cosine, double own, stp_merge_error *out)
     out->cone = stp_max(out->cone, acos(stp_max(-1.0, stp_min(1.0, cosine))) + own);
 }
 
-/* Takes one disc's extents along and across the merged normal, its bound, cone and colour; of a
- * normal that stands for itself alone the cosine. */
+/* Widens extents along and across the merged normal, the bound and the cone by one disc. If the
+ * disc stands for itself alone, only notes its cosine in *least_cosine. */
 static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge_error *out,
                          double *least_cosine)
 {
@@ -91,7 +91,8 @@ unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
     return STP_DISC_POINTS;
 }
 
-/* The greatest height of the merged disc's points over their nearest discs. */
+/* rim: the greatest height of the merged disc's points over their nearest discs, with the errors of
+ * these. */
 static double measure_heights(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
     stp_dvec3 points[STP_DISC_POINTS];

@@ -1,9 +1,9 @@
-/* What the coarser levels of a strip lose. */
+/* Compares the coarser levels of a strip with its vertices. */
 #include "formats/chunk/measure/strip.h"
 
 #include <string.h>
 
-/* Where on a segment a vertex is nearest to it, 0 to 1. */
+/* Where the segment's point nearest to the vertex lies, 0 to 1. */
 static double nearest_on(const stp_disc *vertex, const stp_disc *a, stp_dvec3 way)
 {
     double squared = stp_dvec3_dot(way, way);
@@ -11,7 +11,7 @@ static double nearest_on(const stp_disc *vertex, const stp_disc *a, stp_dvec3 wa
     return squared > 0.0 ? stp_max(0.0, stp_min(1.0, along / squared)) : 0.0;
 }
 
-/* How far an edge of a ribbon moves where its normal becomes the segment's; normals have no sign.
+/* How far an edge of a ribbon moves if the vertex gets the segment's normal. Normals have no sign.
  * A tube's vertices have no normals. */
 static double turned(const stp_disc *vertex, const stp_disc *a, const stp_disc *b, double t)
 {
@@ -49,7 +49,7 @@ stp_strip_loss stp_strip_lost(const stp_disc *vertices, unsigned from, unsigned 
 stp_strip_loss stp_strip_choose(const stp_disc *vertices, const stp_strip_choice *choices,
                                 unsigned count, uint8_t *chosen)
 {
-    double least[STP_STRIP_CANDIDATES][STP_STRIP_CANDIDATES] = {{0}}; /* up to a candidate */
+    double least[STP_STRIP_CANDIDATES][STP_STRIP_CANDIDATES] = {{0}}; /* error of best path */
     uint8_t before[STP_STRIP_CANDIDATES][STP_STRIP_CANDIDATES] = {{0}};
     stp_strip_loss out = {0};
     for (unsigned j = 1; j < count; j++) {
@@ -110,7 +110,7 @@ static bool is_same(const stp_sample *a, const stp_sample *b)
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* Whether a sample is one of its children, the first or the last where it must be. */
+/* Whether a sample is one of its children: at the ends the first or the last. */
 static bool is_a_child(const stored_strip *s, int level, unsigned j)
 {
     const uint8_t *counts = s->patch->counts;
@@ -127,7 +127,7 @@ static bool is_a_child(const stored_strip *s, int level, unsigned j)
     return false;
 }
 
-/* The level-0 vertices that a sample may be: several where they are equal. */
+/* The level-0 vertices that a sample may be. There are several if vertices are equal. */
 static stp_strip_choice find_choice(const stored_strip *s, int level, unsigned j)
 {
     const uint8_t *counts = s->patch->counts;
@@ -150,7 +150,7 @@ static const char *compare_loss(const stp_patch *patch, int level, stp_strip_los
     return NULL;
 }
 
-/* A level through two vertices or more. */
+/* Checks a level of two vertices or more. */
 static const char *check_polyline(const stored_strip *s, int level)
 {
     stp_strip_choice choices[STP_STRIP_CANDIDATES] = {{0}};
@@ -166,7 +166,7 @@ static const char *check_polyline(const stored_strip *s, int level)
     return compare_loss(s->patch, level, stp_strip_choose(s->vertices, choices, count, chosen));
 }
 
-/* A level of one disc. */
+/* Checks a level of one disc. */
 static const char *check_disc(const stored_strip *s, int level)
 {
     const unsigned count = s->patch->counts[0];

@@ -1,4 +1,4 @@
-/* Discs of patches that touch a chunk's. */
+/* Collects the discs of patches whose bounds meet those of a chunk's patches. */
 #include "formats/chunk/measure/surroundings.h"
 
 #include "base/memory.h"

@@ -1,4 +1,4 @@
-/* What discs in place of triangles lose. */
+/* Compares discs with the triangles that they replace. */
 #include "formats/chunk/measure/triangles.h"
 
 /* A place in a disc's plane. */
@@ -43,7 +43,7 @@ static double off_triangle(flat p, const flat t[3])
                    stp_min(off_edge(p, t[1], t[2]), off_edge(p, t[2], t[0])));
 }
 
-/* The farthest of the disc's points from the nearest of the triangles, in its plane. */
+/* How far the disc's farthest point lies from its nearest triangle, in the disc's plane. */
 static double farthest_point(const stp_disc *disc, const stp_disc *corners, unsigned first,
                              unsigned end)
 {
@@ -86,7 +86,7 @@ stp_triangles_loss stp_triangles_lost(const stp_disc *disc, const stp_disc *corn
 
 /* ---- as stored ---- */
 
-/* The disc reaches all corners of its triangles, in its plane. */
+/* Whether the disc reaches all corners of its triangles, in its plane. */
 static bool covers(const stp_disc *disc, const stp_disc *corners, unsigned first, unsigned end)
 {
     for (unsigned i = 3 * first; i < 3 * end; i++) {

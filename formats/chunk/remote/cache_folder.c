@@ -1,4 +1,5 @@
-/* The folder of a disk cache: lock, count, and room by removing what was not used for longest. */
+/* The folder of a disk cache: lock, count, and room made by removing what was unused for longest.
+ */
 #include "formats/chunk/remote/cache_folder.h"
 
 #include "base/file.h"
@@ -48,7 +49,8 @@ void stp_cache_name_write(const stp_cache_name *name, char out[STP_CACHE_NAME_BY
              name->key[1], name->offset, name->size);
 }
 
-/* Digits of one number; what is no digit leaves a name that differs from what would be written. */
+/* Reads the digits of one number. A character that is no digit gives a number whose name differs
+ * from the text. */
 static uint64_t hexadecimal(const char *text, size_t digits)
 {
     char copy[17] = {0};
@@ -99,7 +101,7 @@ void stp_cache_folder_close(stp_cache_folder *f)
 void stp_cache_folder_list(const stp_cache_folder *f,
                            void (*take)(void *context, const stp_cache_name *name), void *context)
 {
-    /* a descriptor of its own: closedir closes it, and a copy would share its place */
+    /* a descriptor of its own: closedir closes it, and a copy would share its read position */
     int again = f->folder >= 0 ? openat(f->folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
     DIR *folder = again >= 0 ? fdopendir(again) : NULL;
     stp_cache_name name;
@@ -179,13 +181,13 @@ static int by_use(const void *a, const void *b)
     return (x->tv_nsec > y->tv_nsec) - (x->tv_nsec < y->tv_nsec);
 }
 
-/* Leaves at most `most` bytes; *left: how many. */
+/* Removes files until at most `most` bytes are left. *left: how many are. */
 static stp_status leave(const stp_cache_folder *f, uint64_t budget, uint64_t most, uint64_t *left,
                         stp_error *err)
 {
     old_files all = {.folder = f, .err = err};
     char text[STP_CACHE_NAME_BYTES];
-    (void)unlinkat(f->folder, STP_CACHE_PART_NAME, 0); /* of one that was killed */
+    (void)unlinkat(f->folder, STP_CACHE_PART_NAME, 0); /* left by a process that was killed */
     stp_cache_folder_list(f, take_old, &all);
     if (all.status == STP_OK && all.bytes > budget) {
         qsort(all.list, all.count, sizeof *all.list, by_use);
@@ -215,7 +217,7 @@ stp_status stp_cache_folder_reserve(const stp_cache_folder *f, uint64_t budget, 
     if (!*room)
         return STP_OK;
     if (!read_count(f, &there) || there > budget - bytes) {
-        /* some more goes, so that not every range asks for it anew */
+        /* removes some more, so that not every range has to make room again */
         uint64_t most = budget - bytes < budget / 8 * 7 ? budget - bytes : budget / 8 * 7;
         stp_status status = leave(f, budget - bytes, most, &there, err);
         if (status != STP_OK)

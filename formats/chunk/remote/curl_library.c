@@ -8,8 +8,8 @@
 
 #define LIBRARY "libcurl.so.4"
 
-/* A process loads it once, and libcurl wants to be set up once: hence statics, written before any
- * thread reads them. */
+/* A process loads libcurl once, and libcurl must be initialised once: hence statics, written before
+ * any thread reads them. */
 static stp_curl functions;
 static bool loaded;
 

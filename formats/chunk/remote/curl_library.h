@@ -1,11 +1,11 @@
-/* libcurl, loaded when the first address is opened: it brings thirty libraries, and would triple
- * the time that each start of the program takes. Threads: any. */
+/* libcurl, loaded when the first address is opened: it needs thirty libraries, and would triple the
+ * time of each start of the program. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_REMOTE_CURL_LIBRARY_H
 #define STP_FORMATS_CHUNK_REMOTE_CURL_LIBRARY_H
 
 #include <curl/curl.h>
 
-/* libcurl's function curl_NAME. */
+/* Each X(NAME) is libcurl's function curl_NAME. */
 #define STP_CURL_LIST(X)                                                                           \
     X(global_init)                                                                                 \
     X(easy_init)                                                                                   \
@@ -30,7 +30,7 @@ typedef struct stp_curl {
 #undef X
 } stp_curl;
 
-/* NULL where libcurl is not installed. It stays loaded. */
+/* NULL if libcurl is not installed. It stays loaded. */
 const stp_curl *stp_curl_load(void);
 
 #endif

@@ -1,4 +1,5 @@
-/* Ranges of a remote file in a folder: found by an index in memory, checked on every reading. */
+/* Keeps ranges of a remote file in a folder: finds them by an index in memory, checks them on every
+ * reading. */
 #include "formats/chunk/remote/disk_cache.h"
 
 #include "base/file.h"
@@ -19,7 +20,7 @@
 /* A range's file begins with magic, key, offset, size and the xxh3 of the bytes that follow. */
 #define RANGE_HEADER_BYTES 48u
 #define RANGE_BYTES_LIMIT (4u << 20) /* longer ones are kept in parts */
-/* Ranges that begin earlier and may reach as far; more are not looked at. */
+/* How many ranges that begin earlier a search looks at: they may reach as far. */
 #define LOOK_BACK 8
 
 static const uint8_t range_magic[8] = {'S', 'T', 'P', 'R', 'A', 'N', 'G', 'E'};
@@ -34,18 +35,18 @@ struct stp_disk_cache {
     uint64_t key[2];
     uint64_t budget;
     pthread_mutex_t mutex; /* guards ranges, count, capacity, damaged, note, closed; innermost */
-    range *ranges;         /* by offset; they may meet each other */
+    range *ranges;         /* by offset; they may overlap */
     size_t count, capacity;
     uint64_t damaged;
     stp_error note;              /* no message: all is well */
-    bool closed;                 /* nothing more is written */
-    pthread_mutex_t write_mutex; /* held while one thread writes; taken before the other */
+    bool closed;                 /* nothing is written any more */
+    pthread_mutex_t write_mutex; /* held while a thread writes; taken before `mutex` */
     stp_cache_folder folder;     /* opened once */
 };
 
 /* ---- index; the mutex is held ---- */
 
-/* The first range that begins behind offset. */
+/* The first range that begins after offset. */
 static size_t find_behind(const stp_disk_cache *c, uint64_t offset)
 {
     size_t low = 0, high = c->count;
@@ -59,7 +60,7 @@ static size_t find_behind(const stp_disk_cache *c, uint64_t offset)
     return low;
 }
 
-/* Of those that hold the byte at offset, the one that reaches farthest. */
+/* Of the ranges that hold the byte at offset, the one that reaches farthest. */
 static bool find_range(const stp_disk_cache *c, uint64_t offset, range *out)
 {
     size_t behind = find_behind(c, offset);
@@ -82,7 +83,7 @@ static void add_range(stp_disk_cache *c, uint64_t offset, uint32_t size)
     if (c->count >= STP_DISK_CACHE_RANGES ||
         stp_grow(&c->ranges, &c->capacity, c->count + 1, sizeof *c->ranges, "the cache", NULL) !=
             STP_OK)
-        return; /* it is then read from the server again */
+        return; /* the server is then asked again */
     memmove(c->ranges + at + 1, c->ranges + at, (c->count - at) * sizeof *c->ranges);
     c->ranges[at] = (range){offset, size};
     c->count++;
@@ -110,7 +111,7 @@ static void take_range(void *context, const stp_cache_name *name)
         add_range(c, name->offset, name->size);
 }
 
-/* The first reason counts; nothing is written from then on. */
+/* Keeps the first reason; nothing is written from then on. */
 static void give_up(stp_disk_cache *c, const stp_error *reason)
 {
     pthread_mutex_lock(&c->mutex);
@@ -192,8 +193,8 @@ static void fill_header(const stp_disk_cache *c, const range *r, const uint8_t *
     stp_put_u64(header + 40, stp_hash(data, r->size));
 }
 
-/* The bytes of a range's file, checked; room: its size with the header. False if it is gone, or,
- * *wrong, not what its name says. */
+/* Reads and checks the bytes of a range's file. room: the range's size with the header. False if
+ * the file is gone; also sets *wrong if it is not what its name says. */
 static bool load(const stp_disk_cache *c, const range *r, uint8_t *room, bool *wrong)
 {
     char text[STP_CACHE_NAME_BYTES];
@@ -214,12 +215,12 @@ static bool load(const stp_disk_cache *c, const range *r, uint8_t *room, bool *w
         *wrong = memcmp(header, room, RANGE_HEADER_BYTES) != 0;
     }
     if (!*wrong)
-        (void)futimens(descriptor, NULL); /* lately used; a read-only folder may not note it */
+        (void)futimens(descriptor, NULL); /* lately used; fails in a read-only folder */
     close(descriptor);
     return !*wrong;
 }
 
-/* Forgets a range, and its file if it is there. */
+/* Forgets a range, and removes its file if remove_file is set. */
 static void forget(stp_disk_cache *c, const range *r, bool remove_file, bool damaged)
 {
     char text[STP_CACHE_NAME_BYTES];
@@ -273,7 +274,7 @@ static bool write_whole(int descriptor, const uint8_t *data, size_t size)
     return true;
 }
 
-/* The folder is locked, and room is counted; 0 or an errno. */
+/* Writes a range's file. The folder must be locked and the room counted. Returns 0 or an errno. */
 static int write_file(const stp_disk_cache *c, const range *r, const uint8_t *data)
 {
     char text[STP_CACHE_NAME_BYTES];

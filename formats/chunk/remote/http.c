@@ -1,5 +1,4 @@
-/* Ranges of a file on a web server: kept connections, second tries, and what is said of failures.
- */
+/* Reads ranges of a file on a web server: kept connections, retries, redirections and patience. */
 #include "formats/chunk/remote/http.h"
 
 #include "base/clock.h"
@@ -19,7 +18,7 @@
 
 #define WAIT_SLICE_S 0.1
 #define UNKNOWN_SIZE UINT64_MAX
-/* Waiting that an answer is worth, for those far away. */
+/* Waiting time that each answer earns, for servers far away. */
 #define ANSWER_S 1.0
 #define RECEIVE_BUFFER_BYTES 131072L
 
@@ -28,15 +27,15 @@ struct stp_http {
     char *address, *name;
     stp_byte_source_params params; /* with the defaults filled in; no strings */
     struct curl_slist *headers, *fresh_headers;
-    uint64_t size; /* with identity and head fixed once open */
+    uint64_t size; /* size, identity and head do not change once the file is open */
     char identity[STP_HTTP_IDENTITY_LIMIT];
     uint8_t head[STP_HTTP_HEAD_BYTES];
     atomic_bool cancelled, changed, given_up;
     pthread_mutex_t patience; /* guards the two below; innermost */
-    unsigned waiting;         /* reads that wait for the server */
-    double waited_s, since_s; /* for which time it did, and since when, where one does */
+    unsigned waiting;         /* reads that wait for the server now */
+    double waited_s, since_s; /* time that reads have waited, and since when one waits now */
     atomic_uint_fast64_t requests, retries, bytes, answers;
-    char *moved;           /* where the server last led to from the address; NULL: nowhere */
+    char *moved;           /* target of the server's last redirection; NULL: none */
     pthread_mutex_t mutex; /* guards moved, connections[].busy and .easy; innermost */
     pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
     stp_http_connection connections[STP_SOURCE_CONNECTIONS];
@@ -44,7 +43,7 @@ struct stp_http {
 
 /* ---- patience ---- */
 
-/* +1: a read begins to wait for the server, -1: one ends to. */
+/* +1: a read begins to wait for the server; -1: a read stops waiting. */
 static void count_waiting(stp_http *h, int change)
 {
     pthread_mutex_lock(&h->patience);
@@ -64,8 +63,7 @@ static double waited_s(stp_http *h)
     return seconds;
 }
 
-/* Whether the server has been waited for, in all, for longer than its bytes and answers are worth.
- */
+/* Whether reads have waited for the server, in all, longer than its bytes and answers earn. */
 static bool is_too_slow(stp_http *h)
 {
     if (h->params.patience_ms == 0 || atomic_load(&h->given_up))
@@ -136,7 +134,7 @@ static stp_status connect_handle(const stp_http *h, stp_http_connection *c, stp_
     return STP_OK;
 }
 
-/* Waits for what `freed` tells of, at most for a slice of time; the mutex is held. */
+/* Waits for `freed`, at most for a slice of time. The mutex is held. */
 static void wait_slice(stp_http *h, double seconds)
 {
     struct timespec until;
@@ -147,7 +145,7 @@ static void wait_slice(stp_http *h, double seconds)
     (void)pthread_cond_timedwait(&h->freed, &h->mutex, &until);
 }
 
-/* The first free connection, so that few are opened where few are needed. */
+/* Takes the first free connection, so that few are opened if few are needed. */
 static stp_status acquire(stp_http *h, stp_http_connection **out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -181,7 +179,7 @@ static void release(stp_http *h, stp_http_connection *c)
 
 /* ---- what became of a try ---- */
 
-/* Failures of libcurl that another try may mend. */
+/* Failures of libcurl that another try may solve. */
 static bool is_passing(CURLcode code)
 {
     switch (code) {
@@ -201,7 +199,7 @@ static bool is_passing(CURLcode code)
     }
 }
 
-/* In seconds; 0: another try may come after a usual pause; negative: none. */
+/* The pause before another try, seconds; 0: the usual pause; negative: no other try. */
 static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
 {
     curl_off_t asked_s = 0;
@@ -219,8 +217,8 @@ static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
 
 /* ---- redirections ---- */
 
-/* Where a server leads to is asked at once from then on, as long as it answers there; true if so.
- */
+/* Sends requests straight to the last redirection's target, as long as it answers there. True if
+ * so. */
 static bool choose_address(stp_http *h, stp_http_connection *c)
 {
     pthread_mutex_lock(&h->mutex);
@@ -253,14 +251,15 @@ static void forget_address(stp_http *h)
 
 /* ---- tries ---- */
 
-/* What a try came to that brought not all; moved: it asked where the address led to. */
+/* Turns a try that did not bring everything into a status. moved: the try asked the redirection's
+ * target. */
 static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http_connection *c,
                                bool moved, double *pause_s, stp_error *err)
 {
     if (t->result == CURLE_ABORTED_BY_CALLBACK)
         return say_ended(h, err);
     *pause_s = retry_pause(t, c);
-    if (moved && t->verdict != STP_HTTP_GOOD) /* the way there was for a time */
+    if (moved && t->verdict != STP_HTTP_GOOD) /* the redirection was only for a time */
         forget_address(h);
     if (moved && t->verdict == STP_HTTP_REFUSED && *pause_s < 0.0)
         *pause_s = 0.0;
@@ -271,7 +270,7 @@ static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http
                : stp_http_say_verdict(h->name, t, err);
 }
 
-/* One try; *pause_s: retry_pause where it failed. */
+/* Makes one try. *pause_s: retry_pause, if the try failed. */
 static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, stp_error *err)
 {
     stp_http_connection *c = NULL;
@@ -282,7 +281,7 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     bool moved = choose_address(h, c);
     atomic_fetch_add(&h->requests, 1);
     stp_http_transfer_run(t, c);
-    /* Whole by what the range says, even if the server says otherwise of the length. */
+    /* Whole by its range, even if the server says another length. */
     bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
                  t->received == t->answer.last - t->answer.begin + 1;
     if (whole) {
@@ -295,8 +294,8 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     return status;
 }
 
-/* The pause before try number `tried`, from 1 on; half of it is chance, so that many readers do not
- * come back at once. */
+/* Waits before try number `tried`, from 1 on. Half of the pause is random, so that many readers do
+ * not come back at once. */
 static void pause_before(stp_http *h, unsigned tried, double asked_s)
 {
     uint64_t chance = stp_random_u64((uint64_t)(uintptr_t)h, atomic_load(&h->requests));
@@ -313,7 +312,7 @@ static void pause_before(stp_http *h, unsigned tried, double asked_s)
     pthread_mutex_unlock(&h->mutex);
 }
 
-/* Tries until all of it is there; the last one's transfer is left in *t. */
+/* Tries until all bytes are there. *t is left with the last try's transfer. */
 static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
 {
     const stp_http_transfer asked = *t;
@@ -331,7 +330,7 @@ static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
         done += first ? 0 : t->received;
         if (status == STP_OK && (first || done == asked.size))
             return STP_OK;
-        if (status == STP_OK) { /* a server may answer with less: the rest is asked for again */
+        if (status == STP_OK) { /* a server may answer with less: the next try asks for the rest */
             pause_s = 0.0;
             status = stp_error_set(err, STP_IO,
                                    "%s: the server sends less than was asked for: copy the file "

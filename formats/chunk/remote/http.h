@@ -1,41 +1,43 @@
-/* Ranges of one file on a web server, through libcurl: what stp_byte_source reads addresses with.
+/* Reads ranges of one file on a web server, through libcurl: stp_byte_source reads addresses with
+ * it.
  *
  * Keeps up to STP_SOURCE_CONNECTIONS connections alive, each with one request at a time; a further
  * read waits for a free one. Certificates are checked, with the system's authorities or those of
- * CURL_CA_BUNDLE or SSL_CERT_FILE; proxies are those of the environment, as with curl. At most five
- * redirections, from https to https only; where they lead is asked at once from then on. Threads:
- * as byte_source.h says. */
+ * CURL_CA_BUNDLE or SSL_CERT_FILE. Proxies are those of the environment, as with curl. At most five
+ * redirections are followed, from https to https only; later requests go straight to their target.
+ * Threads: as byte_source.h says. */
 #ifndef STP_FORMATS_CHUNK_REMOTE_HTTP_H
 #define STP_FORMATS_CHUNK_REMOTE_HTTP_H
 
 #include "formats/chunk/byte_source.h"
 
-/* The first bytes, which come with the request that opens. */
+/* The first bytes of the file; the request that opens it brings them. */
 #define STP_HTTP_HEAD_BYTES 256u
 
 typedef struct stp_http stp_http;
 
-/* One request: the file's size, its state on the server and its first bytes. Errors: those of
- * stp_byte_source_open. */
+/* Sends one request for the file's size, its state on the server and its first bytes. Errors: those
+ * of stp_byte_source_open. */
 stp_status stp_http_open(stp_http **out, const char *address, const stp_byte_source_params *params,
                          stp_error *err);
 void stp_http_close(stp_http **http);
 
 uint64_t stp_http_size(const stp_http *http);
 const char *stp_http_name(const stp_http *http);
-/* As requests have it, with percent codes: not to be printed. */
+/* The address as requests have it, with percent codes: not to be printed. */
 const char *stp_http_address(const stp_http *http);
-/* Tells this state of the file from others; empty if the server does not. */
+/* Tells this state of the file from others; empty if the server does not identify states. */
 const char *stp_http_identity(const stp_http *http);
 /* The first min(size, STP_HTTP_HEAD_BYTES) bytes. */
 const uint8_t *stp_http_head(const stp_http *http);
 
-/* [offset, offset + size) lies inside the file. fresh: caches on the way are to ask the server. */
+/* Reads a range; [offset, offset + size) must lie inside the file. fresh: caches on the way must
+ * ask the server. */
 stp_status stp_http_read(stp_http *http, uint64_t offset, uint8_t *data, size_t size, bool fresh,
                          stp_error *err);
 void stp_http_cancel(stp_http *http);
 void stp_http_resume(stp_http *http);
-/* Adds requests, retries and bytes. */
+/* Adds requests, retries and bytes to stats. */
 void stp_http_add_stats(const stp_http *http, stp_byte_source_stats *stats);
 
 #endif

@@ -15,7 +15,7 @@ bool stp_is_address(const char *path)
     return strncasecmp(path, "http://", 7) == 0 || strncasecmp(path, "https://", 8) == 0;
 }
 
-/* Where the host and what stands before it begin and end. */
+/* Where the authority, the host and what stands before it, begins and ends. */
 static size_t authority_begin(const char *address)
 {
     return (size_t)(strstr(address, "://") - address) + 3;
@@ -57,8 +57,9 @@ stp_status stp_http_address_encode(const char *address, char **out, stp_error *e
     return STP_OK;
 }
 
-/* Behind the last @ of what may hold a password. One with a slash in it, which is no right address,
- * shows by a port that is no number: then the @ is looked for in all of it. */
+/* Where the host begins: behind the last @ of the authority, before which a password may stand. A
+ * password with a slash makes a wrong address; then the port is no number, and the @ is searched in
+ * the whole address. */
 static size_t host_begin(const char *address)
 {
     size_t begin = authority_begin(address), end = authority_end(address), host = begin;

@@ -1,4 +1,4 @@
-/* Header lines of answers to range requests. */
+/* Parses the header lines of answers to range requests. */
 #include "formats/chunk/remote/http_answer.h"
 
 #include <ctype.h>
@@ -7,7 +7,7 @@
 
 #define NUMBER_DIGITS 18 /* fits in 64 bits */
 
-/* Reads a number; false where there is none, or one that no file can have. */
+/* Reads a number; false if there is none, or one that is too large for any file. */
 static bool take_number(const char **at, uint64_t *out)
 {
     size_t digits = strspn(*at, "0123456789");
@@ -29,8 +29,8 @@ static bool take(const char **at, char letter)
     return true;
 }
 
-/* "bytes 0-255/1000", the total may be "*"; for a range that is not there "bytes *" and the total.
- */
+/* Reads "bytes 0-255/1000"; the total may be "*". For a range that is not there: "bytes *" and the
+ * total. */
 static void read_range(stp_http_answer *a, const char *at)
 {
     bool range = false, total = false;
@@ -74,7 +74,7 @@ static void read_status(stp_http_answer *a, const char *text)
         a->code = (int)code;
 }
 
-/* A number too large for any file is the largest. */
+/* A number too large for any file counts as the largest. */
 static void read_length(stp_http_answer *a, const char *at)
 {
     a->has_length = *at != '\0' && at[strspn(at, "0123456789")] == '\0';
@@ -84,7 +84,7 @@ static void read_length(stp_http_answer *a, const char *at)
 
 void stp_http_answer_line(stp_http_answer *a, const char *line, size_t size)
 {
-    char text[1024]; /* what is longer is no header of ours */
+    char text[1024]; /* a longer line is no header that we need */
     if (size >= sizeof text || memchr(line, '\0', size) != NULL)
         return;
     memcpy(text, line, size);

@@ -1,5 +1,5 @@
-/* One try of a range request: libcurl's callbacks, the clock of stalls, and the judging of the
- * answer before a byte of it is taken. */
+/* One try of a range request: libcurl's callbacks, the clock of stalls, and the judgement of the
+ * answer before any of its bytes is taken. */
 #include "formats/chunk/remote/http_transfer.h"
 
 #include "base/clock.h"
@@ -10,7 +10,7 @@
 
 #define HEADERS_LIMIT 65536u
 #define POLL_MS 100
-/* Servers that count their bytes wrong by less send the right ones all the same. */
+/* Some servers count their bytes wrong by less than this, and still send the right ones. */
 #define LENGTH_SLACK 65536u
 
 /* ---- judging ---- */
@@ -31,7 +31,7 @@ static stp_http_verdict judge_range(const stp_http_transfer *t)
         return STP_HTTP_ENCODED;
     if (!a->has_range || a->begin != t->offset || a->last >= t->offset + t->size)
         return STP_HTTP_WRONG_RANGE;
-    if (t->identity == NULL) { /* the first answer says how large the file is */
+    if (t->identity == NULL) { /* the first answer tells the file's size */
         uint64_t end = t->offset + t->size;
         if (!a->has_total || a->last + 1 != (end < a->total ? end : a->total))
             return STP_HTTP_WRONG_RANGE;
@@ -52,7 +52,7 @@ static stp_http_verdict judge(const stp_http_transfer *t)
                        (t->identity != NULL && a->has_length && a->length != t->file_bytes)
                    ? STP_HTTP_CHANGED
                    : STP_HTTP_WHOLE;
-    case 416: /* the range is not there: none at all, or no longer */
+    case 416: /* the range is not there: there never was one, or there is none any more */
         if (t->identity != NULL)
             return STP_HTTP_CHANGED;
         return a->has_total && a->total == 0 ? STP_HTTP_EMPTY : STP_HTTP_WRONG_RANGE;
@@ -68,7 +68,7 @@ static void hear(stp_http_transfer *t)
     t->heard_s = stp_clock_seconds();
 }
 
-/* What the headers alone rule out is not waited for. Redirections and errors may have bodies. */
+/* Ends the transfer if the headers alone rule it out. Redirections and errors may have bodies. */
 static void refuse_early(stp_http_transfer *t)
 {
     const stp_http_answer *a = &t->answer;
@@ -113,7 +113,7 @@ static size_t take_body(char *bytes, size_t one, size_t size, void *context)
     return size;
 }
 
-/* as with libcurl, which gives them: NOLINTNEXTLINE(readability-non-const-parameter) */
+/* libcurl sets the type: NOLINTNEXTLINE(readability-non-const-parameter) */
 static int note_sent(void *context, char *to, char *from, int to_port, int from_port)
 {
     stp_http_transfer *t = context;
@@ -140,7 +140,7 @@ static bool prepare(stp_http_transfer *t, stp_http_connection *c)
            c->curl->multi_add_handle(c->multi, c->easy) == CURLM_OK;
 }
 
-/* The connection has libcurl's own time-out; what comes after it ours. */
+/* Connecting has libcurl's own time-out; what comes after has ours. */
 static bool is_late(const stp_http_transfer *t, double begin_s)
 {
     double now_s = stp_clock_seconds();
@@ -170,7 +170,7 @@ void stp_http_transfer_run(stp_http_transfer *t, stp_http_connection *c)
 {
     t->result = prepare(t, c) ? run(t, c) : CURLE_OUT_OF_MEMORY;
     (void)c->curl->multi_remove_handle(c->multi, c->easy);
-    /* An answer without a body, or one that was not let in, is judged by its headers. */
+    /* An answer without a body, or with a body that was refused, is judged by its headers. */
     if (t->verdict == STP_HTTP_NONE && t->result == CURLE_OK)
         t->verdict = judge(t);
 }

@@ -1,4 +1,4 @@
-/* Sentences for requests that failed. */
+/* Writes the error messages for failed requests. */
 #include "formats/chunk/remote/http_words.h"
 
 #include <inttypes.h>
@@ -79,7 +79,7 @@ stp_status stp_http_say_failure(const char *name, const stp_http_transfer *t,
                              name);
     switch (t->result) {
     case CURLE_OUT_OF_MEMORY:
-        if (t->heard_s > 0.0) /* an answer began: it is a line of it that libcurl does not hold */
+        if (t->heard_s > 0.0) /* an answer began: libcurl has no room for one of its lines */
             return stp_error_set(err, STP_IO,
                                  "%s: the server's headers are larger than any should be: copy the "
                                  "file here, or use another server",

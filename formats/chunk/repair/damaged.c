@@ -1,4 +1,4 @@
-/* A damaged chunk file as far as it can be read. */
+/* Opens a damaged chunk file: mends it, and finds how far each chunk can be read. */
 #include "formats/chunk/repair/damaged.h"
 
 #include "base/checked.h"
@@ -79,7 +79,7 @@ done:
     return status;
 }
 
-/* Entries of a page whose checksum is right. */
+/* Takes the entries of a page whose checksum matches. */
 static stp_status take_page(stp_damaged *d, uint32_t page, const uint8_t *bytes, stp_error *err)
 {
     stp_error inner = {0};

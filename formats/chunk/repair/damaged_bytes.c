@@ -1,4 +1,4 @@
-/* The bytes and chunks of a damaged file, with what is mended laid over them, and the report. */
+/* Reads a damaged file's bytes and chunks with the mends laid over them, and reports. */
 #include "formats/chunk/repair/damaged.h"
 
 #include "base/file.h"

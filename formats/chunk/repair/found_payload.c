@@ -1,4 +1,4 @@
-/* A leaf's payload without its directory entry. */
+/* Decodes a leaf's payload without its directory entry. */
 #include "formats/chunk/repair/found_payload.h"
 
 #include "base/memory.h"
@@ -9,11 +9,11 @@
 #include <stdlib.h>
 
 #define BLOCK_HEAD_BYTES 4u
-/* No payload is longer: 4 levels of 64 k samples and as many patches, coded to more than they are.
- */
+/* No payload is longer: 4 levels of 64 k samples and as many patches, even if coding makes them
+ * longer. */
 #define PAYLOAD_BYTES_LIMIT ((uint64_t)16 << 20)
 
-/* Bytes of a block with its own size before it; 0 if that does not fit. */
+/* Bytes of a block, with its own size before it; 0 if they do not fit. */
 static size_t block_bytes(const uint8_t *bytes, size_t left)
 {
     if (left < BLOCK_HEAD_BYTES || stp_get_u32(bytes) > left - BLOCK_HEAD_BYTES)
@@ -21,7 +21,7 @@ static size_t block_bytes(const uint8_t *bytes, size_t left)
     return BLOCK_HEAD_BYTES + (size_t)stp_get_u32(bytes);
 }
 
-/* Patches of codec 1, from their table. */
+/* Decodes the patches of codec 1 from their table. */
 static stp_status table_patches(const uint8_t *bytes, size_t left, stp_patch *patches,
                                 uint32_t patch_count, stp_error *err)
 {
@@ -38,7 +38,7 @@ done:
     return status;
 }
 
-/* Patches of codec 2. *head becomes the bytes before level 2. */
+/* Decodes the patches of codec 2. *head: the bytes before level 2. */
 static stp_status plane_patches(const uint8_t *bytes, size_t left, stp_patch *patches,
                                 uint32_t patch_count, size_t *head, stp_error *err)
 {
@@ -52,7 +52,7 @@ done:
     return status;
 }
 
-/* Samples by level, from the patches; not valid if there are none. */
+/* Counts samples by level from the patches; not valid if there are no patches. */
 static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patch_count,
                                 stp_chunk_entry *entry, size_t *head, bool *valid, stp_error *err)
 {
@@ -78,8 +78,8 @@ done:
     return status;
 }
 
-/* Where segments of codec 1 end: blocks of patches and level 3, then of each finer level the elder
- * children, if there are any, and the last ones. */
+/* Finds where the segments of codec 1 end. Its blocks are patches and level 3, then for each finer
+ * level the elder children, if there are any, and the last children. */
 static bool find_ends(const uint8_t *bytes, size_t size, const uint32_t counts[STP_LEVEL_COUNT],
                       uint32_t ends[STP_SEGMENT_COUNT])
 {
@@ -98,7 +98,7 @@ static bool find_ends(const uint8_t *bytes, size_t size, const uint32_t counts[S
     return true;
 }
 
-/* Where segments of codec 2 end: a level each, the first behind the patches. */
+/* Finds where the segments of codec 2 end: one level each, the first behind the patches. */
 static bool find_plane_ends(const uint8_t *bytes, size_t size, size_t head,
                             const uint32_t counts[STP_LEVEL_COUNT],
                             uint32_t ends[STP_SEGMENT_COUNT])

@@ -1,4 +1,4 @@
-/* Directory entries that are lost. */
+/* Rebuilds lost directory entries. */
 #include "formats/chunk/repair/lost_entries.h"
 
 #include "base/checked.h"
@@ -18,7 +18,7 @@ static uint64_t entry_offset(const stp_damaged *d, uint32_t id)
            (uint64_t)(id % STP_PAGE_ENTRIES) * d->header.entry_bytes;
 }
 
-/* How many segments of the payload, from the first on, are what the entry says. */
+/* How many segments of the payload, from the first on, match the entry. */
 static stp_status count_sound(const stp_damaged *d, const stp_chunk_entry *e, int *out,
                               stp_error *err)
 {
@@ -41,7 +41,7 @@ done:
     return status;
 }
 
-/* Sets what an entry says of its chunk to what the chunk is. */
+/* Sets the fields of an entry that describe its chunk, from the chunk. */
 static stp_status describe(stp_chunk_entry *e, const stp_chunk *chunk, stp_error *err)
 {
     void *payload = NULL;
@@ -56,14 +56,14 @@ static stp_status describe(stp_chunk_entry *e, const stp_chunk *chunk, stp_error
     return STP_OK;
 }
 
-/* How an entry of a damaged page agrees with its payload. */
+/* How well an entry of a damaged page agrees with its payload. */
 typedef enum fit {
     FIT_NOT,
-    FIT_PAYLOAD, /* the payload is the one meant */
-    FIT_EXACT    /* and all that follows from the payload is as it says, to the byte */
+    FIT_PAYLOAD, /* the payload is the entry's */
+    FIT_EXACT    /* and every field that follows from the payload is right, to the byte */
 } fit;
 
-/* Takes the entry in `bytes` as d->entries[id] if its payload is what it says. */
+/* Takes the entry in `bytes` as d->entries[id] if its payload matches it. */
 static stp_status try_entry(stp_damaged *d, uint32_t id, const uint8_t *bytes, fit *out,
                             stp_error *err)
 {
@@ -94,7 +94,7 @@ done:
     return status;
 }
 
-/* fits: by id, of damaged pages. */
+/* Tries the entries of damaged pages. fits: by id. */
 static stp_status try_entries(stp_damaged *d, fit *fits, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -134,13 +134,14 @@ static bool is_whole(const stp_damaged *d, const fit *fits, uint32_t id)
     return fits[id] != FIT_NOT || (d->known[id] && d->finest[id] == 0);
 }
 
-/* What joins tell of an entry's origin, which stands there alone. */
+/* What joints with other chunks prove of an entry's origin. Only the entry itself stores the
+ * origin. */
 typedef struct place {
     bool proven, refuted;
-    uint32_t strange; /* the parent that has it elsewhere, or STP_CHUNK_NONE */
+    uint32_t strange; /* the parent that has the chunk elsewhere, or STP_CHUNK_NONE */
 } place;
 
-/* That a chunk's samples are where its parent has them, or its children theirs, proves both. */
+/* If a chunk's samples are where its parent or its children have them, both places are proved. */
 static stp_status prove_children(stp_damaged *d, const fit *fits, place *places, uint32_t parent,
                                  stp_error *err)
 {
@@ -171,7 +172,7 @@ done:
     return status;
 }
 
-/* Of a file that is one chunk, the header's box is that of its points. */
+/* If the file is one chunk, the header's box must be the box of its points. */
 static stp_status prove_single(const stp_damaged *d, place *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -189,8 +190,8 @@ done:
     return status;
 }
 
-/* Of a parent and a child that do not join, one is wrong: the one that nothing else proves, and of
- * two such the parent, which can be rebuilt. */
+/* If a parent and a child do not join, one of them is wrong: the one that nothing else proves. If
+ * nothing proves either, blames the parent, because it can be rebuilt. */
 static void blame(place *places, uint32_t count)
 {
     for (uint32_t id = 1; id < count; id++) {
@@ -204,7 +205,7 @@ static void blame(place *places, uint32_t count)
     }
 }
 
-/* Whether a chunk's patch vertices lie in the file's box: what can be asked of a place that nothing
+/* Whether a chunk's patch vertices lie in the file's box: the only test of a place that nothing
  * proves. */
 static stp_status lies_inside(const stp_damaged *d, uint32_t id, bool *out, stp_error *err)
 {
@@ -227,7 +228,7 @@ done:
     return status;
 }
 
-/* told: by id, set where an entry is taken though nothing proves its place. */
+/* told: by id, set if an entry is taken although nothing proves its place. */
 static stp_status prove(stp_damaged *d, const fit *fits, bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -269,7 +270,8 @@ static int compare_gaps(const void *a, const void *b)
     return x->begin < y->begin ? -1 : x->begin > y->begin;
 }
 
-/* Bytes between the payloads of known chunks; *gaps has room for one more than there are chunks. */
+/* Finds the bytes between the payloads of known chunks. *gaps must have room for one more than
+ * there are chunks. */
 static size_t find_gaps(const stp_damaged *d, gap *gaps)
 {
     const uint64_t limit =
@@ -291,7 +293,8 @@ static size_t find_gaps(const stp_damaged *d, gap *gaps)
     return count;
 }
 
-/* The parent that lists an unknown chunk and has its patch vertices; STP_CHUNK_NONE if none. */
+/* The parent that lists an unknown chunk and has its patch vertices; STP_CHUNK_NONE if there is
+ * none. */
 static uint32_t listing_parent(const stp_damaged *d, uint32_t id)
 {
     for (uint32_t p = 0; p < id; p++)
@@ -300,8 +303,8 @@ static uint32_t listing_parent(const stp_damaged *d, uint32_t id)
     return STP_CHUNK_NONE;
 }
 
-/* The origin that puts the first of the chunk's vertices, in their order in the world, where the
- * parent's first sample is. */
+/* The origin that puts the chunk's first patch vertex, in world order, where the parent's first
+ * sample is. */
 static stp_dvec3 tell_origin(const stp_chunk *parent, stp_dvec3 parent_origin, uint32_t child,
                              const stp_chunk *chunk)
 {
@@ -321,7 +324,7 @@ static stp_dvec3 tell_origin(const stp_chunk *parent, stp_dvec3 parent_origin, u
     return stp_dvec3_sub(above, below);
 }
 
-/* An origin is a rounded middle: its zeros have the middle's sign. */
+/* An origin is the rounded middle of a box. Gives its zeros the sign of that middle. */
 static stp_dvec3 sign_zeros(const stp_chunk_entry *e)
 {
     stp_dvec3 o = e->origin;
@@ -331,9 +334,9 @@ static stp_dvec3 sign_zeros(const stp_chunk_entry *e)
     return o;
 }
 
-/* A found payload may itself be damaged: the checksums in what is left of the entry tell. Where
- * some of them match, the entry was not wiped, and a segment of which it does not is lost; where
- * none does, nothing proves the payload. */
+/* Judges a found payload, which may itself be damaged, by the checksums left in the entry. If some
+ * match, the entry was not wiped, and a segment that does not match is lost. If none matches,
+ * nothing proves the payload. */
 static stp_status judge_payload(stp_damaged *d, uint32_t id, bool *told, stp_error *err)
 {
     stp_chunk_entry *e = &d->entries[id];
@@ -343,7 +346,7 @@ static stp_status judge_payload(stp_damaged *d, uint32_t id, bool *told, stp_err
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         uint64_t hash = stp_get_u64(bytes + 24 + 8 * s);
         bool matches = hash == e->segment_hash[s];
-        sound += sound == s && (matches || hash == 0); /* a zero tells of a wiped place */
+        sound += sound == s && (matches || hash == 0); /* a zero hash: a wiped place */
         matching += matches;
     }
     told[id] = matching < STP_SEGMENT_COUNT;
@@ -354,7 +357,7 @@ static stp_status judge_payload(stp_damaged *d, uint32_t id, bool *told, stp_err
     return status;
 }
 
-/* Takes the payload at the gap's begin as chunk id's, if it is one and lies where its parent has
+/* Takes the payload at the gap's begin as chunk id's, if it decodes and lies where its parent has
  * it. */
 static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap *g, bool *found,
                               bool *told, stp_error *err)
@@ -365,7 +368,7 @@ static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap 
     stp_chunk_entry e = {.offset = g->begin,
                          .parent = parent,
                          .first_child = STP_CHUNK_NONE,
-                         .codec = p->codec, /* a file's writer uses one */
+                         .codec = p->codec, /* a writer uses one codec for a file */
                          .depth = (uint8_t)(p->depth + 1u)};
     uint32_t vertices = 0, child = id - p->first_child;
     *found = false;
@@ -391,7 +394,7 @@ done:
     return status;
 }
 
-/* Whether some chunk says that it is a child of this one: then it is no leaf. */
+/* Marks the chunks that some chunk names as its parent: they are no leaves. */
 static void mark_parents(const stp_damaged *d, bool *inner)
 {
     for (uint32_t id = 1; id < d->header.chunk_count; id++)
@@ -399,7 +402,7 @@ static void mark_parents(const stp_damaged *d, bool *inner)
             inner[d->entries[id].parent] = true;
 }
 
-/* Leaves, one after the other as they lie in the gaps. */
+/* Fills the gaps with leaves, one after the other in the order of ids. */
 static stp_status fill_gaps(stp_damaged *d, gap *gaps, size_t gap_count, const bool *inner,
                             bool *told, stp_error *err)
 {
@@ -425,8 +428,8 @@ done:
     return status;
 }
 
-/* Whether a chunk of which some is sound lies where its parent has it or, where that cannot be
- * asked, where it may. Of a payload that does not decode it does not. */
+/* Whether a partly sound chunk lies where its parent has it or, if no parent can tell, where it may
+ * lie. False if the payload does not decode. */
 static stp_status has_place(const stp_damaged *d, uint32_t id, bool *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -448,7 +451,7 @@ done:
     return status;
 }
 
-/* Takes entries of which some of the payload is sound, where nothing better was found. */
+/* Takes entries with partly sound payloads, if nothing better was found. */
 static stp_status take_partial(stp_damaged *d, bool *told, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -463,7 +466,7 @@ static stp_status take_partial(stp_damaged *d, bool *told, stp_error *err)
         if (stp_entry_read(bytes, id, &d->header, e, NULL) != STP_OK)
             continue;
         STP_TRY(count_sound(d, e, &sound, err));
-        if (sound > 0 && sound < STP_SEGMENT_COUNT) /* a whole one was refuted */
+        if (sound > 0 && sound < STP_SEGMENT_COUNT) /* a wholly sound one was refuted */
             STP_TRY(has_place(d, id, &placed, err));
         if (!placed)
             continue;
@@ -477,7 +480,7 @@ done:
 
 /* ---- pages ---- */
 
-/* A checksum that fits proves all that the entries say, payloads included. */
+/* A matching checksum proves everything that the entries say, payloads included. */
 static stp_status mend_page(stp_damaged *d, uint32_t page, uint8_t *bytes, size_t hashed,
                             bool *told, stp_error *err)
 {
@@ -497,7 +500,7 @@ done:
     return status;
 }
 
-/* Writes the damaged pages of which all entries are known. */
+/* Writes the damaged pages whose entries are all known. */
 static stp_status mend_pages(stp_damaged *d, const bool *was_known, bool *told, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,4 +1,4 @@
-/* The header of a damaged chunk file. */
+/* Reads, mends or rebuilds the header of a damaged chunk file. */
 #include "formats/chunk/repair/lost_header.h"
 
 #include "base/memory.h"
@@ -10,7 +10,8 @@
 
 /* ---- a header that its checksum proves ---- */
 
-/* As the file says itself how long it is: it may have been cut, or appended to. */
+/* Takes a header that says itself how long the file is: the file may have been cut, or appended to.
+ */
 static stp_status take_header(stp_damaged *d, const uint8_t *bytes, uint32_t size, stp_error *err)
 {
     stp_error inner = {0};
@@ -24,7 +25,7 @@ static stp_status take_header(stp_damaged *d, const uint8_t *bytes, uint32_t siz
     if (d->file_bytes < should)
         stp_damaged_say(d, "byte %" PRIu64 ": the file was cut: %" PRIu64 " bytes are missing",
                         d->file_bytes, should - d->file_bytes);
-    /* A chunk has more bytes than this: where fewer are left, most of the file is gone. */
+    /* Every chunk has more bytes than this. If fewer are left, most of the file is gone. */
     if (d->file_bytes / 64 < d->header.chunk_count)
         return stp_error_set(err, STP_CORRUPT,
                              "%s: cannot be repaired: of %" PRIu64 " bytes only %" PRIu64
@@ -47,8 +48,8 @@ static stp_status mend_header(stp_damaged *d, uint8_t *bytes, uint32_t size, boo
 
 /* ---- a header that the directory tells ---- */
 
-/* The directory's last page is what of the file's end matches the checksum there; the pages before
- * it are whole. False if no page with the root's entry is found. */
+/* Finds the directory's last page: the bytes at the file's end that match the checksum there. The
+ * pages before it are whole. False if no page with the root's entry is found. */
 static stp_status find_directory(const stp_damaged *d, uint64_t *offset, uint32_t *count,
                                  stp_error *err)
 {
@@ -84,7 +85,7 @@ done:
     return status;
 }
 
-/* What the entries say of the file. */
+/* Derives from the entries what they say of the file. */
 static stp_status sum_entries(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -206,7 +207,7 @@ static uint32_t shapes_of(const stp_chunk *chunk)
     return out;
 }
 
-/* Box and attributes of the points that can be read. */
+/* Derives box and attributes from the points that can be read. */
 static stp_status tell_points(stp_damaged *d, stp_dbox *box, uint32_t *attributes, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -232,7 +233,8 @@ done:
     return status;
 }
 
-/* As the metadata has it; else what the damaged header holds, if that can be. */
+/* Takes lambda and orientation from the metadata; if that is lost, from the damaged header, if they
+ * are possible. */
 static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header *h)
 {
     cJSON *json = cJSON_Parse(d->metadata);
@@ -253,11 +255,11 @@ static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header
     cJSON_Delete(json);
 }
 
-/* Any of the STP_HAS_* bits or none. */
+/* Sets of STP_HAS_* bits, the empty set included. */
 #define ATTRIBUTE_SETS (STP_HAS_ALL + 1u)
 
-/* Tries all attributes and orientations; true if the checksum, or all that it covers, is that of
- * the header found. */
+/* Tries all attributes and orientations. True if the checksum, or everything that it covers, is
+ * that of the header found. */
 static bool prove(stp_header *h, const uint8_t *found)
 {
     const size_t hashed = STP_HEADER_BYTES - STP_HASH_BYTES;

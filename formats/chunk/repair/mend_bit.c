@@ -1,4 +1,4 @@
-/* The one flipped bit of checked bytes, found by their checksum. */
+/* Searches the one flipped bit of checked bytes by their checksum. */
 #include "formats/chunk/repair/mend_bit.h"
 
 #include "formats/chunk/layout.h"
@@ -20,7 +20,7 @@ typedef struct search {
     atomic_size_t done_bytes;
 } search;
 
-/* What was lost with its sector reads as zeros, or as the same byte all over. */
+/* Bytes lost with their sector read as zeros, or as one byte repeated. */
 static bool has_long_run(const uint8_t *bytes, size_t size)
 {
     size_t run = 1;
@@ -32,7 +32,7 @@ static bool has_long_run(const uint8_t *bytes, size_t size)
     return false;
 }
 
-/* Hashes the bytes from `at` on with one of them changed, going on from the state before. */
+/* Hashes on from the state before `at`, with one of the bytes changed. */
 static uint64_t hash_changed(const search *s, const XXH3_state_t *before, XXH3_state_t *state,
                              size_t at, uint8_t changed)
 {

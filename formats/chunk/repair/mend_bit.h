@@ -1,8 +1,8 @@
-/* The one flipped bit of checked bytes, found by their checksum.
+/* Finds the one flipped bit of checked bytes by their checksum.
  *
- * 64 bits of checksum tell what the bytes were: of a few million flips that might have happened,
- * no second one fits but by a chance of one in 10^12. Time grows with the square of the size.
- * Changes nothing. Threads: one call at a time per pool, which it uses. */
+ * 64 bits of checksum tell what the bytes were: among a few million possible flips a second one
+ * fits with a chance of 1 in 10^12. Time grows with the square of the size. Changes nothing.
+ * Threads: one call at a time per pool, which it uses. */
 #ifndef STP_FORMATS_CHUNK_REPAIR_MEND_BIT_H
 #define STP_FORMATS_CHUNK_REPAIR_MEND_BIT_H
 
@@ -13,12 +13,12 @@
 #include <stdint.h>
 
 #define STP_NO_BIT SIZE_MAX
-/* Greater regions are not searched: this takes a minute or two on two cores. */
+/* Larger regions are not searched: this size takes a minute or two on two cores. */
 #define STP_MEND_BYTES_LIMIT (1u << 20)
 
-/* *bit becomes the bit (8 * byte + bit) whose flip gives the size bytes the checksum `hash`; from
- * 8 * size on it is one of `hash` itself; STP_NO_BIT if there is none, or where a run of equal
- * bytes as long as half a disk's sector says that more is lost than a bit. Errors: OUT_OF_MEMORY,
+/* Sets *bit to the bit (8 * byte + bit) whose flip gives the `size` bytes the checksum `hash`; from
+ * 8 * size on it is a bit of `hash` itself. Sets STP_NO_BIT if there is none, or if a run of equal
+ * bytes is as long as half a disk's sector: then more is lost than a bit. Errors: OUT_OF_MEMORY,
  * CANCELLED. */
 stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, stp_pool *pool,
                         const stp_progress *progress, size_t *bit, stp_error *err);

@@ -1,11 +1,11 @@
-/* A damaged chunk file made whole again. */
+/* Repairs a damaged chunk file. */
 #include "formats/chunk/repair/repair.h"
 
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/repair/damaged.h"
+#include "formats/chunk/repair/repair_build.h"
 #include "formats/chunk/repair/repair_write.h"
-#include "formats/chunk/repair/settle.h"
 #include "formats/chunk/verify/verify.h"
 
 #include <stdlib.h>
@@ -23,7 +23,7 @@ done:
     return status;
 }
 
-/* The output, before it appears. What is wrong with it now was written so. */
+/* Verifies the output before it appears. A fault that is left was written so, and is no damage. */
 static stp_status check_output(void *context, const char *path, stp_error *err)
 {
     const stp_damaged *d = context;
@@ -39,7 +39,7 @@ static stp_status check_output(void *context, const char *path, stp_error *err)
     return STP_OK;
 }
 
-/* The damaged file with what is mended, byte by byte. */
+/* Writes the damaged file with its mends, byte by byte. */
 static stp_status write_mended(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -54,7 +54,7 @@ static stp_status write_mended(stp_damaged *d, stp_error *err)
         STP_TRY(stp_output_write(output, bytes, part, err));
         STP_TRY(stp_progress_update(d->params->progress, "write", at + part, size, err));
     }
-    STP_TRY(stp_output_write_at(output, size, bytes, 0, err)); /* nothing more, but all of it */
+    STP_TRY(stp_output_write_at(output, size, bytes, 0, err)); /* all, and no byte more */
     STP_TRY(check_output(d, stp_output_temporary_path(output), err));
     STP_TRY(stp_output_commit(&output, err));
 done:
@@ -82,14 +82,14 @@ static stp_status write_rest(stp_damaged *d, stp_repair_result *out, stp_error *
                              "damaged file stays",
                              d->path);
     STP_TRY(stp_repair_plan_make(&plan, d, err));
-    STP_TRY(stp_repair_settle(&plan, err));
+    STP_TRY(stp_repair_build(&plan, err));
     STP_TRY(stp_repair_write(&plan, check_output, d, out, err));
 done:
     stp_repair_plan_clear(&plan);
     return status;
 }
 
-/* Failures that are no damage. */
+/* Whether a failure has other causes than damage. */
 static bool is_final(stp_status status)
 {
     return status == STP_NOT_FOUND || status == STP_IO || status == STP_OUT_OF_MEMORY ||

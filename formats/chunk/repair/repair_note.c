@@ -1,4 +1,4 @@
-/* What a repaired file's metadata says of its repairs. */
+/* Reads and writes the repairs in a repaired file's metadata. */
 #include "formats/chunk/repair/repair_note.h"
 
 #include <cjson/cJSON.h>
@@ -48,7 +48,7 @@ stp_repair_sum stp_repair_note_sum(const char *metadata_json)
     for (const cJSON *repair = first_of(json, "repaired"); repair; repair = repair->next) {
         sum.repairs++;
         sum.points_lost += number_of(repair, "points_lost");
-        sum.stand_ins = number_of(repair, "stand_ins"); /* of the whole file, as it is now */
+        sum.stand_ins = number_of(repair, "stand_ins"); /* last one: the whole file now */
     }
     cJSON_Delete(json);
     return sum;
@@ -64,7 +64,7 @@ static void add_id(cJSON *json, const char *name, uint32_t id)
         cJSON_AddNumberToObject(json, name, id);
 }
 
-/* Records of earlier repairs name chunks by their ids then. */
+/* Earlier records name chunks by the damaged file's ids: replaces them by those of the output. */
 static void renumber(const cJSON *json, const stp_repair_plan *plan)
 {
     for (const cJSON *repair = first_of(json, "repaired"); repair; repair = repair->next)
@@ -123,7 +123,7 @@ static void add_lost(cJSON *list, const stp_repair_plan *plan, uint32_t id)
     say_lost(plan, id, points, known ? &world : NULL);
 }
 
-/* Inner chunks that are gone have lost no points themselves. */
+/* An inner chunk that is gone has lost no points itself. */
 static bool is_lost(const stp_repair_plan *plan, uint32_t id)
 {
     const stp_repair_node *node = &plan->nodes[id];
@@ -151,7 +151,7 @@ static void add_rebuilt(cJSON *repair, const stp_repair_plan *plan)
                         cJSON_GetArraySize(raised));
 }
 
-/* What was found in the place of lost metadata, as far as it is plain text. */
+/* Adds the damaged metadata as found, as far as it is plain text. */
 static void add_found(cJSON *repair, const stp_damaged *d)
 {
     char *text = strdup(d->metadata);
@@ -187,7 +187,7 @@ char *stp_repair_note_write(const stp_repair_plan *plan, const stp_repair_result
         repairs = cJSON_AddArrayToObject(json, "repaired");
     }
     renumber(json, plan);
-    cJSON_DeleteItemFromObjectCaseSensitive(json, "closed"); /* what is lost may have closed it */
+    cJSON_DeleteItemFromObjectCaseSensitive(json, "closed"); /* it may be open now */
     cJSON_AddNumberToObject(repair, "points_lost", (double)result->points_lost);
     cJSON_AddNumberToObject(repair, "stand_ins", (double)result->stand_ins);
     if (d->header_told)

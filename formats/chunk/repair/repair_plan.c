@@ -1,4 +1,4 @@
-/* What becomes of each chunk of a damaged file. */
+/* Plans what becomes of each chunk of a damaged file. */
 #include "formats/chunk/repair/repair_plan.h"
 
 #include "base/memory.h"
@@ -7,7 +7,7 @@
 
 #define NO_DEPTH UINT32_MAX
 
-/* Links as entries give them: a chunk's own, or that of the parent that lists it. */
+/* Links chunks by their entries: by their own, or by the entry of the parent that lists them. */
 static void link_known(stp_repair_plan *plan)
 {
     const stp_damaged *d = plan->damaged;
@@ -24,7 +24,7 @@ static void link_known(stp_repair_plan *plan)
             child->depth = e->depth + 1u;
         }
     }
-    /* an unknown chunk is one level above those that name it */
+    /* an unknown chunk is one level above the chunks that name it */
     for (uint32_t id = plan->count; id-- > 1;) {
         uint32_t parent = plan->nodes[id].parent;
         if (plan->nodes[id].depth != NO_DEPTH && parent != STP_CHUNK_NONE &&
@@ -33,8 +33,8 @@ static void link_known(stp_repair_plan *plan)
     }
 }
 
-/* In breadth-first order parents do not decrease: between two children of one chunk are others of
- * its children. */
+/* In breadth-first order parents do not decrease: all chunks between two children of one chunk are
+ * its children, too. */
 static void link_between(stp_repair_plan *plan)
 {
     uint32_t before = STP_CHUNK_NONE;
@@ -57,7 +57,8 @@ static void link_between(stp_repair_plan *plan)
     }
 }
 
-/* A parent comes before its children, or nothing here ends. */
+/* Cuts links to a parent that does not come before its child; else loops over the tree would not
+ * end. */
 static void cut_wrong_links(stp_repair_plan *plan)
 {
     plan->depth = 0;
@@ -80,7 +81,7 @@ static bool can_show(const stp_repair_plan *plan, uint32_t parent)
     return parent != STP_CHUNK_NONE && d->known[parent] && d->finest[parent] < STP_NOTHING_READABLE;
 }
 
-/* Children first. child_rebuilt: by id, whether a child's level 3 changes. */
+/* Chooses fates, children first. child_rebuilt: by id, whether a child's level 3 changes. */
 static void choose_fates(stp_repair_plan *plan, bool *child_rebuilt)
 {
     const stp_damaged *d = plan->damaged;

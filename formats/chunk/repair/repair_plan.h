@@ -1,4 +1,4 @@
-/* What becomes of each chunk of a damaged file.
+/* Plans what becomes of each chunk of a damaged file.
  *
  * Memory: some bytes a chunk. Threads: one. */
 #ifndef STP_FORMATS_CHUNK_REPAIR_REPAIR_PLAN_H
@@ -7,23 +7,23 @@
 #include "formats/chunk/repair/damaged.h"
 
 typedef enum stp_fate {
-    STP_FATE_GONE,   /* neither it nor its parent can be read: not in the output */
-    STP_FATE_KEPT,   /* payload byte by byte, unless its errors are raised */
-    STP_FATE_COARSE, /* a leaf of the levels that are left */
-    STP_FATE_PARENT, /* a leaf of what its parent shows in its place */
-    STP_FATE_REBUILT /* out of its children */
+    STP_FATE_GONE,   /* not in the output: neither the chunk nor its parent can be read */
+    STP_FATE_KEPT,   /* the payload is copied, unless its errors are raised */
+    STP_FATE_COARSE, /* a leaf built from the levels that are left */
+    STP_FATE_PARENT, /* a leaf built from what its parent shows in its place */
+    STP_FATE_REBUILT /* an inner chunk built from its children */
 } stp_fate;
 
 typedef struct stp_repair_node {
     stp_fate fate;
-    uint32_t parent; /* STP_CHUNK_NONE for the root, and where nothing tells it */
+    uint32_t parent; /* STP_CHUNK_NONE for the root, and if nothing tells the parent */
     uint32_t depth;
-    uint32_t child_count; /* of those not gone */
-    uint32_t child_index; /* among its parent's as the file has them */
-    stp_chunk *chunk;     /* what replaces the payload; NULL: nothing does */
+    uint32_t child_count; /* children that are not gone */
+    uint32_t child_index; /* its place among its parent's children in the damaged file */
+    stp_chunk *chunk;     /* replaces the payload; NULL: nothing does */
     stp_dvec3 origin;
     stp_carry *carry;           /* of a rebuilt chunk, by level-0 sample */
-    bool raised;                /* kept, but for some errors */
+    bool raised;                /* kept, but some errors are raised */
     uint32_t id;                /* in the output */
     uint64_t points, stand_ins; /* under it in the output */
 } stp_repair_node;

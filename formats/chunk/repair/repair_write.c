@@ -1,4 +1,4 @@
-/* A repaired file that is not its input's bytes. */
+/* Writes a repaired file that differs from its input. */
 #include "formats/chunk/repair/repair_write.h"
 
 #include "base/memory.h"
@@ -9,7 +9,7 @@
 typedef struct writing {
     stp_repair_plan *plan;
     stp_chunk_writer *writer;
-    stp_codec codec; /* of what is rebuilt where no entry tells */
+    stp_codec codec; /* of rebuilt chunks without an entry that tells */
     stp_dbox box;
     uint32_t *handles;   /* by id */
     uint32_t *counts;    /* by handle */
@@ -20,7 +20,7 @@ typedef struct writing {
 
 /* ---- counting ---- */
 
-/* Samples of an output leaf's level 0. */
+/* Level-0 samples of a leaf in the output. */
 static uint64_t leaf_samples(const stp_repair_plan *plan, uint32_t id)
 {
     const stp_chunk *chunk = plan->nodes[id].chunk;
@@ -28,7 +28,7 @@ static uint64_t leaf_samples(const stp_repair_plan *plan, uint32_t id)
                  : plan->damaged->entries[id].sample_count[0];
 }
 
-/* Ids in the output, and what is under each chunk there. */
+/* Gives chunks their ids in the output, and counts the points under each. */
 static void count_points(stp_repair_plan *plan, const bool *stood_in)
 {
     uint32_t next = 0;
@@ -49,7 +49,7 @@ static void count_points(stp_repair_plan *plan, const bool *stood_in)
     }
 }
 
-/* Points that the damaged file stored, less those that stood in for others already. */
+/* Points that the damaged file stored, without samples that stood in for others already. */
 static uint64_t points_before(const stp_repair_plan *plan, const bool *stood_in)
 {
     const stp_damaged *d = plan->damaged;
@@ -127,7 +127,7 @@ static int compare_placed(const void *a, const void *b)
     return x->id < y->id ? -1 : x->id > y->id;
 }
 
-/* In the order of the damaged file. */
+/* Appends chunks in the order of the damaged file. */
 static stp_status append_all(writing *w, stp_error *err)
 {
     stp_status status = STP_OK;

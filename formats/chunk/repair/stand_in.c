@@ -1,4 +1,4 @@
-/* Leaf chunks in place of ones that are lost. */
+/* Builds leaf chunks that stand in for lost ones. */
 #include "formats/chunk/repair/stand_in.h"
 
 #include "formats/chunk/measure/patch_bounds.h"
@@ -38,7 +38,7 @@ bool stp_patch_raise(stp_patch *patch, uint8_t error, uint8_t tangential_error)
     return raised;
 }
 
-/* Whether a patch is two-sided or closed. */
+/* Sets the patch's flags two-sided and closed from its samples. */
 static void mark_sides(stp_patch *patch, const stp_sample *samples)
 {
     unsigned common = UINT8_MAX;
@@ -50,7 +50,7 @@ static void mark_sides(stp_patch *patch, const stp_sample *samples)
         patch->flags |= STP_PATCH_CLOSED;
 }
 
-/* A patch of one quarter has its levels' errors. */
+/* Copies a patch's level errors into its quarters: it has one quarter. */
 static void fill_quarter(stp_patch *patch)
 {
     memset(patch->quarter_error, 0, sizeof patch->quarter_error);
@@ -63,7 +63,8 @@ static void fill_quarter(stp_patch *patch)
 
 /* ---- from coarser levels ---- */
 
-/* A strip stays one, through fewer vertices; what is left of triangles are discs. */
+/* Moves levels towards level 0. A strip stays a strip, through fewer vertices; triangles become
+ * discs. */
 static stp_patch shift_patch(const stp_patch *in, int shift)
 {
     stp_patch out = *in;
@@ -84,7 +85,7 @@ static stp_patch shift_patch(const stp_patch *in, int shift)
     return out;
 }
 
-/* Errors of a level over the new level 0, which are hardly greater than what is stored. */
+/* Measures errors of a level over the new level 0. They are hardly greater than the stored ones. */
 static void measure_level(const stp_chunk *chunk, uint32_t p, int level)
 {
     stp_patch *patch = &chunk->patches[p];
@@ -111,7 +112,7 @@ static void measure_patch(const stp_chunk *chunk, uint32_t p)
         raise_code(&patch->error[l], patch->error[l - 1]);
         raise_code(&patch->tangential_error[l], patch->tangential_error[l - 1]);
         raise_code(&patch->colour_error[l], patch->colour_error[l - 1]);
-        if (!(patch->flags & STP_PATCH_STRIP)) /* whose errors hold over fewer vertices, too */
+        if (!(patch->flags & STP_PATCH_STRIP)) /* a strip's errors hold over fewer vertices, too */
             measure_level(chunk, p, l);
     }
     fill_quarter(patch);
@@ -173,7 +174,7 @@ stp_status stp_stand_in_samples(const stp_chunk *parent, uint32_t child_index, s
     uint32_t count = 0, next = 0;
     const int level = parent->finest_level;
     const uint32_t *begin = parent->level_begin[level];
-    const bool linked = parent->linked && level == 0; /* a link is one of level 0 */
+    const bool linked = parent->linked && level == 0; /* links are of level 0 */
     for (uint32_t p = 0; p < parent->patch_count; p++)
         count += parent->patches[p].child == child_index ? parent->patches[p].counts[level] : 0u;
     if (count == 0)

@@ -1,4 +1,4 @@
-/* Everything that a chunk file promises, checked chunk by chunk on all threads. */
+/* Checks everything that a chunk file promises, chunk by chunk on all threads. */
 #include "formats/chunk/verify/verify.h"
 
 #include "base/memory.h"
@@ -22,13 +22,13 @@ typedef struct verification {
     stp_shelf *shelf;
     const stp_progress *progress;
     atomic_uint_fast64_t done_count;
-    atomic_uint_fast64_t joints; /* of strips: 0 where all meet */
+    atomic_uint_fast64_t joints; /* of strips: 0 if all joints meet */
 } verification;
 
-/* Chunks kept for those around them. */
+/* Chunks kept decoded for their neighbours. */
 #define SHELF_ROOM 64
 
-/* Where a fault is found; patch may be STP_CHUNK_NONE for the whole chunk. */
+/* Where a fault is found. */
 typedef struct place {
     const verification *v;
     const stp_chunk *chunk;
@@ -52,7 +52,7 @@ static stp_dbox world_box(const stp_chunk_entry *e)
                       stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
 }
 
-/* Of all chunks of its depth, in the file's order. */
+/* Surroundings from all chunks of the same depth, in the order of ids. */
 static stp_status find_surroundings(const place *at, stp_surroundings *out, stp_error *err)
 {
     const verification *v = at->v;
@@ -75,8 +75,8 @@ static stp_status find_surroundings(const place *at, stp_surroundings *out, stp_
     return status;
 }
 
-/* The recomputed perpendicular and colour errors, cones and bounds of every patch; then the
- * tangential errors, for which a patch's neighbours count. */
+/* Recomputes perpendicular and colour errors, cones and bounds of every patch; then tangential
+ * errors, which depend on the patch's neighbours. */
 static stp_status verify_errors(const place *at, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -130,8 +130,8 @@ static const char *check_sample(const place *at, const stp_patch *patch, const s
     return NULL;
 }
 
-/* A merged sample is marked as an outlier, and as closed, where all it covers are, and has the
- * least of their fits. */
+/* A merged sample must be marked as outlier, or as closed, if and only if all samples it covers
+ * are, and have the least of their fits. */
 static bool marks_agree(const stp_chunk *chunk, uint32_t index)
 {
     const uint8_t *counts = chunk->patches[index].counts;
@@ -184,7 +184,7 @@ static const char *check_error_order(const place *at, const stp_patch *patch)
     return NULL;
 }
 
-/* The patch's bound inside the chunk's box, its cone inside the chunk's. */
+/* The patch's bound must lie inside the chunk's box, and its cone inside the chunk's cone. */
 static const char *check_bound(const place *at, const stp_patch *patch)
 {
     const stp_chunk_entry *e = at->entry;
@@ -200,7 +200,7 @@ static const char *check_bound(const place *at, const stp_patch *patch)
     stp_dvec3 own = stp_dvec3_normalize(stp_dvec3_from_float(stp_normal_decode(patch->cone_axis)));
     double off = atan2(stp_dvec3_length(stp_dvec3_cross(axis, own)), stp_dvec3_dot(axis, own));
     double reach = fmin(off + stp_cone_angle_decode(patch->cone_angle), M_PI);
-    /* cone_angle is a float, rounded; M_PI itself rounds up. */
+    /* cone_angle is a rounded float; M_PI itself rounds up. */
     if (reach > (double)e->cone_angle + 1e-6)
         return "its normal cone reaches outside the chunk's";
     return NULL;
@@ -223,7 +223,7 @@ static stp_status check_patches(const place *at, stp_error *err)
     return STP_OK;
 }
 
-/* Level 0 of the patches that stand for a child is that child's level 3. */
+/* The level-0 samples of the patches that name a child must be the child's level 3. */
 static stp_status check_children(const place *at, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -266,7 +266,7 @@ done:
     return status;
 }
 
-/* What runtime reads of the metadata besides what opening the file checked. */
+/* Checks the metadata that runtime reads and that opening the file did not check. */
 static stp_status check_closed(const stp_chunk_file *file, stp_error *err)
 {
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
@@ -276,7 +276,7 @@ static stp_status check_closed(const stp_chunk_file *file, stp_error *err)
     return status;
 }
 
-/* Samples that stand in for lost points are as many as the metadata says. */
+/* As many samples must stand in for lost points as the metadata says. */
 static stp_status check_stand_ins(const verification *v, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -300,7 +300,7 @@ done:
     return status;
 }
 
-/* In a repaired file the strip that one continues may be lost. */
+/* All strips must meet where they continue. In a repaired file the other strip may be lost. */
 static stp_status check_joints(const verification *v, stp_error *err)
 {
     if (v->joints == 0 || stp_repair_note_sum(v->info->metadata_json).repairs > 0)

@@ -1,6 +1,6 @@
-/* Everything that a chunk file promises, checked: the library part of `stipple verify`.
+/* Checks everything that a chunk file promises: the library part of `stipple verify`.
  *
- * Reads every byte's checksum, decodes every chunk, and checks what formats/SPEC.md lists under
+ * Compares every checksum, decodes every chunk, and checks what formats/SPEC.md lists under
  * "Invariants". Memory: a few megabytes a thread. Does not modify the file. */
 #ifndef STP_FORMATS_CHUNK_VERIFY_VERIFY_H
 #define STP_FORMATS_CHUNK_VERIFY_VERIFY_H
@@ -9,8 +9,8 @@
 #include "base/progress.h"
 #include "formats/chunk/chunk_file.h"
 
-/* Stops at the first fault: of the directory, then of the chunk of the lowest id, whatever the
- * number of threads. The message names chunk and, where it has one, patch and byte. Errors: CORRUPT
+/* Stops at the first fault: of the directory, then of the chunk of lowest id, for any number of
+ * threads. The message names the chunk and, if the fault has them, patch and byte. Errors: CORRUPT
  * (a fault), IO, OUT_OF_MEMORY, UNSUPPORTED (codec), CANCELLED. */
 stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp_progress *progress,
                                  stp_error *err);

@@ -1,4 +1,4 @@
-/* Errors, cone and bound of a patch recomputed from its decoded samples. */
+/* Recomputes a patch's errors, cone and bound from its decoded samples. */
 #include "formats/chunk/verify/verify_errors.h"
 
 #include "formats/chunk/measure/patch_bounds.h"
@@ -49,7 +49,8 @@ static const char *check_level(const levels *l, const stp_patch *patch, int leve
     return fault;
 }
 
-/* Level 1's of a quarter to level 2's; whole levels follow, but for level 0's. */
+/* Whether no quarter's error shrinks from level 1 to level 2. Whole levels, except level 0, follow
+ * from their quarters. */
 static bool quarters_grow(const stp_patch *patch)
 {
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)

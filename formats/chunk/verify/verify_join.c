@@ -1,4 +1,4 @@
-/* The seam between a chunk and one of its children: the same samples on both sides. */
+/* Compares the samples on both sides of the joint between a chunk and one of its children. */
 #include "formats/chunk/verify/verify_join.h"
 
 #include "base/memory.h"
@@ -7,14 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A sample without its lattice: what must be equal, and where it stands. */
+/* A sample freed from its lattice: where it is in the world, and the fields that must be equal. */
 typedef struct joint {
     double position[3]; /* world */
     int32_t radius;     /* sixteenths of octaves over one world unit; INT32_MIN for none */
     uint8_t rest[9];    /* flags, normal, class, rgb, intensity */
     uint32_t patch;
-    uint32_t linked; /* of a linked parent: the child's patch that it is said to be */
-    double error;    /* perpendicular, of the level it stands in: orders equals, is not compared */
+    uint32_t linked; /* in a linked parent: the child's patch that first_below names */
+    double error;    /* perpendicular error of its level: orders equal samples, is not compared as a
+                        field */
 } joint;
 
 static joint joint_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin)
@@ -35,7 +36,7 @@ static joint joint_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 ori
     return j;
 }
 
-/* As samples; 0 for equal ones. */
+/* Order of samples; 0 if they are equal. */
 static int compare(const joint *x, const joint *y)
 {
     for (int i = 0; i < 3; i++)
@@ -46,7 +47,7 @@ static int compare(const joint *x, const joint *y)
     return memcmp(x->rest, y->rest, sizeof x->rest);
 }
 
-/* Equals by error, so that the least of one side meets the least of the other. */
+/* Orders equal samples by error, so that the least of one side meets the least of the other. */
 static int compare_order(const void *a, const void *b)
 {
     const joint *x = a;
@@ -83,7 +84,8 @@ static uint32_t collect(const stp_chunk *chunk, int level, int child, stp_dvec3 
     return count;
 }
 
-/* The first patch above one of whose links is wrong, or taken, STP_CHUNK_NONE for none. */
+/* Finds the first patch above with a link that is wrong, or taken by another sample; STP_CHUNK_NONE
+ * if there is none. */
 static stp_status find_wrong_link(const joint *above, const joint *below, uint32_t count,
                                   uint32_t *patch, stp_error *err)
 {
@@ -101,8 +103,8 @@ static stp_status find_wrong_link(const joint *above, const joint *below, uint32
     return status;
 }
 
-/* The first patch above that is not two-sided though one that it is linked to is, or is closed
- * though one is not. */
+/* Finds the first patch above that is linked to a two-sided patch and is not two-sided itself, or
+ * that is closed and linked to a patch that is not. */
 static uint32_t find_wrong_side(const stp_chunk *parent, uint32_t child_index,
                                 const stp_chunk *child)
 {
@@ -143,7 +145,7 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     for (uint32_t i = 0; !*fault && i < above_count; i++) {
         if (compare(&above[i], &below[i]) != 0)
             *fault = difference(&above[i], &below[i]);
-        /* Codes of different exponents are rounded apart by less than this. */
+        /* Codes of different exponents differ by less than this after rounding. */
         else if (below[i].error > above[i].error * (1.0 + 1e-6))
             *fault = "its error at level 0 is less than that of the child's patch vertices";
         if (*fault)

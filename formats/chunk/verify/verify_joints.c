@@ -1,4 +1,4 @@
-/* Strips that continue each other. */
+/* Numbers and sums the vertices at which strips continue each other. */
 #include "formats/chunk/verify/verify_joints.h"
 
 #include "formats/chunk/layout.h"

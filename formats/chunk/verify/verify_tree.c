@@ -1,5 +1,4 @@
-/* The part of verify that needs the directory alone: tree, sums, and that payloads tile the file.
- */
+/* Checks tree, sums and extents of payloads from the directory alone. */
 #include "formats/chunk/verify/verify_tree.h"
 
 #include "base/memory.h"

@@ -1,4 +1,5 @@
-/* The part of verify that needs the directory alone: tree, sums, and that payloads tile the file.
+/* The part of verify that needs only the directory: the tree, sums, and payloads that tile the
+ * file.
  *
  * Also gives the whole directory to the rest of verify. Threads: one per call. */
 #ifndef STP_FORMATS_CHUNK_VERIFY_VERIFY_TREE_H
@@ -9,7 +10,7 @@
 /* Reads all entries (as many as info says; free with free()) and checks them against each other.
  * Errors: CORRUPT, IO, OUT_OF_MEMORY. */
 stp_status stp_verify_tree(stp_chunk_file *file, stp_chunk_entry **entries, stp_error *err);
-/* That entries which were read make a tree: what following them relies on. Errors: CORRUPT. */
+/* Checks that entries form a tree, so that code can follow their links. Errors: CORRUPT. */
 stp_status stp_verify_tree_entries(const stp_chunk_file *file, const stp_chunk_entry *entries,
                                    stp_error *err);
 

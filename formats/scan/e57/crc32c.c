@@ -1,4 +1,4 @@
-/* CRC-32C (Castagnoli), eight bytes at a step. */
+/* CRC-32C (Castagnoli), eight bytes per step. */
 #include "formats/scan/e57/crc32c.h"
 
 #include <string.h>

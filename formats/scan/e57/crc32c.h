@@ -1,4 +1,4 @@
-/* CRC-32C (Castagnoli): polynomial 0x1EDC6F41, bits reflected, inverted at begin and end. */
+/* CRC-32C (Castagnoli): polynomial 0x1EDC6F41, reflected bits, inverted at begin and end. */
 #ifndef STP_FORMATS_SCAN_E57_CRC32C_H
 #define STP_FORMATS_SCAN_E57_CRC32C_H
 

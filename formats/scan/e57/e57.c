@@ -1,4 +1,4 @@
-/* E57 files as a stream of points. */
+/* Reads E57 files as a stream of points. */
 #include "formats/scan/e57/e57.h"
 
 #include "base/checked.h"
@@ -16,14 +16,14 @@
 typedef struct reader {
     stp_e57_pages pages;
     stp_e57_document document;
-    stp_e57_vector vector; /* of the scan being read */
+    stp_e57_vector vector; /* of the scan that is being read */
     size_t next_scan;
     uint64_t points_left; /* of all scans */
-    uint16_t station;     /* of the scan being read; 0: unknown */
+    uint16_t station;     /* of the scan that is being read; 0: unknown */
     stp_e57_pose pose;
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
-    stp_dvec3 *stations, *ups; /* each scan's that has one, in their order, and its z axis */
+    stp_dvec3 *stations, *ups; /* positions and z axes of scans that have a station, in order */
     uint16_t station_count, stations_begun;
     stp_scan_note notes[2];
 } reader;
@@ -36,15 +36,15 @@ static bool has_all(const stp_e57_scan *scan, stp_e57_target first, stp_e57_targ
     return true;
 }
 
-/* Leaves out the fields from first to last. */
+/* Marks the fields from first to last as not used. */
 static void drop(reader *r, stp_e57_scan *scan, stp_e57_target first, stp_e57_target last)
 {
     for (int t = (int)first; t <= (int)last; t++)
         stp_e57_leave_out(&r->document, scan, (stp_e57_target)t);
 }
 
-/* Fields of which a part is missing, of which there is a better one, or that say of another that is
- * not there whether it is valid, are left out. */
+/* Drops fields that cannot be used: a part is missing, there is a better field, or the field says
+ * whether a missing field is valid. */
 static void drop_useless(reader *r, stp_e57_scan *scan)
 {
     if (!has_all(scan, STP_E57_X, STP_E57_Z)) {
@@ -63,7 +63,7 @@ static void drop_useless(reader *r, stp_e57_scan *scan)
         drop(r, scan, STP_E57_INTENSITY_INVALID, STP_E57_INTENSITY_INVALID);
 }
 
-static stp_status settle_scan(reader *r, stp_e57_scan *scan, stp_error *err)
+static stp_status decide_scan(reader *r, stp_e57_scan *scan, stp_error *err)
 {
     if (!scan->has_points)
         scan->record_count = 0;
@@ -89,21 +89,21 @@ static stp_status settle_scan(reader *r, stp_e57_scan *scan, stp_error *err)
     return STP_OK;
 }
 
-/* Whether the scan was seen from where its pose is: see e57.h. */
+/* True if the scan was seen from its pose: see e57.h. */
 static bool has_station(const stp_e57_scan *scan, const stp_e57_pose *pose)
 {
     return scan->record_count > 0 && scan->has_pose && (!pose->is_identity || scan->has_grid);
 }
 
-/* Finds a wrong section before the first point is read, and scans that share their bytes: together
- * they may not be more than the file. *bits is the sum so far. */
+/* Rejects a wrong section before the first point is read, and scans that share their bytes:
+ * together they may not be larger than the file. *bits is the sum so far. */
 static stp_status check_section(reader *r, const stp_e57_scan *scan, uint64_t *bits, stp_error *err)
 {
     stp_status status = STP_OK;
     if (scan->record_count == 0)
         return STP_OK;
     STP_TRY(stp_e57_vector_open(&r->vector, &r->pages, scan, err));
-    /* No overflow: the vector's section holds that many bits. */
+    /* No overflow: the vector's section holds this many bits. */
     if (!stp_add_u64(*bits, scan->record_count * scan->record_bits, bits) ||
         *bits / 8 > r->pages.size)
         return stp_error_set(
@@ -116,7 +116,7 @@ done:
     return status;
 }
 
-static stp_status settle_scans(reader *r, stp_error *err)
+static stp_status decide_scans(reader *r, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_e57_pose pose;
@@ -125,7 +125,7 @@ static stp_status settle_scans(reader *r, stp_error *err)
     STP_TRY(stp_alloc(&r->ups, r->document.scan_count, sizeof *r->ups, "stations", err));
     for (size_t i = 0; i < r->document.scan_count; i++) {
         stp_e57_scan *scan = &r->document.scans[i];
-        STP_TRY(settle_scan(r, scan, err));
+        STP_TRY(decide_scan(r, scan, err));
         STP_TRY(stp_e57_pose_of(&pose, scan, r->pages.path, err));
         if (has_station(scan, &pose)) {
             r->ups[r->station_count] = stp_e57_rotate(&pose, (stp_dvec3){0.0, 0.0, 1.0});
@@ -140,7 +140,7 @@ done:
     return status;
 }
 
-/* The finest scale of whole coordinates; 0 where a scan has others. */
+/* The finest scale of whole coordinates; 0 if a scan has others. */
 static double coordinate_step(const stp_e57_document *document)
 {
     double step = INFINITY;
@@ -174,7 +174,7 @@ static void fill_info(reader *r, stp_scan_info *info)
         r->notes[info->note_count++] = (stp_scan_note){"left_out", r->document.left_out.text};
 }
 
-/* The records' positions in the scan's own coordinates. */
+/* Sets the records' positions, in the scan's own coordinates. */
 static void set_positions(const reader *r, stp_point *points, size_t count)
 {
     const double(*c)[STP_E57_BLOCK_POINTS] = r->vector.columns;
@@ -192,7 +192,7 @@ static void set_positions(const reader *r, stp_point *points, size_t count)
     }
 }
 
-/* States: 0 valid, 1 the direction alone, 2 nothing. */
+/* Sets rejects from the records' states: 0 valid, 1 only the direction, 2 nothing. */
 static void set_rejects(const reader *r, stp_point *points, size_t count)
 {
     const stp_e57_scan *scan = r->vector.scan;
@@ -225,7 +225,7 @@ static void set_normals(const reader *r, stp_point *points, size_t count)
             &r->pose, (stp_dvec3){c[STP_E57_NX][i], c[STP_E57_NY][i], c[STP_E57_NZ][i]}));
 }
 
-/* Is the value of this record there, by the field for that? */
+/* True if the record's value is valid according to the field `invalid`. */
 static bool is_valid(const reader *r, stp_e57_target invalid, size_t i)
 {
     return !r->vector.scan->fields[invalid].present || r->vector.columns[invalid][i] == 0.0;
@@ -274,7 +274,7 @@ static void columns_to_points(const reader *r, stp_point *points, size_t count)
     set_scalars(r, points, count);
 }
 
-/* Goes to the next scan that has points; the caller knows that there is one. */
+/* Goes to the next scan that has points. The caller knows that there is one. */
 static stp_status begin_scan(reader *r, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -333,8 +333,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     r->pages.descriptor = -1;
     STP_TRY(stp_e57_pages_open(&r->pages, path, err));
     STP_TRY(stp_e57_xml_read(&r->document, &r->pages, err));
-    STP_TRY(settle_scans(r, err));
-    r->vector.scan = NULL; /* the ranges looked ahead */
+    STP_TRY(decide_scans(r, err));
+    r->vector.scan = NULL; /* finding the ranges moved the vector */
     fill_info(r, info);
 done:
     return status;

@@ -1,17 +1,18 @@
-/* E57 files (ASTM E2807) as a stream of points: all scans of data3D, one after the other.
+/* Reads E57 files (ASTM E2807) as a stream of points: all scans of data3D, one after the other.
  *
- * Read are cartesian coordinates, else spherical ones, in the file's coordinates by each scan's
- * pose; normals (of the extension for them), colours, intensity and classification; the rest of the
- * fields is the note "left_out", coordinateMetadata the note "wkt". A record of which only the
- * direction is valid is a ray without a return; one that is not valid at all, or of which the state
- * is no number of the standard, an invalid point. A scan that has a pose has a station there; but a
- * pose that changes nothing says so only of a scan with spherical coordinates or with rows or
- * columns, since programs write it for merged clouds too.
+ * Fields that are read: cartesian coordinates, else spherical ones; normals (of the extension for
+ * normals), colours, intensity and classification. Each scan's pose takes its coordinates to the
+ * file's. The note "left_out" names the other fields; coordinateMetadata is the note "wkt". If only
+ * the direction of a record is valid, the record is a ray without a return. If the record is not
+ * valid at all, or its state is no number of the standard, it is an invalid point. A scan with a
+ * pose has a station at the pose. Programs also write a pose that changes nothing for merged
+ * clouds. So such a pose gives a station only if the scan has spherical coordinates, or rows or
+ * columns.
  *
  * Intensities and colours: the file's limits (of all scans together, so that scans stay comparable)
- * stand for 0..65535, else the bounds of the field, else what value_range.h tells from up to 65,536
- * points of each scan. Points without a colour where others have one are light grey. Memory: about
- * 1.5 MiB, and 2 KiB for each scan. Images are not read. Threads: one at a time. */
+ * map to 0..65535. Without limits the bounds of the field do, else the range that value_range.h
+ * finds in up to 65,536 points of each scan. If some points have a colour, the others are light
+ * grey. Memory: about 1.5 MiB, and 2 KiB per scan. Images are not read. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_E57_E57_H
 #define STP_FORMATS_SCAN_E57_E57_H
 

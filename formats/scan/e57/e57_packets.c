@@ -1,4 +1,4 @@
-/* The packets of an E57 scan's compressed vector. */
+/* Reads the packets of an E57 scan's compressed vector. */
 #include "formats/scan/e57/e57_packets.h"
 
 #include "base/checked.h"
@@ -9,7 +9,7 @@
 
 enum { PACKET_INDEX, PACKET_DATA, PACKET_EMPTY };
 
-/* Little-endian, as they stand in the file. */
+/* Little-endian, as in the file. */
 typedef struct section_header {
     uint8_t id, reserved[7];
     uint64_t size, data_physical, index_physical;
@@ -20,7 +20,7 @@ typedef struct packet_header {
     uint16_t size_minus_1;
 } packet_header;
 
-#define DATA_HEADER_BYTES 6u /* that, and the number of bytestreams */
+#define DATA_HEADER_BYTES 6u /* the packet header and the number of bytestreams */
 
 static stp_status fault(const stp_e57_section *s, uint64_t at, const char *what, uint64_t found,
                         stp_error *err)
@@ -72,7 +72,7 @@ stp_e57_cursor stp_e57_section_start(const stp_e57_section *s, uint32_t stream)
     return (stp_e57_cursor){.stream = stream, .packet = s->first};
 }
 
-/* The next data packet from *at on: its address, and its size; size 0 at the section's end. */
+/* Finds the next data packet from *at on: its address and size; size 0 at the section's end. */
 static stp_status find_data(stp_e57_section *s, uint64_t *at, uint32_t *size, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -101,7 +101,7 @@ static uint32_t two_bytes(const unsigned char *bytes)
     return bytes[0] | (uint32_t)bytes[1] << 8;
 }
 
-/* That the bytestreams are as many as there are fields and fill the packet at most. */
+/* Checks that there are as many bytestreams as fields and that they fit into the packet. */
 static stp_status check_streams(const stp_e57_section *s, const stp_e57_packet *packet,
                                 uint32_t size, stp_error *err)
 {
@@ -121,7 +121,7 @@ static stp_status check_streams(const stp_e57_section *s, const stp_e57_packet *
     return STP_OK;
 }
 
-/* Gives the data packet at or behind this address; NULL at the section's end. */
+/* Gets the first data packet at or after this address; NULL at the section's end. */
 static stp_status get_packet(stp_e57_section *s, uint64_t at, const stp_e57_packet **out,
                              stp_error *err)
 {
@@ -143,8 +143,8 @@ static stp_status get_packet(stp_e57_section *s, uint64_t at, const stp_e57_pack
     if (size == 0)
         return STP_OK;
     if (at != from)
-        return get_packet(s, at, out, err); /* once: there is one at `at` */
-    oldest->at = 0;                         /* while it is being filled */
+        return get_packet(s, at, out, err); /* recurses only once: there is a packet at `at` */
+    oldest->at = 0;                         /* invalid while it is being filled */
     STP_TRY(stp_e57_pages_read(s->pages, at, oldest->bytes, size, err));
     oldest->at = at;
     oldest->next = at + size;
@@ -159,7 +159,7 @@ done:
     return status;
 }
 
-/* Begin and end of a bytestream's part in a packet. */
+/* Finds begin and end of a bytestream's part in a packet. */
 static void find_stream(const stp_e57_packet *packet, stp_e57_cursor *cursor)
 {
     const unsigned char *sizes = packet->bytes + DATA_HEADER_BYTES;

@@ -1,9 +1,10 @@
-/* The compressed vector of an E57 scan: its section's packets, and the bytestreams cut up in them.
+/* Reads the compressed vector of an E57 scan: the packets of its section, and the bytestreams that
+ * are cut up into the packets.
  *
  * A section is a header and packets of at most 64 KiB: data, index or empty. A data packet has the
- * next bytes of every field's bytestream; how many of each is the writer's choice, so fields are
- * not in step, and each is read with a cursor of its own. Packets in use are kept, as many as there
- * are cursors, so that each is read about once. Memory: those packets, 64 KiB for each of
+ * next bytes of every field's bytestream. The writer chooses how many of each, so the fields are
+ * not in step and each field has a cursor of its own. As many packets are kept as there are
+ * cursors, so that each packet is read about once. Memory: those packets, 64 KiB for each of
  * STP_E57_PACKETS_KEPT. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_E57_E57_PACKETS_H
 #define STP_FORMATS_SCAN_E57_E57_PACKETS_H
@@ -21,34 +22,34 @@
 
 /* A data packet. */
 typedef struct stp_e57_packet {
-    uint64_t at, next;  /* logical addresses of it and of what follows; at 0: none */
-    uint64_t last_used; /* in the order of uses */
+    uint64_t at, next;  /* logical addresses of the packet and of what follows; at 0: no packet */
+    uint64_t last_used; /* number of the last use */
     unsigned char bytes[STP_E57_PACKET_BYTES];
 } stp_e57_packet;
 
 typedef struct stp_e57_section {
     stp_e57_pages *pages; /* borrowed */
-    uint64_t first, end;  /* logical: of the first packet, and behind the last */
+    uint64_t first, end;  /* logical addresses of the first packet and of the end of the last */
     uint32_t stream_count;
     uint64_t uses;
     stp_e57_packet packets[STP_E57_PACKETS_KEPT];
 } stp_e57_section;
 
-/* Where a bytestream is read. */
+/* The place where a bytestream is read. */
 typedef struct stp_e57_cursor {
     uint32_t stream;
-    uint64_t packet;  /* logical address, of one to be looked for from here on if size is 0 */
+    uint64_t packet;  /* logical address; if size is 0, search for a packet from here on */
     uint32_t at, end; /* unread bytes in the packet */
 } stp_e57_cursor;
 
-/* Reads the section's header and finds its first packet. *section may hold another one's packets.
- * Errors: IO, CORRUPT. */
+/* Reads the section's header and finds its first packet. *section may still hold another section's
+ * packets. Errors: IO, CORRUPT. */
 stp_status stp_e57_section_open(stp_e57_section *section, stp_e57_pages *pages,
                                 const stp_e57_scan *scan, stp_error *err);
-/* A cursor at the begin of a bytestream. */
+/* Returns a cursor at the begin of a bytestream. */
 stp_e57_cursor stp_e57_section_start(const stp_e57_section *section, uint32_t stream);
-/* Takes up to size bytes of the bytestream, to out or nowhere (NULL); fewer, *got < size, only at
- * its end. Errors: IO, CORRUPT. */
+/* Takes up to size bytes of the bytestream into out, or drops them if out is NULL. Takes fewer
+ * (*got < size) only at its end. Errors: IO, CORRUPT. */
 stp_status stp_e57_section_take(stp_e57_section *section, stp_e57_cursor *cursor,
                                 unsigned char *out, size_t size, size_t *got, stp_error *err);
 

@@ -1,4 +1,4 @@
-/* The pages of an E57 file. */
+/* Reads the pages of an E57 file. */
 #include "formats/scan/e57/e57_pages.h"
 
 #include "base/checked.h"
@@ -9,7 +9,7 @@
 
 #define VERSION_MAJOR 1u
 
-/* Little-endian, as they stand in the file. */
+/* Little-endian, as in the file. */
 typedef struct file_header {
     char magic[8];
     uint32_t version_major, version_minor;
@@ -37,7 +37,7 @@ static stp_status check_page(const stp_e57_pages *p, uint64_t index, const unsig
                          expected);
 }
 
-/* Brings pages into the block and checks them, where they are not there yet. */
+/* Loads pages into the block and checks them, if they are not there yet. */
 static stp_status load_pages(stp_e57_pages *p, uint64_t first, uint64_t count, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -54,7 +54,7 @@ done:
     return status;
 }
 
-/* Reads what fits into a block. */
+/* Reads the part that fits into a block. */
 static stp_status read_part(stp_e57_pages *p, uint64_t logical, unsigned char *out, size_t part,
                             stp_error *err)
 {
@@ -141,7 +141,7 @@ static stp_status read_header(stp_e57_pages *p, uint64_t file_size, stp_error *e
                              "%s has %llu bytes, less than one page of an E57 file (%u): the file "
                              "was cut; copy or export it again",
                              p->path, (unsigned long long)file_size, STP_E57_PAGE_BYTES);
-    /* Before the page's checksum: another version may have another one. */
+    /* Check the version before the page's checksum: another version may have another checksum. */
     STP_TRY(stp_file_read_at(p->descriptor, p->path, 0, &h, sizeof h, err));
     if (memcmp(h.magic, "ASTM-E57", sizeof h.magic) != 0)
         return stp_error_set(err, STP_FORMAT, "%s is no E57 file: it does not begin with ASTM-E57",

@@ -1,9 +1,9 @@
-/* The pages of an E57 file (ASTM E2807): its header, and the bytes behind the checksums.
+/* Reads the pages of an E57 file (ASTM E2807): its header, and the bytes without the checksums.
  *
- * The file is pages of 1,024 bytes, of which the last four are the CRC-32C of the others, most
- * significant byte first. An address in the file is physical where it counts the checksums and
- * logical where it does not. Every page that is read is checked. Memory: one block of pages.
- * Threads: one at a time. */
+ * The file consists of pages of 1,024 bytes. The last four bytes of a page are the CRC-32C of the
+ * others, most significant byte first. A physical address counts the checksums, a logical address
+ * does not. Every page that is read is checked. Memory: one block of pages. Threads: one at a time.
+ */
 #ifndef STP_FORMATS_SCAN_E57_E57_PAGES_H
 #define STP_FORMATS_SCAN_E57_E57_PAGES_H
 
@@ -28,15 +28,15 @@ typedef struct stp_e57_pages {
     unsigned char block[STP_E57_BLOCK_PAGES * STP_E57_PAGE_BYTES];
 } stp_e57_pages;
 
-/* Reads and checks the header. *pages is to be closed even after a failure. path must outlive it.
- * Errors: NOT_FOUND, IO, FORMAT, VERSION, UNSUPPORTED (other pages), CORRUPT. */
+/* Reads and checks the header. Close *pages even after a failure. path must outlive it. Errors:
+ * NOT_FOUND, IO, FORMAT, VERSION, UNSUPPORTED (another page size), CORRUPT. */
 stp_status stp_e57_pages_open(stp_e57_pages *pages, const char *path, stp_error *err);
 void stp_e57_pages_close(stp_e57_pages *pages);
-/* Logical address of a physical one; `what` names the thing in the message. Errors: CORRUPT (in a
- * checksum or behind the end). */
+/* Converts a physical address to a logical one. `what` names the thing in the message. Errors:
+ * CORRUPT (the address is in a checksum or beyond the end). */
 stp_status stp_e57_pages_logical(const stp_e57_pages *pages, uint64_t physical, const char *what,
                                  uint64_t *logical, stp_error *err);
-/* Physical address of a logical one: for messages. */
+/* Converts a logical address to a physical one, for messages. */
 static inline uint64_t stp_e57_physical(uint64_t logical)
 {
     return logical / STP_E57_PAYLOAD_BYTES * STP_E57_PAGE_BYTES + logical % STP_E57_PAYLOAD_BYTES;

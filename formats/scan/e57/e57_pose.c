@@ -1,4 +1,4 @@
-/* Where a scan of an E57 file stands. */
+/* The pose of a scan in an E57 file. */
 #include "formats/scan/e57/e57_pose.h"
 
 #include <math.h>
@@ -7,7 +7,8 @@ stp_status stp_e57_pose_of(stp_e57_pose *pose, const stp_e57_scan *scan, const c
                            stp_error *err)
 {
     const double *n = scan->numbers;
-    /* Without a rotation it is none; a number that is missing or empty is zero. */
+    /* Without a rotation, the rotation is the identity. A number that is missing or empty is zero.
+     */
     const bool rotated = scan->given & (0xFu << STP_E57_ROTATION_W);
     double w = rotated ? n[STP_E57_ROTATION_W] : 1.0;
     double x = n[STP_E57_ROTATION_X], y = n[STP_E57_ROTATION_Y], z = n[STP_E57_ROTATION_Z];

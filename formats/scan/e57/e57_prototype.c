@@ -1,4 +1,4 @@
-/* The fields of an E57 scan's points. */
+/* Reads the fields of an E57 scan's points. */
 #include "formats/scan/e57/e57_prototype.h"
 
 #include "base/checked.h"
@@ -23,7 +23,7 @@ bool stp_e57_attribute_number(const char *const *attributes, const char *name, d
     return !text || (stp_number_parse(text, text + strlen(text), out) && isfinite(*out));
 }
 
-/* A whole number with its sign, all of 64 bits. */
+/* Gets a signed whole number of up to 64 bits. */
 static bool attribute_integer(const char *const *attributes, const char *name, int64_t otherwise,
                               int64_t *out)
 {
@@ -75,7 +75,8 @@ static const char *read_float(stp_e57_field *field, const char *const *attribute
         return "has a precision other than single and double";
     field->type = is_single ? STP_E57_FLOAT : STP_E57_DOUBLE;
     field->bits = is_single ? 32 : 64;
-    /* The whole range of the type says nothing, and is often beyond what a double's text can. */
+    /* Bounds that are the whole range of the type say nothing. As text they often exceed what a
+     * double can hold. */
     field->is_bounded = stp_e57_attribute(attributes, "minimum") &&
                         stp_e57_attribute(attributes, "maximum") &&
                         stp_e57_attribute_number(attributes, "minimum", 0.0, &field->low) &&

@@ -1,4 +1,4 @@
-/* Which values of an E57 file stand for no and full intensity and colour. */
+/* Finds the values of an E57 file that mean no and full intensity and colour. */
 #include "formats/scan/e57/e57_ranges.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@ static bool is_range(stp_value_range r)
     return r.high > r.low;
 }
 
-/* Greatest value of the targets from first to last in the scan's first points. */
+/* Finds the greatest value of the targets from first to last in the scan's first points. */
 static stp_status look(const stp_e57_scan *scan, stp_e57_target first, stp_e57_target last,
                        stp_e57_vector *v, stp_e57_pages *pages, double *maximum, stp_error *err)
 {
@@ -23,14 +23,14 @@ static stp_status look(const stp_e57_scan *scan, stp_e57_target first, stp_e57_t
         STP_TRY(stp_e57_vector_read(v, count, err));
         for (int t = (int)first; t <= (int)last; t++)
             for (size_t i = 0; i < count; i++)
-                *maximum = fmax(*maximum, v->columns[t][i]); /* fmax passes over NaN */
+                *maximum = fmax(*maximum, v->columns[t][i]); /* fmax ignores NaN */
         left -= count;
     }
 done:
     return status;
 }
 
-/* What the scan says, else what its points do. */
+/* Finds the range from the scan's limits, else from its points. */
 static stp_status find(const stp_e57_scan *scan, stp_e57_target first, stp_e57_target last,
                        stp_value_range said, stp_e57_vector *v, stp_e57_pages *pages,
                        stp_value_range *range, stp_error *err)
@@ -59,8 +59,8 @@ static stp_value_range slots(const stp_e57_scan *scan, stp_e57_slot minimum, stp
     return (stp_value_range){scan->numbers[minimum], scan->numbers[maximum]};
 }
 
-/* Limits of colours should be what the camera can give, but some programs write what it gave: so
- * whole numbers of 8 bits are that, and nothing begins above black. */
+/* Limits of colours should be what the camera can give, but some programs write what it gave. So
+ * 8-bit whole numbers have the range 0..255, and no range begins above 0. */
 static stp_value_range said_of_colours(const stp_e57_scan *scan)
 {
     const stp_e57_field *red = &scan->fields[STP_E57_RED];

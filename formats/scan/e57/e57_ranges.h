@@ -1,17 +1,17 @@
-/* Which values of an E57 file stand for no and full intensity and colour. */
+/* Finds the values of an E57 file that mean no and full intensity and colour. */
 #ifndef STP_FORMATS_SCAN_E57_E57_RANGES_H
 #define STP_FORMATS_SCAN_E57_E57_RANGES_H
 
 #include "formats/scan/e57/e57_vector.h"
 #include "formats/scan/value_range.h"
 
-/* Of all scans together; high <= low where no scan has such a field. */
+/* For all scans together; high <= low if no scan has the field. */
 typedef struct stp_e57_ranges {
     stp_value_range intensity, colour;
 } stp_e57_ranges;
 
-/* vector is used to look at the points of scans that do not say. Errors: as stp_e57_vector_open and
- * read. */
+/* vector reads points of scans that do not give their limits. Errors: as stp_e57_vector_open and
+ * stp_e57_vector_read. */
 stp_status stp_e57_ranges_find(stp_e57_ranges *ranges, const stp_e57_document *document,
                                stp_e57_vector *vector, stp_e57_pages *pages, stp_error *err);
 

@@ -1,9 +1,9 @@
-/* The points of an E57 scan as columns of numbers. */
+/* Reads the points of an E57 scan as columns of numbers. */
 #include "formats/scan/e57/e57_vector.h"
 
 #include <string.h>
 
-/* Writers fill whole numbers of few bits up to their word: more than that is more values. */
+/* Writers pad whole numbers of few bits to a word. More bytes than that are more values. */
 #define PADDING_BYTES 8u
 
 static stp_status check_count(const stp_e57_vector *v, stp_error *err)
@@ -15,7 +15,7 @@ static stp_status check_count(const stp_e57_vector *v, stp_error *err)
                              "%s: a scan of %llu points that are all the same one: export it as "
                              "one point",
                              v->section.pages->path, (unsigned long long)scan->record_count);
-    /* No overflow: sections are smaller than files, of which sizes have 63 bits at most. */
+    /* No overflow: a section is smaller than its file, and file sizes have at most 63 bits. */
     if (scan->record_bits == 0 || scan->record_count <= bytes * 8 / scan->record_bits)
         return STP_OK;
     return stp_error_set(err, STP_CORRUPT,
@@ -59,7 +59,7 @@ static void unpack_integers(const stp_e57_field *field, const stp_e57_stream *st
         raw >>= shift;
         if (shift + bits > 64)
             raw |= (uint64_t)bytes[8] << (64 - shift);
-        /* In two's complement, so that any minimum may be taken away and given back. */
+        /* Add in two's complement, which works for any minimum. */
         const int64_t value = (int64_t)((uint64_t)field->minimum + (raw & mask));
         out[i] = (double)value * field->scale + field->offset;
     }
@@ -112,7 +112,7 @@ done:
     return status;
 }
 
-/* That no bytestream goes on behind the last record: the points it has would be lost silently. */
+/* Checks that no bytestream goes on after the last record: its points would be lost silently. */
 static stp_status check_rest(stp_e57_vector *v, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,9 +1,8 @@
-/* The points of an E57 scan as columns of numbers: bytestreams unpacked field by field.
+/* Reads the points of an E57 scan as columns of numbers: unpacks bytestreams field by field.
  *
- * Whole numbers of b bits stand one after the other from the lowest bit of the first byte on,
- * across bytes and packets; floats in 4 or 8 bytes, little-endian; a field of 0 bits has one value
- * and no bytes. Memory: the packets in use and a block of values of each field. Threads: one at a
- * time. */
+ * Whole numbers of b bits follow each other from the lowest bit of the first byte on, across bytes
+ * and packets. Floats are 4 or 8 bytes, little-endian. A field of 0 bits has one value and no
+ * bytes. Memory: the packets in use and a block of values per field. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_E57_E57_VECTOR_H
 #define STP_FORMATS_SCAN_E57_E57_VECTOR_H
 
@@ -15,12 +14,13 @@
 
 #define STP_E57_BLOCK_POINTS 512u
 
-/* A bytestream being unpacked. */
+/* A bytestream that is being unpacked. */
 typedef struct stp_e57_stream {
     stp_e57_cursor cursor;
-    uint32_t bit;  /* of the first byte, where the next value begins: 0 to 7 */
-    size_t staged; /* bytes taken, but not unpacked: 0 or 1 */
-    /* A block of the widest values from any bit on, and what a read of 9 bytes may touch. */
+    uint32_t bit;  /* bit of the first byte where the next value begins: 0 to 7 */
+    size_t staged; /* bytes taken but not unpacked: 0 or 1 */
+    /* Room for a block of the widest values from any bit on, and for what a 9-byte read may touch.
+     */
     unsigned char bytes[8 * STP_E57_BLOCK_POINTS + 24];
 } stp_e57_stream;
 
@@ -32,13 +32,13 @@ typedef struct stp_e57_vector {
     double columns[STP_E57_TARGET_COUNT][STP_E57_BLOCK_POINTS];
 } stp_e57_vector;
 
-/* Goes to the first record of a scan, whose recordCount is checked against its section. Errors: IO,
+/* Goes to the first record of a scan and checks its recordCount against its section. Errors: IO,
  * CORRUPT, LIMIT. */
 stp_status stp_e57_vector_open(stp_e57_vector *vector, stp_e57_pages *pages,
                                const stp_e57_scan *scan, stp_error *err);
-/* The next count <= STP_E57_BLOCK_POINTS records, which the scan has, into the columns of the
- * fields that it has; behind the last one it is checked that the packets hold no more. Errors: IO,
- * CORRUPT. */
+/* Reads the next count <= STP_E57_BLOCK_POINTS records, which must exist, into the columns of the
+ * scan's fields. After the last record, checks that the packets hold no more. Errors: IO, CORRUPT.
+ */
 stp_status stp_e57_vector_read(stp_e57_vector *vector, size_t count, stp_error *err);
 
 #endif

@@ -1,4 +1,4 @@
-/* The XML section of an E57 file. */
+/* Reads the XML section of an E57 file. */
 #include "formats/scan/e57/e57_xml.h"
 
 #include "base/memory.h"
@@ -20,10 +20,10 @@
 #define NUMBER_BYTES_MAX 128u
 #define CHUNK_BYTES 32768u
 
-/* What an element is, by its place in the tree. */
+/* The meaning of an element, by its place in the tree. */
 typedef enum node {
     NODE_DOCUMENT,
-    NODE_OTHER, /* passed over, with all below it */
+    NODE_OTHER, /* skipped, with everything below */
     NODE_ROOT,
     NODE_WKT,
     NODE_DATA3D,
@@ -36,8 +36,8 @@ typedef enum node {
     NODE_NUMBER,
     NODE_POINTS,
     NODE_PROTOTYPE,
-    NODE_FIELD,       /* in the prototype, with a value */
-    NODE_FIELD_GROUP, /* in the prototype, with fields in it */
+    NODE_FIELD,       /* in the prototype, has a value */
+    NODE_FIELD_GROUP, /* in the prototype, has fields in it */
 } node;
 
 typedef struct reader {
@@ -48,7 +48,7 @@ typedef struct reader {
     stp_status status;
     node stack[DEPTH_MAX];
     uint32_t depth;
-    stp_e57_scan *scan;   /* being read; NULL outside */
+    stp_e57_scan *scan;   /* the scan that is being read; NULL outside */
     stp_e57_slot slot;    /* of a NODE_NUMBER */
     double scale, offset; /* of a NODE_NUMBER */
     char number[NUMBER_BYTES_MAX];
@@ -60,7 +60,7 @@ typedef struct reader {
 static void fault(reader *r, stp_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Ends parsing with a sentence; the first one stays. */
+/* Ends parsing with a message. The first message stays. */
 static void fault(reader *r, stp_status status, const char *format, ...)
 {
     char detail[400];
@@ -75,7 +75,7 @@ static void fault(reader *r, stp_status status, const char *format, ...)
     XML_StopParser(r->parser, XML_FALSE);
 }
 
-/* Elements with a meaning: by their parent's and their name. */
+/* The elements that have a meaning, by parent and name. */
 static const struct meaning {
     node parent;
     const char *name;
@@ -213,7 +213,7 @@ static void begin_element(void *data, const char *name, const char **attributes)
 
 static void end_number(reader *r)
 {
-    double value = 0.0; /* of an element without text */
+    double value = 0.0; /* the value of an element without text */
     const char *begin = r->number, *end = r->number + r->number_bytes;
     while (begin < end && strchr(" \t\r\n", *begin))
         begin++;

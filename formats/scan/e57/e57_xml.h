@@ -1,10 +1,11 @@
-/* The XML section of an E57 file: which scans it has, where their points are and of what fields.
+/* Reads the XML section of an E57 file: its scans, where their points are and which fields they
+ * have.
  *
- * Of the tree below e57Root are kept: coordinateMetadata, and of each child of data3D the pose, the
- * limits of intensity and colours, and points with its prototype. All else is passed over; images2D
- * and blobs are not read. Parsed as a stream with Expat. Hostile XML is bounded: no document type
- * (so no entities), at most 64 levels, 64 MiB, 1 MiB in one tag and a million tags and attributes.
- * Memory: some 2 KiB for each scan. Threads: any once read. */
+ * Kept from the tree below e57Root: coordinateMetadata, and for each child of data3D the pose, the
+ * limits of intensity and colours, and points with its prototype. Everything else is skipped;
+ * images2D and blobs are not read. Expat parses the section as a stream. Hostile XML is bounded: no
+ * document type (so no entities), at most 64 levels, 64 MiB, 1 MiB in one tag and a million tags
+ * and attributes. Memory: some 2 KiB per scan. Threads: any once read. */
 #ifndef STP_FORMATS_SCAN_E57_E57_XML_H
 #define STP_FORMATS_SCAN_E57_E57_XML_H
 
@@ -16,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* What a field of a point means to us. */
+/* What we use a field of a point for. */
 typedef enum stp_e57_target {
     STP_E57_X,
     STP_E57_Y,
@@ -36,22 +37,22 @@ typedef enum stp_e57_target {
     STP_E57_INTENSITY,
     STP_E57_INTENSITY_INVALID,
     STP_E57_CLASS,
-    STP_E57_TARGET_COUNT /* also: means nothing */
+    STP_E57_TARGET_COUNT /* also: not used */
 } stp_e57_target;
 
 typedef enum stp_e57_type { STP_E57_INTEGER, STP_E57_FLOAT, STP_E57_DOUBLE } stp_e57_type;
 
-/* A field as the prototype has it. Whole numbers are stored less their minimum, in just as many
- * bits as the maximum needs; the value is the whole number times scale plus offset. */
+/* A field as the prototype declares it. A whole number is stored less its minimum, in as many bits
+ * as the maximum needs. The value is the whole number times scale plus offset. */
 typedef struct stp_e57_field {
     bool present;
     stp_e57_type type;
     bool is_scaled;       /* a whole number with a scale */
-    bool is_bounded;      /* low and high are the file's word */
-    uint32_t stream;      /* place among the bytestreams of a packet */
+    bool is_bounded;      /* the file gives low and high */
+    uint32_t stream;      /* index among the bytestreams of a packet */
     uint32_t bits;        /* 0 to 64 */
     int64_t minimum;      /* of whole numbers */
-    double scale, offset; /* 1 and 0 where there are none */
+    double scale, offset; /* 1 and 0 if there are none */
     double low, high;     /* bounds of the value */
 } stp_e57_field;
 
@@ -77,12 +78,12 @@ typedef enum stp_e57_slot {
 
 typedef struct stp_e57_scan {
     stp_e57_field fields[STP_E57_TARGET_COUNT];
-    uint64_t file_offset, record_count; /* of the points: physical */
+    uint64_t file_offset, record_count; /* of the points; file_offset is physical */
     uint32_t stream_count;
-    uint64_t record_bits; /* of all fields whose width is known */
+    uint64_t record_bits; /* bits of all fields whose width is known */
     bool has_points, has_pose;
-    bool has_grid;  /* rows, columns or angles: as one scanner's sweep has them */
-    uint32_t given; /* bit of each slot that the file has */
+    bool has_grid;  /* rows, columns or angles, as in the sweep of one scanner */
+    uint32_t given; /* bit set of the slots that the file gives */
     double numbers[STP_E57_SLOT_COUNT]; /* finite */
 } stp_e57_scan;
 
@@ -93,8 +94,8 @@ typedef struct stp_e57_document {
     stp_name_list left_out; /* fields that are not read */
 } stp_e57_document;
 
-/* *document is to be freed even after a failure. Errors: IO, CORRUPT (with the line), UNSUPPORTED,
- * LIMIT, OUT_OF_MEMORY. */
+/* Free *document even after a failure. Errors: IO, CORRUPT (with the line), UNSUPPORTED, LIMIT,
+ * OUT_OF_MEMORY. */
 stp_status stp_e57_xml_read(stp_e57_document *document, stp_e57_pages *pages, stp_error *err);
 void stp_e57_document_free(stp_e57_document *document);
 

@@ -1,4 +1,4 @@
-/* LAS and LAZ files as a stream of points. */
+/* Reads LAS and LAZ files as a stream of points. */
 #include "formats/scan/las/las.h"
 
 #include "base/memory.h"
@@ -13,11 +13,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Records of most files for a block of points; longer ones come in fewer. */
+/* Holds a block of records for most files. Longer records come in smaller blocks. */
 #define STP_LAS_BLOCK_BYTES ((size_t)1 << 16)
 #define STP_LAS_BLOCK_POINTS 1024u
 
-/* Bytes of a record where its fields begin, in all formats. */
+/* Offsets of fields in a record, the same in all formats. */
 enum { AT_INTENSITY = 12, AT_CLASS_AND_FLAGS = 15, AT_EXTENDED_CLASS = 16 };
 
 typedef struct las_reader {
@@ -27,7 +27,7 @@ typedef struct las_reader {
     stp_las_depth depth;
     stp_las_notes notes;
     stp_laz *laz;            /* NULL: not compressed */
-    unsigned char *unpacked; /* records out of laz */
+    unsigned char *unpacked; /* records that laz unpacked */
     size_t block_points;
     uint64_t next; /* point */
     char format[40];
@@ -43,7 +43,7 @@ static stp_status seek_point(las_reader *las, uint64_t point, stp_error *err)
     return STP_OK;
 }
 
-/* The next count <= block_points records, valid until the next call. */
+/* Gets the next count <= block_points records, valid until the next call. */
 static stp_status next_records(las_reader *las, size_t count, const unsigned char **records,
                                stp_error *err)
 {
@@ -55,7 +55,7 @@ static stp_status next_records(las_reader *las, size_t count, const unsigned cha
     } else {
         size_t available;
         STP_TRY(stp_source_peek(&las->source, bytes, records, &available, err));
-        assert(available == bytes); /* what the file had when it was opened; less is an error */
+        assert(available == bytes); /* the file had them when it was opened; fewer are an error */
         stp_source_consume(&las->source, bytes);
     }
     las->next += count;
@@ -63,7 +63,7 @@ done:
     return status;
 }
 
-/* As las_depth.h says; ends at the first point. */
+/* Finds the depths as in las_depth.h and goes back to the first point. */
 static stp_status find_depth(las_reader *las, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -72,7 +72,8 @@ static stp_status find_depth(las_reader *las, stp_error *err)
     stp_las_seen seen = {0};
     for (unsigned block = 0; block < blocks; block++) {
         uint64_t first = stp_spread_begin(total, block, blocks);
-        first = first > las->next ? first : las->next; /* blocks of small files would overlap */
+        first =
+            first > las->next ? first : las->next; /* else blocks of small files would overlap */
         uint64_t end =
             total - first < STP_LAS_SAMPLE_POINTS ? total : first + STP_LAS_SAMPLE_POINTS;
         if (first == end)

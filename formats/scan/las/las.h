@@ -1,10 +1,10 @@
-/* LAS and LAZ files as a stream of points, for scan.c.
+/* Reads LAS and LAZ files as a stream of points, for scan.c.
  *
- * LAS 1.0 to 1.4, point formats 0 to 10 (las_header.h); LAZ where the build has LASzip (laz.h).
- * Coordinates are integer * scale + offset in double, as the file's own unit; the least scale is
- * the coordinate_step. Colour (8 or 16 bits, las_depth.h), intensity, class: 5 bits in formats 0 to
- * 5, 8 in 6 to 10. Withheld points are rejects (INVALID). No normals; what is left out and the
- * coordinate system are notes (las_notes.h). Memory: bounded. */
+ * LAS 1.0 to 1.4, point formats 0 to 10 (las_header.h). LAZ if the build has LASzip (laz.h).
+ * Coordinates are integer * scale + offset in double, in the file's own unit; the least scale is
+ * the coordinate_step. Colour has 8 or 16 bits (las_depth.h). The class has 5 bits in formats 0 to
+ * 5 and 8 in formats 6 to 10. Withheld points are rejects (INVALID). LAS has no normals. Fields
+ * that are not read and the coordinate system are notes (las_notes.h). Memory: bounded. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_H
 #define STP_FORMATS_SCAN_LAS_LAS_H
 

@@ -1,4 +1,4 @@
-/* How many bits the colours and intensities of a LAS file really have. */
+/* Finds how many bits the colours and intensities of a LAS file really have. */
 #include "formats/scan/las/las_depth.h"
 
 #include "formats/scan/las/las_bytes.h"

@@ -1,10 +1,9 @@
-/* How many bits the colours and intensities of a LAS file really have: told from the data.
+/* Finds from the data how many bits the colours and intensities of a LAS file really have.
  *
- * The standard wants 16 bits; several writers store 0..255 in them, others 8 bits times 256. By the
- * points looked at: colours up to 255 are 8-bit ones, colours of which every low byte is zero are
- * 8-bit ones times 256, others have 16 bits; where all are zero the file has no colours.
- * Intensities up to 255 (and not all zero) are 8-bit ones, others have 16 bits. Values beyond the
- * range found are clamped. */
+ * The standard wants 16 bits. Several writers store 0..255 in them, others store 8 bits times 256.
+ * The points looked at decide. Colours: all zero: the file has no colours; up to 255: 8 bits; every
+ * low byte zero: 8 bits times 256; else 16 bits. Intensities: up to 255 and not all zero: 8 bits;
+ * else 16 bits. Values above the range found are clamped. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 #define STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 
@@ -14,13 +13,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Points are looked at in so many blocks of so many, spread over the whole file: of a smaller file
- * all. Of a compressed one fewer, for each block is unpacked from the begin of its chunk. */
+/* Points are looked at in this many blocks of this many points, spread over the file. All points of
+ * a smaller file are looked at. A compressed file has fewer blocks, because each block is unpacked
+ * from the begin of its chunk. */
 #define STP_LAS_SAMPLE_BLOCKS 64u
 #define STP_LAS_SAMPLE_BLOCKS_COMPRESSED 16u
 #define STP_LAS_SAMPLE_POINTS 512u
 
-/* What the points looked at have in common. */
+/* What the points that were looked at have in common. */
 typedef struct stp_las_seen {
     uint16_t colour_max, intensity_max;
     uint8_t colour_low; /* the low bytes of all colours, ored */

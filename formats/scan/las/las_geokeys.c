@@ -1,9 +1,9 @@
-/* The GeoTIFF keys of a LAS file as readable text. */
+/* Prints the GeoTIFF keys of a LAS file as readable text. */
 #include "formats/scan/las/las_geokeys.h"
 
 #include "formats/scan/las/las_bytes.h"
 
-/* Tags where a key's value may lie; 0: in the key itself. */
+/* Tags that say where a key's value is; 0: in the key itself. */
 enum { IN_DIRECTORY = 34735, IN_DOUBLES = 34736, IN_ASCII = 34737 };
 
 typedef struct geo_key {
@@ -87,7 +87,7 @@ done:
     return status;
 }
 
-/* A text ends in `|`, which is no part of it. */
+/* Adds a text. It ends in `|`, which is not part of it. */
 static stp_status add_ascii(stp_las_text *text, const geo_key *key, const stp_las_record *ascii,
                             stp_error *err)
 {
@@ -98,12 +98,12 @@ static stp_status add_ascii(stp_las_text *text, const geo_key *key, const stp_la
     while (count > 0 && (ascii->bytes[key->value + count - 1] == '|' ||
                          ascii->bytes[key->value + count - 1] == '\0'))
         count--;
-    if (count == 0) /* and maybe no record at all */
+    if (count == 0) /* there may be no record at all */
         return STP_OK;
     return stp_las_text_add_bytes(text, ascii->bytes + key->value, count, err);
 }
 
-/* Numbers of 16 bits behind the keys: the directory itself may hold values. */
+/* Adds 16-bit numbers that follow the keys: the directory itself may hold values. */
 static stp_status add_shorts(stp_las_text *text, const geo_key *key,
                              const stp_las_record *directory, stp_error *err)
 {

@@ -1,4 +1,4 @@
-/* The public header of a LAS file. */
+/* Reads the public header of a LAS file. */
 #include "formats/scan/las/las_header.h"
 
 #include "formats/scan/las/las_bytes.h"
@@ -6,10 +6,11 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Set in the point format's byte of a compressed file; early LASzip set the next bit too. */
+/* Set in the byte of the point format if the file is compressed. Early LASzip set the next bit,
+ * too. */
 #define STP_LAS_COMPRESSED_BITS 0xc0u
 
-/* Bytes of the header where its fields begin. */
+/* Offsets of fields in the header. */
 enum {
     AT_MAJOR = 24,
     AT_MINOR = 25,
@@ -36,7 +37,7 @@ const stp_las_format *stp_las_format_get(unsigned number)
     return &formats[number];
 }
 
-/* A sentence about the header's number at this byte. */
+/* Makes an error about the header's number at this byte. */
 static stp_status wrong(const stp_source *s, unsigned at, const char *what, uint64_t found,
                         const char *expected, stp_error *err)
 {
@@ -94,7 +95,7 @@ static stp_status read_layout(stp_las_header *h, const stp_source *s, const unsi
     return STP_OK;
 }
 
-/* Coordinates must be finite for every integer. */
+/* Reads scale and offset. Coordinates must be finite for every integer. */
 static stp_status read_transform(stp_las_header *h, const stp_source *s, const unsigned char *b,
                                  stp_error *err)
 {
@@ -117,7 +118,7 @@ static stp_status read_transform(stp_las_header *h, const stp_source *s, const u
     return STP_OK;
 }
 
-/* Where the points must end: the EVLRs' begin or the file's end. */
+/* The byte where the points must end: the begin of the EVLRs or the end of the file. */
 static uint64_t points_limit(const stp_las_header *h, const stp_source *s)
 {
     const bool bounded = h->evlr_count > 0 && h->evlr_offset >= h->point_offset;

@@ -1,9 +1,9 @@
-/* The public header of a LAS file: where its points lie and how they are to be read.
+/* The public header of a LAS file: where its points lie and how to read them.
  *
- * LAS 1.0 to 1.4 of the ASPRS, point data record formats 0 to 10; compressed ones (LAZ) have the
- * same header. Every number is checked against the file before it is given. Tolerated: headers and
- * records that are longer than their version and format need, a header of 1.3 without the one field
- * that 1.3 adds, a 64-bit count of 0 beside a 32-bit one. Threads: any. */
+ * LAS 1.0 to 1.4 of the ASPRS, point data record formats 0 to 10; compressed files (LAZ) have the
+ * same header. Every number is checked against the file before it is used. Tolerated: headers and
+ * records that are longer than their version and format need, a 1.3 header without the one field
+ * that 1.3 adds, a 64-bit count of 0 beside a 32-bit count. Threads: any. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_HEADER_H
 #define STP_FORMATS_SCAN_LAS_LAS_HEADER_H
 
@@ -18,10 +18,11 @@
 #define STP_LAS_HEADER_BYTES 227u
 #define STP_LAS_HEADER_BYTES_1_4 375u
 
-/* What a point data record format has; places are bytes from the record's begin, 0: not there. */
+/* The layout of a point data record format. Offsets are bytes from the record's begin; 0: not in
+ * the format. */
 typedef struct stp_las_format {
-    uint8_t bytes; /* of the record; what it is longer are extra bytes */
-    bool extended; /* of LAS 1.4: a class of 8 bits, other flags */
+    uint8_t bytes; /* of the record; longer records have extra bytes */
+    bool extended; /* a format of LAS 1.4: 8-bit class, other flags */
     uint8_t gps_time, rgb, nir, wave;
 } stp_las_format;
 
@@ -31,12 +32,12 @@ typedef struct stp_las_header {
     const stp_las_format *format;
     bool compressed; /* LAZ */
     uint32_t header_bytes;
-    uint32_t record_bytes; /* from a point to the next, at least format->bytes */
-    uint64_t point_offset; /* in the file; of a compressed one too */
+    uint32_t record_bytes; /* from one point to the next, at least format->bytes */
+    uint64_t point_offset; /* in the file, also in a compressed one */
     uint64_t point_count;
-    uint64_t count_64, count_32; /* as written, 0 where there is none */
+    uint64_t count_64, count_32; /* as written; 0 if there is none */
     uint32_t vlr_count, evlr_count;
-    uint64_t evlr_offset;       /* means nothing without EVLRs */
+    uint64_t evlr_offset;       /* undefined without EVLRs */
     double scale[3], offset[3]; /* coordinate = integer * scale + offset */
 } stp_las_header;
 
@@ -44,7 +45,7 @@ typedef struct stp_las_header {
 const stp_las_format *stp_las_format_get(unsigned number);
 
 /* Reads from the start of source. Errors: IO, CORRUPT (with the byte), VERSION (later than 1.4),
- * UNSUPPORTED (a point format unknown). */
+ * UNSUPPORTED (unknown point format). */
 stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_error *err);
 
 #endif

@@ -1,12 +1,12 @@
-/* What a LAS file says of itself beside its points, as notes. */
+/* Makes the notes of a LAS file. */
 #include "formats/scan/las/las_notes.h"
 
 #include "formats/scan/las/las_geokeys.h"
 
-/* Of the record that describes extra bytes. */
+/* Layout of the record that describes extra bytes. */
 enum { EXTRA_RECORD_BYTES = 192, AT_EXTRA_NAME = 4, EXTRA_NAME_BYTES = 32 };
 
-/* Makes the text of the next place a note, if it holds anything. */
+/* Makes the next text a note, if it is not empty. */
 static void take(stp_las_notes *out, const char *name)
 {
     if (out->texts[out->count].length > 0) {
@@ -77,7 +77,8 @@ static stp_status counts(stp_las_text *text, const stp_las_header *h, uint64_t f
                                 "the 64-bit field says 0 points, the legacy one %llu: those were "
                                 "read",
                                 (unsigned long long)h->count_32);
-    /* Up to 1.2 nothing may follow the points; later waveforms and records do. */
+    /* Up to version 1.2 nothing may follow the points. In later versions waveforms and records may.
+     */
     if (h->minor_version > 2 || h->compressed)
         return STP_OK;
     const uint64_t behind = file_bytes - h->point_offset - h->point_count * h->record_bytes;

@@ -1,6 +1,6 @@
-/* What a LAS file says of itself beside its points, as notes: "wkt" (its coordinate system),
- * "geokeys" (the same as GeoTIFF keys, a line each), "left_out" (fields of its points that are not
- * read, by the standard's names), "counts" (where its numbers of points disagree). */
+/* Makes the notes of a LAS file: "wkt" (its coordinate system), "geokeys" (the same as GeoTIFF
+ * keys, one per line), "left_out" (fields of its points that are not read, by the standard's
+ * names), "counts" (if its numbers of points disagree). */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 #define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 
@@ -18,7 +18,7 @@ typedef struct stp_las_notes {
     uint32_t count;
 } stp_las_notes;
 
-/* *out must be zero; free it also after a failure. file_bytes is the file's size. Errors:
+/* *out must be zero. Free it even after a failure. file_bytes is the file's size. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
                               const stp_las_records *records, const stp_las_depth *depth,

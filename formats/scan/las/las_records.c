@@ -1,4 +1,4 @@
-/* The variable length records of a LAS file. */
+/* Reads the variable length records of a LAS file. */
 #include "formats/scan/las/las_records.h"
 
 #include "base/memory.h"
@@ -11,14 +11,14 @@
 #define EVLR_HEADER_BYTES 60u
 #define USER_ID_BYTES 16u
 
-/* A run of records of one sort. */
+/* A run of records of one kind: VLRs or EVLRs. */
 typedef struct record_run {
     bool extended;
     uint32_t count;
     uint64_t begin, end; /* where records may lie */
 } record_run;
 
-/* What a record is to us, by user id and record id; STP_LAS_RECORD_KIND_COUNT: nothing. */
+/* The kind of a record, by user id and record id; STP_LAS_RECORD_KIND_COUNT: not used. */
 static stp_las_record_kind kind_of(const unsigned char *header)
 {
     static const struct {

@@ -1,9 +1,9 @@
-/* The variable length records of a LAS file, those that stipple keeps: its coordinate system, as
- * WKT or GeoTIFF keys, and the names of extra bytes.
+/* Reads the variable length records of a LAS file that stipple keeps: the coordinate system, as WKT
+ * or GeoTIFF keys, and the names of extra bytes.
  *
- * Plain ones (VLRs) lie between header and points, extended ones (EVLRs) behind the points. Where a
- * record comes twice the first one counts. Memory: a record that is kept is at most
- * STP_LAS_RECORD_MAX bytes. Threads: any. */
+ * Plain records (VLRs) lie between header and points, extended ones (EVLRs) after the points. If a
+ * record comes twice, the first one counts. Memory: at most STP_LAS_RECORD_MAX bytes for a record
+ * that is kept. Threads: any. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_RECORDS_H
 #define STP_FORMATS_SCAN_LAS_LAS_RECORDS_H
 
@@ -33,9 +33,8 @@ typedef struct stp_las_records {
     stp_las_record kept[STP_LAS_RECORD_KIND_COUNT];
 } stp_las_records;
 
-/* Walks all records. *out must be zero; free it also after a failure. Errors: IO, CORRUPT (a record
- * does not lie where records may, with its byte), LIMIT (one to keep is too long), OUT_OF_MEMORY.
- */
+/* Walks all records. *out must be zero. Free it even after a failure. Errors: IO, CORRUPT (a record
+ * lies where none may, with its byte), LIMIT (a record to keep is too long), OUT_OF_MEMORY. */
 stp_status stp_las_records_read(stp_las_records *out, const stp_las_header *header,
                                 stp_source *source, stp_error *err);
 void stp_las_records_free(stp_las_records *records);

@@ -38,7 +38,7 @@ stp_status stp_las_text_add(stp_las_text *text, stp_error *err, const char *form
     return append(text, line, kept, err);
 }
 
-/* Bytes of the UTF-8 character at the begin, 0 if there is none. */
+/* The number of bytes of the UTF-8 character at b; 0 if there is none. */
 static size_t utf8_length(const unsigned char *b, size_t left)
 {
     static const uint32_t least[5] = {0, 0, 0x80, 0x800, 0x10000};

@@ -1,4 +1,4 @@
-/* Points out as LAS 1.4, streamed. */
+/* Writes points as a stream of LAS 1.4. */
 #include "formats/scan/las/las_write.h"
 
 #include "base/file.h"
@@ -11,9 +11,10 @@
 #include <string.h>
 
 #define STP_LAS_RECORD_BYTES_MAX 36u
-/* Bytes are gathered here so that stp_output is called per block, not per point. */
+/* Bytes are collected in blocks, so that stp_output is called once per block, not per point. */
 #define STP_LAS_BLOCK_RECORDS 1024u
-/* The coordinate system, if there were one, would be WKT: the standard wants it of formats 6 on. */
+/* Says that a coordinate system is WKT. The standard requires that for formats 6 and up, even if
+ * there is no coordinate system. */
 #define ENCODING_WKT 0x10u
 
 struct stp_las_writer {
@@ -29,7 +30,8 @@ struct stp_las_writer {
 
 double stp_las_finest_step(double reach)
 {
-    /* Powers of ten up to 10^22 are doubles, and one divided by them is rounded once. */
+    /* Powers of ten up to 10^22 are exact doubles, so 1 divided by one of them is rounded only
+     * once. */
     int exponent = (int)ceil(log10(reach / INT32_MAX));
     for (;; exponent++) {
         const double step = exponent < 0 ? 1.0 / pow(10.0, -exponent) : pow(10.0, exponent);
@@ -62,8 +64,8 @@ static void put_header(const stp_las_writer *w, unsigned char *h)
         stp_las_put_double(h + 179 + 16 * axis, w->max[axis] * w->params.step + offset[axis]);
         stp_las_put_double(h + 187 + 16 * axis, w->min[axis] * w->params.step + offset[axis]);
     }
-    stp_las_put_u64(h + 247, w->written); /* the 32-bit count is 0 for formats 6 on */
-    stp_las_put_u64(h + 255, w->written); /* of return 1 */
+    stp_las_put_u64(h + 247, w->written); /* the 32-bit count is 0 for formats 6 and up */
+    stp_las_put_u64(h + 255, w->written); /* points with return number 1 */
 }
 
 stp_status stp_las_writer_create(stp_las_writer **out, const char *path,

@@ -1,12 +1,12 @@
-/* Points out as LAS 1.4, streamed.
+/* Writes points as a stream of LAS 1.4.
  *
- * Point format 7 (colour of 16 bits) or 6 (none). A coordinate is written as the integer nearest to
- * (coordinate - offset) / step. Beside coordinates: intensity and class where given, the station's
- * number, counted from 1, as point source ID (0: unknown; LAS has no place for stations'
- * positions), return 1 of 1, all else zero; so is the date, for the same points make the same
- * bytes. LAS has no normals. The header's counts and box are filled in by finish: the number of
- * points need not be known before. The file appears whole or not at all (base/file.h). Memory:
- * bounded. Threads: one at a time per writer. */
+ * Point format 7 with colour (16 bits), else 6. A coordinate is written as the integer nearest to
+ * (coordinate - offset) / step. Also written: intensity and class if given; the station's number,
+ * counted from 1, as point source ID (0: unknown; LAS has no field for positions of stations);
+ * return 1 of 1. Everything else is zero, and so is the date, so that the same points make the same
+ * bytes. LAS has no normals. finish fills in the header's counts and box, so the number of points
+ * need not be known before. The file appears whole or not at all (base/file.h). Memory: bounded.
+ * Threads: one at a time per writer. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_WRITE_H
 #define STP_FORMATS_SCAN_LAS_LAS_WRITE_H
 
@@ -19,14 +19,14 @@
 
 typedef struct stp_las_writer_params {
     bool force;          /* replace an existing file */
-    uint32_t attributes; /* STP_POINT_HAS_*: COLOUR chooses the format, NORMAL is refused */
+    uint32_t attributes; /* STP_POINT_HAS_*: COLOUR chooses the format; NORMAL is refused */
     double step;         /* of coordinates on all axes, the file's scale */
-    stp_dvec3 offset;    /* coordinates reach 2^31 steps from here */
+    stp_dvec3 offset;    /* coordinates lie within 2^31 steps of this point */
 } stp_las_writer_params;
 
 typedef struct stp_las_writer stp_las_writer;
 
-/* The finest power of ten with which integers of 32 bits reach so far from the offset; reach is
+/* The finest power of ten as step such that 32-bit integers cover `reach` from the offset. reach is
  * finite and positive. */
 double stp_las_finest_step(double reach);
 

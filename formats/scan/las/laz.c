@@ -1,4 +1,4 @@
-/* The points of a compressed LAS file, through LASzip's C library where the build found it. */
+/* Reads the points of a compressed LAS file through LASzip's C library, if the build found it. */
 #include "formats/scan/las/laz.h"
 
 #ifndef STP_HAVE_LASZIP
@@ -49,12 +49,12 @@ struct stp_laz {
     const char *path;
     const stp_las_header *header;
     laszip_POINTER library;
-    laszip_point_struct *point; /* the one read last, the library's own */
+    laszip_point_struct *point; /* the point that was read last; owned by the library */
     bool reading;
     uint64_t next;
 };
 
-/* What the library says, up to its line's end. */
+/* Makes an error from the library's message, up to the end of its line. */
 static stp_status failed(const stp_laz *laz, const char *what, stp_error *err)
 {
     laszip_CHAR *text = NULL;

@@ -1,8 +1,8 @@
-/* The points of a compressed LAS file, through LASzip's C library where the build found it.
+/* Reads the points of a compressed LAS file through LASzip's C library, if the build found it.
  *
- * Gives records as an uncompressed file of the same point format has them, as far as stipple reads
- * them: coordinates, intensity, class and its flags, colour; other bytes are zero. LASzip opens the
- * file itself. Threads: one at a time per reader. */
+ * A record has the layout of an uncompressed file of the same point format. It holds what stipple
+ * reads: coordinates, intensity, class and its flags, colour; other bytes are zero. LASzip opens
+ * the file itself. Threads: one at a time per reader. */
 #ifndef STP_FORMATS_SCAN_LAS_LAZ_H
 #define STP_FORMATS_SCAN_LAS_LAZ_H
 
@@ -14,8 +14,8 @@
 
 typedef struct stp_laz stp_laz;
 
-/* path must outlive the reader; its header was read from it. Errors: UNSUPPORTED (built without
- * LASzip, which the sentence tells how to get), CORRUPT, OUT_OF_MEMORY. */
+/* path must outlive the reader; header was read from that file. Errors: UNSUPPORTED (built without
+ * LASzip; the message says how to get it), CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_laz_open(stp_laz **out, const char *path, const stp_las_header *header,
                         stp_error *err);
 /* Continues at this point. Errors: CORRUPT. */

@@ -1,4 +1,4 @@
-/* A mesh as a hybrid surface. */
+/* Splits a mesh into a hybrid surface. */
 #include "formats/scan/mesh/hybrid.h"
 
 #include "base/memory.h"
@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a vertex belongs to. */
+/* The triangles that use a vertex. */
 enum { OF_LARGE = 1, OF_SMALL = 2 };
 
-/* Zero where a corner is not finite. */
+/* The area of a triangle; 0 if a corner is not finite. */
 static double area_of(const stp_point_mesh *mesh, const uint32_t *t)
 {
     const stp_dvec3 a = mesh->points[t[0]].position;
@@ -39,7 +39,7 @@ static double longest_edge(const stp_point_mesh *mesh, const uint32_t *t)
     return longest;
 }
 
-/* What is large: of an area, or of a length. */
+/* The size from which a triangle is large: an area or a length. */
 typedef struct size_limit {
     double area, edge;
 } size_limit;
@@ -50,7 +50,7 @@ static bool is_large(const stp_point_mesh *mesh, const uint32_t *t, const size_l
     return area >= least->area || (area > 0.0 && longest_edge(mesh, t) >= least->edge);
 }
 
-/* Parts the triangles, the large ones by the mesh's vertices. */
+/* Separates the triangles. Large ones still name the mesh's vertices. */
 static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *uses,
                        stp_triangle_set *out, stp_error *err)
 {
@@ -87,7 +87,7 @@ static stp_line_vertex vertex_of(const stp_point_mesh *mesh, size_t i, double ra
     return out;
 }
 
-/* The set's own vertices, in the mesh's order. */
+/* Gives the set its own vertices, in the mesh's order. */
 static stp_status take_vertices(const stp_point_mesh *mesh, const uint8_t *uses, double radius,
                                 stp_triangle_set *out, stp_error *err)
 {
@@ -119,11 +119,12 @@ stp_status stp_hybrid_split(stp_point_mesh *mesh, uint64_t *sample_count, uint8_
     uint8_t *uses = NULL;
     stp_triangle_set set = {0};
     const double wanted = (double)(*sample_count ? *sample_count : mesh->point_count);
-    const double share = sum_areas(mesh) / wanted; /* a point's */
+    const double share = sum_areas(mesh) / wanted; /* area per point */
     if (!(share > 0.0) || !isfinite(share))
         return STP_OK;
     STP_TRY(stp_alloc(&uses, mesh->point_count, 1, "triangles", err));
-    /* Vertices alone do not cover a long triangle, however thin it is; points all over it do. */
+    /* If only vertices become points, they do not cover a long triangle, however thin. Points
+     * spread over the faces do. */
     const double area = STP_HYBRID_POINTS * share;
     const size_limit least = {area,
                               *sample_count > 0 ? (double)INFINITY : sqrt(4.0 / sqrt(3.0) * area)};

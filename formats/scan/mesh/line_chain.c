@@ -1,4 +1,4 @@
-/* Edges of a mesh as polylines. */
+/* Chains the edges of a mesh to polylines. */
 #include "formats/scan/mesh/line_chain.h"
 
 #include "base/memory.h"
@@ -8,15 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The edges between one and the other of its vertices, without those that are left out; ends of the
- * edges at vertex v are ends[begin[v]] to ends[begin[v + 1]]. */
+/* The edges that become lines, without those that are left out. The edges at vertex v are
+ * ends[begin[v]] to ends[begin[v + 1]]. */
 typedef struct chainer {
     const stp_point_mesh *mesh;
-    uint32_t (*edges)[2]; /* the lesser vertex first, in order */
+    uint32_t (*edges)[2]; /* the lower vertex number first; sorted */
     size_t edge_count;
     size_t *begin;
-    size_t *at; /* of each vertex: edges, by number */
-    bool *used; /* by edge */
+    size_t *at; /* edge numbers, grouped by vertex */
+    bool *used; /* per edge */
     stp_line_set set;
     size_t vertex_capacity, strip_capacity;
     double radius;
@@ -69,7 +69,7 @@ done:
     return status;
 }
 
-/* Keeps what can be a line, each edge once. */
+/* Keeps the edges that can be lines, each once. */
 static stp_status take_edges(chainer *c, stp_edge_counts *counts, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -129,7 +129,8 @@ static size_t degree(const chainer *c, uint32_t vertex)
     return c->begin[vertex + 1] - c->begin[vertex];
 }
 
-/* Of a box that no float holds the radius is none either: the greatest stands for it. */
+/* The half-width at a vertex. If the box is too large for a float, the greatest float stands for
+ * it. */
 static float radius_at(const chainer *c, uint32_t vertex)
 {
     const double own = c->mesh->radii ? (double)c->mesh->radii[vertex] : 0.0;
@@ -156,8 +157,9 @@ done:
     return status;
 }
 
-/* Ribbon if all its vertices have normals; else a tube, whose tangents are found later. */
-static void settle_kind(stp_line_set *set, stp_line_strip *strip)
+/* Makes the strip a ribbon if all its vertices have normals, else a tube. Tangents of tubes are
+ * found later. */
+static void decide_kind(stp_line_set *set, stp_line_strip *strip)
 {
     stp_line_vertex *v = set->vertices + strip->begin;
     bool normals = true;
@@ -168,7 +170,7 @@ static void settle_kind(stp_line_set *set, stp_line_strip *strip)
         v[i].direction = (vec3s){{0.0f, 0.0f, 0.0f}};
 }
 
-/* From a vertex along an edge, and on until no single edge goes on that is not used. */
+/* Walks from a vertex along an edge, and on as long as exactly one unused edge continues. */
 static stp_status walk(chainer *c, uint32_t vertex, size_t edge, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -185,7 +187,7 @@ static stp_status walk(chainer *c, uint32_t vertex, size_t edge, stp_error *err)
         edge = at[at[0] == edge];
     }
     strip.count = c->set.vertex_count - strip.begin;
-    settle_kind(&c->set, &strip);
+    decide_kind(&c->set, &strip);
     STP_TRY(stp_grow(&c->set.strips, &c->strip_capacity, c->set.strip_count + 1,
                      sizeof *c->set.strips, "lines", err));
     c->set.strips[c->set.strip_count++] = strip;
@@ -193,7 +195,7 @@ done:
     return status;
 }
 
-/* From the ends first, what is left are rings. */
+/* Walks from the ends first; the remaining edges are rings. */
 static stp_status walk_all(chainer *c, bool rings, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -208,7 +210,7 @@ done:
     return status;
 }
 
-/* Points on edges get the mean of their colours, others grey. */
+/* Gives points on edges the mean of their edges' colours, other points grey. */
 static stp_status take_colours(stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -235,8 +237,8 @@ done:
     return status;
 }
 
-/* Marks what lines go through and no face has; by their box, half the width of those that have
- * none. */
+/* Marks points that a line uses and no face. Sets the half-width, from their box, of lines that
+ * have none. */
 static stp_status mark_taken(chainer *c, uint8_t **taken, stp_error *err)
 {
     stp_status status = STP_OK;

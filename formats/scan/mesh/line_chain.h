@@ -1,8 +1,9 @@
-/* Edges of a mesh as polylines: chained at vertices where two edges meet, ended at all others.
+/* Chains the edges of a mesh to polylines: two edges that meet at a vertex are joined; every other
+ * vertex ends a polyline.
  *
- * Edges that name a vertex that does not exist or is not finite, that join a vertex with itself,
- * that are there already or that are sides of faces are left out and counted. A closed chain begins
- * at its first vertex, which is its last one, too. Order: by vertices' numbers, whatever that of
+ * An edge is left out and counted if it names a vertex that does not exist or is not finite, joins
+ * a vertex with itself, repeats an edge, or is a side of a face. The first vertex of a closed chain
+ * is also its last one. The order of the lines follows the vertex numbers, whatever the order of
  * the edges. Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_LINE_CHAIN_H
 #define STP_FORMATS_SCAN_MESH_LINE_CHAIN_H
@@ -10,16 +11,15 @@
 #include "formats/scan/mesh/line_set.h"
 #include "formats/scan/mesh/point_mesh.h"
 
-/* Half the width of lines that have none, as a part of the diagonal of their box: a pixel where the
- * box fills 1,000. */
+/* Half the width of lines without a width, as a part of the diagonal of their box. The width is a
+ * pixel if the box fills 1,000 pixels. */
 #define STP_LINE_RADIUS_PART (1.0 / 2000.0)
 
-/* Makes lines of the mesh's edges: ribbons where all vertices of a chain have normals of the
- * file's, else tubes. Half-widths: the vertex's, where it is positive, else `radius`, else by
- * STP_LINE_RADIUS_PART. Where edges alone have colours, vertices get the means of their edges', and
- * the mesh has colours. *taken: by point, whether a line goes through it and it is no face's; free
- * with free().
- * Errors: OUT_OF_MEMORY. */
+/* Makes lines of the mesh's edges: ribbons if all vertices of a chain have normals from the file,
+ * else tubes. Half-width: the vertex's if it is positive, else `radius`, else by
+ * STP_LINE_RADIUS_PART. If only edges have colours, a vertex gets the mean of its edges' colours,
+ * and the mesh has colours. *taken: per point, true if a line goes through it and no face uses it;
+ * free with free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_line_chain(stp_line_set *out, uint8_t **taken, stp_point_mesh *mesh, double radius,
                           stp_edge_counts *counts, stp_error *err);
 

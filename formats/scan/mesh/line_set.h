@@ -10,14 +10,14 @@ typedef enum stp_line_kind { STP_LINE_RIBBON = 1, STP_LINE_TUBE = 2 } stp_line_k
 
 typedef struct stp_line_vertex {
     stp_dvec3 position;
-    vec3s direction; /* ribbon: normal; tube: tangent; unit, zero where unknown */
-    float radius;    /* half the width, the model's unit */
+    vec3s direction; /* ribbon: normal; tube: tangent; unit, zero if unknown */
+    float radius;    /* half the width, in the model's unit */
     uint16_t rgb[3]; /* full range 0..65535 */
     uint16_t intensity;
     uint8_t class_id;
 } stp_line_vertex;
 
-/* Vertices [begin, begin + count) in their order. */
+/* The vertices [begin, begin + count) in this order. */
 typedef struct stp_line_strip {
     uint64_t begin;
     uint64_t count;

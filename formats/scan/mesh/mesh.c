@@ -27,7 +27,7 @@ done:
     return status;
 }
 
-/* The points' attributes as arrays of their own; takes the triangles over. */
+/* Splits the points' attributes into separate arrays; takes over the triangles. */
 static stp_status split(stp_mesh *mesh, stp_point_mesh *from, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,4 +1,4 @@
-/* OBJ, OFF and STL into a point mesh, through OpenMesh. */
+/* Reads OBJ, OFF and STL into a point mesh through OpenMesh. */
 #include "formats/scan/mesh/mesh_read.h"
 
 #include "formats/scan/mesh/mesh_text.h"
@@ -7,8 +7,8 @@
 typedef struct mesh_sink {
     stp_point_mesh *mesh;
     const char *path;
-    bool has_points;   /* the text gave them already, in double */
-    size_t next_point; /* how many vertices OpenMesh has given */
+    bool has_points;   /* the text already gave the points, in double */
+    size_t next_point; /* number of vertices from OpenMesh so far */
 } mesh_sink;
 
 static stp_status add_vertex(void *context, const float position[3], stp_error *err)
@@ -41,7 +41,7 @@ static bool vertex_exists(const mesh_sink *sink, int64_t vertex)
     return vertex >= 0 && (uint64_t)vertex < sink->mesh->point_count;
 }
 
-/* Corners of one vertex may have different normals: their directions are summed. */
+/* Corners of one vertex may have different normals: adds up their directions. */
 static stp_status add_normal(void *context, int64_t vertex, const float normal[3], stp_error *err)
 {
     mesh_sink *sink = context;

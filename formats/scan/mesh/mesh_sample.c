@@ -1,11 +1,11 @@
-/* Points spread over the faces of a mesh. */
+/* Spreads points over the faces of a mesh. */
 #include "formats/scan/mesh/mesh_sample.h"
 
 #include "base/random.h"
 
 #include <math.h>
 
-/* Zero where a corner is not finite: such faces get no samples. */
+/* The area of a triangle; 0 if a corner is not finite: such a face gets no samples. */
 static double area(const stp_point_mesh *mesh, size_t triangle)
 {
     const uint32_t *t = mesh->triangles[triangle];
@@ -48,7 +48,7 @@ static stp_point interpolate(const stp_point_mesh *mesh, size_t triangle, const 
     stp_point out = {0};
     stp_dvec3 normal = {0.0, 0.0, 0.0};
     int nearest = 0;
-    /* From the first corner on, so that large coordinates keep their digits. */
+    /* Computed relative to the first corner, so that large coordinates keep their digits. */
     out.position = p[0]->position;
     for (int k = 0; k < 3; k++) {
         const stp_dvec3 edge = stp_dvec3_sub(p[k]->position, p[0]->position);
@@ -64,12 +64,13 @@ static stp_point interpolate(const stp_point_mesh *mesh, size_t triangle, const 
     return out;
 }
 
-/* Goes on to the triangle that holds this share of the total area. */
+/* Goes to the triangle that holds this share of the total area. */
 static void advance(stp_mesh_sampler *s, double wanted)
 {
     while (wanted >= s->area_before + s->triangle_area || s->triangle_area <= 0.0) {
         size_t next = s->triangle + 1;
-        /* Rounding may put the last share at the very end: it stays in the last real triangle. */
+        /* Rounding may put the last share at the very end. Then it stays in the last triangle with
+         * an area. */
         while (next < s->mesh->triangle_count && area(s->mesh, next) <= 0.0)
             next++;
         if (next == s->mesh->triangle_count)

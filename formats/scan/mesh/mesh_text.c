@@ -1,4 +1,4 @@
-/* Mesh files made ready for OpenMesh: loading, lines and tokens; STL. */
+/* Prepares mesh files for OpenMesh: loading, lines and tokens; STL. */
 #include "formats/scan/mesh/mesh_text.h"
 
 #include "base/file.h"
@@ -12,8 +12,8 @@
 #include <strings.h>
 #include <unistd.h>
 
-/* Free bytes before the text, for a header longer than the file's own, and after it, for a line end
- * that the file lacks. */
+/* Free bytes before the text, for a header longer than the file's, and after the text, for a
+ * missing line end. */
 #define STP_MESH_TEXT_SLACK 64u
 #define STP_STL_HEADER_BYTES 84u
 #define STP_STL_FACET_BYTES 50u
@@ -149,7 +149,7 @@ static bool token_is(const char *begin, const char *end, const char *word)
 
 static stp_status stl_vertex(stp_text_lines *lines, stp_error *err)
 {
-    static const char keyword[] = "v"; /* OpenMesh passes over it, whatever it is */
+    static const char keyword[] = "v"; /* OpenMesh skips this word, whatever it is */
     double xyz[3];
     const char *rest = lines->cursor, *end, *begin;
     stp_status status = stp_text_numbers(lines, "vertex", xyz, 3, err);

@@ -1,5 +1,5 @@
-/* Wavefront OBJ made ready for OpenMesh: `v`, `vn` and `f` lines, one each, checked; `l` lines,
- * which it passes over, become edges here. */
+/* Prepares Wavefront OBJ for OpenMesh: checks `v`, `vn` and `f` and writes each on one line.
+ * OpenMesh skips `l` lines, so they become edges here. */
 #include "formats/scan/mesh/mesh_text.h"
 
 #include "formats/scan/number.h"
@@ -11,11 +11,11 @@ typedef struct obj_parser {
     stp_text_lines lines;
     stp_point_mesh *mesh;
     stp_text_colours colours;
-    uint64_t greatest_index, greatest_line; /* of faces that name vertices from the start */
+    uint64_t greatest_index, greatest_line; /* of faces with absolute vertex numbers */
 } obj_parser;
 
-/* A backslash at the end continues the line: both halves become one, in place. Messages about lines
- * behind it count the halves as one. */
+/* Joins lines in place: a backslash at a line's end continues the line. Later messages count joined
+ * lines as one. */
 static void join_continued_lines(stp_mesh_text *text)
 {
     char *end = text->data + text->size;
@@ -74,7 +74,7 @@ static stp_status bad_corner(const obj_parser *p, uint64_t line, const char *wha
                          p->lines.text->path, (unsigned long long)line, what, p->mesh->point_count);
 }
 
-/* The vertex number of `7`, `7/1`, `7//3`, `-1/-1/-1`; 0 if it has none. */
+/* The vertex number of `7`, `7/1`, `7//3` or `-1/-1/-1`; 0 if there is none. */
 static int64_t corner_index(const char *begin, const char *end)
 {
     const char *slash = memchr(begin, '/', (size_t)(end - begin));
@@ -108,8 +108,8 @@ static stp_status obj_face(obj_parser *p, stp_error *err)
     return STP_OK;
 }
 
-/* `l 1 2 3`, `l 1/1 2/2`: edges from each vertex to the next. One that is no number, or names
- * nothing, is an edge's end that does not exist. */
+/* `l 1 2 3`, `l 1/1 2/2`: adds an edge from each vertex to the next. A token that is no number, or
+ * names no vertex, becomes an end that does not exist. */
 static stp_status obj_line(obj_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;

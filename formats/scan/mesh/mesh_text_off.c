@@ -1,5 +1,5 @@
-/* OFF made ready for OpenMesh: no comments, counts that the file holds, one line per
- * vertex and face. */
+/* Prepares OFF for OpenMesh: removes comments, checks that the file holds the counts, writes one
+ * line per vertex and face. */
 #include "formats/scan/mesh/mesh_text.h"
 
 #include "formats/scan/number.h"
@@ -15,7 +15,7 @@ typedef struct off_parser {
     uint64_t vertex_count, face_count;
 } off_parser;
 
-/* Next line that has more than a comment, cut before the comment. */
+/* Gets the next line that has more than a comment, cut before the comment. */
 static bool next_data_line(stp_text_lines *lines)
 {
     while (stp_text_next_line(lines)) {
@@ -59,12 +59,13 @@ static stp_status parse_kind(off_parser *p, stp_error *err)
 static stp_status parse_counts(off_parser *p, stp_error *err)
 {
     const char *end, *begin = stp_text_next_token(&p->lines, &end);
-    if (!begin && next_data_line(&p->lines)) /* usually on a line of their own */
+    if (!begin && next_data_line(&p->lines)) /* the counts are usually on their own line */
         begin = stp_text_next_token(&p->lines, &end);
     bool good = begin && stp_number_parse_u64(begin, end, &p->vertex_count);
     begin = good ? stp_text_next_token(&p->lines, &end) : NULL;
     good = begin && stp_number_parse_u64(begin, end, &p->face_count);
-    /* A vertex takes 6 bytes, a face 2 at least: no loop by a count the file cannot hold. */
+    /* A vertex takes at least 6 bytes, a face 2. So no loop runs to a count that the file cannot
+     * hold. */
     const uint64_t left = (uint64_t)(p->lines.end - p->lines.at) + 1;
     if (good && p->vertex_count <= left / 6 && p->face_count <= left / 2)
         return STP_OK;
@@ -85,7 +86,8 @@ static stp_status off_cut(const off_parser *p, const char *what, uint64_t found,
                          (unsigned long long)found, (unsigned long long)expected, what);
 }
 
-/* Position, normal where the kind has them, and a colour of three or four values or none. */
+/* Parses a position, a normal if the kind has them, and a colour of three or four values or none.
+ */
 static stp_status off_vertex(off_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -140,7 +142,7 @@ static stp_status off_face(off_parser *p, stp_error *err)
     return STP_OK;
 }
 
-/* The header goes before the lines, into the free bytes there. */
+/* Writes the header into the free bytes before the lines. */
 static void put_header(const off_parser *p, stp_mesh_text *text, const char *body)
 {
     char header[64];

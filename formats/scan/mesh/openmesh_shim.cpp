@@ -17,19 +17,19 @@ namespace
 
 using namespace OpenMesh;
 
-/* Guards OpenMesh's reader objects and its message streams; taken alone. */
+/* Guards OpenMesh's reader objects and its message streams. No other lock is held with it. */
 std::mutex reader_mutex;
 
-/* The sink refused; err is set. */
+/* The sink returned an error; err is set. */
 struct refused {
     stp_status status;
 };
 
-/* The text ended before the reader had what it wanted. */
+/* The text ended before the reader had everything. */
 struct ended {
 };
 
-/* Bytes in memory as a stream that can seek, without a copy. */
+/* A seekable stream over bytes in memory, without a copy. */
 class memory_buffer : public std::streambuf
 {
   public:
@@ -104,7 +104,7 @@ class sink_importer : public IO::BaseImporter
         return faces_;
     }
 
-    /* What follows is of no use to points. */
+    /* Points do not need what the following functions receive. */
     VertexHandle add_vertex() override
     {
         return add_vertex(Vec3f(0.0f, 0.0f, 0.0f));
@@ -216,7 +216,8 @@ class sink_importer : public IO::BaseImporter
     }
 
   private:
-    /* The readers believe counts, not the stream: without this a cut file gives stale values. */
+    /* The readers believe counts and do not check the stream. Without this check a cut file gives
+     * stale values. */
     void check_stream() const
     {
         if (in_.fail())

@@ -1,8 +1,8 @@
 /* OpenMesh's readers of OBJ, OFF and STL behind C callbacks.
  *
- * Translates and nothing else: what the reader finds goes straight to the sink, so that no face is
- * dropped for being non-manifold (OpenMesh's own mesh would refuse it). OpenMesh reads coordinates
- * through float. Its readers keep state, so a mutex lets one call in at a time. */
+ * The shim only translates: it passes everything straight to the sink, so non-manifold faces are
+ * not dropped (OpenMesh's own mesh would refuse them). OpenMesh reads coordinates through float.
+ * OpenMesh's readers keep state, so a mutex lets in one call at a time. */
 #ifndef STP_FORMATS_SCAN_MESH_OPENMESH_SHIM_H
 #define STP_FORMATS_SCAN_MESH_OPENMESH_SHIM_H
 
@@ -12,13 +12,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A status other than STP_OK ends the reading with it; the callee has set err then. Vertex numbers
- * count from 0 in order of the vertex calls, but a face or normal may name one that does not exist:
- * the callee checks. */
+/* If a callback returns a status other than STP_OK, it has set err and reading ends with that
+ * status. Vertex numbers count from 0 in the order of the vertex calls. A face or normal may name a
+ * vertex that does not exist: the callback checks. */
 typedef struct stp_openmesh_sink {
     void *context;
     stp_status (*vertex)(void *context, const float position[3], stp_error *err);
-    /* May come several times for a vertex: once for each corner. */
+    /* May be called several times for a vertex, once per corner. */
     stp_status (*normal)(void *context, int64_t vertex, const float normal[3], stp_error *err);
     stp_status (*face)(void *context, const int64_t *vertices, size_t count, stp_error *err);
 } stp_openmesh_sink;

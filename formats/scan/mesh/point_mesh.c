@@ -53,7 +53,8 @@ void stp_point_mesh_free(stp_point_mesh *mesh)
 
 vec3s stp_unit_normal(stp_dvec3 n)
 {
-    /* By the greatest component first: the square of a tiny or huge one would leave the range. */
+    /* Divide by the greatest component first: the square of a tiny or huge component would leave
+     * the range. */
     const double scale = fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z)));
     if (!(scale > 0.0) || !stp_dvec3_finite(n))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
@@ -89,7 +90,8 @@ void stp_accumulate_normals(const stp_dvec3 *positions, size_t position_stride,
         const stp_dvec3 n = area_vector(&job, i);
         greatest = fmax(greatest, fmax(fabs(n.x), fmax(fabs(n.y), fabs(n.z))));
     }
-    /* The sums are floats to need no memory; relative to the greatest they stay in range. */
+    /* The sums are floats, which needs no extra memory. Relative to the greatest area they stay in
+     * range. */
     const double scale = greatest > 0.0 ? 1.0 / greatest : 0.0;
     for (size_t i = 0; i < triangle_count && isfinite(scale); i++) {
         const stp_dvec3 n = stp_dvec3_scale(area_vector(&job, i), scale);

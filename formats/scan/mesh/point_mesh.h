@@ -1,8 +1,8 @@
 /* A mesh as the scan reader holds it: points with all their attributes, triangles over them, and
  * edges between them that are lines.
  *
- * Grows as a file is read, never by what its header promises. Polygons are fans of triangles.
- * Threads: one at a time. */
+ * The mesh grows as the file is read, never by what the header promises. Polygons become fans of
+ * triangles. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_MESH_POINT_MESH_H
 #define STP_FORMATS_SCAN_MESH_POINT_MESH_H
 
@@ -14,10 +14,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* As the file has it: vertices may not exist. */
+/* An edge as the file has it. The vertices may not exist. */
 typedef struct stp_mesh_edge {
     uint32_t vertices[2]; /* STP_MESH_NO_VERTEX: a number that no vertex can have */
-    uint16_t rgb[3];      /* 0..65535; where the mesh has edge_colours */
+    uint16_t rgb[3];      /* 0..65535; set if the mesh has edge_colours */
 } stp_mesh_edge;
 
 #define STP_MESH_NO_VERTEX UINT32_MAX
@@ -30,32 +30,32 @@ typedef struct stp_point_mesh {
     stp_mesh_edge *edges;
     size_t edge_count, edge_capacity;
     bool edge_colours;
-    float *radii; /* by point: half-widths of lines; NULL where the file has none */
+    float *radii; /* per point, half-widths of lines; NULL if the file has none */
     size_t radius_capacity;
-    uint64_t face_count; /* polygons, as the file counts them */
+    uint64_t face_count; /* polygons, counted as in the file */
     uint32_t attributes; /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
 
-/* Room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */
+/* Makes room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */
 stp_status stp_point_mesh_reserve(stp_point_mesh *mesh, const char *path, size_t count,
                                   stp_error *err);
-/* The indices name points: who reads them from a file has checked. Errors: OUT_OF_MEMORY. */
+/* The indices must name points: the reader of the file has checked them. Errors: OUT_OF_MEMORY. */
 stp_status stp_point_mesh_add_triangle(stp_point_mesh *mesh, uint32_t a, uint32_t b, uint32_t c,
                                        stp_error *err);
 /* Errors: OUT_OF_MEMORY. */
 stp_status stp_point_mesh_add_edge(stp_point_mesh *mesh, const stp_mesh_edge *edge, stp_error *err);
-/* Replaces the points' normals by the area-weighted ones of their faces; zero where there is none.
+/* Replaces the points' normals by the area-weighted normals of their faces; zero if there is none.
  */
 void stp_point_mesh_set_normals(stp_point_mesh *mesh);
 void stp_point_mesh_free(stp_point_mesh *mesh);
 
-/* The normals' common part: positions stride bytes apart, and so the normals; normals start at
- * zero. */
+/* Adds the faces' area-weighted normals to normals, which start at zero. Positions lie
+ * position_stride bytes apart, normals likewise. */
 void stp_accumulate_normals(const stp_dvec3 *positions, size_t position_stride,
                             const uint32_t (*triangles)[3], size_t triangle_count, vec3s *normals,
                             size_t normal_stride, size_t vertex_count);
 
-/* The unit vector along n, zero where n is zero or not finite. */
+/* The unit vector along n; zero if n is zero or not finite. */
 vec3s stp_unit_normal(stp_dvec3 n);
 
 #endif

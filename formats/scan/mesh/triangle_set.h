@@ -1,16 +1,16 @@
-/* Triangles of a model that are drawn as such (polygons of MKC08, section 4). Threads: any once
- * filled. */
+/* Triangles of a model that are drawn as triangles (polygons of MKC08, section 4). Threads: any
+ * once filled. */
 #ifndef STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
 #define STP_FORMATS_SCAN_MESH_TRIANGLE_SET_H
 
 #include "formats/scan/mesh/line_set.h"
 
-/* A vertex's direction is the surface's normal, zero where unknown; its radius that of the points
- * that go on behind a border, else 0. */
+/* A vertex's direction is the surface's normal, zero if unknown. Its radius is 0, or at a border
+ * the radius of the points that continue the surface. */
 typedef struct stp_triangle_set {
     stp_line_vertex *vertices;
     uint64_t vertex_count;
-    uint32_t (*triangles)[3]; /* vertices */
+    uint32_t (*triangles)[3]; /* three vertex numbers each */
     uint64_t triangle_count;
 } stp_triangle_set;
 

@@ -1,4 +1,4 @@
-/* Data compressed with LZF, decoded as a stream out of a file. */
+/* Decodes LZF data as a stream from a file. */
 #include "formats/scan/pcd/lzf.h"
 
 #include "base/file.h"
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define LITERALS_MAX 32u
-#define TOKEN_MAX (1u + LITERALS_MAX) /* bytes of input for one step */
+#define TOKEN_MAX (1u + LITERALS_MAX) /* most bytes of input for one step */
 
 void stp_lzf_init(stp_lzf *lzf, int descriptor, const char *path, uint64_t begin, uint64_t end,
                   uint64_t size)
@@ -35,7 +35,7 @@ static stp_status fault(const stp_lzf *lzf, const char *what, stp_error *err)
                          (unsigned long long)lzf->decoded, (unsigned long long)lzf->size);
 }
 
-/* Loads more where a step might need it. */
+/* Loads more input if a step might need it. */
 static stp_status load(stp_lzf *lzf, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -54,7 +54,7 @@ done:
     return status;
 }
 
-/* Makes length bytes known to be at out_end part of the output. */
+/* Adds the `length` decoded bytes at out_end to the output. */
 static void advance(stp_lzf *lzf, size_t consumed, size_t length)
 {
     lzf->in_begin += consumed;
@@ -74,7 +74,7 @@ static void copy_match(unsigned char *to, size_t distance, size_t length)
             to[i] = from[i];
 }
 
-/* One run of literals or one match. */
+/* Decodes one run of literals or one match. */
 static stp_status step(stp_lzf *lzf, stp_error *err)
 {
     const unsigned char *in = lzf->in + lzf->in_begin;
@@ -109,7 +109,7 @@ static stp_status step(stp_lzf *lzf, stp_error *err)
     return STP_OK;
 }
 
-/* Decodes a block; the window before it stays. */
+/* Decodes a block and keeps the window before it. */
 static stp_status decode(stp_lzf *lzf, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,4 +1,4 @@
-/* PCD files as a stream of points. */
+/* Reads PCD files as a stream of points. */
 #include "formats/scan/pcd/pcd.h"
 
 #include "base/memory.h"
@@ -58,7 +58,7 @@ static void list_left_out(reader *r)
     r->note = (stp_scan_note){"left_out", r->left_out.text};
 }
 
-/* 1 where all coordinates are whole numbers. */
+/* Returns 1 if all coordinates are whole numbers. */
 static double coordinate_step(const stp_pcd_header *h)
 {
     for (int axis = 0; axis < 3; axis++)

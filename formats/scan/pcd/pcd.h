@@ -1,14 +1,15 @@
-/* PCD files of the Point Cloud Library as a stream of points: .5 to .7, ascii, binary and
- * binary_compressed (pcd_values.h says what memory that takes).
+/* Reads PCD files of the Point Cloud Library as a stream of points: .5 to .7, ascii, binary and
+ * binary_compressed (pcd_values.h says how much memory that takes).
  *
- * Read are x y z, normal_x normal_y normal_z, rgb or rgba (packed in 4 bytes) or r g b, intensity
- * and label or class, of any type (packed colours of TYPE F as text: stp_pcd_values_find_packing);
- * the rest, and fields with a COUNT, are the note "left_out". A point of an organised cloud (HEIGHT
- * above 1) with a coordinate that is not finite is a ray without a return. The position of
- * VIEWPOINT is the station of all points, claimed where the line is not the default 0 0 0 1 0 0 0,
- * else by default the origin; its rotation is not used, since programs disagree about which way it
- * turns. An organised cloud is a grid. Ranges of intensity and of colours in parts are told by
- * value_range.h. Threads: one at a time. */
+ * Fields that are read, of any type: x y z, normal_x normal_y normal_z, rgb or rgba (packed in 4
+ * bytes) or r g b, intensity, and label or class. For packed colours of TYPE F in text, see
+ * stp_pcd_values_find_packing. The note "left_out" names all other fields, and fields with a COUNT.
+ * If HEIGHT is above 1, the cloud is organised: it is a grid, and a point with a coordinate that is
+ * not finite is a ray without a return. The position of VIEWPOINT is the station of all points. If
+ * the line is not the default 0 0 0 1 0 0 0, the station is claimed; else the origin is the default
+ * station. The rotation of VIEWPOINT is not used, because programs disagree about which way it
+ * turns. value_range.h finds the ranges of intensity and of separate colours. Threads: one at a
+ * time. */
 #ifndef STP_FORMATS_SCAN_PCD_PCD_H
 #define STP_FORMATS_SCAN_PCD_PCD_H
 

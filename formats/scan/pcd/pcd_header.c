@@ -1,4 +1,4 @@
-/* The header of a PCD file. */
+/* Reads the header of a PCD file. */
 #include "formats/scan/pcd/pcd_header.h"
 
 #include "base/checked.h"
@@ -14,11 +14,11 @@
 #define LINES_MAX 1000u
 #define FIELDS_MAX 1024u
 
-/* A header while its lines come in. */
+/* State while the lines of the header are parsed. */
 typedef struct parser {
     stp_pcd_header *header;
     const stp_source *source;
-    const char *keyword, *at, *end; /* of the line; at: behind what was read of it */
+    const char *keyword, *at, *end; /* of the line; at: the first unread character */
     bool has_size, has_type, has_width, has_height, has_points, has_data;
     uint64_t width;
 } parser;
@@ -37,7 +37,7 @@ static stp_status fault(const parser *p, stp_status status, stp_error *err, cons
                          (unsigned long long)p->source->line, detail);
 }
 
-/* Length of a token to quote in a message. */
+/* The length of a token as quoted in a message. */
 static int quoted(const char *begin, const char *end)
 {
     return end - begin < 40 ? (int)(end - begin) : 40;
@@ -107,7 +107,7 @@ done:
     return status;
 }
 
-/* The values of a line that has one for each field. */
+/* Parses a line that has one value for each field. */
 static stp_status parse_list(parser *p, stp_status (*parse)(parser *, stp_pcd_field *, stp_error *),
                              stp_error *err)
 {
@@ -201,7 +201,7 @@ static stp_status parse_points(parser *p, stp_error *err)
     return parse_count(p, &p->header->points, err);
 }
 
-/* Position and rotation of the sensor, the rotation first by its real part. */
+/* Parses position and rotation of the sensor; the rotation begins with its real part. */
 static stp_status parse_viewpoint(parser *p, stp_error *err)
 {
     static const double none[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
@@ -289,8 +289,8 @@ done:
     return status;
 }
 
-/* Counts that agree: one of WIDTH and POINTS may be missing, and HEIGHT. */
-static stp_status settle_counts(parser *p, stp_error *err)
+/* Checks that the counts agree. HEIGHT and one of WIDTH and POINTS may be missing. */
+static stp_status decide_counts(parser *p, stp_error *err)
 {
     stp_pcd_header *h = p->header;
     uint64_t product;
@@ -310,7 +310,7 @@ static stp_status settle_counts(parser *p, stp_error *err)
     return STP_OK;
 }
 
-static stp_status settle_layout(parser *p, stp_error *err)
+static stp_status decide_layout(parser *p, stp_error *err)
 {
     stp_pcd_header *h = p->header;
     uint64_t stride = 0, bytes;
@@ -389,7 +389,7 @@ static bool has_all(const stp_pcd_header *h, stp_pcd_target first, stp_pcd_targe
     return true;
 }
 
-static stp_status settle_targets(parser *p, stp_error *err)
+static stp_status decide_targets(parser *p, stp_error *err)
 {
     static const char *const axes[] = {"x", "y", "z"};
     stp_pcd_header *h = p->header;
@@ -417,9 +417,9 @@ stp_status stp_pcd_header_read(stp_pcd_header *header, stp_source *source, stp_e
     parser p = {.header = header, .source = source};
     *header = (stp_pcd_header){0};
     STP_TRY(parse_lines(&p, source, err));
-    STP_TRY(settle_layout(&p, err));
-    STP_TRY(settle_counts(&p, err));
-    STP_TRY(settle_targets(&p, err));
+    STP_TRY(decide_layout(&p, err));
+    STP_TRY(decide_counts(&p, err));
+    STP_TRY(decide_targets(&p, err));
 done:
     if (status != STP_OK)
         stp_pcd_header_free(header);

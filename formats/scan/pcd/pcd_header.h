@@ -1,7 +1,7 @@
 /* The header of a PCD file (Point Cloud Library), versions .5 to .7.
  *
- * Lines of a keyword and its values, up to DATA; # begins a comment, lines end in \n or \r\n. Each
- * field has a SIZE in bytes, a TYPE (I, U, F) and a COUNT of values in a record; fields stand in
+ * Each line is a keyword and its values, up to DATA. # begins a comment. Lines end in \n or \r\n.
+ * Each field has a SIZE in bytes, a TYPE (I, U, F) and a COUNT of values per record; fields come in
  * any order. COUNT, HEIGHT, VIEWPOINT and one of WIDTH and POINTS may be missing. Threads: any once
  * read. */
 #ifndef STP_FORMATS_SCAN_PCD_PCD_HEADER_H
@@ -21,7 +21,7 @@ typedef enum stp_pcd_encoding {
     STP_PCD_COMPRESSED
 } stp_pcd_encoding;
 
-/* What a field means to us. */
+/* What we use a field for. */
 typedef enum stp_pcd_target {
     STP_PCD_X,
     STP_PCD_Y,
@@ -35,7 +35,7 @@ typedef enum stp_pcd_target {
     STP_PCD_INTENSITY,
     STP_PCD_CLASS,
     STP_PCD_PACKED,      /* 0xAARRGGBB in the bits of 4 bytes, whatever their type */
-    STP_PCD_TARGET_COUNT /* also: means nothing */
+    STP_PCD_TARGET_COUNT /* also: not used */
 } stp_pcd_target;
 
 #define STP_PCD_NAME_CHARS 64
@@ -53,24 +53,24 @@ typedef struct stp_pcd_header {
     stp_pcd_encoding encoding;
     stp_pcd_field *fields;
     size_t field_count, field_capacity;
-    size_t stride;           /* bytes of a binary record, at most STP_PCD_STRIDE_MAX */
-    uint64_t values;         /* of a record */
+    size_t stride;           /* bytes per binary record, at most STP_PCD_STRIDE_MAX */
+    uint64_t values;         /* per record */
     uint64_t height, points; /* height > 1: organised, the rows of an image */
-    bool has_viewpoint;      /* VIEWPOINT is there and is not its default */
-    stp_dvec3 viewpoint;     /* its position, else the origin; may be not finite */
+    bool has_viewpoint;      /* VIEWPOINT exists and differs from its default */
+    stp_dvec3 viewpoint;     /* the position of VIEWPOINT, else the origin; may be not finite */
     uint64_t data_offset, lines;
 } stp_pcd_header;
 
 #define STP_PCD_STRIDE_MAX ((size_t)1 << 24)
 
-/* Reads from the start of source up to and with DATA; each target goes to one field at most, and
- * normals and colours to all their parts or none. Errors: IO, CORRUPT (with the line), VERSION,
+/* Reads from the start of source to the end of the DATA line. Each target gets at most one field.
+ * Normals and colours get all their parts or none. Errors: IO, CORRUPT (with the line), VERSION,
  * UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_pcd_header_read(stp_pcd_header *header, stp_source *source, stp_error *err);
 void stp_pcd_header_free(stp_pcd_header *header);
 /* NULL: no field has this target. */
 const stp_pcd_field *stp_pcd_header_find(const stp_pcd_header *header, stp_pcd_target target);
-/* A field that only fills up records. */
+/* True if the field only fills up records. */
 bool stp_pcd_field_is_padding(const stp_pcd_field *field);
 
 #endif

@@ -1,4 +1,4 @@
-/* The values of PCD records as columns of numbers, whatever the encoding. */
+/* Reads the values of PCD records as columns of numbers, in any encoding. */
 #include "formats/scan/pcd/pcd_values.h"
 
 #include "base/checked.h"
@@ -14,7 +14,7 @@
 #define SAMPLE_BLOCKS 64u
 #define SAMPLE_PREFIX 65536u
 
-/* A column of one type: values stride bytes apart, little-endian, as doubles. */
+/* Loads a column of one type as doubles: values lie stride bytes apart, little-endian. */
 #define LOAD_COLUMN(value_type)                                                                    \
     for (size_t i = 0; i < count; i++, bytes += stride) {                                          \
         value_type value;                                                                          \
@@ -85,8 +85,8 @@ static stp_status cut(const stp_pcd_values *v, stp_error *err)
         (unsigned long long)v->header.points);
 }
 
-/* Whether the text can only be a float as a program prints it: a fraction, or rounded above the
- * ones, as 4.2108e+06 is. An integer of three bytes would lose its blue there. */
+/* True if the text can only be a float as a program prints it: it has a fraction, or is rounded
+ * above the ones (4.2108e+06). A 3-byte integer in that form would lose its blue. */
 static bool is_float_text(const char *token, const char *end, double value)
 {
     const char *point = memchr(token, '.', (size_t)(end - token));
@@ -102,9 +102,9 @@ static bool is_float_text(const char *token, const char *end, double value)
     return exponent > (point ? (double)(mark - point - 1) : 0.0);
 }
 
-/* Packed colours as text: the bits of the float that the number is. But whole numbers from 1 on are
- * the integers themselves, unless the column is known to be floats: as floats they would have bits
- * that no colour has above its red. */
+/* Converts a packed colour in text to its bits. A whole number from 1 on is the integer itself,
+ * unless the column is known to be floats: as a float it would have bits above red, which no colour
+ * has. Any other number is a float whose bits are the colour. */
 static uint32_t packed_of_text(const stp_pcd_values *v, const stp_pcd_field *field, double value)
 {
     const bool whole = value >= 1.0 && value <= 4294967295.0 && value == floor(value);
@@ -227,7 +227,7 @@ done:
     return status;
 }
 
-/* A count that the file cannot hold is found here, before anyone allocates by it. */
+/* Rejects a count that the file cannot hold, before anyone allocates by it. */
 static stp_status check_count(const stp_pcd_values *v, stp_error *err)
 {
     const stp_pcd_header *h = &v->header;
@@ -246,13 +246,13 @@ static stp_status check_count(const stp_pcd_values *v, stp_error *err)
                          (unsigned long long)fit);
 }
 
-/* The compressed bytes, [begin, end) of the file, and what they become. */
+/* The compressed bytes [begin, end) of the file, and their decoded size. */
 typedef struct compressed_block {
     uint64_t begin, end, size;
-    bool padded; /* with the fields that only fill up records: writers differ */
+    bool padded; /* the block includes the fields that only fill up records: writers differ */
 } compressed_block;
 
-/* By the two numbers before them, with which the header agrees. */
+/* Finds the block from the two sizes before it and checks them against the header. */
 static stp_status find_block(stp_pcd_values *v, compressed_block *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -288,7 +288,7 @@ done:
     return status;
 }
 
-/* Decodes all once and leaves a decoder at the first value of each wanted field. */
+/* Decodes everything once and leaves a decoder at the first value of each wanted field. */
 static stp_status open_compressed(stp_pcd_values *v, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -306,7 +306,7 @@ static stp_status open_compressed(stp_pcd_values *v, stp_error *err)
             continue;
         if (field->target != STP_PCD_TARGET_COUNT)
             v->decoders[field->target] = *scout;
-        /* No overflow: all of them together are `size`. */
+        /* No overflow: all fields together are `size`. */
         STP_TRY(stp_lzf_read(scout, NULL, field->size * field->count * v->header.points, err));
     }
     STP_TRY(stp_lzf_finish(scout, err));
@@ -346,7 +346,7 @@ static double column_maximum(const stp_pcd_values *v, stp_pcd_target first, stp_
 {
     for (int t = (int)first; t <= (int)last; t++)
         for (size_t i = 0; i < count; i++)
-            maximum = fmax(maximum, v->columns[t][i]); /* fmax passes over NaN */
+            maximum = fmax(maximum, v->columns[t][i]); /* fmax ignores NaN */
     return maximum;
 }
 
@@ -363,7 +363,7 @@ static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd
     uint64_t next = 0;
     for (uint64_t block = 0; block < blocks && next < total; block++) {
         uint64_t at = stp_spread_begin(total, block, blocks);
-        at = at > next ? at : next; /* blocks of small files would overlap */
+        at = at > next ? at : next; /* else blocks of small files would overlap */
         const size_t count = block_of(v, total - at);
         stp_source_seek(&v->source, v->header.data_offset + at * v->header.stride, 0);
         v->index = at;

@@ -1,4 +1,4 @@
-/* A PLY file as a stream of points. */
+/* Reads a PLY file as a stream of points. */
 #include "formats/scan/ply/ply.h"
 
 #include "base/memory.h"
@@ -43,7 +43,7 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
     return STP_OK;
 }
 
-/* What comments say goes before a camera. */
+/* Stations in comments win over a camera. */
 static void find_stations(stp_ply *ply)
 {
     const bool named = has_targets(ply, STP_PLY_STATION, 1);
@@ -72,7 +72,7 @@ static void find_edge_element(stp_ply *ply)
         ply->edges = element;
 }
 
-/* A count that the file cannot hold is found here, before anyone allocates by it. */
+/* Rejects a count that the file cannot hold, before anyone allocates by it. */
 static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
 {
     const stp_ply_element *vertex = ply->vertex;

@@ -1,4 +1,4 @@
-/* Are wide colours 8-bit values in disguise? Finds out from the data. */
+/* Finds out from the data whether wide colours are 8-bit values in disguise. */
 #include "formats/scan/ply/ply.h"
 #include "formats/scan/value_range.h"
 
@@ -7,7 +7,7 @@
 #define STP_PLY_SAMPLE_BLOCKS 64u
 #define STP_PLY_SAMPLE_PREFIX 65536u
 
-/* Greatest values met so far. */
+/* The greatest values so far. */
 typedef struct depth_maxima {
     double colour, intensity;
 } depth_maxima;
@@ -15,7 +15,7 @@ typedef struct depth_maxima {
 static double column_maximum(const stp_ply *ply, stp_ply_target target, size_t count, double so_far)
 {
     for (size_t i = 0; i < count; i++)
-        so_far = fmax(so_far, ply->columns[target][i]); /* fmax passes over NaN */
+        so_far = fmax(so_far, ply->columns[target][i]); /* fmax ignores NaN */
     return so_far;
 }
 
@@ -38,7 +38,7 @@ static stp_status sample_spread(stp_ply *ply, depth_maxima *maxima, stp_error *e
     uint64_t next = 0;
     for (uint64_t block = 0; block < blocks; block++) {
         uint64_t first = stp_spread_begin(total, block, blocks);
-        first = first > next ? first : next; /* blocks of small files would overlap */
+        first = first > next ? first : next; /* else blocks of small files would overlap */
         const uint64_t left = total - first;
         const size_t count = left < STP_PLY_BLOCK_POINTS ? (size_t)left : STP_PLY_BLOCK_POINTS;
         stp_source_seek(&ply->source, ply->vertex_offset + first * ply->vertex->stride, 0);

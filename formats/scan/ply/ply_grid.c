@@ -1,4 +1,4 @@
-/* Range images and cameras of PLY files. */
+/* Reads range images and cameras of PLY files. */
 #include "formats/scan/ply/ply_grid.h"
 
 #include "base/checked.h"
@@ -40,7 +40,7 @@ done:
     return status;
 }
 
-/* The vertex of the next pixel; UINT64_MAX if it has none. */
+/* Reads the vertex of the next pixel; UINT64_MAX if it has none. */
 static stp_status read_pixel(stp_ply *ply, const stp_ply_element *element,
                              const stp_ply_property *list, uint64_t *vertex, stp_error *err)
 {
@@ -84,7 +84,7 @@ static stp_status read_cells(stp_ply *ply, const stp_ply_element *element, stp_e
             cells[count++] =
                 (stp_grid_cell){vertex, (uint32_t)(i % columns), (uint32_t)(i / columns)};
     }
-    if (count == 0) /* without cells a grid would be the order of the points */
+    if (count == 0) /* a grid without cells would mean that the points' order is the grid */
         goto done;
     ply->grid = (stp_scan_grid){.columns = (uint32_t)columns,
                                 .rows = (uint32_t)ply->header.grid_size[1],

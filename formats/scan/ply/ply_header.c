@@ -1,4 +1,4 @@
-/* The header of a PLY file. */
+/* Reads the header of a PLY file. */
 #include "formats/scan/ply/ply_header.h"
 
 #include "formats/scan/ply/ply_grid.h"
@@ -11,7 +11,7 @@
 #include <string.h>
 #include <strings.h>
 
-/* Bounds on what a header may cost; real ones have below 100 lines. */
+/* Bounds on the cost of a header. Real headers have fewer than 100 lines. */
 #define STP_PLY_HEADER_BYTES_MAX ((uint64_t)1 << 20)
 #define STP_PLY_ELEMENTS_MAX 256u
 #define STP_PLY_PROPERTIES_MAX 4096u
@@ -60,20 +60,21 @@ size_t stp_ply_type_size(stp_ply_type type)
     return types[type].size;
 }
 
-/* A word of a header line, cut to what a name may hold. */
+/* A word of a header line, cut to the length of a name. */
 typedef struct word {
     char text[STP_PLY_NAME_CHARS];
 } word;
 
-/* Parses one header at a time. */
+/* State while a header is parsed. */
 typedef struct header_parser {
     stp_ply_header *header;
     stp_source *source;
-    const char *at, *end; /* rest of the line */
+    const char *at, *end; /* unread part of the line */
     bool has_format;
 } header_parser;
 
-/* An empty word where the line has none; names too long are cut, which tells them apart still. */
+/* Returns an empty word if the line has none. Cuts a name that is too long; the cut name still
+ * differs from all known names. */
 static word next_word(header_parser *parser)
 {
     word w = {""};
@@ -102,7 +103,8 @@ static bool find_type(const char *name, stp_ply_type *type)
     return false;
 }
 
-/* CloudCompare calls its scalar fields scalar_Intensity, scalar_Classification. */
+/* Finds the target of a name. CloudCompare calls its scalar fields scalar_Intensity,
+ * scalar_Classification. */
 static stp_ply_target find_target(const char *name)
 {
     if (strncasecmp(name, "scalar_", 7) == 0)
@@ -189,7 +191,8 @@ static stp_status parse_property(header_parser *p, stp_error *err)
         property.target = find_target(name.text);
     for (size_t i = element->property_first; i < h->property_count; i++)
         if (h->properties[i].target == property.target)
-            property.target = STP_PLY_TARGET_COUNT; /* the first of equal meaning counts */
+            property.target =
+                STP_PLY_TARGET_COUNT; /* if two properties mean the same, the first one counts */
     property.offset = element->stride;
     element->stride += stp_ply_type_size(property.is_list ? property.count_type : property.type);
     element->has_lists |= property.is_list;
@@ -274,7 +277,7 @@ stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_erro
     }
     header.data_offset = source->offset;
     header.header_lines = source->line;
-    stp_ply_stations_settle(&header.stations);
+    stp_ply_stations_sort(&header.stations);
     *out = header;
     header = (stp_ply_header){0};
 done:

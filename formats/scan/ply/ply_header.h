@@ -1,9 +1,9 @@
-/* The header of a PLY file: what follows it, record by record.
+/* The header of a PLY file: which records follow.
  *
  * Turk's PLY 1.0: elements in file order, each with scalar and list properties of eight types under
  * two conventions of names (char or int8, ..., double or float64). Reads ASCII and both byte
- * orders; lines end in \n or \r\n; obj_info lines and comments other than those of ply_stations.h
- * are passed over. */
+ * orders. Lines end in \n or \r\n. obj_info lines, and comments other than those of ply_stations.h,
+ * are skipped. */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 #define STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 
@@ -32,7 +32,7 @@ typedef enum stp_ply_type {
     STP_PLY_FLOAT64
 } stp_ply_type;
 
-/* What a scalar property of a vertex means to us. */
+/* What we use a scalar property of a vertex for. */
 typedef enum stp_ply_target {
     STP_PLY_X,
     STP_PLY_Y,
@@ -46,8 +46,8 @@ typedef enum stp_ply_target {
     STP_PLY_INTENSITY,
     STP_PLY_CLASS,
     STP_PLY_STATION,
-    STP_PLY_RADIUS,      /* half the width of lines through it */
-    STP_PLY_TARGET_COUNT /* also: means nothing */
+    STP_PLY_RADIUS,      /* half the width of lines through the vertex */
+    STP_PLY_TARGET_COUNT /* also: not used */
 } stp_ply_target;
 
 #define STP_PLY_NAME_CHARS 64
@@ -58,15 +58,15 @@ typedef struct stp_ply_property {
     bool is_list;
     stp_ply_type count_type; /* of a list's length */
     stp_ply_target target;   /* vertex scalars only */
-    size_t offset;           /* in the record, where the element has no lists (binary) */
+    size_t offset;           /* in the record, if the element has no lists (binary) */
 } stp_ply_property;
 
 typedef struct stp_ply_element {
     char name[STP_PLY_NAME_CHARS];
     uint64_t count;
-    size_t property_first, property_count; /* in the header's properties */
+    size_t property_first, property_count; /* indices into the header's properties */
     bool has_lists;
-    size_t stride; /* bytes of a binary record, lists counted by their length alone */
+    size_t stride; /* bytes of a binary record, in which a list counts as its length alone */
 } stp_ply_element;
 
 typedef struct stp_ply_header {
@@ -75,8 +75,8 @@ typedef struct stp_ply_header {
     size_t element_count, element_capacity;
     stp_ply_property *properties;
     size_t property_count, property_capacity;
-    stp_ply_stations stations; /* settled */
-    uint64_t grid_size[2];     /* columns and rows of a range image; 0: not told */
+    stp_ply_stations stations; /* sorted */
+    uint64_t grid_size[2];     /* columns and rows of a range image; 0: not given */
     uint64_t data_offset;      /* first byte after the header */
     uint64_t header_lines;
 } stp_ply_header;
@@ -84,14 +84,14 @@ typedef struct stp_ply_header {
 /* Bytes of one value. */
 size_t stp_ply_type_size(stp_ply_type type);
 
-/* Reads from the start of source up to and with end_header. Errors: IO, CORRUPT (with the line),
- * UNSUPPORTED (a PLY version or encoding unknown), LIMIT, OUT_OF_MEMORY. */
+/* Reads from the start of source to the end of the line end_header. Errors: IO, CORRUPT (with the
+ * line), UNSUPPORTED (unknown PLY version or encoding), LIMIT, OUT_OF_MEMORY. */
 stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_error *err);
 void stp_ply_header_free(stp_ply_header *header);
 
 /* The element of this name, or NULL. */
 const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const char *name);
-/* A number property of an element by its name, or NULL. */
+/* The scalar property of an element by its name, or NULL. */
 const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,
                                                 const stp_ply_element *element, const char *name);
 /* The list of vertex numbers of a `face` or `tristrips` element, or NULL. */

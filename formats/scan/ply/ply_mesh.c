@@ -1,5 +1,5 @@
-/* A PLY file as a mesh: all vertices, its polygons or triangle strips as triangles, and its edges.
- */
+/* Reads a PLY file as a mesh: all vertices, its polygons or triangle strips as triangles, and its
+ * edges. */
 #include "formats/scan/ply/ply.h"
 
 #include "base/memory.h"
@@ -7,13 +7,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Turns the vertex numbers of one list after the other into triangles. */
+/* Turns lists of vertex numbers into triangles. */
 typedef struct face_builder {
     stp_point_mesh *mesh;
     const stp_ply *ply;
-    bool strips;          /* else a fan per list */
-    uint64_t corner;      /* within the polygon or strip */
-    uint32_t first, last; /* fan: first and last corner; strip: last but one and last */
+    bool strips;          /* false: each list is a fan */
+    uint64_t corner;      /* number of the corner in the polygon or strip */
+    uint32_t first, last; /* fan: first and last corner; strip: the last two corners */
 } face_builder;
 
 static stp_status bad_index(const face_builder *b, double index, stp_error *err)
@@ -41,7 +41,7 @@ static stp_status add_corner(face_builder *b, double value, stp_error *err)
         return bad_index(b, value, err);
     const uint32_t index = (uint32_t)value;
     if (b->corner >= 2) {
-        /* Every second triangle of a strip is wound the other way round. */
+        /* Every second triangle of a strip has the opposite winding. */
         const bool flip = b->strips && b->corner % 2 == 1;
         STP_TRY(stp_point_mesh_add_triangle(b->mesh, flip ? b->last : b->first,
                                             flip ? b->first : b->last, index, err));
@@ -98,7 +98,7 @@ done:
     return status;
 }
 
-/* The properties of an edge that mean something: where it ends, and its colour. */
+/* The properties of an edge that are read: its ends and its colour. */
 typedef struct edge_reader {
     const stp_ply_property *ends[2], *rgb[3];
 } edge_reader;
@@ -109,7 +109,7 @@ static uint32_t vertex_number(double value)
     return whole ? (uint32_t)value : STP_MESH_NO_VERTEX;
 }
 
-/* Bytes by 257, floats as fractions, wider ones as they are. */
+/* Scales to 0..65535: bytes by 257, floats as fractions; wider types stay. */
 static uint16_t colour_number(double value, stp_ply_type type)
 {
     const double scale = type <= STP_PLY_UINT8 ? 257.0 : type >= STP_PLY_FLOAT32 ? 65535.0 : 1.0;
@@ -164,7 +164,7 @@ done:
     return status;
 }
 
-/* Half-widths of the points that were read last. */
+/* Adds the half-widths of the points that were read last. */
 static stp_status add_radii(const stp_ply *ply, stp_point_mesh *mesh, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -1,4 +1,4 @@
-/* Stations out of the comments of a PLY header. */
+/* Reads stations from the comments of a PLY header. */
 #include "formats/scan/ply/ply_stations.h"
 
 #include "base/memory.h"
@@ -49,7 +49,7 @@ static bool same_position(const stp_ply_station *a, const stp_ply_station *b)
            a->position.z == b->position.z;
 }
 
-void stp_ply_stations_settle(stp_ply_stations *stations)
+void stp_ply_stations_sort(stp_ply_stations *stations)
 {
     stp_ply_station *list = stations->list;
     size_t kept = 0, next;
@@ -73,7 +73,7 @@ uint16_t stp_ply_stations_find(const stp_ply_stations *stations, double number)
         return 0;
     const uint32_t wanted = (uint32_t)number;
     if (wanted < end && list[wanted].number == wanted)
-        return (uint16_t)(wanted + 1); /* as most files count them */
+        return (uint16_t)(wanted + 1); /* fast path: most files number stations from 0 on */
     while (begin < end) {
         const size_t middle = begin + (end - begin) / 2;
         if (list[middle].number < wanted)

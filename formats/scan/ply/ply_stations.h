@@ -1,18 +1,18 @@
-/* Where scanners stood, as a PLY file says it.
+/* Reads where scanners stood from a PLY file.
  *
- * PLY has no place for it, so this is a convention: header lines
+ * PLY has no field for stations, so this is a convention. For each station the header has a line
  *
  *     comment station NUMBER X Y Z
  *
- * in the points' own coordinates, one for each station, and a vertex property `station` (any type;
- * also scalar_station, as CloudCompare would rename it) with the number of the station that saw the
- * point. A file with one position and without the property was seen from there as a whole.
+ * in the points' own coordinates. The vertex property `station` (any type; also scalar_station, as
+ * CloudCompare renames it) is the number of the station that saw the point. If a file has one
+ * position and no such property, that station saw all points.
  *
- * Comments are free text and files pass through programs that drop or join them, so nothing here is
- * a fault: a comment that is not exactly so is a comment; a number with two different positions has
- * none; a point whose number has no position, is negative, fractional or not finite has an unknown
- * station; positions of several stations without the property say nothing of the points. Threads:
- * any once settled. */
+ * Comments are free text, and programs drop or join them when they rewrite files. So nothing here
+ * is a fault. A comment of another form is an ordinary comment. A number with two different
+ * positions has none. The station of a point is unknown if its number has no position, is negative,
+ * fractional or not finite. Without the property, positions of several stations say nothing about
+ * the points. Threads: any once sorted. */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_STATIONS_H
 #define STP_FORMATS_SCAN_PLY_PLY_STATIONS_H
 
@@ -28,18 +28,19 @@ typedef struct stp_ply_station {
 } stp_ply_station;
 
 typedef struct stp_ply_stations {
-    stp_ply_station *list; /* settled: by number, each once */
+    stp_ply_station *list; /* if sorted: sorted by number, each once */
     size_t count, capacity;
 } stp_ply_stations;
 
-/* Takes the rest of a comment's line, [begin, end), if it gives a station's position. Errors:
+/* Adds a station if the rest of a comment line, [begin, end), gives its position. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_ply_stations_add(stp_ply_stations *stations, const char *begin, const char *end,
                                 stp_error *err);
-/* Sorts the list and drops what is repeated or contradicts itself. At most STP_STATION_LIMIT stay,
- * those of the lowest numbers. */
-void stp_ply_stations_settle(stp_ply_stations *stations);
-/* Place of the station with this number in the settled list, counted from 1; 0 if there is none. */
+/* Sorts the list and drops repeated and contradictory stations. Keeps at most STP_STATION_LIMIT,
+ * those with the lowest numbers. */
+void stp_ply_stations_sort(stp_ply_stations *stations);
+/* The index of the station with this number in the sorted list, counted from 1; 0 if there is
+ * none. */
 uint16_t stp_ply_stations_find(const stp_ply_stations *stations, double number);
 void stp_ply_stations_free(stp_ply_stations *stations);
 

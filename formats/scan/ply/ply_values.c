@@ -1,4 +1,4 @@
-/* The values of PLY records. */
+/* Reads the values of PLY records. */
 #include "formats/scan/ply/ply_values.h"
 
 #include "base/checked.h"
@@ -68,7 +68,7 @@ void stp_ply_load_column(stp_ply_type type, stp_ply_encoding encoding, const uns
 #undef COLUMN
 }
 
-/* The element's name in the plural of plain words. */
+/* A plain plural of the element's name. */
 static const char *plural(const stp_ply_element *element)
 {
     if (strcmp(element->name, "vertex") == 0)
@@ -152,7 +152,7 @@ stp_status stp_ply_next_length(stp_ply_cursor *c, const stp_ply_property *list, 
     STP_TRY(stp_ply_next_value(c, list->count_type, &value, err));
     const bool ascii = c->encoding == STP_PLY_ASCII;
     const uint64_t left = ascii ? (uint64_t)(c->end - c->at) : c->source->size - c->source->offset;
-    /* An ASCII entry takes a space and a digit at least. */
+    /* An ASCII entry takes at least a space and a digit. */
     const uint64_t room = left / (ascii ? 2 : stp_ply_type_size(list->type));
     if (!(value >= 0.0 && value <= (double)room && value == (double)(uint64_t)value)) {
         status = stp_error_set(
@@ -178,7 +178,7 @@ stp_status stp_ply_skip_property(stp_ply_cursor *c, const stp_ply_property *prop
     if (property->is_list)
         STP_TRY(stp_ply_next_length(c, property, &length, err));
     if (c->encoding != STP_PLY_ASCII && property->is_list) {
-        /* next_length made sure that these bytes exist. */
+        /* next_length checked that these bytes exist. */
         stp_source_skip(c->source, length * stp_ply_type_size(property->type));
         goto done;
     }

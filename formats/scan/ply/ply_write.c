@@ -1,4 +1,4 @@
-/* Points, faces and edges out as binary little-endian PLY. */
+/* Writes points, faces and edges as binary little-endian PLY. */
 #include "formats/scan/ply/ply_write.h"
 
 #include "base/file.h"
@@ -10,9 +10,10 @@
 
 /* x y z double, nx ny nz float, rgb, intensity, class, station, outlier, radius */
 #define STP_PLY_RECORD_BYTES_MAX (24 + 12 + 3 + 2 + 1 + 2 + 1 + 4)
-/* Above, their numbers need two bytes; the greatest value of either type names none. */
+/* More stations than this need two bytes per number. The greatest value of either type means
+ * unknown. */
 #define STP_PLY_BYTE_STATIONS 255u
-/* Bytes are gathered here so that stp_output is called per block, not per property. */
+/* Bytes are collected in blocks, so that stp_output is called once per block, not per property. */
 #define STP_PLY_BLOCK_RECORDS 1024u
 
 struct stp_ply_writer {
@@ -65,7 +66,7 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p, float rad
     if (params->attributes & STP_POINT_HAS_CLASS)
         *at++ = p->class_id;
     if (params->attributes & STP_POINT_HAS_STATION) {
-        const unsigned number = p->station - 1u; /* all ones where unknown */
+        const unsigned number = p->station - 1u; /* all bits set if unknown */
         *at++ = (unsigned char)(number & 0xff);
         if (params->station_count > STP_PLY_BYTE_STATIONS)
             *at++ = (unsigned char)(number >> 8 & 0xff);

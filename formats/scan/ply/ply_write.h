@@ -1,15 +1,17 @@
-/* Points, faces and edges out as binary little-endian PLY, streamed.
+/* Writes points, faces and edges as a stream of binary little-endian PLY.
  *
- * The counts are fixed when the writer is created, because PLY states them in the header: first all
- * points, then all triangles, then all edges, then finish. The file appears whole or not at all
- * (base/file.h). Vertex properties, in this order: x y z; nx ny nz (float); red green blue (uchar:
- * the upper byte of the 16-bit colour, rounded); intensity (ushort); classification (uchar);
- * station (its number, counted from 0, as uchar, or as ushort where there are more than 255;
- * unknown: the type's greatest value); outlier (uchar, 1 or 0); radius (float: half the width of
- * lines; where there are edges). Stations' positions are comments, see ply_stations.h. Faces are
- * `list uchar int vertex_indices` (uint where a vertex index needs it), edges `int vertex1`, `int
- * vertex2` (likewise). Does not write textures or ASCII. Coordinates are written as given. Memory:
- * bounded. Threads: one at a time per writer. */
+ * The counts are fixed when the writer is created, because the PLY header states them. Write all
+ * points, then all triangles, then all edges, then call finish. The file appears whole or not at
+ * all (base/file.h). Does not write textures or ASCII. Memory: bounded. Threads: one at a time per
+ * writer.
+ *
+ * Vertex properties, in this order: x y z (as given); nx ny nz (float); red green blue (uchar: the
+ * upper byte of the 16-bit colour, rounded); intensity (ushort); classification (uchar); station
+ * (its number, counted from 0, as uchar, or ushort if there are more than 255; unknown: the type's
+ * greatest value); outlier (uchar, 1 or 0); radius (float, half the width of lines; only if there
+ * are edges). Positions of stations are comments, see ply_stations.h. Faces are `list uchar int
+ * vertex_indices`, edges are `int vertex1`, `int vertex2`; int becomes uint if an index needs it.
+ */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_WRITE_H
 #define STP_FORMATS_SCAN_PLY_PLY_WRITE_H
 
@@ -33,15 +35,15 @@ typedef struct stp_ply_writer_params {
 
 typedef struct stp_ply_writer stp_ply_writer;
 
-/* Writes the header. params is copied, path too. Errors: EXISTS, IO, OUT_OF_MEMORY,
- * INVALID_ARGUMENT (points of stations without positions, more than STP_STATION_LIMIT of them,
- * triangles or edges without vertices or of more than 2^32 vertices). */
+/* Writes the header. params and path are copied. Errors: EXISTS, IO, OUT_OF_MEMORY,
+ * INVALID_ARGUMENT (points with stations but no positions, more than STP_STATION_LIMIT stations,
+ * triangles or edges without vertices or with more than 2^32 vertices). */
 stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
                                  const stp_ply_writer_params *params, stp_error *err);
 /* Appends count points. Errors: IO; INVALID_ARGUMENT (more than vertex_count in all). */
 stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points, size_t count,
                                  stp_error *err);
-/* The same with the points' radii, NULL for none; left out where there are no edges. */
+/* The same with the points' radii; NULL for none. Radii are left out if there are no edges. */
 stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *points,
                                       const float *radii, size_t count, stp_error *err);
 /* Appends count triangles, after all points. Errors: IO; INVALID_ARGUMENT (points are missing, more

@@ -1,4 +1,4 @@
-/* Columns by their names. */
+/* Finds columns by their names. */
 #include "formats/scan/text/columns.h"
 
 #include "formats/scan/scan.h"
@@ -8,7 +8,7 @@
 
 #define STP_NAME_CHARS_MAX 32
 
-/* By preference: an earlier name wins over a later one for the same thing. */
+/* In order of preference: an earlier name wins over a later one with the same meaning. */
 static const struct {
     const char *name;
     stp_column column;
@@ -86,7 +86,7 @@ static const struct {
 
 #define STP_NAMES (sizeof known_names / sizeof *known_names)
 
-/* Place among the known names, STP_NAMES if it is none. */
+/* Index among the known names; STP_NAMES if the name is unknown. */
 static size_t find_name(stp_field field)
 {
     char name[STP_NAME_CHARS_MAX];
@@ -126,7 +126,7 @@ static bool has(const stp_columns *columns, stp_column column)
     return stp_columns_find(columns, column) < STP_COLUMNS_MAX;
 }
 
-/* Whether this column and the two that follow it in stp_column are there. */
+/* True if this column and the two that follow it in stp_column exist. */
 static bool has_three(const stp_columns *columns, stp_column first)
 {
     return has(columns, first) && has(columns, (stp_column)(first + 1u)) &&
@@ -154,7 +154,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
                              const char *end)
 {
     stp_columns columns = {.separator = separator};
-    size_t names[STP_COLUMN_COUNT]; /* by which each was found */
+    size_t names[STP_COLUMN_COUNT]; /* index of the name by which each was found */
     stp_field field;
     memset(columns.targets, STP_COLUMN_NONE, sizeof columns.targets);
     for (int i = 0; i < STP_COLUMN_COUNT; i++)

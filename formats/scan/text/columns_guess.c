@@ -1,12 +1,12 @@
-/* Columns by what their numbers are. */
+/* Guesses columns from their numbers. */
 #include "formats/scan/text/columns.h"
 
 #include <math.h>
 #include <string.h>
 
-/* How far the square of a unit normal's length may be from 1: three digits are enough. */
+/* Largest difference of a unit normal's squared length from 1. Allows normals of three digits. */
 #define STP_UNIT_TOLERANCE 0.02
-/* Of the lines, this share must fit a normal. */
+/* The share of the lines that must fit a normal. */
 #define STP_UNIT_SHARE 0.99
 
 static bool is_written_whole(stp_field field)
@@ -76,11 +76,12 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
     }
 }
 
-/* Columns that no one has claimed yet. */
+/* The columns that have no meaning yet. */
 typedef struct guess {
     const stp_columns_sample *sample;
     stp_columns columns;
-    bool is_free[STP_COLUMNS_MAX + 4]; /* numbers without a meaning so far; false behind the last */
+    bool is_free[STP_COLUMNS_MAX +
+                 4]; /* number columns without a meaning so far; false after the last */
 } guess;
 
 static bool three_free(const guess *g, uint32_t first)
@@ -137,7 +138,7 @@ static bool can_be_colour(const guess *g, uint32_t first)
     return whole || fractions;
 }
 
-/* Whether the column behind a colour is always its greatest value. */
+/* True if the column after a colour always has its greatest value. */
 static bool is_alpha(const guess *g, uint32_t colour)
 {
     const stp_column_range *range = &g->sample->ranges[colour + 3];
@@ -146,7 +147,7 @@ static bool is_alpha(const guess *g, uint32_t colour)
            greatest(g, colour) <= limit && range->min >= limit && range->max <= limit;
 }
 
-/* Of four columns that can be i r g b and r g b i: whether they are the first. */
+/* For four columns that can be i r g b or r g b i: true if they are i r g b. */
 static bool is_intensity_first(const guess *g, uint32_t first)
 {
     const stp_column_range *r = g->sample->ranges + first;

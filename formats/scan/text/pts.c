@@ -1,4 +1,4 @@
-/* Lists of points with their number before them. */
+/* Reads lists of points that begin with their number. */
 #include "formats/scan/text/pts.h"
 
 #include "base/checked.h"
@@ -11,13 +11,13 @@
 
 typedef struct pts {
     stp_text text;
-    uint64_t left; /* points of the list that are still to come */
+    uint64_t left; /* points of the list that are not read yet */
 } pts;
 
-/* What the first line of points is and where. */
+/* The text of the first line of points, and where it is. */
 typedef struct first_point {
     char text[STP_TEXT_LINE_MAX];
-    size_t length; /* 0: none so far */
+    size_t length; /* 0: not found yet */
 } first_point;
 
 static stp_status keep_first(stp_text *text, first_point *first, uint64_t offset, uint64_t line,
@@ -37,7 +37,7 @@ static stp_status keep_first(stp_text *text, first_point *first, uint64_t offset
     return STP_OK;
 }
 
-/* Goes through all lists: their points, and the first of them. */
+/* Reads all lists: counts their points and keeps the first one. */
 static stp_status survey(stp_text *text, uint64_t *point_count, first_point *first, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -100,7 +100,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(survey(text, &info->point_count, first, err));
     if (first->length > 0)
         STP_TRY(find_columns(text, first, params->columns, sample, err));
-    stp_text_settle(text, sample);
+    stp_text_decide(text, sample);
     stp_text_fill_info(text, sample, info);
     info->format = "PTS";
     stp_source_seek(&text->source, start, 0);

@@ -1,4 +1,4 @@
-/* Scans on a grid, each with a pose. */
+/* Reads scans on a grid, each with a pose. */
 #include "formats/scan/text/ptx.h"
 
 #include "base/checked.h"
@@ -11,29 +11,29 @@
 #include <string.h>
 
 #define STP_PTX_HEADER_LINES 10
-/* What programs print of zeros and ones. */
+/* Tolerance for zeros and ones as programs print them. */
 #define STP_PTX_TOLERANCE 1e-6
 #define STP_PTX_FIELDS_MAX 7
-/* Of each scan, about so many points are looked at for the depth of colours and intensities. */
+/* About this many points of each scan are sampled for the range of colours and intensities. */
 #define STP_PTX_SAMPLE_POINTS 4096
 
 typedef struct ptx_scan {
     double pose[3][4]; /* world = pose * (x, y, z, 1) */
     uint64_t point_count;
-    uint32_t fields; /* numbers of a point; 0: none has a return */
+    uint32_t fields; /* numbers per point; 0: no point has a return */
 } ptx_scan;
 
 typedef struct ptx {
     stp_text text;
     ptx_scan *scans;
     size_t scan_count, scan_capacity;
-    stp_dvec3 *stations, *ups; /* by scan: where its scanner stood, and its z axis */
+    stp_dvec3 *stations, *ups; /* per scan: the position of its scanner, and its z axis */
     size_t station_capacity, up_capacity;
     uint64_t start;  /* byte of the first scan */
     size_t current;  /* scan that is being read, counted from 1; 0 before the first */
-    uint64_t left;   /* its points that are still to come */
-    bool has_colour; /* any scan has */
-    stp_columns_sample samples[STP_PTX_FIELDS_MAX + 1]; /* of points with so many numbers */
+    uint64_t left;   /* points of that scan that are not read yet */
+    bool has_colour; /* at least one scan has colours */
+    stp_columns_sample samples[STP_PTX_FIELDS_MAX + 1]; /* by count of numbers per point */
 } ptx;
 
 static stp_status ends_in_header(const stp_text *text, const char *what, stp_error *err)
@@ -45,7 +45,7 @@ static stp_status ends_in_header(const stp_text *text, const char *what, stp_err
         text->source.path, (unsigned long long)text->source.line, what);
 }
 
-/* The next line: exactly so many finite numbers. */
+/* Reads the next line: exactly `count` finite numbers. */
 static stp_status read_numbers(stp_text *text, unsigned count, const char *what, double *out,
                                stp_error *err)
 {
@@ -84,8 +84,9 @@ static bool is_near(const double *values, double a, double b, double c, double d
            fabs(values[2] - c) <= STP_PTX_TOLERANCE && fabs(values[3] - d) <= STP_PTX_TOLERANCE;
 }
 
-/* The matrix as it is in the file to one that is multiplied by a column; false if it is no pose. */
-static bool settle_pose(double file[4][4], double pose[3][4])
+/* Converts the matrix of the file to one that multiplies a column vector. False if it is no pose.
+ */
+static bool decide_pose(double file[4][4], double pose[3][4])
 {
     double m[4][4];
     const double last_column[4] = {file[0][3], file[1][3], file[2][3], file[3][3]};
@@ -108,7 +109,7 @@ static bool is_identity(const ptx_scan *scan)
            is_near(scan->pose[1], 0.0, 1.0, 0.0, 0.0) && is_near(scan->pose[2], 0.0, 0.0, 1.0, 0.0);
 }
 
-/* What follows the two numbers. */
+/* Reads the pose that follows the two numbers. */
 static stp_status read_pose(stp_text *text, ptx_scan *scan, stp_dvec3 *station, stp_error *err)
 {
     static const char *const axes[] = {"the scanner's x axis", "the scanner's y axis",
@@ -120,7 +121,7 @@ static stp_status read_pose(stp_text *text, ptx_scan *scan, stp_dvec3 *station, 
         STP_TRY(read_numbers(text, 3, axes[i], axis, err));
     for (int i = 0; i < 4; i++)
         STP_TRY(read_numbers(text, 4, "a row of the pose", matrix[i], err));
-    if (!settle_pose(matrix, scan->pose))
+    if (!decide_pose(matrix, scan->pose))
         return stp_error_set(err, STP_CORRUPT,
                              "%s: the pose in lines %llu to %llu is none: expected three axes, a "
                              "translation and 0 0 0 1; mend the header of the scan or export the "
@@ -135,7 +136,7 @@ done:
     return status;
 }
 
-/* Whether the line is a ray without a return. */
+/* True if the line is a ray without a return. */
 static bool is_missing(const char *begin, const char *end)
 {
     stp_field field;
@@ -148,7 +149,7 @@ static bool is_missing(const char *begin, const char *end)
     return true;
 }
 
-/* Goes through a scan's points, of which so many were declared in line header_line. */
+/* Reads a scan's points once. Line header_line declared their number. */
 static stp_status survey_points(ptx *p, ptx_scan *scan, uint64_t header_line, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -225,7 +226,7 @@ done:
     return status;
 }
 
-/* Columns of points that have so many numbers. */
+/* The columns of points with this count of numbers. */
 static stp_columns columns_of(uint32_t fields)
 {
     stp_columns c = {.separator = STP_SEPARATOR_SPACE, .count = fields};
@@ -239,8 +240,8 @@ static stp_columns columns_of(uint32_t fields)
     return c;
 }
 
-/* Attributes of all scans, and scales by the points with the most numbers. */
-static void settle_columns(ptx *p)
+/* Sets the attributes of all scans, and the scales from the points with the most numbers. */
+static void decide_columns(ptx *p)
 {
     stp_text *text = &p->text;
     uint32_t all = 0;
@@ -248,7 +249,7 @@ static void settle_columns(ptx *p)
         if (p->samples[fields].rows == 0)
             continue;
         text->columns = columns_of(fields);
-        stp_text_settle(text, &p->samples[fields]);
+        stp_text_decide(text, &p->samples[fields]);
         all |= text->attributes;
     }
     text->attributes = all | STP_POINT_HAS_STATION;
@@ -268,7 +269,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_text_open(text, path, err));
     p->start = text->source.offset;
     STP_TRY(survey(p, &info->point_count, err));
-    settle_columns(p);
+    decide_columns(p);
     stp_text_fill_info(text, NULL, info);
     info->format = "PTX";
     info->heights = true;
@@ -280,7 +281,7 @@ done:
     return status;
 }
 
-/* Goes to the points of the next scan; p->current stays behind the last. */
+/* Goes to the points of the next scan. After the last scan, p->current stays. */
 static stp_status next_scan(ptx *p, stp_error *err)
 {
     stp_status status = STP_OK;

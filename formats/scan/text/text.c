@@ -1,4 +1,4 @@
-/* Lines of text as points. */
+/* Reads lines of text as points. */
 #include "formats/scan/text/text.h"
 
 #include "formats/scan/mesh/point_mesh.h"
@@ -11,7 +11,7 @@
 #define STP_TEXT_SAMPLE_BLOCKS 64u
 #define STP_TEXT_SAMPLE_BYTES 65536u
 
-/* Lines that end in CR alone would be one line. */
+/* Fails if lines end in CR alone: the whole file would be one line. */
 static stp_status check_line_ends(stp_text *text, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -86,7 +86,7 @@ static stp_status sample_block(stp_text *text, uint64_t offset, uint64_t stop,
     stp_status status = STP_OK;
     const char *begin, *end;
     stp_source_seek(&text->source, offset, 0);
-    if (offset > text->first_offset) /* somewhere in a line */
+    if (offset > text->first_offset) /* offset is inside a line: skip its rest */
         STP_TRY(stp_source_line(&text->source, &begin, &end, err));
     while (text->source.offset < stop) {
         STP_TRY(stp_text_next(text, &begin, &end, err));
@@ -196,8 +196,8 @@ static void find_intensity_scale(stp_text *text, const stp_columns_sample *sampl
     }
 }
 
-/* The step of the coordinates where all that were looked at are written with at most three digits
- * behind the point, as surveys are: 1, 0.1, 0.01 or 0.001; else 0, they are floats. */
+/* The step of the coordinates: 1, 0.1, 0.01 or 0.001 if all sampled coordinates are written with at
+ * most three digits after the point, as surveys are; else 0: they are floats. */
 static double step_of(const stp_text *text, const stp_columns_sample *sample)
 {
     static const double steps[] = {1.0, 0.1, 0.01, 0.001};
@@ -212,7 +212,7 @@ static double step_of(const stp_text *text, const stp_columns_sample *sample)
     return decimals < sizeof steps / sizeof *steps ? steps[decimals] : 0.0;
 }
 
-void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
+void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     text->attributes = stp_columns_attributes(&text->columns);
     if (text->attributes & STP_POINT_HAS_COLOUR)
@@ -221,7 +221,7 @@ void stp_text_settle(stp_text *text, const stp_columns_sample *sample)
         find_intensity_scale(text, sample);
 }
 
-/* A header's name as it is written, but for characters that are not plain ones. */
+/* Copies a name of the header, without characters that are not plain. */
 static void copy_name(char *out, size_t capacity, stp_field field)
 {
     size_t length = 0;
@@ -296,7 +296,7 @@ static stp_status bad_number(const stp_text *text, uint32_t place, stp_field fie
                          stp_column_name((stp_column)text->columns.targets[place]));
 }
 
-/* What has nothing in it but separators is no loss. */
+/* True if only separators are left, so that nothing is lost. */
 static bool rest_is_empty(stp_separator separator, const char *at, const char *end)
 {
     stp_field field;
@@ -306,7 +306,8 @@ static bool rest_is_empty(stp_separator separator, const char *at, const char *e
     return true;
 }
 
-/* Whether a line may end before its last column: that is not read, and was begun by a separator. */
+/* True if a line may end before its last column: the column is not read, and a separator begins it.
+ */
 static bool may_miss_last(const stp_columns *columns, const char *begin, const char *end)
 {
     return columns->targets[columns->count - 1] == STP_COLUMN_NONE && end > begin &&
@@ -314,7 +315,7 @@ static bool may_miss_last(const stp_columns *columns, const char *begin, const c
            end[-1] == stp_separator_character(columns->separator);
 }
 
-/* A number and the separator behind it in one go; NULL where it takes a closer look. */
+/* Parses a number and the separator after it in one go. NULL: the slow path must look. */
 static const char *fast_number(stp_separator separator, const char *at, const char *end,
                                double *value)
 {

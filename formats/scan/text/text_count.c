@@ -1,4 +1,4 @@
-/* Lines that say how many follow. */
+/* Reads lines that say how many lines follow. */
 #include "formats/scan/text/text_count.h"
 
 #include "formats/scan/number.h"

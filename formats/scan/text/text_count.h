@@ -1,4 +1,4 @@
-/* Lines that say how many follow: PTS and PTX. Threads: as stp_text. */
+/* Reads lines that say how many lines follow: PTS and PTX. Threads: as stp_text. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_COUNT_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_COUNT_H
 
@@ -7,12 +7,13 @@
 /* No file has so many lines. */
 #define STP_TEXT_NO_COUNT UINT64_MAX
 
-/* Whether the line is one whole number and nothing else. */
+/* True if the line is one whole number and nothing else. */
 bool stp_text_is_count(const char *begin, const char *end);
-/* The next line, a whole number below STP_TEXT_NO_COUNT: what it is to be is `what`. At the file's
- * end *count is STP_TEXT_NO_COUNT. Errors: CORRUPT (another line), IO, LIMIT, OUT_OF_MEMORY. */
+/* Reads the next line, a whole number below STP_TEXT_NO_COUNT. `what` names the number in messages.
+ * At the file's end *count is STP_TEXT_NO_COUNT. Errors: CORRUPT (another line), IO, LIMIT,
+ * OUT_OF_MEMORY. */
 stp_status stp_text_next_count(stp_text *text, const char *what, uint64_t *count, stp_error *err);
-/* Line `count_line` promises `count` points and only so many follow: gives the error. */
+/* Makes the error if line `count_line` promises `count` points and fewer follow. */
 stp_status stp_text_few_lines(const stp_text *text, uint64_t count_line, uint64_t count,
                               uint64_t found, stp_error *err);
 

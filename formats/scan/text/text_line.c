@@ -1,11 +1,11 @@
-/* Fields of a line of numbers. */
+/* Splits a line of numbers into fields. */
 #include "formats/scan/text/text_line.h"
 
 #include "formats/scan/number.h"
 
 #include <string.h>
 
-/* Longer than any number that anyone wrote on purpose. */
+/* Longer than any number that anyone writes on purpose. */
 #define STP_FIELD_CHARS_MAX 64
 
 static bool separates(stp_separator separator, char c)
@@ -14,7 +14,7 @@ static bool separates(stp_separator separator, char c)
            (separator == STP_SEPARATOR_SPACE && c == '\t');
 }
 
-/* Blank, and not itself what separates. */
+/* True for a blank that is not the separator itself. */
 static bool is_padding(stp_separator separator, char c)
 {
     return stp_is_blank(c) && (separator != STP_SEPARATOR_TAB || c != '\t');

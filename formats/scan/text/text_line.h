@@ -1,9 +1,9 @@
-/* A line of numbers in text: its fields, and what separates them.
+/* Splits a line of numbers into fields and finds their separator.
  *
- * Fields are separated by semicolons, single tabs, commas, or runs of spaces and tabs; spaces
- * around a field are not part of it, nor are quotation marks. A separator at the line's end begins
- * no further field. Where semicolons or tabs separate, a number may have a decimal comma. A line
- * that is blank or whose first characters are # or // is none. Threads: any. */
+ * Fields are separated by semicolons, single tabs, commas, or runs of spaces and tabs. Spaces and
+ * quotation marks around a field are not part of it. A separator at the line's end begins no
+ * further field. If semicolons or tabs separate, a number may have a decimal comma. A line that is
+ * blank or begins with # or // does not count. Threads: any. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 
@@ -29,21 +29,22 @@ typedef struct stp_field {
     const char *begin, *end;
 } stp_field;
 
-/* The next field from *at on, which goes behind its separator; false where there is none. */
+/* Gets the next field from *at on and moves *at after its separator. False if there is none. */
 bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field);
-/* Reads the whole field as a number; false if it is none. Errors of range: as stp_number_parse. */
+/* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
 
-/* How many fields the line has, and how many of them are numbers. */
+/* The number of fields of a line, and how many of them are numbers. */
 typedef struct stp_field_count {
     uint32_t fields, numbers;
 } stp_field_count;
 
 stp_field_count stp_fields_count(stp_separator separator, const char *begin, const char *end);
-/* The separator by which most fields are numbers; of equals, that by which fewest are not. */
+/* The separator that makes most fields numbers; among equals, the one that leaves fewest other
+ * fields. */
 stp_separator stp_separator_find(const char *begin, const char *end);
 
-/* The last ends files that DOS programs wrote. */
+/* The last character ends files that DOS programs wrote. */
 static inline bool stp_is_blank(char c)
 {
     return c == ' ' || c == '\t' || c == '\r' || c == '\x1a';
@@ -56,7 +57,7 @@ static inline bool stp_line_is_comment(const char *begin, const char *end)
     return begin < end && (*begin == '#' || (*begin == '/' && end - begin > 1 && begin[1] == '/'));
 }
 
-/* Whether it is a line that counts: neither blank nor a comment. */
+/* True if the line counts: it is neither blank nor a comment. */
 static inline bool stp_line_counts(const char *begin, const char *end)
 {
     while (begin < end && stp_is_blank(*begin))

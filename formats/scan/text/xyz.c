@@ -1,4 +1,4 @@
-/* One point a line. */
+/* Reads files with one point per line. */
 #include "formats/scan/text/xyz.h"
 
 #include "base/memory.h"
@@ -9,11 +9,11 @@
 
 typedef struct line_copy {
     char text[STP_TEXT_LINE_MAX];
-    const char *end; /* NULL: there is no such line */
+    const char *end; /* NULL: the line does not exist */
     uint64_t line;
 } line_copy;
 
-/* The lines that say what the columns are. */
+/* The lines that can name the columns. */
 typedef struct beginning {
     line_copy comment, header, row;
 } beginning;
@@ -34,7 +34,7 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
     return STP_OK;
 }
 
-/* The names in a comment. */
+/* Copies the names in a comment. */
 static void copy_comment(const stp_text *text, line_copy *copy, const char *begin, const char *end)
 {
     while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
@@ -49,7 +49,7 @@ static bool has_numbers(const line_copy *copy)
                .numbers > 0;
 }
 
-/* Reads up to the first line of points and goes back to its begin. */
+/* Reads to the first line of points and goes back to its begin. */
 static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -77,8 +77,8 @@ done:
     return status;
 }
 
-/* Columns by this header for lines like this row, whose separator may be another; false where it
- * names no x, y and z or the row does not go with it. */
+/* Finds the columns of a header for lines like this row, whose separator may differ. False if the
+ * header does not name x, y and z, or the row does not fit it. */
 static bool match_header(stp_columns *out, stp_separator *header_separator, const line_copy *header,
                          const line_copy *row)
 {
@@ -125,7 +125,7 @@ static stp_status wrong_header(const stp_text *text, const beginning *b, stp_err
                          text->source.path, (unsigned long long)header->line, length, header->text);
 }
 
-/* How many fields the lines have, as far as they are looked at. */
+/* The number of fields per line, as far as they are used. */
 static uint32_t row_fields(const stp_text *text, const line_copy *row)
 {
     const uint32_t count =
@@ -176,7 +176,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_text_open(text, path, err));
     STP_TRY(read_beginning(text, b, err));
     STP_TRY(find_columns(text, b, params->columns, sample, err));
-    stp_text_settle(text, sample);
+    stp_text_decide(text, sample);
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);

@@ -1,4 +1,4 @@
-/* stipple-bench-cgal: how long CGAL takes for the normals of a scan's points. */
+/* stipple-bench-cgal: measures how long CGAL takes for the normals of a scan's points. */
 #include "base/clock.h"
 #include "base/memory.h"
 #include "formats/scan/scan.h"
@@ -15,11 +15,11 @@ static int run(int argc, char **argv);
 static const cli_command bench = {
     .name = "bench-cgal",
     .program = "stipple-bench-cgal",
-    .summary = "how long CGAL takes for normals alone",
+    .summary = "measure how long CGAL takes for normals alone",
     .usage = "stipple-bench-cgal SCAN",
-    .details =
-        "Reads a scan and prints the seconds that CGAL's pca_estimate_normals takes for its\n"
-        "points with 16 neighbours, without reading them.",
+    .details = "Reads a scan and prints the seconds that CGAL's pca_estimate_normals takes for its "
+               "points\n"
+               "with 16 neighbours. Reading is not counted.",
     .run = run,
 };
 

@@ -1,5 +1,5 @@
-/* The chunks of a repaired file that are not as they were. */
-#include "formats/chunk/repair/settle.h"
+/* Builds and measures the chunks of a repaired file that differ from the damaged one. */
+#include "formats/chunk/repair/repair_build.h"
 
 #include "base/memory.h"
 #include "formats/chunk/measure/overhang.h"
@@ -10,7 +10,7 @@
 
 #define REPLACED_BYTES_LIMIT ((size_t)1 << 30)
 
-/* A chunk of the output: one that replaces, or one that is read for a while. */
+/* A chunk of the output: a new chunk of the plan, or one that is read for a while (own). */
 typedef struct loan {
     const stp_chunk *chunk;
     stp_chunk *own;
@@ -139,7 +139,7 @@ static vertex vertex_of(const loan *l, uint32_t p, int level, uint32_t i)
                     stp_error_decode(patch->tangential_error[level], patch->exponent)};
 }
 
-/* The greatest errors of the sorted vertices at one place. */
+/* The greatest errors of all vertices at one place. */
 static vertex greatest_at(const vertex *sorted, uint32_t count, vertex place)
 {
     uint32_t low = 0, high = count;
@@ -157,7 +157,7 @@ static vertex greatest_at(const vertex *sorted, uint32_t count, vertex place)
     return place;
 }
 
-/* Raises a parent's errors to those of a child's vertices. */
+/* Raises a parent's errors to those of a child's patch vertices. */
 static stp_status raise_by_child(stp_chunk *parent, const loan *placed, const loan *child,
                                  uint32_t child_index, bool *raised, stp_error *err)
 {
@@ -211,7 +211,7 @@ done:
 
 /* ---- tangential errors ---- */
 
-/* What the level-0 samples of an inner chunk bring, as its patches tell. */
+/* The errors that an inner chunk's level-0 samples carry, derived from its patches. */
 static stp_status told_carry(const stp_chunk *chunk, stp_carry **out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -236,8 +236,8 @@ static stp_dbox box_of(const stp_repair_plan *plan, uint32_t id)
                       stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
 }
 
-/* As verify finds them: of all chunks of its depth, in the output's order. with_carry: what they
- * bring, too. */
+/* Finds surroundings as verify does: from all chunks of the same depth, in the output's order.
+ * with_carry: also the errors that their samples carry. */
 static stp_status find_surroundings(const stp_repair_plan *plan, uint32_t id, const loan *middle,
                                     bool with_carry, stp_surroundings *out, stp_error *err)
 {
@@ -269,7 +269,7 @@ static uint8_t greater(uint8_t a, uint8_t b)
     return a > b ? a : b;
 }
 
-/* Never less than what is stored. */
+/* Stores measured errors. No error becomes less than what is stored. */
 static void take_overhang(stp_patch *patch, const stp_overhang *measured)
 {
     uint8_t *level = patch->tangential_error;
@@ -301,7 +301,7 @@ done:
     return status;
 }
 
-/* Whether verify would refute what a kept chunk stores, now that others changed. */
+/* Whether verify would refute a kept chunk's stored errors, now that other chunks changed. */
 static stp_status is_refuted(const stp_repair_plan *plan, uint32_t id, const loan *l, bool *out,
                              stp_error *err)
 {
@@ -343,7 +343,8 @@ done:
 
 /* ---- a tier ---- */
 
-/* Places where the surface of a tier is not what it was: of new chunks, and of old ones. */
+/* Boxes where a tier's surface changed: of its new chunks, and of the old ones that they replace.
+ */
 static stp_status find_changed(const stp_repair_plan *plan, uint32_t depth, stp_dbox **boxes,
                                size_t *count, stp_error *err)
 {
@@ -357,7 +358,7 @@ static stp_status find_changed(const stp_repair_plan *plan, uint32_t depth, stp_
         if ((node->depth != depth && !lost) || node->fate == STP_FATE_KEPT)
             continue;
         STP_TRY(stp_grow(boxes, &capacity, *count + 2, sizeof **boxes, "boxes", err));
-        if (!plan->damaged->known[id]) /* no one knows where it was */
+        if (!plan->damaged->known[id]) /* unknown place: the chunk may have been anywhere */
             (*boxes)[(*count)++] = everywhere;
         if (node->chunk)
             (*boxes)[(*count)++] = box_of(plan, id);
@@ -429,7 +430,7 @@ done:
     return status;
 }
 
-stp_status stp_repair_settle(stp_repair_plan *plan, stp_error *err)
+stp_status stp_repair_build(stp_repair_plan *plan, stp_error *err)
 {
     stp_status status = STP_OK;
     for (uint32_t depth = plan->depth; depth-- > 0;) {

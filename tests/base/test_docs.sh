@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# Pages: their links lead somewhere, README is short, no page or comment cites what is not in the repository, and the
+# site that tools/site builds has no dead link. Skips where pandoc is missing; the other checks run before.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+cd "$SOURCE" || exit 1
+
+# The names that headings have in links, as GitHub makes them.
+anchors() { # page
+    sed -n '/^```/,/^```/d; s/^#\{1,6\} //p' "$1" | tr '[:upper:]' '[:lower:]' | sed -E 's/[^a-z0-9 _-]//g; s/ /-/g'
+}
+
+check_links() { # page
+    local page=$1 folder link file part
+    folder=$(dirname "$page")
+    while read -r link; do
+        file=${link%%#*}
+        part=
+        case $link in
+            *://* | mailto:*) continue ;;
+            *'#'*) part=${link#*#} ;;
+        esac
+        [ -n "$file" ] && file=$folder/$file || file=$page
+        if [ ! -e "$file" ]; then
+            fail "$page links to $link, which is not there"
+        elif [ -n "$part" ] && ! anchors "$file" | grep -qxF -- "$part"; then
+            fail "$page links to $link: $file has no such heading"
+        fi
+    done < <(grep -oP '\]\(\K[^) ]+' "$page")
+}
+
+for page in *.md docs/*.md benchmarks/*.md shaders/*.md formats/*.md; do
+    check_links "$page"
+done
+
+# Every file that the map and the glossary name in full is there.
+while read -r file; do
+    [ -e "$file" ] || fail "$file is named, but not there"
+done < <(grep -ohP '`\K(base|formats|preprocess|runtime|shaders|tools|tests|cmake)/[a-z0-9_/]+\.(h|c|cpp|glsl|frag|geom|comp|sh|md|txt|cmake)(?=`)' \
+    ARCHITECTURE.md docs/glossary.md docs/algorithms.md | sort -u)
+
+# And so is every name of the code.
+git grep -hoE '\b(stp|STP)_[A-Za-z0-9_]+' -- '*.c' '*.h' '*.cpp' shaders 2>/dev/null | sort -u >"$FOLDER/names"
+[ ! -s "$FOLDER/names" ] || while read -r name; do
+    grep -qxF "$name" "$FOLDER/names" || fail "$name is named by a page, but not in the code"
+done < <(grep -ohE '`(stp|STP)_[A-Za-z0-9_]+`' ARCHITECTURE.md docs/*.md | tr -d '`' | sort -u)
+
+[ "$(wc -l <README.md)" -le 150 ] || fail "README.md has $(wc -l <README.md) lines, more than 150"
+[ "$(wc -w <README.md)" -le 1500 ] || fail "README.md has $(wc -w <README.md) words, more than 1,500"
+[ "$(wc -l <ARCHITECTURE.md)" -le 120 ] || fail "ARCHITECTURE.md has $(wc -l <ARCHITECTURE.md) lines, more than 120"
+
+# Notes of other places: who reads the code cannot open them. The names are put together, or this file would hold them.
+foreign="DESIGN\.m""d|ALGOR""ITHMS|CG""08|PBG""07|TUT""08"
+found=$(git grep -nE "$foreign" 2>/dev/null | head -5)
+[ -z "$found" ] || fail "a document that is not in the repository is cited: $found"
+
+[ "$failures" = 0 ] || end_test
+command -v pandoc >/dev/null || skip_test "pandoc is not installed: no site built"
+
+run bash tools/site -o "$FOLDER/site"
+expect_code 0
+expect_text out "$FOLDER/site/index.html"
+while read -r page; do
+    folder=$(dirname "$page")
+    while read -r link; do
+        file=${link%%#*}
+        part=
+        [[ $link != *'#'* ]] || part=${link#*#}
+        [ -n "$file" ] && file=$folder/$file || file=$page
+        if [ ! -e "$file" ]; then
+            fail "${page#"$FOLDER"/}: dead link $link"
+        elif [[ -n $part && $file == *.html ]] && ! grep -qF "id=\"$part\"" "$file"; then
+            fail "${page#"$FOLDER"/}: $link leads to no part of the page"
+        fi
+    done < <(grep -oP '(href|src)="\K[^"]+' "$page" | grep -v '^[a-z]*:' | sort -u)
+done < <(find "$FOLDER/site" -name '*.html')
+
+# A folder that it did not make stays.
+mkdir "$FOLDER/mine"
+touch "$FOLDER/mine/thesis"
+run bash tools/site -o "$FOLDER/mine"
+expect_code 1
+[ -e "$FOLDER/mine/thesis" ] || fail "tools/site removed a folder that is not its own"
+end_test
