@@ -105,7 +105,7 @@ def coarsest_level(rows, patches):
     samples, before = [], Sample()
     for patch, cells in zip(patches, rows):
         s = Sample((patch.radius[3] + cells[0]) & 255, (before.flags + cells[1]) & 255,
-                   (before.kind + cells[2]) & 255, (patch.u + cells[3]) & 4095,
+                   (before.class_id + cells[2]) & 255, (patch.u + cells[3]) & 4095,
                    (patch.v + cells[4]) & 4095)
         add_colour(s, before.colour, cells[5:9], True)
         for axis, cell in zip(axes_of(integer_normal(s.u, s.v)), cells[9:12]):
@@ -116,7 +116,7 @@ def coarsest_level(rows, patches):
 
 
 class Turnings:
-    """How normals change about the samples of one parent; k-th sample: that of which children come."""
+    """How normals change from place to place among the samples of one parent."""
 
     def __init__(self, samples):
         self.n = n = len(samples)
@@ -192,7 +192,7 @@ def family(parent, children, rows, turnings):
             return value + round_div(total, rest)
 
         child.flags = (parent.flags + cells[1]) & 255
-        child.kind = (parent.kind + cells[2]) & 255
+        child.class_id = (parent.class_id + cells[2]) & 255
         add_colour(child, [left("colour", i) & 255 for i in range(4)], cells[5:9], not last)
         predicted = [left("position", i) & 65535 for i in range(3)]
         for axis, cell in zip((a, b), cells[9:11]):

@@ -98,7 +98,7 @@ def read_family(planes, f, parent, count, order):
         share = single(1.0 / sum(weights[e:]))
         predicted = [b + nearest(single(m * share)) for b, m in zip(begin, moments)]
         s.flags = (parent.flags + planes.byte(1, f, slot)) & 255
-        s.kind = (parent.kind + planes.byte(2, f, slot)) & 255
+        s.class_id = (parent.class_id + planes.byte(2, f, slot)) & 255
         green = (predicted[0] + planes.byte(3, f, slot)) & 255
         change = green - predicted[0] if slot < 3 else 0
         others = [predicted[1] + change, predicted[2] + change, predicted[3]]

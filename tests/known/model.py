@@ -46,24 +46,24 @@ class Cursor:
 
 
 class Sample:
-    """values: green red blue intensity, position x y z."""
+    """The 16 bytes by name; colour: green, red, blue, intensity; position: x, y, z."""
 
-    __slots__ = ("radius", "flags", "kind", "u", "v", "colour", "position")
+    __slots__ = ("radius", "flags", "class_id", "u", "v", "colour", "position")
 
-    def __init__(self, radius=0, flags=0, kind=0, u=0, v=0, colour=(0, 0, 0, 0), position=(0, 0, 0)):
-        self.radius, self.flags, self.kind, self.u, self.v = radius, flags, kind, u, v
-        self.colour, self.position = list(colour), list(position)  # green red blue intensity
+    def __init__(self, radius=0, flags=0, class_id=0, u=0, v=0, colour=(0, 0, 0, 0), position=(0, 0, 0)):
+        self.radius, self.flags, self.class_id, self.u, self.v = radius, flags, class_id, u, v
+        self.colour, self.position = list(colour), list(position)
 
     @staticmethod
     def unpack(data):
-        x, y, z, radius, flags, normal, kind, r, g, b, i = SAMPLE.unpack(data)
+        x, y, z, radius, flags, normal, class_id, r, g, b, i = SAMPLE.unpack(data)
         code = int.from_bytes(normal, "little")
-        return Sample(radius, flags, kind, code & 4095, code >> 12, (g, r, b, i), (x, y, z))
+        return Sample(radius, flags, class_id, code & 4095, code >> 12, (g, r, b, i), (x, y, z))
 
     def pack(self):
         g, r, b, i = self.colour
         normal = (self.u | self.v << 12).to_bytes(3, "little")
-        return SAMPLE.pack(*self.position, self.radius, self.flags, normal, self.kind, r, g, b, i)
+        return SAMPLE.pack(*self.position, self.radius, self.flags, normal, self.class_id, r, g, b, i)
 
 
 class Patch:

@@ -163,7 +163,7 @@ def error_of(patch, code):
 def key(entry, patch, sample):
     """What a vertex of a child and the sample of its parent have in common."""
     radius = 16 * patch.exponent + sample.radius if sample.radius else -2 ** 16
-    rest = sample.flags, sample.kind, sample.u, sample.v, tuple(sample.colour)
+    rest = sample.flags, sample.class_id, sample.u, sample.v, tuple(sample.colour)
     return world(entry, patch, sample.position), radius, rest
 
 
@@ -232,7 +232,7 @@ def check_kinds(entry, patch, samples, name):
             flags = [samples[level][i].flags for i in group]
             require(all(bool(above.flags & bit) == all(f & bit for f in flags) for bit in (4, 8)),
                     f"{name}: a sample of level {level + 1} is marked otherwise than its children")
-            require(strip or above.flags >> 6 == min(f >> 6 for f in flags),
+            require(above.flags >> 6 == min(f >> 6 for f in flags),
                     f"{name}: a sample of level {level + 1} has not the least fit of its children")
 
 
