@@ -1,0 +1,203 @@
+/* Known answers: the reader finds in the files of tests/known the samples that their texts hold,
+ * and `verify` finds them sound. With a file's path as its argument it prints such a text, as
+ * tests/known/read.py does, for test_known_reader.sh. */
+#include "formats/chunk/chunk_file.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static void print_number(FILE *out, uint64_t value, int bytes)
+{
+    for (int i = 0; i < bytes; i++)
+        fprintf(out, "%02x", (unsigned)(value >> 8 * i & 255u));
+}
+
+static void print_bytes(FILE *out, const uint8_t *bytes, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        fprintf(out, "%02x", bytes[i]);
+}
+
+/* The 64 bytes of SPEC.md's table, and first_below. */
+static void print_patch(FILE *out, const stp_patch *patch, bool linked)
+{
+    fputs("patch ", out);
+    for (int i = 0; i < 3; i++)
+        print_number(out, (uint32_t)patch->origin[i], 4);
+    print_number(out, (uint16_t)patch->exponent, 2);
+    print_number(out, patch->child, 1);
+    print_number(out, patch->cone_angle, 1);
+    print_bytes(out, patch->counts, sizeof patch->counts);
+    print_bytes(out, patch->error, sizeof patch->error);
+    print_bytes(out, patch->tangential_error, sizeof patch->tangential_error);
+    print_bytes(out, patch->colour_error, sizeof patch->colour_error);
+    print_bytes(out, patch->radius, sizeof patch->radius);
+    for (int i = 0; i < 3; i++)
+        print_number(out, patch->bound_centre[i], 2);
+    print_number(out, patch->bound_radius, 1);
+    print_bytes(out, patch->cone_axis, sizeof patch->cone_axis);
+    print_number(out, patch->flags, 1);
+    print_number(out, 0, 1);
+    for (int i = 0; i < 2; i++)
+        print_bytes(out, patch->quarter_error[i], STP_PATCH_QUARTERS);
+    for (int i = 0; i < 2; i++)
+        print_bytes(out, patch->quarter_tangential_error[i], STP_PATCH_QUARTERS);
+    if (linked)
+        fprintf(out, " %u\n", patch->first_below);
+    else
+        fputs(" -\n", out);
+}
+
+static void print_sample(FILE *out, int level, const stp_sample *sample)
+{
+    fprintf(out, "%d ", level);
+    for (int i = 0; i < 3; i++)
+        print_number(out, sample->position[i], 2);
+    print_number(out, sample->radius, 1);
+    print_number(out, sample->flags, 1);
+    print_bytes(out, sample->normal, sizeof sample->normal);
+    print_number(out, sample->class_id, 1);
+    print_bytes(out, sample->rgb, sizeof sample->rgb);
+    print_number(out, sample->intensity, 1);
+    fputc('\n', out);
+}
+
+static void print_chunk(FILE *out, const stp_chunk *chunk)
+{
+    fprintf(out, "chunk %u\n", chunk->id);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        print_patch(out, &chunk->patches[p], chunk->linked);
+        for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--)
+            for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++)
+                print_sample(out, l, &chunk->samples[l][i]);
+    }
+}
+
+static stp_status print_file(FILE *out, const char *path, stp_error *err)
+{
+    stp_chunk_file *file = NULL;
+    stp_status status = stp_chunk_file_open(&file, path, err);
+    if (status != STP_OK)
+        return status;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    fprintf(out, "version %u.%u attributes %u chunks %u points %llu\n", info->version_major,
+            info->version_minor, info->attributes, info->chunk_count,
+            (unsigned long long)info->point_count);
+    for (uint32_t id = 0; status == STP_OK && id < info->chunk_count; id++) {
+        stp_chunk *chunk = NULL;
+        status = stp_chunk_file_read(file, id, 0, &chunk, err);
+        if (status == STP_OK)
+            print_chunk(out, chunk);
+        stp_chunk_destroy(&chunk);
+    }
+    stp_chunk_file_close(&file);
+    return status;
+}
+
+/* A path in tests/known. */
+static void known_path(char path[1024], const char *name, const char *ending)
+{
+    const char *source = getenv("STIPPLE_SOURCE");
+    assert_non_null(source); /* the source folder, which CTest sets */
+    snprintf(path, 1024, "%s/tests/known/%s%s", source, name, ending);
+}
+
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, 0, SEEK_END), 0);
+    long size = ftell(file);
+    assert_true(size > 0);
+    rewind(file);
+    char *text = malloc((size_t)size + 1);
+    assert_non_null(text);
+    assert_int_equal(fread(text, 1, (size_t)size, file), size);
+    text[size] = 0;
+    fclose(file);
+    return text;
+}
+
+/* Line by line, so that a failure says which sample differs. */
+static void expect_same_lines(const char *path, const char *found, const char *expected)
+{
+    for (unsigned line = 1; *found || *expected; line++) {
+        size_t found_size = strcspn(found, "\n"), expected_size = strcspn(expected, "\n");
+        if (found_size != expected_size || memcmp(found, expected, found_size) != 0)
+            fail_msg("%s: line %u is '%.*s', expected '%.*s'", path, line, (int)found_size, found,
+                     (int)expected_size, expected);
+        found += found_size + (found[found_size] == '\n');
+        expected += expected_size + (expected[expected_size] == '\n');
+    }
+}
+
+static void check_answer(const char *name, const char *codec)
+{
+    char path[1024], answer[1024], ending[32], command[2200];
+    char *found = NULL;
+    size_t size = 0;
+    stp_error err = {0};
+    snprintf(ending, sizeof ending, "_%s.stipple", codec);
+    known_path(path, name, ending);
+    known_path(answer, name, ".samples");
+    FILE *out = open_memstream(&found, &size);
+    assert_non_null(out);
+    stp_status status = print_file(out, path, &err);
+    assert_int_equal(fclose(out), 0);
+    if (status != STP_OK)
+        fail_msg("%s: %s", path, err.message);
+    char *expected = read_text(answer);
+    expect_same_lines(path, found, expected);
+    free(expected);
+    free(found);
+    snprintf(command, sizeof command, "'%s' verify '%s' --quiet", getenv("STIPPLE"), path);
+    assert_int_equal(system(command), 0);
+}
+
+static void check_codecs(const char *name)
+{
+    check_answer(name, "raw");
+    check_answer(name, "draco");
+    check_answer(name, "zstd");
+}
+
+static void test_version_1_0(void **state)
+{
+    (void)state;
+    check_codecs("points_1_0");
+}
+
+static void test_version_1_1(void **state)
+{
+    (void)state;
+    check_codecs("lines_1_1");
+}
+
+static void test_version_1_2(void **state)
+{
+    (void)state;
+    check_codecs("fits_1_2");
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_version_1_0),
+        cmocka_unit_test(test_version_1_1),
+        cmocka_unit_test(test_version_1_2),
+    };
+    if (argc == 2) {
+        stp_error err = {0};
+        if (print_file(stdout, argv[1], &err) == STP_OK)
+            return 0;
+        fprintf(stderr, "%s\n", err.message);
+        return 1;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

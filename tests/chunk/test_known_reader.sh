@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# A reader written from SPEC.md alone, tests/known/read.py, finds in the known-answer files and in new
+# models of every codec what our reader finds, and says what is wrong with damaged ones.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+command -v python3 >/dev/null || skip_test "python3 is not installed"
+command -v zstd >/dev/null || skip_test "the program zstd is not installed"
+known=$SOURCE/tests/known
+printer=$PWD/test_known
+[ -x "$printer" ] || skip_test "test_known, which prints what our reader finds, is not built"
+
+read_known() { # file
+    run python3 "$known/read.py" "$1"
+    expect_code 0
+    expect_empty err
+}
+
+test_answers() {
+    local file name count=0
+    for file in "$known"/*.stipple; do
+        name=${file%_*}
+        read_known "$file"
+        cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
+        count=$((count + 1))
+    done
+    [ $count -ge 9 ] || fail "$count known-answer files, expected 9"
+}
+
+# A scan by each codec: read.py and our reader print the same text, and it begins as $2 says.
+compare_models() { # scan, first line
+    local codec
+    for codec in raw draco zstd; do
+        "$STIPPLE" prep "$1" -o "$FOLDER/$codec.stipple" --codec $codec --quiet --force "${@:3}" ||
+            fail "no model"
+        "$printer" "$FOLDER/$codec.stipple" >"$FOLDER/$codec.samples" || fail "our reader fails: $codec"
+        read_known "$FOLDER/$codec.stipple"
+        cmp "$FOLDER/out" "$FOLDER/$codec.samples" || fail "read.py finds other samples: $codec"
+    done
+    cmp "$FOLDER/raw.samples" "$FOLDER/draco.samples" || fail "draco holds other samples than raw"
+    cmp "$FOLDER/raw.samples" "$FOLDER/zstd.samples" || fail "zstd holds other samples than raw"
+    head -1 "$FOLDER/raw.samples" | grep -q "$2" || fail "another model: $(head -1 "$FOLDER/raw.samples")"
+}
+
+# A closed surface, which needs 32,768 points, and a plant of two tiers.
+test_new_models() {
+    "$STIPPLE" gen statue -n 33000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
+    compare_models "$FOLDER/scan.ply" "^version 1.2 attributes 193 "
+    "$STIPPLE" gen tree -n 4000 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/plant.ply" --quiet || fail "no plant"
+    compare_models "$FOLDER/plant.ply" "^version 1.2 attributes 177 chunks 3 " --lines auto
+}
+
+# A changed byte anywhere, a file that is cut, and one that goes on.
+test_damage() {
+    local file=$known/lines_1_1_zstd.stipple size at
+    size=$(wc -c <"$file")
+    for at in 0 9 100 250 256 3000 $((size / 2)) $((size - 700)) $((size - 300)) $((size - 1)); do
+        cp "$file" "$FOLDER/bad.stipple"
+        printf '\xa5' | dd of="$FOLDER/bad.stipple" bs=1 seek="$at" conv=notrunc status=none
+        cmp -s "$file" "$FOLDER/bad.stipple" && fail "byte $at is not changed"
+        run python3 "$known/read.py" "$FOLDER/bad.stipple"
+        expect_failure bad.stipple
+    done
+    head -c $((size - 8)) "$file" >"$FOLDER/bad.stipple"
+    run python3 "$known/read.py" "$FOLDER/bad.stipple"
+    expect_failure "expected $size"
+    { cat "$file" && echo; } >"$FOLDER/bad.stipple"
+    run python3 "$known/read.py" "$FOLDER/bad.stipple"
+    expect_failure "expected $size"
+}
+
+test_answers
+test_new_models
+test_damage
+end_test

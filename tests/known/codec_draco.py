@@ -1,0 +1,247 @@
+"""Codec 1: tables of residuals, and what patches and samples are predicted to be."""
+
+import math
+
+from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, integer_normal,
+                   require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
+from symbols import Bits, read_symbols
+
+SAMPLE_COLUMNS = 12
+
+
+def patch_columns(linked):
+    return 46 if linked else 45
+
+
+def read_column(cursor, rows):
+    word = cursor.number(4)
+    size, first, kept = word & 0xFFFFFF, word >> 24 & 15, word >> 28
+    stream = Cursor(cursor.take(size), cursor.name + ", stream")
+    high = read_symbols(stream, rows)
+    stream.end()
+    if kept == 0:
+        return high
+    bits = Bits(cursor.data[cursor.at:], cursor.name)
+    cells, m = [], 8 << first
+    for h in high:
+        k = (m >> (3 + kept)).bit_length()
+        cell = signed((h << k) + bits.take(k) - ((1 << k) >> 1), 16)
+        cells.append(cell)
+        m += abs(cell) - (m >> 3)
+    cursor.take(bits.bytes_taken())
+    return cells
+
+
+def read_table(cursor, rows, columns):
+    """Rows of cells."""
+    if rows == 0:
+        return []
+    block = Cursor(cursor.take(cursor.number(4)), cursor.name)
+    mask = block.number(8)
+    require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
+    same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
+    table = [[same[c]] * rows if c in same else read_column(block, rows) for c in range(columns)]
+    block.end()
+    return list(zip(*table))
+
+
+def quarters(cells, patch, before):
+    """Columns of the coarsest level, of quarters of levels 2 and 1, and of level 0."""
+    count = patch.counts[2]
+    coarsest = (before + cells[0]) & 255
+    two = [((coarsest if q < count else 0) + cells[1 + q]) & 255 for q in range(4)]
+    one = [(two[q] + cells[5 + q]) & 255 for q in range(4)]
+    return [(max(one) + cells[9]) & 255, max(one), max(two), coarsest], [one, two]
+
+
+def finer(cells, before):
+    """Levels 0 to 3 of cells of levels 3 to 0."""
+    out = []
+    for cell in cells:
+        before = (before + cell) & 255
+        out.insert(0, before)
+    return out
+
+
+def patches_of(rows, linked):
+    patches, before = [], Patch()
+    for cells in rows:
+        p = Patch()
+        p.exponent = signed(before.exponent + cells[0], 16)
+        shift = before.exponent - p.exponent
+        for i in range(3):
+            o = before.origin[i]
+            o = 0 if abs(shift) > 30 else o << shift if shift >= 0 else trunc_div(o, 1 << -shift)
+            p.origin[i] = signed(o + cells[1 + 2 * i] + 65536 * cells[2 + 2 * i], 32)
+        p.child = (before.child + cells[7]) & 255
+        p.flags = (before.flags + cells[8]) & 255
+        count = (before.counts[0] + cells[9]) & 255
+        require(1 <= count <= 64, f"a patch of {count} samples")
+        p.counts = counts_of(count)
+        p.radius = finer(cells[10:14], before.radius[3])
+        p.error, p.quarter_error = quarters(cells[14:24], p, before.error[3])
+        p.tangential, p.quarter_tangential = quarters(cells[24:34], p, before.tangential[3])
+        p.colour = finer(cells[34:38], before.colour[3])
+        p.bound = [(before.bound[i] + cells[38 + i]) & 65535 for i in range(3)]
+        p.bound_radius = (p.radius[3] + cells[41]) & 255
+        p.cone_angle = (before.cone_angle + cells[42]) & 255
+        p.u, p.v = (before.u + cells[43]) & 4095, (before.v + cells[44]) & 4095
+        if linked:
+            p.first_below = (cells[45] + (before.first_below + before.counts[0] if patches else 0)) & 65535
+        patches.append(p)
+        before = p
+    return patches
+
+
+def add_colour(sample, predicted, cells, with_green):
+    """Green, red, blue and intensity of columns 5 to 8."""
+    green = (predicted[0] + cells[0]) & 255
+    change = signed(green - predicted[0], 8) if with_green else 0
+    sample.colour = [green, (predicted[1] + change + cells[1]) & 255,
+                     (predicted[2] + change + cells[2]) & 255, (predicted[3] + cells[3]) & 255]
+
+
+def coarsest_level(rows, patches):
+    samples, before = [], Sample()
+    for patch, cells in zip(patches, rows):
+        s = Sample((patch.radius[3] + cells[0]) & 255, (before.flags + cells[1]) & 255,
+                   (before.class_id + cells[2]) & 255, (patch.u + cells[3]) & 4095,
+                   (patch.v + cells[4]) & 4095)
+        add_colour(s, before.colour, cells[5:9], True)
+        for axis, cell in zip(axes_of(integer_normal(s.u, s.v)), cells[9:12]):
+            s.position[axis] = (patch.bound[axis] + cell) & 65535
+        samples.append(s)
+        before = s
+    return samples
+
+
+class Turnings:
+    """How normals change from place to place among the samples of one parent."""
+
+    def __init__(self, samples):
+        self.n = n = len(samples)
+        normals = [unit_normal(s.u, s.v) for s in samples]
+        total = [sum(c) for c in zip(*normals)]
+        self.axes = axes_of(total)[:2]
+        along = []
+        for axis in self.axes:
+            middle = sum(s.position[axis] for s in samples)
+            along.append([n * s.position[axis] - middle for s in samples])
+        self.s = 0
+        while max(abs(d) for d in along[0] + along[1]) >= 1 << (12 + self.s):
+            self.s += 1
+        a, b = ([d >> self.s for d in line] for line in along)
+        squares_a, squares_b = sum(x * x for x in a), sum(x * x for x in b)
+        g = ((squares_a + squares_b) >> 4) + 1
+        aa, bb, ab = squares_a + g, squares_b + g, sum(x * y for x, y in zip(a, b))
+        determinant = float(aa * bb - ab * ab)
+        self.slopes = []
+        for c in range(3):
+            e = [n * normal[c] - total[c] for normal in normals]
+            ae, be = sum(x * y for x, y in zip(a, e)), sum(x * y for x, y in zip(b, e))
+            self.slopes.append((math.trunc(float((ae * bb - be * ab) << 12) / determinant),
+                                math.trunc(float((be * aa - ae * ab) << 12) / determinant)))
+
+    def of(self, child, parent):
+        o = [child.position[axis] - parent.position[axis] for axis in self.axes]
+        turning = [(fa * o[0] + fb * o[1]) >> (12 + self.s) for fa, fb in self.slopes]
+        return [min(max(t, -32767), 32767) for t in turning]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+class NormalsOfFamily:
+    """Predicts the normals of a parent's children, one after the other."""
+
+    def __init__(self, parent, weights, turnings):
+        self.parent, self.weights, self.turnings = parent, weights, turnings
+        self.p = unit_normal(parent.u, parent.v)
+        self.s, self.q = [0, 0, 0], [0, 0, 0]
+
+    def predict(self, e, child):
+        code, weights, p, s = (self.parent.u, self.parent.v), self.weights, self.p, self.s
+        if len(weights) == 1:
+            return code
+        if e == len(weights) - 1:
+            t = dot(p, s) >> 14
+            h = t + math.isqrt(max(0, t * t - dot(s, s) + (weights[e] << 14) ** 2))
+            return direction_code([(h * p[c] >> 14) - s[c] for c in range(3)], code)
+        turning, rest = self.turnings.of(child, self.parent), sum(weights[e:])
+        d = [sum(weights) * p[c] - s[c] + self.q[c] + rest * turning[c] for c in range(3)]
+        self.q = [q + weights[e] * t for q, t in zip(self.q, turning)]
+        return direction_code(d, code)
+
+    def add(self, e, child):
+        self.s = [s + self.weights[e] * n for s, n in zip(self.s, unit_normal(child.u, child.v))]
+
+
+def family(parent, children, rows, turnings):
+    """Fills all but the radii of a parent's children."""
+    weights = weights_of([s.radius for s in children])
+    n = integer_normal(parent.u, parent.v)
+    a, b, c = axes_of(n)
+    normals = NormalsOfFamily(parent, weights, turnings)
+    for e, (child, cells) in enumerate(zip(children, rows)):
+        last, rest = e == len(children) - 1, sum(weights[e:])
+
+        def left(what, i):
+            value = getattr(parent, what)[i]
+            total = sum(w * (value - getattr(s, what)[i]) for w, s in zip(weights[:e], children))
+            return value + round_div(total, rest)
+
+        child.flags = (parent.flags + cells[1]) & 255
+        child.class_id = (parent.class_id + cells[2]) & 255
+        add_colour(child, [left("colour", i) & 255 for i in range(4)], cells[5:9], not last)
+        predicted = [left("position", i) & 65535 for i in range(3)]
+        for axis, cell in zip((a, b), cells[9:11]):
+            child.position[axis] = (predicted[axis] + cell) & 65535
+        if not last:
+            d_a, d_b = (child.position[axis] - predicted[axis] for axis in (a, b))
+            slope = -(n[a] * d_a + n[b] * d_b)
+            predicted[c] += round_div(slope * sign(n[c]), abs(n[c]))
+        child.position[c] = (predicted[c] + cells[11]) & 65535
+        u, v = normals.predict(e, child)
+        child.u, child.v = (u + cells[3]) & 4095, (v + cells[4]) & 4095
+        normals.add(e, child)
+
+
+def finer_level(elder, last, patches, level, coarser):
+    """Samples of a level; coarser: those of level + 1."""
+    elder, last, out, begin = iter(elder), iter(last), [], 0
+    for patch in patches:
+        parents = coarser[begin:begin + patch.counts[level + 1]]
+        begin += len(parents)
+        ranges = families(patch, level)
+        rows = [[next(elder) for _ in children[1:]] + [next(last)] for children in ranges]
+        samples, m = [], 16 * patch.radius[level]
+        for row in sum(rows, []):
+            samples.append(Sample(((m + 8 >> 4) + row[0]) & 255))
+            m = (m + 16 * samples[-1].radius) >> 1
+        groups = [range(1)] if level == 2 else families(patch, level + 1)
+        for group in groups:
+            turnings = Turnings([parents[k] for k in group])
+            for k in group:
+                children = [samples[i] for i in ranges[k]]
+                family(parents[k], children, rows[k], turnings)
+        out += samples
+    return out
+
+
+def decode(segments, patch_count, linked, name):
+    """Patches and samples of levels 0 to 3."""
+    cursor = Cursor(segments[0], f"{name}, segment 0")
+    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked)), linked)
+    levels = [None, None, None,
+              coarsest_level(read_table(cursor, patch_count, SAMPLE_COLUMNS), patches)]
+    for level in (2, 1, 0):
+        if level < 2:
+            cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
+        parents = len(levels[level + 1])
+        elder = sum(p.counts[level] for p in patches) - parents
+        elder_rows = read_table(cursor, elder, SAMPLE_COLUMNS)
+        last_rows = read_table(cursor, parents, SAMPLE_COLUMNS)
+        levels[level] = finer_level(elder_rows, last_rows, patches, level, levels[level + 1])
+        cursor.end()
+    return patches, levels

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Makes known-answer files as this folder has them, of `stipple gen`'s scans, for a new version of the
+# format; those of versions that were released stay as they are.
+#   make.sh PROGRAM FOLDER
+set -euo pipefail
+known=$(cd "$(dirname "$0")" && pwd)
+program=$(realpath "$1")
+mkdir -p "$2"
+cd "$2"
+
+# A scan's points as lines of x y z r g b intensity class, and two that are far away.
+add_columns() { # scan.ply far
+    python3 - "$1" "$2" <<'END'
+import struct
+import sys
+data = open(sys.argv[1], "rb").read()
+rows = struct.iter_unpack("<3f3B", data[data.index(b"end_header\n") + 11:])
+for i, row in enumerate(rows):
+    print(*row, (i * 37 + i * i // 50) % 4096, (i // 40) % 6)
+for i in range(int(sys.argv[2])):
+    print(9 + i, 8, 7, 200, 100, 50, 4000, 7)
+END
+}
+
+answer() { # name scan options...
+    local name=$1
+    "$program" prep "$2" -o "${name}_raw.stipple" --codec raw --quiet "${@:3}"
+    for codec in draco zstd; do
+        "$program" convert "${name}_raw.stipple" -o "${name}_$codec.stipple" --codec $codec --quiet
+    done
+    python3 "$known/read.py" "${name}_raw.stipple" >"$name.samples"
+}
+
+"$program" gen sphere -n 600 -o sphere.ply --quiet
+"$program" gen tree -n 500 -o leaves.ply --mesh tree.ply --quiet
+"$program" gen statue -n 600 --noise 0.1 -o statue.ply --quiet
+add_columns sphere.ply 0 >sphere.txt
+add_columns statue.ply 2 >statue.txt
+columns=x,y,z,r,g,b,i,class
+answer points_1_0 sphere.txt --columns $columns --orient 0,0,0
+answer lines_1_1 tree.ply --lines auto --recompute-normals
+answer fits_1_2 statue.txt --columns $columns --outliers mark --orient 0,9,0
+rm leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
