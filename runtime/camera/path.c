@@ -251,7 +251,7 @@ stp_status stp_path_frame_count(const stp_path *path, double rate, uint64_t *cou
         return stp_error_set(err, STP_INVALID_ARGUMENT, "%g frames a second: give a number above 0",
                              rate);
     double frames = stp_path_duration_s(path) * rate;
-    if (!(frames < (double)STP_PATH_FRAMES_LIMIT))
+    if (!(frames < (double)STP_PATH_FRAMES_LIMIT - 1.0))
         return stp_error_set(err, STP_LIMIT, "a film of %.6g frames is too long: the limit is %u",
                              frames, STP_PATH_FRAMES_LIMIT);
     frames = path->loop ? fmax(1.0, floor(frames + 0.5)) : ceil(frames - FRAME_SLACK) + 1.0;

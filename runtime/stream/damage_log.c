@@ -24,7 +24,7 @@ void stp_damage_log_note(stp_damage_log *log, uint32_t chunk, const char *messag
         log->first_bytes = (size_t)snprintf(log->words, sizeof log->words, "%.500s", message);
     else
         snprintf(log->words + log->first_bytes, sizeof log->words - log->first_bytes,
-                 " (and so of %u other chunks)", log->count - 1);
+                 " (and so of %u other chunk%s)", log->count - 1, log->count == 2 ? "" : "s");
 }
 
 void stp_damage_log_destroy(stp_damage_log *log)

@@ -137,6 +137,11 @@ static void a_recorded_rest_is_one(void **state)
     view_record_begin(&record, 0.0);
     check_ok(view_record_note(&record, &base, 0.0, err));
     assert_int_equal(view_record_note(&record, &last, 1.0, NULL), STP_UNSUPPORTED);
+    unlink("recorded.path.json"); /* what was recorded before is kept */
+    check_ok(view_record_end(&record, &last, "recorded.path.json", 1.0, err));
+    check_ok(stp_path_load(&path, "recorded.path.json", &base, err));
+    check_near(stp_path_camera(path, 0.0).eye.x, base.eye.x, 0.0);
+    stp_path_destroy(&path);
     view_record_destroy(&record);
     unlink("recorded.path.json");
 }
@@ -181,6 +186,32 @@ static void a_recording_is_made_even(void **state)
     stp_path_destroy(&path);
     view_record_destroy(&record);
     unlink("even.path.json");
+}
+
+/* Ten hours with a move at either end: no more keyframes than a path may have. */
+static void a_long_recording_can_be_read(void **state)
+{
+    (void)state;
+    view_record record = {0};
+    stp_path *path = NULL;
+    const stp_camera base = camera_at(0.0);
+    view_record_begin(&record, 0.0);
+    for (double t = 0.0; t < 2.0; t += 0.1) {
+        const stp_camera camera = camera_at(t);
+        check_ok(view_record_note(&record, &camera, t, err));
+    }
+    for (double t = 0.0; t < 2.0; t += 0.1) {
+        const stp_camera camera = camera_at(2.0 + t);
+        check_ok(view_record_note(&record, &camera, 36000.0 + t, err));
+    }
+    const stp_camera last = camera_at(4.0);
+    unlink("long.path.json");
+    check_ok(view_record_end(&record, &last, "long.path.json", 36002.0, err));
+    check_ok(stp_path_load(&path, "long.path.json", &base, err));
+    check_near(stp_path_camera(path, 1e9).eye.x, last.eye.x, 1e-6);
+    stp_path_destroy(&path);
+    view_record_destroy(&record);
+    unlink("long.path.json");
 }
 
 /* ---- moving ---- */
@@ -351,6 +382,7 @@ int main(void)
         cmocka_unit_test(walking_keeps_to_the_ground),
         cmocka_unit_test(flying_goes_where_it_looks),
         cmocka_unit_test(a_recording_is_made_even),
+        cmocka_unit_test(a_long_recording_can_be_read),
         cmocka_unit_test(repeats_of_a_key_share_a_turn),
         cmocka_unit_test(projections_keep_sizes),
         cmocka_unit_test(empty_pixels_have_a_depth),

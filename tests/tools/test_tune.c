@@ -305,12 +305,13 @@ static void advised(void **state)
     assert_true(tune_advise(choices, 5, &a));
     assert_int_equal(a.chosen, a.finest);
     tune_advice_words(&a, choices, words);
-    assert_non_null(strstr(words, "recommended: --threshold 0.25: every coarser one"));
+    assert_non_null(strstr(
+        words, "recommended: --threshold 0.25: the next coarser one, 0.5 px, loses 10.00 dB"));
     choices[1] = (tune_choice){0.5, 41.0, 4000.0, 19.9};
     assert_true(tune_advise(choices, 5, &a));
     tune_advice_words(&a, choices, words);
     assert_non_null(strstr(words, "--threshold 0.5: it looks like 0.25 px (no dB less), draws 2.0 "
-                                  "times fewer samples and is no faster on this machine"));
+                                  "times fewer samples and is as fast on this machine"));
 }
 
 int main(void)

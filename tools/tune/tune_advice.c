@@ -31,9 +31,15 @@ bool tune_advise(const tune_choice *choices, size_t count, tune_advice *out)
         if (choices[i].threshold_px > choices[chosen].threshold_px &&
             holds_to(choices, count, choices[i].threshold_px, least_db))
             chosen = i;
+    size_t next = finest;
+    for (size_t i = 0; i < count; i++)
+        if (choices[i].threshold_px > choices[finest].threshold_px &&
+            (next == finest || choices[i].threshold_px < choices[next].threshold_px))
+            next = i;
     *out = (tune_advice){
         .chosen = chosen,
         .finest = finest,
+        .next = next,
         .loss_db = choices[finest].psnr_db - choices[chosen].psnr_db,
         .faster = choices[chosen].ms > 0.0 ? choices[finest].ms / choices[chosen].ms : 1.0,
         .fewer =
@@ -45,11 +51,10 @@ void tune_advice_words(const tune_advice *a, const tune_choice *choices, char ou
 {
     const double chosen = choices[a->chosen].threshold_px, finest = choices[a->finest].threshold_px;
     if (a->chosen == a->finest) {
-        snprintf(
-            out, 240,
-            "recommended: --threshold %.4g: every coarser one that was measured loses more than "
-            "%.1f dB",
-            chosen, TUNE_ADVICE_DB);
+        snprintf(out, 240,
+                 "recommended: --threshold %.4g: the next coarser one, %.4g px, loses %.2f dB",
+                 chosen, choices[a->next].threshold_px,
+                 choices[a->finest].psnr_db - choices[a->next].psnr_db);
         return;
     }
     int length = snprintf(out, 240, "recommended: --threshold %.4g: it looks like %.4g px (",
@@ -61,6 +66,8 @@ void tune_advice_words(const tune_advice *a, const tune_choice *choices, char ou
                        a->fewer);
     if (a->faster >= TUNE_ADVICE_FASTER)
         snprintf(out + length, 240 - (size_t)length, "is %.1f times as fast", a->faster);
+    else if (a->faster * TUNE_ADVICE_FASTER >= 1.0)
+        snprintf(out + length, 240 - (size_t)length, "is as fast on this machine");
     else
-        snprintf(out + length, 240 - (size_t)length, "is no faster on this machine");
+        snprintf(out + length, 240 - (size_t)length, "is slower on this machine");
 }

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A picture within so many dB of the best one looks like it. */
+/* A picture within so many dB of the finest one looks like it. */
 #define TUNE_ADVICE_DB 0.5
 /* A gain in time below this is none: clocks differ as much from run to run. */
 #define TUNE_ADVICE_FASTER 1.05
@@ -16,9 +16,9 @@ typedef struct tune_choice {
 } tune_choice;
 
 typedef struct tune_advice {
-    size_t chosen, finest; /* of the choices */
-    double loss_db;        /* of the chosen against the finest; below 0: it is better */
-    double faster, fewer;  /* times, in milliseconds and in samples */
+    size_t chosen, finest, next; /* of the choices; next: the one that follows the finest */
+    double loss_db;              /* of the chosen against the finest; below 0: it is better */
+    double faster, fewer;        /* times, in milliseconds and in samples */
 } tune_advice;
 
 /* Chooses the greatest threshold up to which every picture is within TUNE_ADVICE_DB of that of the

@@ -4,6 +4,8 @@
 #include "tools/tune/tune_table.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 double tune_pooled_psnr(const tune_row *rows, size_t count)
 {
@@ -127,8 +129,12 @@ void tune_advice_of(const tune_sweep *sweep, char out[240])
         const tune_summary s = tune_summarise(sweep, 0, t);
         choices[t] = (tune_choice){s.threshold_px, s.psnr_db, s.points, s.ms};
     }
-    if (tune_advise(choices, count, &advice))
-        tune_advice_words(&advice, choices, out);
+    if (!tune_advise(choices, count, &advice))
+        return;
+    tune_advice_words(&advice, choices, out);
+    const size_t length = strlen(out);
+    if (sweep->params->setting_count > 1)
+        snprintf(out + length, 240 - length, " (%s)", sweep->params->settings[0].name);
 }
 
 /* ---- at equal points ---- */

@@ -57,6 +57,17 @@ stp_status view_record_note(view_record *r, const stp_camera *camera, double now
     return add(r, camera, time_s, err);
 }
 
+/* Whether the camera at the end can be the last keyframe. A recording that ended because of its
+ * length or of the projection keeps what it has. */
+static bool may_add_last(const view_record *r, const stp_camera *camera, double time_s)
+{
+    if (r->count == 0)
+        return true;
+    const stp_keyframe *last = &r->frames[r->count - 1];
+    return r->count < STP_PATH_KEYFRAMES_LIMIT && time_s > last->time_s &&
+           (last->camera.height > 0.0) == (camera->height > 0.0);
+}
+
 stp_status view_record_end(view_record *r, const stp_camera *camera, const char *path, double now_s,
                            stp_error *err)
 {
@@ -65,7 +76,7 @@ stp_status view_record_end(view_record *r, const stp_camera *camera, const char 
     stp_path_params params = {0};
     stp_keyframe *frames = NULL;
     r->on = false;
-    if (r->count == 0 || time_s > r->frames[r->count - 1].time_s)
+    if (may_add_last(r, camera, time_s))
         STP_TRY(add(r, camera, time_s, err));
     STP_TRY(view_smooth(&frames, &params.count, r->frames, r->count, err));
     params.keyframes = frames;

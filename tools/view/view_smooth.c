@@ -7,9 +7,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Speeds are measured and averaged in such steps, over a bell of this half width. */
+/* Speeds are measured in ticks, of a length that keeps their number and so the time bounded. */
 #define TICK_S 0.004
-#define BELL_TICKS 250
+#define TICKS_MOST 200000.0
+/* Half the width of the bell. */
+#define BELL_S 1.0
 /* Between two keyframes of the result. */
 #define STEP_S 0.1
 
@@ -49,24 +51,36 @@ static void measure(pace *p)
     }
 }
 
-/* The way's speed averaged by a bell; beyond the ends it is mirrored, so that its sum stays. */
-static void even_out(pace *p)
+/* The speed in a tick; beyond the ends the path is mirrored, so that the sum of speeds stays. */
+static double speed_at(const pace *p, long tick)
 {
     const long ticks = (long)p->ticks;
-    double weights[2 * BELL_TICKS + 1], sum = 0.0;
-    for (int k = -BELL_TICKS; k <= BELL_TICKS; k++)
-        sum += weights[k + BELL_TICKS] = 1.0 + cos(pi * k / (BELL_TICKS + 1));
+    while (tick < 0 || tick >= ticks)
+        tick = tick < 0 ? -1 - tick : 2 * ticks - 1 - tick;
+    return p->way[tick + 1] - p->way[tick];
+}
+
+/* Averages the way's speed by a bell. */
+static stp_status even_out(pace *p, stp_error *err)
+{
+    const double tick_s = p->duration_s / (double)p->ticks;
+    const int half = (int)ceil(BELL_S / tick_s);
+    double *weights = NULL, sum = 0.0;
+    stp_status status =
+        stp_alloc(&weights, (size_t)(2 * half + 1), sizeof *weights, "keyframes", err);
+    if (status != STP_OK)
+        return status;
+    for (int k = -half; k <= half; k++)
+        sum += weights[k + half] = 1.0 + cos(pi * k / (half + 1));
     p->even[0] = 0.0;
-    for (long i = 0; i < ticks; i++) {
+    for (long i = 0; i < (long)p->ticks; i++) {
         double speed = 0.0;
-        for (int k = -BELL_TICKS; k <= BELL_TICKS; k++) {
-            long at = (i + k) % (2 * ticks);
-            at = at < 0 ? at + 2 * ticks : at;
-            at = at < ticks ? at : 2 * ticks - 1 - at;
-            speed += weights[k + BELL_TICKS] / sum * (p->way[at + 1] - p->way[at]);
-        }
-        p->even[i + 1] = p->even[i] + speed;
+        for (int k = -half; k <= half; k++)
+            speed += weights[k + half] * speed_at(p, i + k);
+        p->even[i + 1] = p->even[i] + speed / sum;
     }
+    free(weights);
+    return STP_OK;
 }
 
 /* The time, as a part of the duration, at which the path has come as far as the even pace comes at
@@ -102,7 +116,8 @@ static stp_status resample(const pace *p, stp_keyframe **out, size_t *out_count,
 {
     const double ease_s = fmin(VIEW_SMOOTH_EASE_S, 0.25 * p->duration_s);
     const double length_s = p->duration_s + 2.0 * ease_s;
-    const size_t steps = (size_t)ceil(length_s / STEP_S);
+    const double most = (double)(STP_PATH_KEYFRAMES_LIMIT - 1);
+    const size_t steps = (size_t)fmin(ceil(length_s / STEP_S), most);
     stp_status status = stp_alloc(out, steps + 1, sizeof **out, "keyframes", err);
     for (size_t i = 0; status == STP_OK && i <= steps; i++) {
         const double time_s = length_s * (double)i / (double)steps;
@@ -143,11 +158,11 @@ stp_status view_smooth(stp_keyframe **out, size_t *out_count, const stp_keyframe
     STP_TRY(stp_path_create(&path, &(stp_path_params){.keyframes = frames, .count = count}, err));
     p = (pace){
         .path = path, .begin_s = stp_path_begin_s(path), .duration_s = stp_path_duration_s(path)};
-    p.ticks = (size_t)ceil(p.duration_s / TICK_S);
+    p.ticks = (size_t)fmin(ceil(p.duration_s / TICK_S), TICKS_MOST);
     STP_TRY(stp_alloc(&p.way, p.ticks + 1, sizeof *p.way, "keyframes", err));
     STP_TRY(stp_alloc(&p.even, p.ticks + 1, sizeof *p.even, "keyframes", err));
     measure(&p);
-    even_out(&p);
+    STP_TRY(even_out(&p, err));
     STP_TRY(resample(&p, out, out_count, err));
 done:
     free(p.way);

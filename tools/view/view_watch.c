@@ -17,6 +17,14 @@ static uint64_t mix(uint64_t hash, uint64_t value)
     return hash;
 }
 
+static uint64_t name_hash(const char *name)
+{
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    for (; *name != '\0'; name++)
+        hash = mix(hash, (unsigned char)*name);
+    return hash;
+}
+
 /* The state of the files in an open folder and in folders one level below it. Closes the folder. */
 static uint64_t folder_state(int folder, int below)
 {
@@ -30,16 +38,14 @@ static uint64_t folder_state(int folder, int below)
     }
     while ((entry = readdir(dir)) != NULL) {
         struct stat s;
-        uint64_t hash = UINT64_C(0xcbf29ce484222325);
         if (fstatat(dirfd(dir), entry->d_name, &s, 0) != 0)
             continue;
         if (S_ISDIR(s.st_mode) && below > 0 && entry->d_name[0] != '.')
-            state += folder_state(openat(dirfd(dir), entry->d_name, OPEN_FLAGS), below - 1);
+            state += mix(name_hash(entry->d_name),
+                         folder_state(openat(dirfd(dir), entry->d_name, OPEN_FLAGS), below - 1));
         if (!S_ISREG(s.st_mode))
             continue;
-        for (const char *c = entry->d_name; *c != '\0'; c++)
-            hash = mix(hash, (unsigned char)*c);
-        hash = mix(hash, (uint64_t)s.st_size);
+        uint64_t hash = mix(name_hash(entry->d_name), (uint64_t)s.st_size);
         hash = mix(hash, (uint64_t)s.st_mtim.tv_sec);
         state +=
             mix(hash,
