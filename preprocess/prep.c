@@ -352,11 +352,14 @@ done:
     return status;
 }
 
+/* A precision coarser than the limit of coordinates allows nothing more than the limit does, and
+ * the error of a lattice that coarse would exceed what a file may say. */
 static stp_resolution resolution_of(const stp_prep_source *source, const stp_prep_params *params)
 {
+    const double precision =
+        params->precision > 0.0 ? params->precision : 0.5 * source->coordinate_step;
     return (stp_resolution){.step = source->coordinate_step,
-                            .precision = params->precision > 0.0 ? params->precision
-                                                                 : 0.5 * source->coordinate_step,
+                            .precision = fmin(precision, STP_COORDINATE_LIMIT),
                             .exact = params->exact,
                             .floats = source->floats};
 }

@@ -63,6 +63,12 @@ for length in 0 -1 1mm exactly; do
     expect_failure "--precision $length: give a positive length, or exact"
 done
 
+# No scale or precision is so coarse that the file could not say its error.
+for place in '0 0 0' '3 4 5'; do
+    printf '%s\n%s\n' "$place" "$place" >"$FOLDER/place.xyz"
+    prepared "$FOLDER/place.xyz" --precision 1e29
+done
+
 # Overlapping scans on the surface they share: how far that moves points is said, stored and bounded.
 "$STIPPLE" gen sphere -n 20000 --noise 0.5 -o "$FOLDER/noisy.ply" --quiet
 prepared "$FOLDER/noisy.ply" --layers joined
