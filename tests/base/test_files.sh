@@ -74,10 +74,10 @@ test_together() {
         children+=($!)
     done
     for i in "${children[@]}"; do
-        wait "$i" || fail "one of many that write to one output: $(cat "$FOLDER/err")"
+        wait "$i" || fail "one of many processes that write one output fails: $(cat "$FOLDER/err")"
     done
-    "$STIPPLE" verify "$FOLDER/together.stipple" --quiet || fail "the output of many is not sound"
-    [ -z "$(find "$FOLDER" -maxdepth 1 -name 'together*part')" ] || fail "litter of many"
+    "$STIPPLE" verify "$FOLDER/together.stipple" --quiet || fail "the output of many processes is not sound"
+    [ -z "$(find "$FOLDER" -maxdepth 1 -name 'together*part')" ] || fail "many processes left files behind"
 }
 
 # Kills tune as soon as it writes. The next run must leave its report and nothing else.

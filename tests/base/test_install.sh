@@ -32,7 +32,7 @@ test_incomplete() {
         fail "an empty build was installed"
     fi
     grep -q 'is not built yet: run cmake --build' "$FOLDER/log" || fail "no sentence: $(tail -3 "$FOLDER/log")"
-    [ ! -e "$FOLDER/half" ] || fail "half a prefix: $(find "$FOLDER/half" -type f | head -3)"
+    [ ! -e "$FOLDER/half" ] || fail "an incomplete build installed files: $(find "$FOLDER/half" -type f | head -3)"
 }
 
 # The manual must have every command and option of the help, and roff must not warn.
@@ -94,7 +94,7 @@ test_library() {
     declared=$(cat "$header"/*.h | grep -v '^static inline' | grep -oE '\bstp_[a-z0-9_]+\(' | tr -d '(' | sort -u)
     shown=$("${NM:-nm}" -D --defined-only "$PREFIX/lib/libstipple.so" | sed 's/.* //; s/@.*//' | sort)
     [ "$declared" = "$shown" ] ||
-        fail "declared and shown differ: $(diff <(echo "$declared") <(echo "$shown") | head -3)"
+        fail "declared and exported names differ: $(diff <(echo "$declared") <(echo "$shown") | head -3)"
     for lang in c:-std=c11 c++:-std=c++11; do
         echo '#include <stipple/gl_context.h>
 #include <stipple/stipple.h>' |

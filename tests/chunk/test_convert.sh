@@ -23,7 +23,7 @@ for codec in zstd raw draco; do
     cmp back.stipple 'a ö.stipple' || fail "$codec: other bytes after coming back"
     "$STIPPLE" export ${codec}1.stipple -o $codec.ply --quiet
 done
-cmp draco1.stipple 'a ö.stipple' || fail "its own codec changes bytes"
+cmp draco1.stipple 'a ö.stipple' || fail "converting to the file's own codec changes bytes"
 cmp zstd1.stipple z.stipple || fail "prep and convert write other bytes"
 cmp zstd.ply draco.ply && cmp raw.ply draco.ply || fail "points changed"
 
@@ -53,7 +53,7 @@ directory=$(od -An -t u8 -j 32 -N 8 z.stipple | tr -d ' ')
 cp z.stipple lost.stipple
 head -c 256 /dev/zero | dd of=lost.stipple bs=1 seek=$((directory + 256)) conv=notrunc status=none
 "$STIPPLE" verify --repair lost.stipple -o repaired.stipple --quiet || fail "a lost entry is not rebuilt"
-cmp repaired.stipple z.stipple || fail "a rebuilt entry is another one"
+cmp repaired.stipple z.stipple || fail "a rebuilt entry differs from the lost one"
 
 run "$STIPPLE" convert z.stipple -o z.stipple --codec draco --force
 expect_code 1

@@ -102,7 +102,7 @@ static void test_read_only_folder(void **state)
         check_unwritten(path, path);
     assert_int_equal(chmod(folder, 0755), 0);
     if (!refused) {
-        print_message("skipped: who may write everywhere cannot be refused\n");
+        print_message("skipped: this user may write everywhere\n");
         skip();
     }
 }

@@ -47,7 +47,7 @@ leaf=$((directory + 256 * (chunks - 1)))
 payload=$(u64 sound.stipple $leaf)
 level_0=$(u32 sound.stipple $((leaf + 12)))
 leaf_points=$(u32 sound.stipple $((leaf + 60)))
-[ "$chunks" -gt 1 ] && [ "$chunks" -le 64 ] || fail "$chunks chunks: the test wants one page of some"
+[ "$chunks" -gt 1 ] && [ "$chunks" -le 64 ] || fail "$chunks chunks: the test needs 2 to 64, one page"
 
 # Wrong arguments.
 cp sound.stipple damaged.stipple
@@ -98,7 +98,7 @@ expect_text err "stand in for lost points are left out"
 row=$(($(stat -c %s sound.ply) / points)) # a row's bytes; the header is shorter than a row a point
 sorted_points sound.ply "$row" >all.txt
 sorted_points left.ply "$row" >left.txt
-[ "$(comm -13 all.txt left.txt | wc -l)" = 0 ] || fail "the repaired file has points that were none"
+[ "$(comm -13 all.txt left.txt | wc -l)" = 0 ] || fail "the repaired file has points that the sound file lacks"
 [ "$(comm -23 all.txt left.txt | wc -l)" = "$leaf_points" ] || fail "other points are lost, too"
 
 # The output draws: the region of the lost leaf is covered as before.

@@ -46,7 +46,7 @@ done
 run "$STIPPLE" prep "$FOLDER/out.ply" -o "$FOLDER/again.stipple"
 expect_code 0
 expect_text err "lines: 1 of 3000 vertices and 2999 segments are stored"
-grep -q "left out" "$FOLDER/err" && fail "edges of an exported file are left out"
+grep -q "left out" "$FOLDER/err" && fail "prep leaves out edges of an exported file"
 
 # The number of threads must not matter.
 for threads in 1 3; do

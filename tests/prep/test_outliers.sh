@@ -54,7 +54,7 @@ cmp "$FOLDER/rejects.csv" "$FOLDER/expected.csv" || fail "rejects"
 run "$STIPPLE" info "$FOLDER/m.stipple"
 expect_text out "outliers       5 dropped, more than 3 local spacings"
 "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet
-! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property without marks"
+! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property of outliers, though none is marked"
 
 run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers mark \
     --outlier-distance 4 --stats "$FOLDER/stats.json"
@@ -92,7 +92,7 @@ usage "--outlier-distance" --outliers drop --outlier-distance nan
 
 if "$STIPPLE" --help | grep -q '^  render '; then
     run "$STIPPLE" render "$FOLDER/m.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
-    [ "$code" = 1 ] || fail "drew marks that are not there"
+    [ "$code" = 1 ] || fail "outliers were drawn, though none is marked"
     expect_text err "prepare it with --outliers mark"
     run "$STIPPLE" render "$FOLDER/mark.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
     expect_code 0

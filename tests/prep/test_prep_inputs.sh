@@ -35,12 +35,12 @@ prepared() {
 prepared 3007 3004 "$scans"
 cp "$FOLDER/m.stipple" "$FOLDER/folder.stipple"
 prepared 3007 3004 "$scans/a.ply" "$scans/b/b.PLY" "$scans"/b/c/*
-cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a folder is its files by name"
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a folder's model is not that of its files in order of their names"
 prepared 3007 3004 "$scans/[ab]*"
 prepared 7 4 "$scans/b/c/b?d*.ply"
 printf '# a list\r\n\r\nscäns here/a.ply\r\nscäns here/b\r\n' >"$FOLDER/list.txt"
 prepared 3007 3004 "@$FOLDER/list.txt"
-cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list is its files in order"
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list's model is not that of its files in order"
 "$STIPPLE" info "$FOLDER/m.stipple" --json >"$FOLDER/info.json"
 for name in a.ply b.PLY 'bad, \"q\".ply' bed.ply; do
     grep -qF "\"$name\"" "$FOLDER/info.json" || fail "the metadata has no $name"
@@ -69,7 +69,7 @@ object="^\\{\"stage\": \"[a-z]+\", \"done\": $number, \"total\": $number, \"seco
 object+=" \"seconds_left\": $number\\}\$"
 reports=$(grep -c '^{' "$FOLDER/err")
 [ "$reports" -ge 5 ] || fail "$reports reports"
-[ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a report is no object"
+[ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a line of the progress is not an object"
 stages=$(sed -n 's/^{"stage": "\([a-z]*\)".*/\1/p' "$FOLDER/err" | uniq | tr '\n' ' ')
 [ "$stages" = "read sort surface orientation closed patches " ] || fail "stages: $stages"
 
@@ -151,7 +151,7 @@ inputs=("$sick")
 left_out 5 7 "b late.ply: line" "e cut.ply" "f cut.las" "foreign.ply" "é empty.ply"
 expect_text err "70003 points read, 70002 stored, 1 rejected (1 not finite)"
 same_model "$FOLDER/s.stipple" "$FOLDER/good.stipple"
-grep -q 'c bed.ply",0,not_finite$' "$FOLDER/rejects.csv" || fail "a reject behind what is left out"
+grep -q 'c bed.ply",0,not_finite$' "$FOLDER/rejects.csv" || fail "the reject after a file that was left out is missing"
 "$STIPPLE" verify "$FOLDER/s.stipple" --quiet || fail "verify"
 cp "$FOLDER/s.stipple" "$FOLDER/wide.stipple"
 "$STIPPLE" prep "$sick" -o "$FOLDER/narrow.stipple" --quiet --threads 1 2>/dev/null
@@ -168,7 +168,7 @@ left_out 1 2 "f cut.las"
 run "$STIPPLE" prep "$sick/foreign.ply" "$sick/é empty.ply" -o "$FOLDER/new.stipple"
 expect_code 1
 expect_text err "none of the 2 inputs can be read: nothing is written"
-[ ! -e "$FOLDER/new.stipple" ] || fail "a model of nothing"
+[ ! -e "$FOLDER/new.stipple" ] || fail "a model was written though no input could be read"
 expect_text err "not read: $sick/foreign.ply"
 refuse "foreign.ply" "$sick/foreign.ply"
 refuse "b late.ply: line" "$sick/b late.ply"
@@ -190,7 +190,7 @@ if [ "$(id -u)" != 0 ] || [ ${#as[@]} -gt 0 ] && "${as[@]}" "$STIPPLE" --version
     expect_code 1
     expect_text err "not read: $FOLDER/locked/no.ply: cannot be opened: Permission denied"
     expect_text err "not read: $FOLDER/locked/shut: cannot be opened: Permission denied"
-    [ -e "$FOLDER/open/m.stipple" ] || fail "no model of what may be read"
+    [ -e "$FOLDER/open/m.stipple" ] || fail "no model of the files that can be read"
     chmod 755 "$FOLDER/locked/shut"
 fi
 

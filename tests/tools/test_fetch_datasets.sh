@@ -37,7 +37,7 @@ get() {
 }
 
 expect_same() { # file under the folder, the original
-    cmp -s "$local_/$1" "$2" || fail "$1 is not what was offered"
+    cmp -s "$local_/$1" "$2" || fail "$1 differs from the file offered"
 }
 
 expect_no_litter() {
@@ -125,7 +125,7 @@ test_bad() {
         expect_code 1
         expect_lines err 1
         expect_text err "${name#*:}"
-        [ ! -e "$local_/${name%%:*}" ] || fail "$name came in spite of its fault"
+        [ ! -e "$local_/${name%%:*}" ] || fail "$name was kept in spite of its fault"
         expect_no_litter
     done
     : >"$FOLDER/file"

@@ -41,7 +41,7 @@ count() { # files of a pattern in a folder
 same_frames() { # folder: holds what $frames holds
     local name
     for name in "$frames"/frame_*; do
-        cmp -s "$name" "$1/${name##*/}" || fail "$command: ${name##*/} is not that of one run"
+        cmp -s "$name" "$1/${name##*/}" || fail "$command: ${name##*/} differs from the frame of a single run"
     done
     [ "$(count "$1" 'frame_*')" = "$(count "$frames" 'frame_*')" ] || fail "$command: more frames"
     [ "$(count "$1" '*.part')" = 0 ] || fail "$command: litter in $(ls "$1")"
@@ -64,7 +64,7 @@ test_frames() {
     cmp -s "$FOLDER/last.png" "$frames/frame_000013.png" || fail "not the picture of render"
     cmp -s "$FOLDER/d.exr" "$frames/frame_000013_depth.exr" || fail "not the depths of render"
     cmp -s "$FOLDER/n.exr" "$frames/frame_000013_normals.exr" || fail "not the normals of render"
-    cmp -s "$frames/frame_000001.png" "$frames/frame_000002.png" && fail "the camera rests"
+    cmp -s "$frames/frame_000001.png" "$frames/frame_000002.png" && fail "the camera does not move"
     # everything is there: fly must make nothing and say so
     fly "$frames" --depth --normals
     expect_code 0
@@ -118,7 +118,7 @@ test_ended() { # signal
         expect_code 1
         expect_text err "$before of 13 frames done: the same command goes on"
     fi
-    [ "$code" = 0 ] && echo "not interrupted: it was through"
+    [ "$code" = 0 ] && echo "not interrupted: the run had ended before"
     fly "$folder" --depth --normals
     expect_code 0
     [ "$before" = 13 ] || expect_text err "$before frames were there already"
@@ -249,7 +249,7 @@ test_paths() {
     expect_failure "frames 1 to 13"
     fly "$FOLDER/none" --rate 0.5 --frames 7:
     expect_failure "frames 1 to 2"
-    [ ! -e "$FOLDER/none" ] || fail "a folder of nothing"
+    [ ! -e "$FOLDER/none" ] || fail "a folder was made without frames"
 }
 
 test_usage() {
@@ -323,7 +323,7 @@ test_damage() {
     run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
         -o "$FOLDER/damaged" --quiet
     expect_failure "--allow-damage"
-    [ "$(count "$FOLDER/damaged" '*.png')" -lt 4 ] || fail "$command: whole though damaged"
+    [ "$(count "$FOLDER/damaged" '*.png')" -lt 4 ] || fail "$command: all frames were drawn though the model is damaged"
     run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
         -o "$FOLDER/damaged" --allow-damage --quiet
     expect_code 0

@@ -93,7 +93,7 @@ expect_text err "; 20000 points name no scanner whose position is known"
 # A single station sees one side of the sheet and needs no property.
 run "$STIPPLE" gen sheet -n 20000 --stations 1 -o "$FOLDER/one.ply" --force --quiet
 expect_code 0
-header_line "$FOLDER/one.ply" 'property .* station' && fail "a property that says nothing"
+header_line "$FOLDER/one.ply" 'property .* station' && fail "a property of stations, though there is just one station"
 place=$(sed -n '/^end_header/q; s/^comment station 0 //p' "$FOLDER/one.ply" | tr ' ' ,)
 [[ $place == *,*,* ]] || fail "the station's place is not told: '$place'"
 for how in auto "$place"; do

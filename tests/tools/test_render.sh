@@ -340,7 +340,7 @@ test_damage() {
         expect_text err "parent"
         # the whole sphere is still there, but changed
         expect_coverage 200000 320000
-        cmp -s "$picture" "$FOLDER/every.png" && fail "$command: as if nothing were damaged"
+        cmp -s "$picture" "$FOLDER/every.png" && fail "$command: the picture does not show the damage"
         [ $lod = full ] && keep damaged
         same_picture damaged
     done

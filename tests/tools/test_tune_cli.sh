@@ -36,7 +36,7 @@ test_report() {
     [ "$(find "$FOLDER" -name '*.part' -o -name '*.old' | wc -l)" = 0 ] || fail "litter"
     [ "$(wc -l <"$report/tune.csv")" = 13 ] || fail "$(wc -l <"$report/tune.csv") lines of CSV"
     awk -F, 'NR == 1 { n = NF } NF != n || n != 29 { exit 1 }' "$report/tune.csv" ||
-        fail "a row of the CSV has other fields than its head"
+        fail "a row of the CSV does not have the fields of its head"
     [ "$(grep -c '^ *[0-9]' "$FOLDER/out")" = 4 ] || fail "the table: $(cat "$FOLDER/out")"
     [ "$(grep -c '^recommended: --threshold [0-9.]*: ' "$FOLDER/out")" = 1 ] || fail "no threshold is recommended"
     grep -q '<strong>recommended: --threshold ' "$report/index.html" || fail "the page recommends no threshold"
@@ -60,7 +60,7 @@ test_report() {
 test_well_formed() {
     local svg
     if command -v python3 >/dev/null; then
-        python3 - "$report" <<'END' || fail "what python reads of the report"
+        python3 - "$report" <<'END' || fail "python finds errors in the report"
 import csv, html.parser, json, sys, xml.dom.minidom
 folder = sys.argv[1]
 with open(folder + "/tune.json") as f:
@@ -112,7 +112,7 @@ test_solvers() {
     expect_failure "--psnr: 90.00 dB cannot be reached with these views: thresholds from 0 to"
     tune "$FOLDER/none" --fps 1e9 --views 1
     expect_failure "frames a second cannot be reached"
-    [ ! -e "$FOLDER/none" ] || fail "a report without an answer"
+    [ ! -e "$FOLDER/none" ] || fail "a report was written though the goal cannot be reached"
 }
 
 test_settings() {
@@ -136,7 +136,7 @@ test_views() {
     grep -q ',path at 0.50 s,' "$FOLDER/path/tune.csv" || fail "no view in the middle of the path"
     tune "$FOLDER/eye" --eye 3,1,1 --look 0,0,0 --thresholds 1
     expect_code 0
-    [ "$(wc -l <"$FOLDER/eye/tune.csv")" = 2 ] || fail "more views than the camera's"
+    [ "$(wc -l <"$FOLDER/eye/tune.csv")" = 2 ] || fail "tune used other views than the given camera's"
 }
 
 test_refusals() {
@@ -209,11 +209,11 @@ test_small() {
         fail "a line was measured: $(cat "$FOLDER/out")"
     [ "$(grep -c '"measured_px":[[:space:]]*null' "$FOLDER/line/tune.json")" -gt 0 ] &&
         ! grep -q '"measured_px":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" ||
-        fail "measured_px is a number"
-    ! grep -q '"median":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" || fail "a ratio of nothing"
+        fail "measured_px is a number without discs"
+    ! grep -q '"median":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" || fail "a ratio was computed without discs"
     [ "$(tail -1 "$FOLDER/line/tune.csv" | cut -d, -f27-29)" = "0,," ] ||
         fail "$(tail -1 "$FOLDER/line/tune.csv")"
-    grep -q '<td>-</td>' "$FOLDER/line/index.html" || fail "the page has a number"
+    grep -q '<td>-</td>' "$FOLDER/line/index.html" || fail "the page has a number without discs"
 }
 
 # Ctrl-C must leave nothing behind.

@@ -115,7 +115,7 @@ test_rest() {
     used=$(cpu_ticks)
     sleep 2
     used=$(($(cpu_ticks) - used))
-    [ "$used" -lt $(($(getconf CLK_TCK) / 2)) ] || fail "at rest for 2 s it worked for $used ticks"
+    [ "$used" -lt $(($(getconf CLK_TCK) / 2)) ] || fail "the viewer at rest used $used ticks in 2 s"
     expect_kill_by_key q
 }
 cpu_ticks() { awk '{ sub(/.*\) /, ""); print $12 + $13 }' "/proc/$viewer/stat"; }

@@ -52,7 +52,7 @@ test_panels() {
     press Tab
     settle
     expect_kill_by_key q
-    grep -q '"panels":.*false' "$XDG_STATE_HOME/stipple/view.json" || fail "that panels are off is forgotten"
+    grep -q '"panels":.*false' "$XDG_STATE_HOME/stipple/view.json" || fail "the viewer forgets that panels are hidden"
 }
 panel_is_gone() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" = 0 ]; }
 panel_is_back() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" -gt $((15 * HEIGHT)) ]; }
@@ -164,7 +164,7 @@ test_keeping() {
     settle
     press 1
     sleep 7
-    wait_for 30 screen_is "$first" || fail "1 does not lead back to the view kept"
+    wait_for 30 screen_is "$first" || fail "key 1 does not lead back to the bookmark"
     # if the file cannot be written, the views go to the folder of states
     rm "$FOLDER/model.stipple.views.json"
     mkdir "$FOLDER/model.stipple.views.json"
