@@ -28,8 +28,8 @@ typedef struct agreement {
     size_t either, agree, coverage, normal, colour, depth, source;
 } agreement;
 
-/* The unit for a pixel's depth and radius: the disc's radius. Polygons and flat pieces of ribbons
- * have none, so their range of depths is the unit. */
+/* The unit for a pixel's depth and radius: the disc's radius. For polygons, whose radius is next to
+ * none, and for flat pieces of ribbons, which have no radius, it is the range of depths. */
 static double size_of(const reference_pixel *p)
 {
     return reference_is_polygon(p) || p->radius == 0.0 ? p->z_max - p->z_min : p->radius;

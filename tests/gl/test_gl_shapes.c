@@ -416,7 +416,7 @@ static void classes_hide(void **state)
     judge_classes(STP_RECONSTRUCT_SPLAT);
 }
 
-/* Draws views from around with the other roads. every: draws every sample, with all roads. */
+/* Draws views from around with the other roads. every: all of them draw every sample. */
 static void compare_roads(scene *s, stp_reconstruct mode, bool every)
 {
     static const stp_lod roads[] = {STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
@@ -479,7 +479,7 @@ static void header_denies_them(void **state)
     close_scene(&s);
 }
 
-/* A pick on a ribbon and one on a triangle must hit the shape and name its sample. */
+/* Picks on ribbons and triangles must hit the shape, and give its class if the sample is known. */
 static void picks_hit(void **state)
 {
     (void)state;

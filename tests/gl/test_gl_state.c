@@ -216,7 +216,7 @@ static stp_view make_view(const stp_model *model, bool orthographic)
     return view;
 }
 
-/* Depths at some pixels, one by one and together, and a picture. */
+/* A picture, and the depths at some pixels. */
 typedef struct outcome {
     uint8_t rgba[4 * SIZE * SIZE];
     float depth[16];

@@ -5,8 +5,8 @@
 // count if they come from the program, from one of our libraries or their C++ libraries, or from
 // libcurl. short: instead of failing, reads and writes take half of what was asked. on: all later
 // calls fail too.
-// - STIPPLE_INJECT_COUNTS=FILE: writes a line "name count" for each name at the end.
-// - STIPPLE_INJECT_REST: asks a program with a window to end (SIGTERM) once it draws no more.
+// STIPPLE_INJECT_COUNTS=FILE: writes a line "name count" for each name at the end.
+// STIPPLE_INJECT_REST: asks a program with a window to end (SIGTERM) once it draws no more.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif

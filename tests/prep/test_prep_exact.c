@@ -103,7 +103,7 @@ static double noted(const stp_chunk_file_info *info, const char *name)
 }
 
 /* The report must be true: counts again the greatest and the mean displacement, and how many points
- * are beyond the step. */
+ * are displaced by more than the input resolves. */
 static stp_displacement check_said(const prep_cloud *cloud, const stp_prep_stats *stats)
 {
     stp_displacement d = {.points = cloud->count};

@@ -131,7 +131,8 @@ static void modes_win(void **state)
     stp_orient_params params = by_stations(&s);
     params.mode = STP_ORIENT_PROPAGATE;
     surface_orient(&s, params);
-    assert_int_equal(s.orientation, STP_ORIENTATION_PROPAGATED); /* one flat body */
+    assert_int_equal(s.orientation,
+                     STP_ORIENTATION_PROPAGATED); /* both sides belong to one flat body */
     params.mode = STP_ORIENT_NONE;
     surface_orient(&s, params);
     assert_int_equal(s.orientation, STP_ORIENTATION_UNKNOWN);
