@@ -1,4 +1,4 @@
-/* Every call of every command fails once. */
+/* Lets every call of every command fail once. */
 #include "tests/fixtures/injection_commands.h"
 
 int main(void)

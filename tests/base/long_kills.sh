@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# 200 kills at any moment over commands that write, and 200 disks that are too small over all formats: never a
-# file under a final name that is not whole, and nothing but its own after the next run.
-# (prep's own kills, in less memory than it wants: long_prep_kills.sh.)
+# Kills writing commands at 200 random moments, and fills 200 small disks with every output format.
+# A file under a final name must always be whole, and the next run must leave nothing but its own
+# files. (long_prep_kills.sh kills prep while it has less memory than it wants.)
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
@@ -14,7 +14,7 @@ mkdir "$out"
 draws=0
 "$STIPPLE" --help | grep -q '^  render ' && draws=1
 
-# The words of a command that writes $out/NAME: {} is the folder.
+# commands[NAME] is the command that writes $out/NAME; {} stands for the folder.
 declare -A commands=(
     [p.stipple]="prep $FOLDER/s.ply -o {}/p.stipple --force"
     [c.stipple]="convert $model -o {}/c.stipple --codec zstd --force"
@@ -30,7 +30,7 @@ if [ $draws = 1 ]; then
         commands[v.mp4]="fly $model --turntable 1 --rate 10 --size 200x200 -o {}/v.mp4 --force"
 fi
 
-# What is there under its name is whole.
+# If the file exists under its final name, it must be whole.
 check_whole() { # name, when
     [ -e "$out/$1" ] || return 0
     case $1 in

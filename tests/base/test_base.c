@@ -1,5 +1,5 @@
-/* The base library: errors, memory, checked arithmetic, the pool, output files, progress, random.
- */
+/* Tests the base library: errors, memory, checked arithmetic, the pool, progress, random
+ * numbers. */
 #include "base/checked.h"
 #include "base/clock.h"
 #include "base/error.h"
@@ -115,7 +115,7 @@ enum { TASK_COUNT = 1000 };
 typedef struct job {
     _Atomic unsigned runs[TASK_COUNT];
     _Atomic unsigned worker_max;
-    size_t fail_every; /* indices divisible by it fail; 0: none */
+    size_t fail_every; /* every index divisible by it fails; 0: none fails */
     size_t fail_from;
 } job;
 
@@ -154,7 +154,8 @@ static void test_pool_runs_each_once(void **state)
     stp_pool_destroy(&none);
 }
 
-/* Whatever the threads, the lowest failing index is the one reported, and all below it have run. */
+/* For any number of threads, the pool reports the lowest failing index, and all indices below it
+ * have run. */
 static void test_pool_failure_order(void **state)
 {
     (void)state;

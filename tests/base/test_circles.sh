@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# No circles of calls between files: if file A needs B, B does not need A, directly or through others.
+# Tests that calls between files form no circle: if file A needs B, B must not need A, directly or
+# through other files.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-# Lines "user definer" of the objects that the program and its libraries are made of.
+# Prints a line "user definer" for each call between two objects of the program and its libraries.
 calls() { # folder of the build
     find "$1"/{base,formats,preprocess,runtime,tools} -name '*.o' 2>/dev/null | while read -r object; do
         source=${object#"$1"/}
         source=${source%%/CMakeFiles/*}/${source##*.dir/}
-        # an object whose source is gone is an earlier build's
+        # an object without a source is left from an earlier build
         [ -e "$SOURCE/${source%.o}" ] && printf '%s\0' "$object"
     done | xargs -0 "${NM:-nm}" -A 2>/dev/null | awk '
         {
@@ -28,7 +29,7 @@ calls() { # folder of the build
 
 circles() { tsort 2>&1 >/dev/null | sed 's/^tsort: //'; }
 
-# The test sees a circle where there is one.
+# Self-check: the test must find a circle if there is one.
 [ -n "$(printf 'a b\nb c\nc a\n' | circles)" ] || fail "a circle of three is not seen"
 found=$(calls "$(dirname "$STIPPLE")")
 [ "$(wc -l <<<"$found")" -gt 500 ] || fail "only $(wc -l <<<"$found") calls between files are seen"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The program's help, exit codes and both streams: for all, and for every command it lists.
+# Tests the help, the exit codes and both streams, of the program and of every command that it
+# lists.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -70,7 +71,7 @@ test_command() {
     expect_usage "try stipple $name --help"
 }
 
-# Commands that read a chunk file say what is wrong with what they were given.
+# If a command cannot read its chunk file, it must say why.
 test_reader() {
     local name=$1
     shift

@@ -1,4 +1,5 @@
-/* The command line's values: which texts each kind takes, and the distance between words. */
+/* Tests the values of the command line: which texts each kind accepts, and the distance between
+ * words. */
 #include "tools/cli/cli_value.h"
 
 #include <setjmp.h>

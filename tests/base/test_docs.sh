@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Pages: their links lead somewhere, README is short, no page or comment cites what is not in the repository, and the
-# site that tools/site builds has no dead link. Skips where pandoc is missing; the other checks run before.
+# Tests the pages: every link has a target, README is short, no page or comment cites a file outside
+# the repository, and the site that tools/site builds has no dead link. Without pandoc the test
+# skips the site, after the other checks.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$SOURCE" || exit 1
 
-# The names that headings have in links, as GitHub makes them.
+# Prints the anchors of a page's headings, as GitHub makes them.
 anchors() { # page
     sed -n '/^```/,/^```/d; s/^#\{1,6\} //p' "$1" | tr '[:upper:]' '[:lower:]' | sed -E 's/[^a-z0-9 _-]//g; s/ /-/g'
 }
@@ -33,13 +34,13 @@ for page in *.md docs/*.md benchmarks/*.md shaders/*.md formats/*.md; do
     check_links "$page"
 done
 
-# Every file that the map and the glossary name in full is there.
+# Every file that the map or the glossary names in full must exist.
 while read -r file; do
     [ -e "$file" ] || fail "$file is named, but not there"
 done < <(grep -ohP '`\K(base|formats|preprocess|runtime|shaders|tools|tests|cmake)/[a-z0-9_/]+\.(h|c|cpp|glsl|frag|geom|comp|sh|md|txt|cmake)(?=`)' \
     ARCHITECTURE.md docs/glossary.md docs/algorithms.md | sort -u)
 
-# And so is every name of the code.
+# So must every name of the code.
 git grep -hoE '\b(stp|STP)_[A-Za-z0-9_]+' -- '*.c' '*.h' '*.cpp' shaders 2>/dev/null | sort -u >"$FOLDER/names"
 [ ! -s "$FOLDER/names" ] || while read -r name; do
     grep -qxF "$name" "$FOLDER/names" || fail "$name is named by a page, but not in the code"
@@ -49,7 +50,8 @@ done < <(grep -ohE '`(stp|STP)_[A-Za-z0-9_]+`' ARCHITECTURE.md docs/*.md | tr -d
 [ "$(wc -w <README.md)" -le 1500 ] || fail "README.md has $(wc -w <README.md) words, more than 1,500"
 [ "$(wc -l <ARCHITECTURE.md)" -le 120 ] || fail "ARCHITECTURE.md has $(wc -l <ARCHITECTURE.md) lines, more than 120"
 
-# Notes of other places: who reads the code cannot open them. The names are put together, or this file would hold them.
+# Readers of the code cannot open documents from elsewhere. Each name is split in two here, so that
+# this file does not match.
 foreign="DESIGN\.m""d|ALGOR""ITHMS|CG""08|PBG""07|TUT""08"
 found=$(git grep -nE "$foreign" 2>/dev/null | head -5)
 [ -z "$found" ] || fail "a document that is not in the repository is cited: $found"
@@ -75,7 +77,7 @@ while read -r page; do
     done < <(grep -oP '(href|src)="\K[^"]+' "$page" | grep -v '^[a-z]*:' | sort -u)
 done < <(find "$FOLDER/site" -name '*.html')
 
-# A folder that it did not make stays.
+# tools/site must not touch a folder that it did not make.
 mkdir "$FOLDER/mine"
 touch "$FOLDER/mine/thesis"
 run bash tools/site -o "$FOLDER/mine"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Files appear whole or not at all: on full disks, beside strangers' links, written by many at once,
-# and after kills nothing is left.
+# Tests that a file appears whole or not at all: on full disks, beside links made by others, and if
+# many processes write it at once. Kills must leave nothing behind.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
@@ -10,7 +10,7 @@ have_renderer() {
 "$STIPPLE" gen sphere -n 3000 -o "$FOLDER/s.ply" --quiet || fail "no scan"
 "$STIPPLE" prep "$FOLDER/s.ply" -o "$model" --quiet || fail "no model"
 
-# Writes to a disk of such a size, mounted for this; what is left there goes to $FOLDER/out.
+# Runs a command on a new disk of the given size; lists what is left there in $FOLDER/out.
 on_disk() { # size, words; {} is the folder
     local size=$1
     shift
@@ -20,7 +20,7 @@ on_disk() { # size, words; {} is the folder
         "${@//\{\}/$FOLDER/disk}" --quiet
 }
 
-# One sentence of ours and nothing on the disk.
+# The command must say one sentence of ours and leave nothing on the disk.
 expect_full() {
     expect_code 1
     expect_lines err 1
@@ -55,7 +55,7 @@ test_full_disks() {
     done
 }
 
-# A link under a name that a process of this number could be thought to use.
+# A link lies under a name that one could guess from the process number.
 test_links() {
     echo kept >"$FOLDER/kept"
     mkdir "$FOLDER/linked"
@@ -74,13 +74,13 @@ test_together() {
         children+=($!)
     done
     for i in "${children[@]}"; do
-        wait "$i" || fail "one of many that write to one output: $(cat "$FOLDER/err")"
+        wait "$i" || fail "one of many processes that write one output fails: $(cat "$FOLDER/err")"
     done
-    "$STIPPLE" verify "$FOLDER/together.stipple" --quiet || fail "the output of many is not sound"
-    [ -z "$(find "$FOLDER" -maxdepth 1 -name 'together*part')" ] || fail "litter of many"
+    "$STIPPLE" verify "$FOLDER/together.stipple" --quiet || fail "the output of many processes is not sound"
+    [ -z "$(find "$FOLDER" -maxdepth 1 -name 'together*part')" ] || fail "many processes left files behind"
 }
 
-# Kills it as soon as it writes; the next run leaves its report and nothing else.
+# Kills tune as soon as it writes. The next run must leave its report and nothing else.
 test_killed_tune() {
     local child i
     have_renderer || return 0

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Who may include whom, and that each shim's header is C17 by itself.
+# Tests who may include whom, and that each shim's header compiles as C17 by itself.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$SOURCE" || exit 1
@@ -19,7 +19,7 @@ sources() { # folder
         find "$1" -name '*.c' -o -name '*.h' -o -name '*.cpp'
 }
 
-# A quoted include names a file from the root, or one beside it (then the folder is the same).
+# A quoted include names a file by its path from the root, or a file in the same folder.
 check_includes() {
     local folder=$1 file name target
     while IFS=: read -r file name; do
@@ -36,7 +36,7 @@ check_includes() {
     done < <(sources "$folder" | xargs -r grep -HoP '^\s*#\s*include\s*"\K[^"]+')
 }
 
-# The chunk file's side must not need the scans' and images' libraries.
+# The code that handles chunk files must not need the libraries for scans and images.
 check_chunk() {
     local found
     found=$({ sources formats/chunk; sources runtime; } |

@@ -1,4 +1,4 @@
-/* Every call fails once: a sample of the points that long_injection tries. */
+/* Lets calls fail once: a sample of the calls that long_injection tries. */
 #include "tests/fixtures/injection_commands.h"
 
 int main(void)

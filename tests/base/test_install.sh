@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# What `cmake --install` brings, in a folder whose name has a space: program, module, library, headers,
-# pkg-config file, manual page and completion work there, staged by DESTDIR and moved; the example
-# builds against them and draws.
+# Tests `cmake --install` into a folder with a space in its name: program, module, library, headers,
+# pkg-config file, manual page and completion must work there, also staged by DESTDIR and moved. The
+# example must build against the installed library and draw.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 BUILD=${STIPPLE%/*}
@@ -17,7 +17,7 @@ test_program() { # prefix
     expect_code 0
     expect_text out "stipple "
     run "$1/bin/stipple" gen bumpy -n 300 -o "$FOLDER/a.ply" --truth "$FOLDER/truth.png" --force --size 32x32
-    expect_code 0 # the picture needs the module, which has no other path
+    expect_code 0 # the picture needs the module, which lies nowhere else
     rm -f "$FOLDER/truth.png"
     { grep -rIF -- "$BUILD" "$1"
       find "$1" -type f \( -name '*.so*' -o -name stipple \) -exec readelf -d {} + 2>/dev/null |
@@ -25,17 +25,17 @@ test_program() { # prefix
     [ ! -s "$FOLDER/found" ] || fail "the build folder is named: $(head -3 "$FOLDER/found")"
 }
 
-# A build that is not complete installs nothing.
+# An incomplete build must install nothing.
 test_incomplete() {
     cmake -S "$SOURCE" -B "$FOLDER/bare" -DSTIPPLE_TESTS=OFF >"$FOLDER/log" 2>&1 || fail "no configuration"
     if cmake --install "$FOLDER/bare" --prefix "$FOLDER/half" >"$FOLDER/log" 2>&1; then
         fail "an empty build was installed"
     fi
     grep -q 'is not built yet: run cmake --build' "$FOLDER/log" || fail "no sentence: $(tail -3 "$FOLDER/log")"
-    [ ! -e "$FOLDER/half" ] || fail "half a prefix: $(find "$FOLDER/half" -type f | head -3)"
+    [ ! -e "$FOLDER/half" ] || fail "an incomplete build installed files: $(find "$FOLDER/half" -type f | head -3)"
 }
 
-# Every command and option of the help, and no warning of roff.
+# The manual must have every command and option of the help, and roff must not warn.
 test_manual() {
     local page=$PREFIX/share/man/man1/stipple.1 name option
     [ -s "$page" ] || fail "no manual page"
@@ -54,7 +54,7 @@ test_manual() {
     done
 }
 
-# complete WORDS...: what completion offers for the last word, in a row.
+# complete_words WORDS...: prints what completion offers for the last word, on one line.
 complete_words() {
     bash --norc -c 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _stipple
         echo "${COMPREPLY[@]}"' - "$PREFIX/share/bash-completion/completions/stipple" "$@" \
@@ -88,13 +88,13 @@ test_completion() {
     done
 }
 
-# The library shows what its headers declare and nothing else, to C and to C++.
+# The library exports what its headers declare and nothing else; the headers compile as C and C++.
 test_library() {
     local header=$PREFIX/include/stipple declared shown lang
     declared=$(cat "$header"/*.h | grep -v '^static inline' | grep -oE '\bstp_[a-z0-9_]+\(' | tr -d '(' | sort -u)
     shown=$("${NM:-nm}" -D --defined-only "$PREFIX/lib/libstipple.so" | sed 's/.* //; s/@.*//' | sort)
     [ "$declared" = "$shown" ] ||
-        fail "declared and shown differ: $(diff <(echo "$declared") <(echo "$shown") | head -3)"
+        fail "declared and exported names differ: $(diff <(echo "$declared") <(echo "$shown") | head -3)"
     for lang in c:-std=c11 c++:-std=c++11; do
         echo '#include <stipple/gl_context.h>
 #include <stipple/stipple.h>' |
@@ -111,7 +111,7 @@ test_example() {
     { cmake -S "$SOURCE/examples" -B "$FOLDER/example" && cmake --build "$FOLDER/example"; } \
         >"$FOLDER/log" 2>&1 || fail "the example does not build: $(grep -m 2 -i error "$FOLDER/log")"
     if ldd "$1/lib/libstipple.so" | grep -E 'lib[a-z]+san' >/dev/null; then
-        return # a library with a sanitizer wants a program that has it
+        return # a library with a sanitizer can only be linked into a program with the same sanitizer
     fi
     run env LD_LIBRARY_PATH="$1/lib" "$FOLDER/example/embed" "$FOLDER/s.stipple" "$FOLDER/s.ppm"
     if grep -q 'OpenGL' "$FOLDER/err"; then

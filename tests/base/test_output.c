@@ -1,4 +1,4 @@
-/* Files that appear whole or not at all, reading files, making folders. */
+/* Tests output files that appear whole or not at all, reading files, and making folders. */
 #include "base/file.h"
 #include "base/temporary.h"
 
@@ -22,7 +22,7 @@
 #include <sys/xattr.h>
 #include <unistd.h>
 
-/* A fresh folder; cmocka's state is its name. */
+/* Makes a fresh folder; cmocka's state is its name. */
 static int make_folder(void **state)
 {
     char name[] = "base-XXXXXX";
@@ -105,7 +105,7 @@ static void test_output_existing(void **state)
     assert_int_equal(stp_output_create(&output, path, false, &err), STP_EXISTS);
     assert_non_null(strstr(err.message, "--force"));
     assert_null(output);
-    /* An abandoned replacement leaves the old file, a finished one replaces it. */
+    /* An abandoned output leaves the old file; a finished one replaces it. */
     for (int finish = 0; finish < 2; finish++) {
         assert_int_equal(stp_output_create(&output, path, true, NULL), STP_OK);
         assert_int_equal(stp_output_write(output, "new", 3, NULL), STP_OK);
@@ -135,8 +135,8 @@ static void test_output_appeared_meanwhile(void **state)
     assert_int_equal(count_files(*state), 1);
 }
 
-/* What a killed run left goes with the next run; what a living one is writing stays, and so does
- * what only looks like it. */
+/* The next run removes what a killed run left. It keeps what a living process is writing, and files
+ * that only look alike. */
 static void test_output_litter(void **state)
 {
     static const char *const names[] = {"a.0123456789abcdef.part",
@@ -176,7 +176,7 @@ static void test_output_litter(void **state)
     assert_int_equal(access(path, F_OK), -1);
 }
 
-/* While an output is written there is no name that another process could meet. */
+/* While an output is written, it has no name that another process could open. */
 static void test_output_nameless(void **state)
 {
     char path[256];
@@ -192,7 +192,7 @@ static void test_output_nameless(void **state)
     assert_int_equal(count_files(*state), 1);
 }
 
-/* Many processes replace one file at once: each succeeds. */
+/* Many processes replace one file at once: each must succeed. */
 static void test_output_together(void **state)
 {
     enum { PROCESSES = 8, ROUNDS = 200 };
@@ -267,7 +267,7 @@ static void test_output_bad_place(void **state)
     assert_null(output);
 }
 
-/* Writes until the disk says no; a tmpfs of 2 MB can only be mounted by root. */
+/* Writes until the disk is full. Only root can mount the tmpfs of 2 MB. */
 static void test_output_disk_full(void **state)
 {
     char path[256];
@@ -324,7 +324,7 @@ static void test_folder_make(void **state)
     struct stat info;
     snprintf(path, sizeof path, "%s/a//b/c/", (char *)*state);
     assert_int_equal(stp_folder_make(path, 0700, &err), STP_OK);
-    assert_int_equal(stp_folder_make(path, 0700, &err), STP_OK); /* it is there */
+    assert_int_equal(stp_folder_make(path, 0700, &err), STP_OK); /* it exists already */
     assert_true(stat(path, &info) == 0 && S_ISDIR(info.st_mode) && (info.st_mode & 0777) == 0700);
     snprintf(path, sizeof path, "%s/file", (char *)*state);
     close(open(path, O_WRONLY | O_CREAT, 0600));

@@ -1,18 +1,20 @@
 #!/usr/bin/env bash
-# No output of any command, first or second, replaces a file without --force, none is written over
-# an input or another output even with it, and a refused request writes nothing at all.
+# Tests the outputs of all commands, first and second ones. Without --force none replaces a file.
+# Even with --force none is written over an input or another output. A refused request writes
+# nothing at all.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 work="$FOLDER/results"
 mkdir "$work"
 echo '{"size": [8, 8]}' >"$FOLDER/camera.json"
 
-# A request is $words, its outputs after -o, --mesh, --truth, --stats; {} is the folder $work.
+# A request is $words; its outputs follow -o, --mesh, --truth and --stats. {} stands for the folder
+# $work.
 request() { # further words
     run "$STIPPLE" "${words[@]//\{\}/$work}" "$@"
 }
 
-# Every output in turn exists: refused, and no other output is there afterwards.
+# Lets each output exist in turn: the request must be refused, and no other output may appear.
 check_existing() { # names of the outputs
     local name
     for name in "$@"; do
@@ -35,7 +37,8 @@ check_existing() { # names of the outputs
     [ "$(ls -A "$work" | wc -l)" = $# ] || fail "$command: left $(ls -A "$work")"
 }
 
-# Refused even with --force, in a sentence with the text; nothing is written.
+# The request must be refused even with --force, with a sentence that has the text; nothing may be
+# written.
 check_refused() { # text
     rm -rf "${work:?}"/*
     request --force

@@ -1,11 +1,11 @@
-/* The threshold for a frame rate, against costs that are known: reached within two seconds, no
- * swinging, spikes and steps, and what cannot be held said so. */
+/* Tests the threshold for a frame rate, against known costs: stp_pace reaches the rate within two
+ * seconds, does not swing, ignores spikes, follows a step, and says if the rate cannot be held. */
 #include "runtime/camera/pace.h"
 #include "tests/support/check.h"
 
 #include <math.h>
 
-/* What a frame costs: a part that no threshold changes, and points at the threshold to a power. */
+/* A frame costs fixed_ms + points_ms / threshold^power. */
 typedef struct cost {
     double fixed_ms, points_ms, power;
 } cost;
@@ -41,7 +41,7 @@ static void holds(void **state)
                 stp_pace_follow(&p, ms);
                 assert_true(stp_pace_holds(&p));
             }
-            assert_true(turns <= 2); /* up from the asked one, and at most once back */
+            assert_true(turns <= 2); /* up from the first threshold, and back at most once */
         }
 }
 

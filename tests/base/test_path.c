@@ -1,4 +1,5 @@
-/* Camera paths: through every keyframe, smooth, the same backwards, closed, always valid; files. */
+/* Tests camera paths: they pass through every keyframe, are smooth, the same backwards, closed if
+ * asked for, and always valid. Tests their files too. */
 #include "base/random.h"
 #include "runtime/camera/path.h"
 #include "tests/support/check.h"
@@ -40,7 +41,7 @@ static void expect_camera(stp_camera c, const stp_camera *expected, double withi
     check_near(distance(a.up, b.up), 0.0, within);
 }
 
-/* A walk around something, at uneven times, in a survey's coordinates. */
+/* A walk around a place, at uneven times, in a survey's coordinates. */
 static size_t walk(stp_keyframe keys[6])
 {
     const stp_dvec3 site = {456000.0, 5428000.0, 300.0};
@@ -64,7 +65,7 @@ static void passes_through_keyframes(void **state)
         for (size_t i = 0; i < count; i++) {
             stp_camera c = stp_path_camera(path, keys[i].time_s);
             assert_memory_equal(&c, &keys[i].camera, sizeof c);
-            /* and comes there from both sides */
+            /* the path approaches the keyframe from both sides */
             for (int side = -1; side <= 1; side += 2)
                 if (loop || (i + (size_t)side) < count)
                     expect_camera(stp_path_camera(path, keys[i].time_s + side * 1e-9), &c, 1e-5);
@@ -124,7 +125,7 @@ static void loops_close(void **state)
         expect_camera(stp_path_camera(path, t + duration), &c, 1e-6);
     }
     stp_path_destroy(&path);
-    /* a last keyframe that is the first closes it */
+    /* a path is closed if its last keyframe equals its first */
     keys[6] = keys[0];
     keys[6].time_s = 10.0;
     path = make(keys, 7, true);
@@ -141,7 +142,8 @@ static void loops_close(void **state)
     stp_path_destroy(&path);
 }
 
-/* What all keyframes look at stays looked at; a rest is a rest; a straight even way stays so. */
+/* If all keyframes look at one place, so does the path between them. Between two equal keyframes
+ * the eye rests. A straight way at even speed stays straight and even. */
 static void does_not_swing(void **state)
 {
     (void)state;
@@ -170,8 +172,8 @@ static void does_not_swing(void **state)
     stp_path_destroy(&path);
 }
 
-/* Eye and look change places, views go over the poles and turn about: no camera is refused, and
- * none jumps. */
+/* Eye and look change places; views cross the poles and turn around. No camera may be refused, and
+ * none may jump. */
 static void stays_valid(void **state)
 {
     (void)state;
@@ -206,7 +208,7 @@ static void stays_valid(void **state)
     }
 }
 
-/* From one pole over the top to the other side: half a turn in a second, without a jump. */
+/* The eye crosses a pole from one side to the other: half a turn in a second, without a jump. */
 static void crosses_the_pole(void **state)
 {
     (void)state;
@@ -222,7 +224,7 @@ static void crosses_the_pole(void **state)
             assert_true(distance(view.right, last.right) < 0.01);
         last = view;
     }
-    /* eye and look exchanged: the picture turns about */
+    /* eye and look are exchanged: the view turns around */
     keys[1] = key_at(1.0, (stp_dvec3){0, 0, 0}, (stp_dvec3){0, -1, 2});
     stp_path_destroy(&path);
     path = make(keys, 2, false);

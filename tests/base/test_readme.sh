@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# What README and the pages of docs/ say of commands and options is what the programs' help says.
+# Tests that README and docs/ name the commands and options that the programs' help names.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
 "$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
-# docs/format-2.md and docs/plan.md tell of what is not there yet.
+# docs/format-2.md and docs/plan.md describe things that do not exist yet.
 mapfile -t pages < <(ls "$SOURCE"/README.md "$SOURCE"/docs/*.md "$SOURCE"/benchmarks/README.md |
     grep -v '/docs/\(format-2\|plan\)\.md$')
 text=$(cat "${pages[@]}" | tr '\n' ' ' | tr -s ' ')
 commands=$("$STIPPLE" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p')
 
-# Help of every program and script.
+# Collects the help of every program and script.
 for name in $commands; do
     "$STIPPLE" "$name" --help >"$FOLDER/help-$name"
 done
@@ -21,7 +21,7 @@ for script in install-deps demo check gallery fetch-datasets bench/first-light b
     bash "$SOURCE/tools/$script" --help
 done >>"$FOLDER/help"
 
-# The table has the program's commands in the program's order, used as their help says.
+# The table must list the program's commands in the program's order, with the usage of their help.
 listed=$(sed -n 's/^| `stipple \([a-z]*\) .*/\1/p' "$SOURCE/README.md")
 [ "$listed" = "$commands" ] || fail "the table has $listed, the program $commands"
 while read -r usage; do
@@ -29,17 +29,17 @@ while read -r usage; do
         fail "'$usage' is not the usage that its help gives"
 done < <(sed -n 's/^| `\(stipple [^`]*\)`.*/\1/p' "$SOURCE/README.md")
 
-# Options but cmake's and ctest's, whose commands are left out.
+# Every option must be in a help. The options of cmake and ctest are left out.
 while read -r option; do
     grep -qE -- "(^|[^a-z-])$option([^a-z-]|$)" "$FOLDER/help" || fail "$option is in no help"
 done < <(sed 's/`c\(make\|test\) [^`]*`//g' <<<"$text" | grep -oE -- '--[a-z][a-z-]*' | sort -u)
 
-# Choices in full: every word of them.
+# If a page lists an option's choices, the help must list the same.
 while read -r choice; do
     grep -qE -- "$choice( |$)" "$FOLDER/help" || fail "$choice is in no help"
 done < <(grep -oE -- '--[a-z-]+ [a-z0-9]+(\|[a-z0-9]+)+' <<<"$text" | sed 's/|/[|]/g' | sort -u)
 
-# What is shown as a line to type: a command with options of its own.
+# A line to type must be a command with options of its own.
 while read -r line; do
     name=$(sed -E 's/^(build\/release\/)?stipple ([a-z]+).*/\2/' <<<"$line")
     grep -qxF "$name" <<<"$commands" || fail "'$line': no command $name"
@@ -48,7 +48,7 @@ while read -r line; do
     done < <(grep -oE -- '--[a-z][a-z-]*' <<<"$line")
 done < <(grep -hoP '^    \Kstipple [a-z].*' "${pages[@]}")
 
-# Shapes. (Links: test_docs.sh.)
+# Every shape of the table must be known to gen. (test_docs.sh tests the links.)
 shapes=$(sed -n 's/.*known surface: `\([a-z ]*\)`.*/\1/p' "$SOURCE/README.md")
 [ -n "$shapes" ] || fail "no shapes in the table"
 for shape in $shapes; do

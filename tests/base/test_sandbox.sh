@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Commands that read what may be hostile and need little have the rights to that alone; and programs
-# are built with what compiler and linker have against misuse.
+# Tests the sandbox: a command that reads hostile files keeps only the rights that it needs. Tests
+# also that the programs are built with the protections of compiler and linker.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -18,7 +18,7 @@ model="$FOLDER/m.stipple"
 cp "$model" "$FOLDER/hurt.stipple"
 printf 'x' | dd of="$FOLDER/hurt.stipple" bs=1 seek=200000 conv=notrunc status=none
 
-tried() { # what the command may do at its end
+tried() { # $1: the rights that the command must have at its end
     run env LD_PRELOAD="$STIPPLE_SANDBOX_SHIM" "$STIPPLE" "${@:2}"
     expect_code 0
     expect_text err "$1"

@@ -1,5 +1,5 @@
-/* Arrays that may be larger than memory: plain or in files, they hold what was written, under a
- * limit far below their size too. */
+/* Tests arrays that may be larger than memory. In memory or in files, they must hold what was
+ * written, even if the limit is far below their size. */
 #include "base/pool.h"
 #include "base/spill.h"
 #include "tests/fixtures/size.h"
@@ -17,7 +17,7 @@
 #include <time.h>
 
 #define LIMIT_BYTES (160u << 20)
-#define COUNT ((size_t)TEST_SIZE(48u << 20, 4u << 20)) /* of 64-bit numbers: 384 MB */
+#define COUNT ((size_t)TEST_SIZE(48u << 20, 4u << 20)) /* 64-bit numbers: 384 MB */
 #define PARTS 64u
 
 static stp_spill *make(uint64_t memory_bytes, const char *folder)
@@ -88,7 +88,7 @@ static void files(void **state)
     stp_spill_destroy(&spill);
 }
 
-/* Many small arrays, freed in another order, share few files, and all of them go in the end. */
+/* Many small arrays share few files, are freed in another order, and leave no file in the end. */
 static void small_arrays_share_files(void **state)
 {
     (void)state;
@@ -112,14 +112,14 @@ static void small_arrays_share_files(void **state)
         assert_int_equal(arrays[a][0], a);
         stp_spill_free(spill, arrays[a]);
     }
-    uint32_t *large = NULL; /* as large as all of them: there is room again */
+    uint32_t *large = NULL; /* as large as all of them together: their room is free again */
     assert_int_equal(stp_spill_alloc(spill, &large, taken, 1, "a large one", &err), STP_OK);
     assert_int_equal(stp_spill_most_file_bytes(spill), taken);
     stp_spill_free(spill, large);
     stp_spill_destroy(&spill);
 }
 
-/* What is forgotten is room for others; what lies around it is kept. */
+/* The room of a forgotten part can be used again; the parts around it are kept. */
 static void forgotten_parts(void **state)
 {
     (void)state;
@@ -131,7 +131,7 @@ static void forgotten_parts(void **state)
     for (uint32_t i = 0; i < COUNT_HERE; i++)
         numbers[i] = i;
     stp_spill_forget(spill, numbers + BEGIN + 1, (END - BEGIN - 2) * sizeof *numbers);
-    stp_spill_forget(spill, numbers, sizeof *numbers); /* not a page */
+    stp_spill_forget(spill, numbers, sizeof *numbers); /* less than a page */
     for (uint32_t i = 0; i < COUNT_HERE; i++)
         if (i <= BEGIN || i >= END - 1)
             assert_int_equal(numbers[i], i);
@@ -167,9 +167,9 @@ static uint64_t value_of(size_t i)
     return i * 0x9e3779b97f4a7c15u ^ i >> 7;
 }
 
-/* Before each part, so that three workers touch 0.9 GB a second at most, far more than any stage of
- * prep: what they touch while the watching thread waits for its turn on a crowded machine is not
- * what is tested. */
+/* Waits before each part, so that three workers touch 0.9 GB a second at most, far more than any
+ * stage of prep. On a crowded machine the watching thread may have to wait; what the workers touch
+ * meanwhile is not tested. */
 static void pause_before_part(void)
 {
     nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
@@ -186,7 +186,7 @@ static stp_status fill(void *context, size_t part, unsigned worker, stp_error *e
     return STP_OK;
 }
 
-/* Each worker jumps to and fro between its part and another's. */
+/* Each worker alternates between its part and another worker's. */
 static stp_status compare(void *context, size_t part, unsigned worker, stp_error *err)
 {
     const uint64_t *numbers = context;
@@ -200,7 +200,7 @@ static stp_status compare(void *context, size_t part, unsigned worker, stp_error
     return STP_OK;
 }
 
-/* What the system says this process held at most, bytes; 0 where it does not. */
+/* The most memory that this process held, in bytes, as the system says; 0 if it does not say. */
 static uint64_t most_resident(void)
 {
     char line[256];
@@ -227,7 +227,7 @@ static void more_than_the_limit(void **state)
     assert_int_equal(stp_pool_run(pool, PARTS, fill, numbers, &err), STP_OK);
     assert_int_equal(stp_pool_run(pool, PARTS, compare, numbers, &err), STP_OK);
 #if !defined __SANITIZE_ADDRESS__ && !defined __SANITIZE_THREAD__
-    /* Half as much again: on a crowded machine the watching thread may come late. */
+    /* Allows half as much again: on a crowded machine the watching thread may come late. */
     assert_true(most_resident() > 0 && most_resident() < LIMIT_BYTES * 3ull / 2);
 #else
     (void)most_resident;

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# The manner that a machine can see: quiet libraries, file sizes, formatting, no foreign paths.
+# Tests the rules of style that a program can see: quiet libraries, file sizes, formatting, no paths
+# of one machine.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$SOURCE" || exit 1
 
-# All files of the project, with new ones that git does not ignore.
+# Prints the project's files, including new ones that git does not ignore.
 files() {
     git ls-files --cached --others --exclude-standard -- "$@" 2>/dev/null | sort -u |
         while read -r file; do [ -f "$file" ] && echo "$file"; done

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The tests labelled `threadless`, which the thread sanitizer does not run, have no thread of ours:
-# no program of theirs holds the pool, the spill, a stream of chunks or the screenshot,
-# which alone start threads.
+# Tests that the tests labelled `threadless`, which the thread sanitizer does not run, have no
+# thread of ours. Only the pool, the spill, the stream of chunks and the screenshot start threads,
+# so none of these programs may contain one of the four.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -12,7 +12,7 @@ expected=$(for file in base/pool.c base/spill.c runtime/stream/stream.c tools/vi
 done)
 [ "$starts" = "$expected" ] || fail "threads are started in $starts"
 
-# grep reads to the end: nm would die of a pipe that nobody reads.
+# grep must read to the end: with -q, nm would fail writing to a closed pipe.
 has_pool() {
     "${NM:-nm}" "$1" | grep -E ' T (stp_(pool|spill|stream)_create|view_shot_begin)$' >/dev/null
 }
@@ -21,7 +21,7 @@ has_pool ./test_base || fail "the pool is not seen in test_base, which has it"
 for name in $THREADLESS; do
     source=$(echo "$SOURCE"/tests/*/"$name".*)
     if [[ $source == *.sh ]]; then
-        # Scripts that look at files alone.
+        # Scripts must only look at files.
         ! grep -q '"\$STIPPLE"' "$source" || fail "$name runs the program"
     elif [ -e "./$name" ]; then
         ! has_pool "./$name" || fail "$name has the pool: take it off the list in CMakeLists.txt"

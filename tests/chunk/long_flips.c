@@ -1,9 +1,9 @@
-/* Every single bit of a chunk file of a million bytes, flipped: named by verify.
+/* Flips every single bit of a chunk file of a million bytes: verify must name each.
  *
- * A whole verify for each of nine million bits would take days. So the file is parted as its reader
- * parts it (each byte is in one part, asserted): what is read on opening gets the whole of open and
- * verify for every bit; a payload segment gets the reader's own check, the checksum, for every bit,
- * and for some of them the reader itself. */
+ * A whole verify for each of these millions of bits would take days. So the test splits the file
+ * into the reader's parts and asserts that each byte is in one part. If opening reads a part, open
+ * and verify run for every bit. For a payload segment, the checksum is computed for every bit, and
+ * the reader itself runs for some. */
 #include "tests/fixtures/flip_fixture.h"
 
 #include "formats/chunk/layout.h"
@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-/* So many bits of a segment go through the reader. */
+/* The number of bits in each segment for which the reader runs. */
 #define READ_BITS 40
 
 typedef struct walk {
@@ -22,7 +22,7 @@ typedef struct walk {
     stp_pool *pool;
     stp_chunk_file *opened;
     const stp_chunk_file_info *info;
-    uint8_t *seen; /* by byte: parts it is in */
+    uint8_t *seen; /* for each byte: how many parts contain it */
     uint64_t bit_count;
 } walk;
 
@@ -33,7 +33,7 @@ static void mark(walk *w, uint64_t begin, uint64_t end)
         w->seen[i]++;
 }
 
-/* What opening reads. */
+/* Walks a part that opening reads. */
 static void walk_frame(walk *w, uint64_t begin, uint64_t end)
 {
     mark(w, begin, end);
@@ -47,7 +47,7 @@ static void walk_frame(walk *w, uint64_t begin, uint64_t end)
     }
 }
 
-/* The file is changed under the reader, which does not keep payloads. */
+/* Changes the file under the open reader, which keeps no payloads. */
 static void read_flipped(walk *w, uint32_t id, int segment, uint64_t at, uint64_t bit)
 {
     stp_error err = {0};

@@ -1,4 +1,4 @@
-/* Bad web servers in all modes, with all commands. */
+/* Tests all commands against bad web servers in all modes. */
 #include "tests/fixtures/servers.h"
 
 static void bad_servers_do_no_harm(void **state)

@@ -1,6 +1,6 @@
-/* Perpendicular errors, level by level up the tree, against the original points: no disc under a
- * merged one reaches farther over or under its plane than what is stored, and stored is hardly
- * more. */
+/* Tests perpendicular errors, level by level up the tree, against the original points. No disc
+ * under a merged disc may reach farther over or under its plane than the stored error, and the
+ * stored error is hardly larger than the true one. */
 #include "base/sort.h"
 #include "formats/chunk/measure/patch_bounds.h"
 #include "tests/fixtures/model_fixture.h"
@@ -12,7 +12,7 @@ typedef struct tree {
     uint32_t count;
 } tree;
 
-/* A plane through a merged sample, in the world, and how far originals reach off it. */
+/* The plane of a merged sample, in the world; `off` is how far originals reach off it. */
 typedef struct plane {
     stp_dvec3 at, normal;
     double off;
@@ -40,7 +40,7 @@ static void clear_tree(tree *t)
     free(t->entries);
 }
 
-/* Takes the originals under the level-0 samples [first, last) of a patch. */
+/* Adds the originals under the level-0 samples [first, last) of a patch. */
 static void take_originals(const tree *t, uint32_t id, uint32_t patch, unsigned first,
                            unsigned last, plane *of)
 {
@@ -62,7 +62,8 @@ static void take_originals(const tree *t, uint32_t id, uint32_t patch, unsigned 
     }
 }
 
-/* How far originals reach off the planes of a quarter's discs; of level 3 off the patch's one. */
+/* How far originals reach off the planes of a quarter's discs; at level 3, off the plane of the
+ * patch vertex. */
 static double off_quarter(const tree *t, uint32_t id, uint32_t patch, int level, unsigned q)
 {
     const stp_chunk *chunk = t->chunks[id];
@@ -81,7 +82,7 @@ static double off_quarter(const tree *t, uint32_t id, uint32_t patch, int level,
     return off;
 }
 
-/* Stored over true of a chunk depth's quarters; returns how many. */
+/* Writes stored over true error for every quarter of the chunks of one depth; returns how many. */
 static size_t judge_depth(const tree *t, unsigned depth, double *ratios)
 {
     size_t count = 0;

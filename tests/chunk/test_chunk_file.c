@@ -1,4 +1,4 @@
-/* Chunk files that are right: written, read, verified; versions; the writer's promises. */
+/* Tests valid chunk files: writing, reading, verifying, versions, and the writer's promises. */
 #include "tests/fixtures/chunk_fixture.h"
 
 #include "formats/chunk/verify/verify.h"
@@ -40,7 +40,7 @@ static void assert_verifies(const char *path)
     stp_pool_destroy(&pool);
 }
 
-/* A file of one chunk, read back at every level. */
+/* Writes a file of one chunk and reads it back at every level. */
 static void round_trip(fixture_tree *tree, stp_codec codec)
 {
     const char *path = fixture_path("one.stipple");
@@ -81,7 +81,7 @@ static void test_round_trip(void **state)
     }
 }
 
-/* 1024 patches of 64 samples: the limit of a chunk. */
+/* 1024 patches of 64 samples are the most that a chunk may have. */
 static void test_full_chunk(void **state)
 {
     (void)state;
@@ -110,7 +110,7 @@ static void test_full_chunk(void **state)
     fixture_destroy(&tree);
 }
 
-/* All samples equal: every column is a constant, the payload next to nothing. */
+/* If all samples are equal, every column is constant and the payload is tiny. */
 static void test_all_equal(void **state)
 {
     (void)state;
@@ -129,7 +129,7 @@ static void test_all_equal(void **state)
     fixture_destroy(&tree);
 }
 
-/* Duplicates stay, in their places. */
+/* Duplicates must stay, at their places. */
 static void test_duplicates(void **state)
 {
     (void)state;
@@ -144,7 +144,7 @@ static void test_duplicates(void **state)
     fixture_destroy(&tree);
 }
 
-/* Appended leaves first, found breadth first: root, inner, leaves. */
+/* The leaves are appended first; the reader finds chunks breadth first: root, inner, leaves. */
 static void tree_round_trip(stp_codec codec, bool linked)
 {
     static const uint32_t handle_of[7] = {6, 2, 5, 0, 1, 3, 4};
@@ -212,7 +212,7 @@ static void test_same_bytes(void **state)
     free(bytes[1]);
 }
 
-/* Nothing is left behind, and an existing file stays what it was. */
+/* An abandoned writer leaves nothing behind, and an existing file stays as it was. */
 static void test_writer_abandoned(void **state)
 {
     (void)state;
@@ -232,8 +232,8 @@ static void test_writer_abandoned(void **state)
     assert_int_equal(info.st_size, 3);
 }
 
-/* Trees that cannot be: a chunk without a parent, one with two, none; a wrong patch. Nothing
- * appears. */
+/* The writer refuses invalid trees: a chunk without a parent, a chunk with two, no chunk, a wrong
+ * patch. No file appears. */
 static void test_writer_refuses(void **state)
 {
     (void)state;
@@ -256,7 +256,8 @@ static void test_writer_refuses(void **state)
     fixture_destroy(&tree);
 }
 
-/* A newer minor version may have longer header and entries: what is known is read. */
+/* A newer minor version may have a longer header and longer entries: the reader reads what it
+ * knows. */
 static void test_newer_minor(void **state)
 {
     (void)state;
@@ -302,7 +303,7 @@ static void test_newer_minor(void **state)
     fixture_destroy(&tree);
 }
 
-/* More chunks than a directory page holds: a root with 64 leaves. */
+/* A root with 64 leaves needs more than one page of the directory. */
 static void test_many_pages(void **state)
 {
     (void)state;

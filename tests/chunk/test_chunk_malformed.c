@@ -1,5 +1,5 @@
-/* Chunk files that are wrong: cut, flipped, hostile, too new. Each is refused, by name, unharmed.
- */
+/* Tests invalid chunk files: cut, with flipped bits, hostile, too new. Each must be refused with a
+ * message that names the file, and without harm. */
 #include "tests/fixtures/chunk_fixture.h"
 
 #include "formats/chunk/metadata_check.h"
@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-/* A small whole file, in memory, and where it is written again after changes. */
+/* A small whole file in memory. Tests change it and write it again. */
 typedef struct sample_file {
     uint8_t *bytes;
     size_t size;
@@ -42,7 +42,7 @@ static sample_file smallest_file(void)
     return write_and_read(&tree, STP_CODEC_DRACO);
 }
 
-/* Opens, and reads every chunk; the first failure. */
+/* Opens the file and reads every chunk; returns the first failure. */
 static stp_status read_all(const char *path, stp_error *err)
 {
     stp_chunk_file *file = NULL;
@@ -76,7 +76,8 @@ static void test_truncated(void **state)
     for (size_t size = 0; size < f.size; size++) {
         stp_error err = {0};
         stp_status status = read_bytes(f.bytes, size, &err);
-        /* The magic ends in a zero byte: seven bytes of it are told apart from other files. */
+        /* The magic ends in a zero byte, so its first seven bytes already tell a chunk file from
+         * others. */
         assert_int_equal(status, size < 7 ? STP_FORMAT : STP_CORRUPT);
         assert_non_null(strstr(err.message, "changed.stipple"));
     }
@@ -95,7 +96,7 @@ static void test_extended(void **state)
     free(f.bytes);
 }
 
-/* Every byte is under a checksum, so every single flipped bit is found. */
+/* A checksum covers every byte, so each flipped bit is found. */
 static void test_flipped_bits(void **state)
 {
     (void)state;
@@ -257,7 +258,7 @@ static void test_wrong_numbers(void **state)
     free(f.bytes);
 }
 
-/* A chunk without a byte of payload: found by fuzzing. */
+/* A chunk with a payload of no byte at all; fuzzing found it. */
 static void test_empty_payload(void **state)
 {
     (void)state;
@@ -272,8 +273,8 @@ static void test_empty_payload(void **state)
     }
 }
 
-/* Any bytes changed under right checksums: an error or another model, never harm (run this under
- * the sanitizers; tests/fuzz/fuzz_chunk.c goes on from here). */
+/* Changes any bytes under right checksums: the result must be an error or another model, never
+ * harm. (Run this under the sanitizers. tests/fuzz/fuzz_chunk.c goes further.) */
 static void tamper(stp_codec codec)
 {
     sample_file f = small_file(codec);
@@ -300,7 +301,7 @@ static void test_tampered(void **state)
     tamper(STP_CODEC_ZSTD);
 }
 
-/* A damaged chunk costs that chunk only, and only the segment that is damaged. */
+/* A damaged chunk loses only the damaged segment; every other chunk stays whole. */
 static void test_damaged_chunk(void **state)
 {
     (void)state;
@@ -429,20 +430,21 @@ static void spoil_orientation(fixture_tree *tree)
     tree->chunks[0]->samples[0][3].flags &= (uint8_t)~STP_SAMPLE_ORIENTED;
 }
 
-/* What it covers was fitted to the nearest neighbours. */
+/* The merged sample says that its normal was fitted wide; the samples that it covers were fitted to
+ * the nearest neighbours. */
 static void spoil_fit(fixture_tree *tree)
 {
     tree->chunks[0]->samples[1][0].flags |= STP_FIT_WIDE << STP_SAMPLE_FIT_SHIFT;
     tree->attributes_more = STP_HAS_FITS;
 }
 
-/* All that it covers are outliers. */
+/* Clears the outlier flag of a merged sample that covers outliers only. */
 static void spoil_mark(fixture_tree *tree)
 {
     tree->chunks[0]->samples[1][0].flags ^= STP_SAMPLE_OUTLIER;
 }
 
-/* In a file that says it has no closed surface. */
+/* Marks a sample as closed, in a file that says it has no closed surface. */
 static void spoil_closed(fixture_tree *tree)
 {
     tree->chunks[0]->samples[0][3].flags |= STP_SAMPLE_CLOSED;
@@ -469,7 +471,7 @@ static void test_verify(void **state)
     static const struct {
         spoil *spoil;
         const char *message;
-        bool refused; /* by all who read the chunk */
+        bool refused; /* whether every reader of the chunk refuses it, not just verify */
     } cases[] = {
         {spoil_nothing, NULL, false},
         {spoil_colour, "colour", false},
@@ -519,7 +521,7 @@ static void test_metadata(void **state)
     (void)state;
     static const struct {
         const char *text;
-        const char *message; /* of a file of 300 points */
+        const char *message; /* in a file of 300 points */
     } cases[] = {
         {"{\"repaired\":[{\"points_lost\":9,\"stand_ins\":300,\"lost\":[]}]}", NULL},
         {"{\"repaired\":[{\"points_lost\":9,\"stand_ins\":99999999999,\"lost\":[]}]}",

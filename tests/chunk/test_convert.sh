@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# `stipple convert`: codecs there and back give the same bytes for any number of threads, samples stay,
-# a default threshold is kept, said and drawn with, and nothing is half written.
+# Tests `stipple convert`. Converting to another codec and back gives the same bytes, for any number
+# of threads. Samples stay the same. A default threshold is kept, reported and drawn with. A failure
+# leaves no half-written file.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 mkdir "$FOLDER/à b" && cd "$FOLDER/à b" || exit 1
@@ -22,7 +23,7 @@ for codec in zstd raw draco; do
     cmp back.stipple 'a ö.stipple' || fail "$codec: other bytes after coming back"
     "$STIPPLE" export ${codec}1.stipple -o $codec.ply --quiet
 done
-cmp draco1.stipple 'a ö.stipple' || fail "its own codec changes bytes"
+cmp draco1.stipple 'a ö.stipple' || fail "converting to the file's own codec changes bytes"
 cmp zstd1.stipple z.stipple || fail "prep and convert write other bytes"
 cmp zstd.ply draco.ply && cmp raw.ply draco.ply || fail "points changed"
 
@@ -47,12 +48,12 @@ if "$STIPPLE" --help | grep -q '^  render'; then
     cmp -s default.png plain.png && fail "2.5 px and 1 px look the same"
 fi
 
-# A leaf's directory entry that is lost comes back from its payload of codec 2.
+# A directory entry of a leaf is lost: its payload of codec 2 brings it back.
 directory=$(od -An -t u8 -j 32 -N 8 z.stipple | tr -d ' ')
 cp z.stipple lost.stipple
 head -c 256 /dev/zero | dd of=lost.stipple bs=1 seek=$((directory + 256)) conv=notrunc status=none
 "$STIPPLE" verify --repair lost.stipple -o repaired.stipple --quiet || fail "a lost entry is not rebuilt"
-cmp repaired.stipple z.stipple || fail "a rebuilt entry is another one"
+cmp repaired.stipple z.stipple || fail "a rebuilt entry differs from the lost one"
 
 run "$STIPPLE" convert z.stipple -o z.stipple --codec draco --force
 expect_code 1
@@ -76,10 +77,10 @@ for options in '' '--codec draco'; do
     expect_code 1
 done
 [ -e n.stipple ] && fail "a failed conversion left a file"
-# A full disk: files may not grow beyond 100 blocks of 1024 bytes.
+# Simulates a full disk: files may not grow beyond 100 blocks of 1024 bytes.
 (ulimit -f 100; trap '' XFSZ; "$STIPPLE" convert z.stipple -o n.stipple --codec raw --quiet 2>full.txt)
 [ -e n.stipple ] && fail "a full disk left a file"
-# A read-only folder, and a disk that is full, where they can be had.
+# Tries a read-only folder and a really full disk, if the system can make them.
 mkdir locked && chmod 555 locked
 if ! touch locked/try 2>/dev/null; then
     run "$STIPPLE" convert z.stipple -o locked/n.stipple

@@ -1,4 +1,5 @@
-/* A model's default threshold: stored into a file that stays as it is otherwise, or not at all. */
+/* Tests storing a model's default threshold: the rest of the file stays as it is, or nothing is
+ * stored. */
 #include "formats/chunk/convert.h"
 
 #include "formats/chunk/layout.h"
@@ -67,7 +68,7 @@ static void test_refused(void **state)
     fixture_destroy(&tree);
 }
 
-/* A model in the folder stays as it was where a threshold cannot be written. */
+/* If a threshold cannot be written, the model must stay as it was, alone in its folder. */
 static void check_unwritten(const char *path, const char *message)
 {
     stp_error err = {0};
@@ -101,12 +102,12 @@ static void test_read_only_folder(void **state)
         check_unwritten(path, path);
     assert_int_equal(chmod(folder, 0755), 0);
     if (!refused) {
-        print_message("skipped: who may write everywhere cannot be refused\n");
+        print_message("skipped: this user may write everywhere\n");
         skip();
     }
 }
 
-/* Room for one model and no second; a small tmpfs can only be mounted by root. */
+/* The disk has room for one model only. Only root can mount a small tmpfs. */
 static void test_disk_full(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Draco behind its shim: order, duplicates, extremes; streams that are not what is expected; the
- * columns and blocks around it. */
+/* Tests Draco behind its shim: order, duplicates, extremes, invalid streams, and the columns and
+ * blocks that use it. */
 #include "formats/chunk/codec/draco_shim.h"
 
 #include "base/random.h"
@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-/* Encodes and decodes, and wants the same values in the same order. */
+/* Encodes and decodes; the values must come back in the same order. */
 static void round_trip(const int16_t *values, uint32_t count)
 {
     void *stream = NULL;
@@ -44,13 +44,13 @@ static void test_order(void **state)
             round_trip(values, counts[n]);
         }
     }
-    for (uint32_t i = 0; i < 65536; i++) /* every value there is */
+    for (uint32_t i = 0; i < 65536; i++) /* every value of 16 bits */
         values[i] = (int16_t)(uint16_t)(i * 40503u);
     round_trip(values, 65536);
     free(values);
 }
 
-/* Equal values apart and side by side: Draco must not merge points. */
+/* Draco must not merge points with equal values, apart or side by side. */
 static void test_duplicates(void **state)
 {
     (void)state;
@@ -66,7 +66,8 @@ static void test_extremes(void **state)
         round_trip(values, count);
 }
 
-/* With the 25 bytes of SPEC.md before it, a stream is a point cloud for any Draco decoder. */
+/* Any Draco decoder must read a stream as a point cloud if the 25 bytes of SPEC.md come before
+ * it. */
 static void test_whole(void **state)
 {
     (void)state;
@@ -105,7 +106,7 @@ static void test_counts(void **state)
     assert_null(stream);
 }
 
-/* The guard and Draco behind it, on a copy whose end is the end of its memory. */
+/* Decodes a copy that ends where its memory ends, so that a sanitizer sees reads behind the end. */
 static stp_status decode_copy(const uint8_t *stream, size_t bytes, int16_t *out, uint32_t count)
 {
     uint8_t *copy = malloc(bytes ? bytes : 1);
@@ -118,7 +119,8 @@ static stp_status decode_copy(const uint8_t *stream, size_t bytes, int16_t *out,
     return status;
 }
 
-/* Other counts than expected, cut anywhere, any byte changed: an error or other values, no harm. */
+/* The stream has another count than expected, is cut, or has a changed byte: the result must be an
+ * error or other values, never harm. */
 static void test_hostile(void **state)
 {
     (void)state;
@@ -147,7 +149,8 @@ static void test_hostile(void **state)
     }
 }
 
-/* Draco would allocate 64 symbols for each byte that is left: more than 2^16 never reach it. */
+/* Draco would allocate 64 symbols for each remaining byte, so counts above 2^16 must never reach
+ * Draco. */
 static void test_guard(void **state)
 {
     (void)state;
@@ -157,11 +160,11 @@ static void test_guard(void **state)
     } cases[] = {
         {STP_OK, {1, 18, 0x80, 0x80, 0x04, 0}},      /* 65536 symbols, raw */
         {STP_CORRUPT, {1, 18, 0x81, 0x80, 0x04, 0}}, /* 65537 */
-        {STP_CORRUPT, {1, 18, 0xff, 0xff, 0xff, 1}}, /* four bytes of count */
-        {STP_CORRUPT, {1, 19, 2, 0, 0, 0}},          /* longer symbols than Draco has */
+        {STP_CORRUPT, {1, 18, 0xff, 0xff, 0xff, 1}}, /* a count of four bytes */
+        {STP_CORRUPT, {1, 19, 2, 0, 0, 0}},          /* longer symbols than Draco knows */
         {STP_OK, {0, 33, 0, 0, 0, 0}},               /* 33 tags */
         {STP_CORRUPT, {0, 34, 0, 0, 0, 0}},
-        {STP_CORRUPT, {2, 2, 0, 0, 0, 0}}, /* no such way of coding */
+        {STP_CORRUPT, {2, 2, 0, 0, 0, 0}}, /* unknown coding */
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         assert_int_equal(stp_stream_check(cases[i].stream, 6, NULL), cases[i].status);
@@ -188,7 +191,7 @@ static size_t column_bytes(const int16_t *cells, uint32_t count)
     return used;
 }
 
-/* Cells of every magnitude, quiet and loud ones in turns, extremes among small ones. */
+/* Tests cells of every magnitude, calm and noisy runs in turn, and extremes among small values. */
 static void test_columns(void **state)
 {
     (void)state;
@@ -211,8 +214,8 @@ static void test_columns(void **state)
     free(cells);
 }
 
-/* What cannot be foretold costs its bits and little more, whatever its magnitude; so do cells whose
- * magnitude changes slowly. */
+/* A cell that cannot be predicted may cost its bits and little more, whatever its magnitude. So may
+ * cells whose magnitude changes slowly. */
 static void test_column_bytes(void **state)
 {
     (void)state;
@@ -248,7 +251,7 @@ static void test_table(void **state)
     assert_memory_equal(values, decoded, sizeof values);
     for (size_t cut = 0; cut < bytes.size; cut++)
         assert_int_equal(stp_table_decode(bytes.data, cut, &out, &used, NULL), STP_CORRUPT);
-    bytes.data[5] |= 1; /* a column beyond the fourth */
+    bytes.data[5] |= 1; /* the table has four columns; this mentions another */
     assert_int_equal(stp_table_decode(bytes.data, bytes.size, &out, &used, NULL), STP_CORRUPT);
     free(bytes.data);
 }

@@ -1,5 +1,5 @@
-/* A single flipped bit is named by verify, wherever it is: every bit of a small file, padding
- * included, and some of a large one (long_flips.c takes all of that). */
+/* Tests that verify names a single flipped bit, wherever it is: every bit of a small file, padding
+ * included, and some bits of a large one (long_flips.c tries all of those). */
 #include "tests/fixtures/flip_fixture.h"
 
 #include "tests/fixtures/size.h"
@@ -17,7 +17,7 @@ static stp_pool *make_pool(unsigned threads)
     return pool;
 }
 
-/* One line that says which file, what and where. */
+/* The message must be one line that says which file, what is wrong, and where. */
 static void assert_named(const flip_file *f, size_t bit, stp_pool *pool)
 {
     stp_error err = {0};

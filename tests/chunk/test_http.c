@@ -1,5 +1,5 @@
-/* Bytes from web servers that do wrong: each read ends in the right bytes or in one sentence, and
- * no later than its time-outs. */
+/* Tests reads from faulty web servers: each read ends in the right bytes or in one sentence, within
+ * its time-outs. */
 #include "base/clock.h"
 #include "base/pool.h"
 #include "base/random.h"
@@ -15,7 +15,7 @@
 #define FILE_BYTES 300000u
 #define STALL_MS 300u
 #define TRIES 3u
-/* All tries, their pauses and what a busy machine adds: nothing may hang longer. */
+/* The time for all tries, their pauses and a busy machine: nothing may hang longer. */
 #define LATEST_S 30.0
 
 static uint8_t file_bytes[FILE_BYTES];
@@ -56,8 +56,8 @@ static void check_sentence(const stp_error *err)
     assert_true(strlen(err->message) > 30 && strlen(err->message) < 400);
 }
 
-/* Opens well, then reads a range while the orders hold: `wanted` comes of it, after so many
- * requests. */
+/* Opens a healthy server, then reads a range under the orders. The read must end in `wanted` after
+ * this number of requests. */
 static void try_read(const fault_orders *orders, stp_status wanted, const char *text,
                      unsigned requests)
 {
@@ -101,7 +101,7 @@ static void once_is_mended(void **state)
                  2);
 }
 
-/* What came before a cut is kept: the second request asks for the rest alone. */
+/* The bytes before a cut are kept: the second request asks only for the rest. */
 static void cut_bodies_are_continued(void **state)
 {
     (void)state;
@@ -118,7 +118,7 @@ static void for_ever_is_given_up(void **state)
     try_read(&(fault_orders){.kind = FAULT_STALL_HEADERS, .count = ALWAYS}, STP_IO, "in time",
              TRIES);
     try_read(&(fault_orders){.kind = FAULT_STALL_BODY, .count = ALWAYS}, STP_IO, "in time", TRIES);
-    /* of a kept connection that is dead libcurl makes a new one by itself */
+    /* if a kept connection is dead, libcurl makes a new one by itself: one more request */
     try_read(&(fault_orders){.kind = FAULT_CUT, .count = ALWAYS}, STP_IO, "try again later",
              TRIES + 1);
     try_read(&(fault_orders){.kind = FAULT_CUT_BODY, .count = ALWAYS}, STP_IO, "try again later",
@@ -144,7 +144,7 @@ static void lies_are_not_followed(void **state)
     try_read(&(fault_orders){.kind = FAULT_TOTAL, .count = 1}, STP_IO, "changed", 1);
     try_read(&(fault_orders){.kind = FAULT_ENCODED, .count = 1}, STP_UNSUPPORTED, "compressed", 1);
     try_read(&(fault_orders){.kind = FAULT_BODY_LONG, .count = 1}, STP_IO, "sends more", 1);
-    /* more was promised, but all that was asked for came */
+    /* the server promised more, but sent all that was asked for */
     try_read(&(fault_orders){.kind = FAULT_LENGTH_LONG, .count = 1}, STP_OK, "", 1);
 }
 
@@ -158,7 +158,7 @@ static void refusals_are_final(void **state)
     try_read(&(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 401}, STP_IO,
              "refuses access (401)", 1);
     try_read(&(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 418}, STP_IO, "418", 1);
-    /* a second is waited for, an hour is not */
+    /* the reader waits for a second, but not for an hour */
     try_read(&(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 429, .retry_after = 1},
              STP_OK, "", 2);
     try_read(&(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 429, .retry_after = 3600},
@@ -173,7 +173,8 @@ static void redirections_are_followed_safely(void **state)
     try_read(&(fault_orders){.kind = FAULT_ELSEWHERE, .count = ALWAYS}, STP_IO, "not as safe", 1);
 }
 
-/* The second read asks there at once; where that is refused, the address is asked again. */
+/* The second read goes to the new address at once. If that address refuses, the reader asks the old
+ * one again. */
 static void redirections_are_remembered(void **state)
 {
     uint8_t got[1000];
@@ -191,7 +192,7 @@ static void redirections_are_remembered(void **state)
     stp_byte_source_close(&source);
 }
 
-/* A server without ranges is told plainly, and not let send the whole file. */
+/* If a server has no ranges, the error says so, and the reader does not take the whole file. */
 static void whole_files_are_not_taken(void **state)
 {
     stp_error failure = {0};
@@ -223,7 +224,7 @@ static void a_changed_file_is_noticed(void **state)
         check_ok(stp_byte_source_open(&source, server.address, &quick, err));
         check_ok(stp_byte_source_read(source, 5000, got, sizeof got, err));
         assert_memory_equal(got, file_bytes + 5000, sizeof got);
-        for (int again = 0; again < 2; again++) { /* from then on nothing is read of it */
+        for (int again = 0; again < 2; again++) { /* then no more requests are sent */
             assert_int_equal(stp_byte_source_read(source, 5000, got, sizeof got, &failure), STP_IO);
             assert_non_null(strstr(failure.message, "changed on the server"));
             check_sentence(&failure);
@@ -273,7 +274,7 @@ static void opening_fails_in_one_sentence(void **state)
     }
 }
 
-/* A byte every 20 ms is no stall, but would take minutes. */
+/* A byte every 20 ms is no stall, but the whole would take minutes. */
 static void a_trickle_is_not_waited_for(void **state)
 {
     const stp_byte_source_params hasty = {
@@ -289,7 +290,8 @@ static void a_trickle_is_not_waited_for(void **state)
     assert_int_equal(fault_server_requests(&server), 2);
 }
 
-/* Each read would end in time; all together they may not take for ever, and then none begins. */
+/* Each single read would end in time, but all together may not take longer than the patience; after
+ * that no read begins. */
 static void a_slow_server_is_given_up(void **state)
 {
     static uint8_t got[50000];
@@ -313,7 +315,7 @@ static void a_slow_server_is_given_up(void **state)
     stp_byte_source_close(&source);
 }
 
-/* What is wrong is said, not what a library makes of it. */
+/* Messages must say what is wrong, in our words and not in a library's. */
 static void words_are_right(void **state)
 {
     static const struct {
@@ -334,7 +336,7 @@ static void words_are_right(void **state)
         check_sentence(&failure);
         if (!strstr(failure.message, cases[i].text))
             fail_msg("no '%s' in: %s", cases[i].text, failure.message);
-        if (cases[i].orders.kind == FAULT_VAST) /* its headers tell: nothing is waited for */
+        if (cases[i].orders.kind == FAULT_VAST) /* the headers say it, so nothing is waited for */
             assert_int_equal(fault_server_requests(&server), 1);
     }
 }
@@ -344,7 +346,7 @@ static void no_server_and_no_address(void **state)
     stp_error failure = {0};
     stp_byte_source *source = NULL;
     (void)state;
-    /* port 1 of the loopback: nobody listens */
+    /* nobody listens at port 1 of the loopback */
     assert_int_equal(
         stp_byte_source_open(&source, "http://127.0.0.1:1/a b.stipple", &quick, &failure), STP_IO);
     check_sentence(&failure);
@@ -410,7 +412,7 @@ static void many_threads_read_at_once(void **state)
     assert_int_equal(stp_byte_source_parallel(m.source), STP_SOURCE_CONNECTIONS);
     assert_true(stp_byte_source_is_remote(m.source));
     check_ok(stp_pool_create(&pool, 2 * STP_SOURCE_CONNECTIONS, err));
-    /* with some faults among them */
+    /* some answers fail meanwhile */
     fault_server_order(&server, &(fault_orders){.kind = FAULT_CUT_BODY, .first = 50, .count = 2});
     check_ok(stp_pool_run(pool, 300, read_one, &m, err));
     stp_byte_source_get_stats(m.source, &stats);
@@ -421,7 +423,7 @@ static void many_threads_read_at_once(void **state)
     stp_byte_source_close(&m.source);
 }
 
-/* One of the threads cancels while all others wait for a server that is silent. */
+/* One thread cancels while all others wait for a silent server. */
 static stp_status read_or_cancel(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const many *m = context;
@@ -471,7 +473,7 @@ static void a_callback_interrupts(void **state)
     assert_int_equal(stp_byte_source_open(&source, server.address, &params, &failure),
                      STP_CANCELLED);
     check_sentence(&failure);
-    /* also while it pauses between two tries */
+    /* the reader can also be cancelled while it pauses between two tries */
     asked = 0;
     fault_server_order(
         &server,

@@ -1,6 +1,5 @@
-/* The disk cache: what is kept is right or dropped, never more than the budget, and never in the
- * way.
- */
+/* Tests the disk cache: it returns the right bytes or drops them, never exceeds its budget, and is
+ * never in the way of a read. */
 #include "tests/fixtures/chunk_fixture.h"
 
 #include "base/pool.h"
@@ -28,9 +27,10 @@ static int set_up(void **state)
     return 0;
 }
 
-/* ---- the folder, looked at ---- */
+/* ---- looking into the folder ---- */
 
-/* Bytes of all files there; *count: how many ranges; the name of one of them in last. */
+/* Returns the bytes of all files in the folder. *count is the number of ranges, `last` the name of
+ * one of them. */
 static uint64_t folder_bytes(const char *path, size_t *count, char last[300])
 {
     uint64_t bytes = 0;
@@ -124,7 +124,7 @@ static void damage_is_dropped_and_counted(void **state)
         (void)folder_bytes(folder, &count, name);
         assert_int_equal(count, 1);
         uint8_t *bytes = fixture_read_file(name, &size);
-        if (harm == 0) /* a bit of the data, of the header; cut; longer; another file altogether */
+        if (harm == 0) /* a bit of the data; of the header; cut; extended; another file */
             bytes[5000] ^= 1;
         else if (harm == 1)
             bytes[30] ^= 1;
@@ -140,7 +140,7 @@ static void damage_is_dropped_and_counted(void **state)
         stp_disk_cache_drop(cache, 0, 10000);
         stp_disk_cache_close(&cache);
     }
-    /* what another process removed is no damage; a folder of its name is */
+    /* a range removed by another process is no damage; a folder under the range's name is */
     stp_disk_cache *cache = open_cache(folder, 0, "one");
     keep(cache, 0, 10000);
     keep(cache, 20000, 10000);
@@ -174,10 +174,10 @@ static void the_budget_is_kept(void **state)
         assert_true(folder_bytes(folder, &count, NULL) <= budget);
         assert_true(count > 0);
     }
-    keep(cache, 0, 70000); /* never has room */
+    keep(cache, 0, 70000); /* never fits */
     assert_true(folder_bytes(folder, &count, NULL) <= budget && count > 0);
     stp_disk_cache_close(&cache);
-    /* what was left by a killed writer, and a budget that became less */
+    /* a killed writer left a file, and the budget shrank */
     char part[400];
     snprintf(part, sizeof part, "%s/stipple-cache.part", folder);
     fixture_write_file(part, file_bytes, 1000);
@@ -188,7 +188,7 @@ static void the_budget_is_kept(void **state)
     stp_disk_cache_close(&cache);
 }
 
-/* A file as if it had been used so long ago. */
+/* Makes a file look as if it had been used this many seconds ago. */
 static void make_older(const char *name, time_t seconds)
 {
     struct stat info;
@@ -207,7 +207,7 @@ static void what_was_used_lately_stays(void **state)
     for (uint64_t i = 0; i < 4; i++) {
         keep(cache, 20000 * i, 10000);
         (void)folder_bytes(folder, &count, name);
-        /* the folder's order is nobody's: all files that are young become old in turn */
+        /* makes every range in the folder 1000 s older, in whatever order readdir lists them */
         DIR *all = opendir(folder);
         for (struct dirent *e = readdir(all); e != NULL; e = readdir(all)) {
             snprintf(name, sizeof name, "%.40s/%.200s", folder, e->d_name);
@@ -216,7 +216,7 @@ static void what_was_used_lately_stays(void **state)
         }
         closedir(all);
     }
-    assert_int_equal(get(cache, 0, 10000), 10000); /* the oldest, but used now */
+    assert_int_equal(get(cache, 0, 10000), 10000); /* was the oldest, but is used now */
     keep(cache, 100000, 10000);
     assert_int_equal(get(cache, 0, 10000), 10000);
     assert_int_equal(get(cache, 100000, 10000), 10000);
@@ -290,7 +290,7 @@ static void several_threads_share(void **state)
     stp_disk_cache_close(&cache);
 }
 
-/* ---- folders that do not do ---- */
+/* ---- unusable folders ---- */
 
 static void a_folder_that_does_not_do_is_told(void **state)
 {
@@ -316,7 +316,7 @@ static void a_folder_that_does_not_do_is_told(void **state)
     assert_int_equal(access(deep, F_OK), 0);
 }
 
-/* Files may not grow beyond a size, as if the disk were full: what is there is still read. */
+/* Files may not grow beyond a size, as on a full disk: ranges that are there can still be read. */
 static void a_full_disk_is_told(void **state)
 {
     const char *folder = fixture_path("full");
@@ -351,7 +351,7 @@ static void read_all(const fault_server *server, const char *folder, stp_byte_so
     for (size_t at = 0; at < FILE_BYTES; at += 50000)
         check_ok(stp_byte_source_read(source, at, got + at, 50000, err));
     assert_memory_equal(got, file_bytes, FILE_BYTES);
-    check_ok(stp_byte_source_reread(source, 70000, got, 100, err)); /* past the cache */
+    check_ok(stp_byte_source_reread(source, 70000, got, 100, err)); /* goes past the cache */
     assert_memory_equal(got, file_bytes + 70000, 100);
     stp_byte_source_get_stats(source, stats);
     *noted = stp_byte_source_note(source, &note);
@@ -371,14 +371,14 @@ static void a_second_reading_costs_no_bytes(void **state)
     assert_int_equal(stats.requests, 1 + 8 + 1);
     assert_false(noted);
     read_all(&server, folder, &stats, &noted);
-    /* reading past the cache had dropped one range, and kept what it read */
+    /* the read past the cache dropped one range and stored what it read */
     assert_int_equal(stats.requests, 1 + 1 + 1);
     assert_int_equal(stats.cached_bytes, FILE_BYTES - 50000);
-    /* another state of the file takes nothing of the first */
+    /* after the file changed, nothing of its first state is used */
     fault_server_order(&server, &(fault_orders){.validator = FAULT_MODIFIED});
     read_all(&server, folder, &stats, &noted);
     assert_int_equal(stats.cached_bytes, 0);
-    /* one that cannot be known again is not kept */
+    /* a file without a validator cannot be recognised, so it is not kept */
     fault_server_order(&server, &(fault_orders){.validator = FAULT_NO_VALIDATOR});
     read_all(&server, folder, &stats, &noted);
     assert_true(noted);

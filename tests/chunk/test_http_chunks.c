@@ -1,5 +1,5 @@
-/* Chunk files from a web server: few requests, the bytes of the file, and damage on the way mended
- * or named. */
+/* Tests chunk files on a web server: the reader needs few requests and gets the file's bytes;
+ * damage on the way is repaired or named. */
 #include "tests/fixtures/chunk_fixture.h"
 
 #include "base/clock.h"
@@ -11,11 +11,11 @@
 #include <sys/wait.h>
 
 #define BRANCHES 8u
-#define CHUNKS (1 + BRANCHES + BRANCHES * BRANCHES) /* more than a page of the directory */
+#define CHUNKS (1 + BRANCHES + BRANCHES * BRANCHES) /* more than a directory page holds */
 
 static const stp_byte_source_params quick = {.stall_ms = 2000, .tries = 3, .pause_ms = 2};
 static fault_server server;
-static stp_chunk_file *local; /* the same file on the disk */
+static stp_chunk_file *local; /* the same file on disk */
 
 static void write_model(const char *path)
 {
@@ -97,7 +97,7 @@ static void two_requests_open(void **state)
     stp_chunk_file_close(&file);
 }
 
-/* A bit that flips in the n-th answer: it is asked for again, and all is right. */
+/* A bit flips in the n-th answer: the reader must ask again and get the right bytes. */
 static void bits_that_flip_once_are_mended(void **state)
 {
     (void)state;
@@ -106,14 +106,14 @@ static void bits_that_flip_once_are_mended(void **state)
         fault_server_order(&server, &(fault_orders){.kind = FAULT_FLIP, .first = n, .count = 1});
         check_ok(stp_chunk_file_open_at(&file, server.address, &quick, err));
         check_all(file);
-        /* the second page of the directory may be asked for by itself */
+        /* the second page of the directory may need a request of its own */
         unsigned requests = fault_server_requests(&server);
         assert_true(requests == 3 + CHUNKS || (n == 1 && requests == 4 + CHUNKS));
         stp_chunk_file_close(&file);
     }
 }
 
-/* A line on which bits flip in five answers of six costs time and nothing else. */
+/* Bits flip in five of six answers: this may cost time and nothing else. */
 static void bits_that_flip_often_are_mended(void **state)
 {
     stp_chunk_file *file = NULL;
@@ -148,11 +148,11 @@ static void bits_that_flip_always_are_named(void **state)
     assert_int_equal(stp_chunk_file_read(file, 5, 0, &chunk, &failure), STP_CORRUPT);
     assert_non_null(strstr(failure.message, "chunk 5"));
     assert_null(chunk);
-    check_all(file); /* the others, and this one once the server is well */
+    check_all(file); /* the other chunks, and this one as soon as the server is well */
     stp_chunk_file_close(&file);
 }
 
-/* It changes at the n-th request: either all is of one state, or a sentence says so. */
+/* The file changes at the n-th request: either all bytes are of one state, or an error says so. */
 static void a_change_is_never_mixed_in(void **state)
 {
     (void)state;
@@ -195,7 +195,8 @@ static void what_is_no_chunk_file_is_called_so(void **state)
 
 /* ---- the program ---- */
 
-/* Runs the program with these words; its exit code, and what it says in the file "said". */
+/* Runs the program with these words; returns the exit code. The output goes into the file
+ * "said". */
 static int run(const char *before, const char *words)
 {
     char command[1200];
@@ -248,8 +249,8 @@ static void commands_take_addresses(void **state)
     assert_int_equal(run("! grep -e sesame -e opens said;", "--version"), 0);
 }
 
-/* Ctrl-C ends a picture of a server that is silent, long before its time-outs. (A second one would
- * kill the program: --foreground sends one alone.) */
+/* Ctrl-C must end a picture from a silent server long before its time-outs. (A second Ctrl-C would
+ * kill the program; with --foreground, timeout sends just one.) */
 static void drawing_is_interrupted(void **state)
 {
     (void)state;
@@ -263,7 +264,7 @@ static void drawing_is_interrupted(void **state)
                              with_address("render '%s' -o i.png")),
                          1);
         assert_true(said("interrupted"));
-        assert_true(stp_clock_seconds() - begin_s < 30.0); /* four tries of 10 s are longer */
+        assert_true(stp_clock_seconds() - begin_s < 30.0); /* less than four tries of 10 s */
         assert_true(access(fixture_path("i.png"), F_OK) != 0);
     }
 }

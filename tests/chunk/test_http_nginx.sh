@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Models on a real web server, nginx: all commands, ranges off, compression, https, a slow line, the
-# cache, and a file that is replaced.
+# Tests models on a real web server, nginx: all commands, no ranges, compression, https, a slow
+# line, the cache, and a file that is replaced.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 nginx=$(command -v nginx || ls /usr/sbin/nginx 2>/dev/null) || skip_test "nginx is not installed"
@@ -14,7 +14,7 @@ model=$root/a\ b/é.stipple
 ln "$model" "$root/m.stipple"
 bytes=$(stat -c %s "$model")
 
-# ---- the server: on a free port, as whoever runs this ----
+# ---- the server: on a free port, as the current user ----
 
 secure=
 if openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost \
@@ -71,7 +71,7 @@ start_server || skip_test "nginx does not start: $(head -1 "$FOLDER/started")"
 trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$FOLDER"' EXIT
 web=http://127.0.0.1:$port
 
-# Requests and bytes of bodies since the log was emptied.
+# Count requests and body bytes since log_begin.
 log_begin() { : >"$FOLDER/access.log"; }
 log_bytes() { awk '{ n += $10 } END { print n + 0 }' "$FOLDER/access.log"; }
 expect_requests() { # nginx writes its log a moment after its answer
@@ -111,7 +111,7 @@ run "$STIPPLE" convert "$web/nowhere.stipple" -o "$FOLDER/none.stipple"
 expect_failure "check the address"
 [ ! -e "$FOLDER/none.stipple" ] || fail "convert of a model that is not there left a file"
 
-# ---- what goes wrong, each in one sentence ----
+# ---- failures: each in one sentence ----
 
 truncate -s 256M "$root/large.stipple"
 log_begin
@@ -183,13 +183,13 @@ same near.png fourth.png
 total=$(cat "$cache"/*.range 2>/dev/null | wc -c)
 [ "$total" -le $((100 * 1024)) ] || fail "the cache has $total bytes, its budget is 102400"
 
-# A folder that does not do is told once, and the picture is right.
+# If the cache folder is unusable, one warning says so, and the picture is right.
 render "$web/m.stipple" fifth.png --cache "$FOLDER/a.ply"
 same near.png fifth.png
 expect_lines err 1
 expect_text err "warning: $FOLDER/a.ply: nothing can be kept there"
 
-# Another file under the same name: nothing of the old one is taken.
+# Another file replaces the model under the same name: nothing of the old file may be used.
 "$STIPPLE" gen torus -n 100000 -o "$FOLDER/b.ply" --quiet
 "$STIPPLE" prep "$FOLDER/b.ply" -o "$FOLDER/b.stipple" --quiet
 render "$FOLDER/b.stipple" torus.png
@@ -197,7 +197,7 @@ cp "$FOLDER/b.stipple" "$root/new" && mv -f "$root/new" "$root/m.stipple"
 render "$web/m.stipple" far_torus.png --cache "$cache"
 same torus.png far_torus.png
 
-# A chunk damaged on the server costs that chunk only.
+# If a chunk is damaged on the server, only that chunk is lost.
 chunks=$("$STIPPLE" info "$model" | sed -n 's/^chunks *\([0-9]*\) .*/\1/p')
 cp "$model" "$root/bad.stipple"
 printf 'damage' | dd of="$root/bad.stipple" bs=1 seek=10000 conv=notrunc status=none

@@ -1,6 +1,6 @@
-/* Known answers: the reader finds in the files of tests/known the samples that their texts hold,
- * and `verify` finds them sound. With a file's path as its argument it prints such a text, as
- * tests/known/read.py does, for test_known_reader.sh. */
+/* Tests known answers: the reader must find in the files of tests/known the samples that their
+ * texts list, and `verify` must find the files sound. With a path as argument, the program prints
+ * such a text, as tests/known/read.py does; test_known_reader.sh uses this. */
 #include "formats/chunk/chunk_file.h"
 
 #include <setjmp.h>
@@ -24,7 +24,7 @@ static void print_bytes(FILE *out, const uint8_t *bytes, size_t count)
         fprintf(out, "%02x", bytes[i]);
 }
 
-/* The 64 bytes of SPEC.md's table, and first_below. */
+/* Prints the 64 bytes of SPEC.md's table, and first_below. */
 static void print_patch(FILE *out, const stp_patch *patch, bool linked)
 {
     fputs("patch ", out);
@@ -100,11 +100,11 @@ static stp_status print_file(FILE *out, const char *path, stp_error *err)
     return status;
 }
 
-/* A path in tests/known. */
+/* Makes the path of a file in tests/known. */
 static void known_path(char path[1024], const char *name, const char *ending)
 {
     const char *source = getenv("STIPPLE_SOURCE");
-    assert_non_null(source); /* the source folder, which CTest sets */
+    assert_non_null(source); /* the source folder, set by CTest */
     snprintf(path, 1024, "%s/tests/known/%s%s", source, name, ending);
 }
 
@@ -124,7 +124,7 @@ static char *read_text(const char *path)
     return text;
 }
 
-/* Line by line, so that a failure says which sample differs. */
+/* Compares line by line, so that a failure says which sample differs. */
 static void expect_same_lines(const char *path, const char *found, const char *expected)
 {
     for (unsigned line = 1; *found || *expected; line++) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# A reader written from SPEC.md alone, tests/known/read.py, finds in the known-answer files and in new
-# models of every codec what our reader finds, and says what is wrong with damaged ones.
+# Tests that tests/known/read.py, a reader written from SPEC.md alone, finds the same as our reader,
+# in the known-answer files and in new models of every codec. It must also say what is wrong with
+# damaged files.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 command -v python3 >/dev/null || skip_test "python3 is not installed"
@@ -26,7 +27,8 @@ test_answers() {
     [ $count -ge 9 ] || fail "$count known-answer files, expected 9"
 }
 
-# A scan by each codec: read.py and our reader print the same text, and it begins as $2 says.
+# Builds a model of the scan with each codec: read.py and our reader must print the same text, and
+# its first line must match $2.
 compare_models() { # scan, first line
     local codec
     for codec in raw draco zstd; do
@@ -41,7 +43,7 @@ compare_models() { # scan, first line
     head -1 "$FOLDER/raw.samples" | grep -q "$2" || fail "another model: $(head -1 "$FOLDER/raw.samples")"
 }
 
-# A closed surface, which needs 32,768 points, and a plant of two tiers.
+# The models: a closed surface, which needs 32,768 points, and a plant of two tiers.
 test_new_models() {
     "$STIPPLE" gen statue -n 33000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
     compare_models "$FOLDER/scan.ply" "^version 1.2 attributes 193 "
@@ -49,7 +51,7 @@ test_new_models() {
     compare_models "$FOLDER/plant.ply" "^version 1.2 attributes 177 chunks 3 " --lines auto
 }
 
-# A changed byte anywhere, a file that is cut, and one that goes on.
+# The damage: a changed byte at many places, a cut file, and an extended one.
 test_damage() {
     local file=$known/lines_1_1_zstd.stipple size at
     size=$(wc -c <"$file")

@@ -1,10 +1,10 @@
-/* Errors of strips against dense samples of what is drawn: stored is never less, and hardly more.
- */
+/* Tests the errors of strips against dense samples of what is drawn: the stored error is never
+ * smaller than the true one, and hardly larger. */
 #include "base/sort.h"
 #include "tests/fixtures/line_fixture.h"
 
 #define OUT "test_line_errors.stipple"
-/* Points on each edge that are compared. */
+/* The number of points on each edge that are compared. */
 #define DENSE 16u
 
 /* A place on a polyline with its half-width. */
@@ -24,7 +24,7 @@ static ball between(ball a, ball b, double t)
                   a.radius + t * (b.radius - a.radius)};
 }
 
-/* Least over a level's polyline of the distance and the difference of half-widths. */
+/* The least of distance + difference of half-widths, over a level's polyline. */
 static double off_level(const line_patch *p, int level, ball from)
 {
     double least = INFINITY;
@@ -39,7 +39,7 @@ static double off_level(const line_patch *p, int level, ball from)
     return least;
 }
 
-/* Hausdorff distance from one level's polyline to another's, each sampled densely. */
+/* One-sided Hausdorff distance from one level's polyline to another's; both are sampled densely. */
 static double one_way(const line_patch *p, int from, int to)
 {
     double greatest = 0.0;
@@ -51,7 +51,7 @@ static double one_way(const line_patch *p, int from, int to)
     return greatest;
 }
 
-/* What a sampled distance may exceed the true one by: half of a step of the coarser sampling. */
+/* A sampled distance exceeds the true one by at most half a step of the coarser sampling. */
 static double slack_of(const line_patch *p, int level)
 {
     double longest = 0.0;
@@ -91,7 +91,7 @@ static void check_kind(stp_line_kind kind)
     stp_sort_doubles(ratios, count);
     print_message("%zu levels: stored over found %.3f median, %.3f at most\n", count,
                   ratios[count / 2], ratios[count - 1]);
-    if (kind == STP_LINE_TUBE) /* a ribbon's error holds its turning, too */
+    if (kind == STP_LINE_TUBE) /* a ribbon's error also covers its twist */
         assert_true(ratios[count / 2] <= 1.5);
     free(ratios);
     free(all.list);
@@ -111,8 +111,8 @@ static void ribbons_hold_their_errors(void **state)
     check_kind(STP_LINE_RIBBON);
 }
 
-/* Levels are parts of finer ones, ends stay, a disc holds all, nothing shrinks; all quarters alike.
- */
+/* Each level is a part of the next finer one, keeps the ends and shrinks nothing. A disc covers the
+ * whole patch. All quarters have equal errors. */
 static void levels_are_nested(void **state)
 {
     (void)state;
@@ -156,7 +156,8 @@ static void levels_are_nested(void **state)
     stp_line_set_clear(&set);
 }
 
-/* Of merged lines in inner chunks the error holds the ball around all that they stand for. */
+/* In inner chunks, the error of a merged line covers the ball around everything that it stands
+ * for. */
 static void trees_hold_their_errors(void **state)
 {
     (void)state;

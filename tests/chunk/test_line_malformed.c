@@ -1,5 +1,5 @@
-/* Strips and triangles that contradict themselves, under right checksums: each is refused, and says
- * why. */
+/* Tests strips and triangles that contradict themselves under right checksums: each must be
+ * refused, with the reason. */
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/line_fixture.h"
 
@@ -53,7 +53,7 @@ static raw_file raw_file_make(void)
     return out;
 }
 
-/* The patch of so many vertices. */
+/* The patch with `count` vertices. */
 static uint8_t *patch_of(const raw_file *f, unsigned count)
 {
     for (int p = 0; p < 3; p++)
@@ -63,7 +63,7 @@ static uint8_t *patch_of(const raw_file *f, unsigned count)
     return NULL;
 }
 
-/* First level-0 sample of the patch. */
+/* The patch's first sample of the level. */
 static uint8_t *first_sample(const raw_file *f, const uint8_t *patch, int level)
 {
     uint8_t *at = f->samples[level];
@@ -138,7 +138,7 @@ static void spoil_tangential(raw_file *f)
 static void spoil_quarter(raw_file *f)
 {
     uint8_t *patch = patch_of(f, 64);
-    patch[48] = (uint8_t)(patch[48] - 8); /* other quarters keep the level's */
+    patch[48] = (uint8_t)(patch[48] - 8); /* the other quarters keep the level's error */
 }
 
 static void spoil_kind(raw_file *f)
@@ -237,7 +237,7 @@ static void contradictions_are_named(void **state)
     }
 }
 
-/* Other commands than verify rely on the same. */
+/* Other commands than verify make the same checks. */
 static void every_command_refuses_it(void **state)
 {
     (void)state;

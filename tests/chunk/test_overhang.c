@@ -1,4 +1,5 @@
-/* Tangential errors against a plain search of all discs, and on a flat sheet with a border. */
+/* Tests tangential errors against a plain search of all discs, and on a flat sheet with a
+ * border. */
 #include "formats/chunk/measure/overhang.h"
 #include "formats/chunk/measure/patch_bounds.h"
 #include "runtime/cut/level_rule.h"
@@ -6,7 +7,7 @@
 
 #define OUT "test_overhang.stipple"
 
-/* The only chunk of a model made of the cloud. */
+/* The only chunk of a model of this cloud. */
 static stp_chunk *build_chunk(prep_cloud *cloud)
 {
     stp_prep_stats stats;
@@ -26,7 +27,8 @@ static stp_disc disc_at(const stp_chunk *chunk, uint32_t patch, int level, uint3
                                 &chunk->patches[patch]);
 }
 
-/* Height and overhang of x over a disc, and their distance. */
+/* Returns the distance of x from a disc; also its height over the plane and its overhang beyond the
+ * rim. */
 static double away(stp_dvec3 x, const stp_disc *disc, double *height, double *overhang)
 {
     stp_dvec3 v = stp_dvec3_sub(x, disc->centre);
@@ -41,8 +43,8 @@ static double sine_of_cone(const stp_patch *patch)
     return sin(fmin(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
 }
 
-/* What a point counts, told from all discs: over the nearest one or going by the nearest own, and
- * the least over any. */
+/* The overhang of a point as a search of all discs finds it. most: by the nearest disc or by the
+ * nearest own disc, whichever is less. least: the least over any disc. */
 typedef struct plain {
     double most, least;
 } plain;
@@ -52,8 +54,8 @@ static plain plain_max(plain a, plain b)
     return (plain){fmax(a.most, b.most), fmax(a.least, b.least)};
 }
 
-/* Of one point; own discs are [first, last) of patch, forgiven what an own one may be away that is
- * not the nearest. */
+/* For one point. A merged disc's own discs are [first, last) of `patch`. The rule forgives that an
+ * own disc other than the nearest may be farther by `forgiven`. */
 static plain plain_point(const stp_chunk *chunk, uint32_t patch, uint32_t first, uint32_t last,
                          const stp_disc *merged, double error, stp_dvec3 x)
 {
@@ -81,7 +83,7 @@ static plain plain_point(const stp_chunk *chunk, uint32_t patch, uint32_t first,
     return (plain){fmin(own, all), least};
 }
 
-/* Of quarter q; of level 3, which is no quarter's, of the whole patch. */
+/* The greatest overhang in quarter q; at level 3, in the whole patch. */
 static plain plain_level(const stp_chunk *chunk, uint32_t p, int level, unsigned q)
 {
     const stp_patch *patch = &chunk->patches[p];
@@ -105,7 +107,8 @@ static plain plain_level(const stp_chunk *chunk, uint32_t p, int level, unsigned
     return greatest;
 }
 
-/* Never less than the least; false where it is greater than what is stored of the most. */
+/* Asserts that `measured` is at least `least`; returns whether it is at most `most`, as a file
+ * stores it. */
 static bool is_about(double measured, plain told, const stp_patch *patch)
 {
     uint8_t code = stp_error_encode(told.most, patch->exponent);
@@ -150,7 +153,7 @@ static void agrees_with_a_plain_search(void **state)
     stp_chunk_destroy(&chunk);
 }
 
-/* A plane of rough heights, sampled at random, of which all normals are said to be one. */
+/* A rough plane: random heights at random places, but one normal for all. */
 static prep_cloud rough_plane(size_t count, double height)
 {
     prep_cloud cloud = prep_cloud_make(count);
@@ -184,8 +187,8 @@ static stp_dvec3 way_to_nearest(const stp_chunk *chunk, stp_dvec3 x)
     return way;
 }
 
-/* Of one merged disc: how far its points and their nearest are apart at most, seen along a ray from
- * 200 sides, over what the rule says. */
+/* For one merged disc: the greatest distance, seen along a ray from 200 sides, between its points
+ * and the points nearest to them, as a share of what the rule allows. */
 static double worst_of_rays(const stp_chunk *chunk, uint32_t p, int level, uint32_t index,
                             unsigned q)
 {
@@ -214,8 +217,9 @@ static double worst_of_rays(const stp_chunk *chunk, uint32_t p, int level, uint3
     return worst;
 }
 
-/* What is nearest in space is as near on the screen as the rule says, from all sides: also where
- * another disc, under the point, is what makes the tangential error small. */
+/* The nearest point in space must also be as near on the screen as the rule says, from all sides.
+ * This must hold even if the tangential error is small only because another disc lies under the
+ * point. */
 static void nearest_in_space_is_near_on_the_screen(void **state)
 {
     (void)state;
@@ -239,12 +243,12 @@ static void nearest_in_space_is_near_on_the_screen(void **state)
                   worst);
     assert_true(discs > 400);
     assert_int_equal(broken, 0);
-    assert_true(worst > 0.7); /* the rule says hardly more than what is there */
+    assert_true(worst > 0.7); /* the rule allows hardly more than there is */
     stp_chunk_destroy(&chunk);
 }
 
-/* A square grid of spacing 1: inside, neighbours carry a merged rim; at its border nothing does,
- * and the rim reaches out by at most its own radius. */
+/* A square grid of spacing 1. Inside, neighbours lie under every merged rim. At the grid's border
+ * nothing does, and the rim reaches out by at most its own radius. */
 static void only_a_border_hangs_over(void **state)
 {
     (void)state;
@@ -276,7 +280,7 @@ static void only_a_border_hangs_over(void **state)
             assert_true(overhang <= 1.1 * radius / STP_OVERHANG_PARTS); /* codes round up */
             inside++;
         } else {
-            double beyond = d.radius - room - largest; /* outside the last row of discs */
+            double beyond = d.radius - room - largest; /* reaches beyond the last row of discs */
             assert_true(overhang > beyond * 0.9);
             assert_true(overhang < d.radius);
             outside += beyond > 0.0;
@@ -296,7 +300,8 @@ static bool in_box(const stp_chunk_entry *e, stp_dvec3 world, double margin)
            p.y > (double)e->box_min.y - margin && p.y < (double)e->box_max.y + margin;
 }
 
-/* The same sheet in several leaves: the discs of others carry a rim over a leaf's border. */
+/* The same sheet in several leaves: at a leaf's border, the discs of other leaves lie under the
+ * rim. */
 static void other_chunks_carry_a_border(void **state)
 {
     (void)state;

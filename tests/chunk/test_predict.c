@@ -1,5 +1,5 @@
-/* Residuals of samples: any samples come back, and what the format says is nearly known costs
- * nearly nothing. */
+/* Tests the residuals of samples: any samples come back, and values that the format predicts well
+ * cost next to nothing. */
 #include "formats/chunk/codec/predict.h"
 
 #include "base/random.h"
@@ -69,7 +69,7 @@ static void fill_random(void *bytes, size_t size, uint64_t seed)
         ((uint8_t *)bytes)[i] = (uint8_t)stp_random_u64(seed, i);
 }
 
-/* Parents that have nothing to do with their children, every number anything. */
+/* Parents unrelated to their children, with random numbers everywhere. */
 static void test_any(void **state)
 {
     (void)state;
@@ -127,7 +127,7 @@ static vec3s normal_near(uint32_t patch, uint64_t which, double spread)
                     (float)(z * cos(tilt) - x * sin(tilt))}};
 }
 
-/* Level 1 as the format's words have it: means weighted by area, normals made unit. */
+/* Merges level 1 as the format says: means weighted by area, normals of length 1. */
 static void merge_level_1(stp_chunk *chunk)
 {
     for (uint32_t j = 0; j < chunk->level_begin[1][PATCH_COUNT]; j++) {
@@ -155,9 +155,9 @@ static void merge_level_1(stp_chunk *chunk)
     }
 }
 
-/* A last child follows from its parent and its siblings: what is left are the parent's half steps,
- * as often as the last child's weight is in the sum; of a normal, stretched by the octahedral map
- * (at most threefold between places) and by what a spread of directions takes off the sum. */
+/* The parent and the other children predict the last child. Its residual is the parent's rounding,
+ * divided by the last child's share of the weights. For a normal, the octahedral map stretches the
+ * residual (by at most three between places), and the spread of directions shortens the sum. */
 static void test_last(void **state)
 {
     (void)state;
@@ -187,8 +187,8 @@ static void test_last(void **state)
     stp_chunk_destroy(&chunk);
 }
 
-/* On a paraboloid the normals turn evenly, so those of elder children are met within a few codes,
- * though a parent's is up to twenty away. */
+/* On a paraboloid normals turn evenly, so the elder children's normals are predicted within a few
+ * codes. The parent's normal is up to twenty codes away. */
 static void test_turning(void **state)
 {
     (void)state;
@@ -196,7 +196,7 @@ static void test_turning(void **state)
     int farthest = 0;
     for (uint32_t k = 0; k < chunk->level_begin[0][PATCH_COUNT]; k++) {
         stp_sample *s = &chunk->samples[0][k];
-        /* an 8 x 8 grid in order of fours: two bits of x and y in turns */
+        /* an 8 x 8 grid in Morton order: the bits of x and y alternate */
         unsigned x = (k & 1) | (k >> 1 & 2) | (k >> 2 & 4);
         unsigned y = (k >> 1 & 1) | (k >> 2 & 2) | (k >> 3 & 4);
         double gx = 0.02 * ((double)x - 3.5);

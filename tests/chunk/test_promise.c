@@ -1,6 +1,6 @@
-/* The error promise of a prepared model, by the rule alone: wherever level_rule.glsl says that a
- * level of a patch is good enough, the centre and rim points of its discs and their nearest points
- * on the level-0 discs project within the threshold of each other. */
+/* Tests the error promise of a prepared model, by the rule alone. If level_rule.glsl accepts a
+ * level of a patch, take the centre and rim points of its discs and the points nearest to them on
+ * the level-0 discs: each pair must project within the threshold of each other. */
 #include "runtime/cut/level_rule.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -18,11 +18,11 @@ typedef struct judged_model {
     promise_index *index;
     stp_view views[VIEWS_COUNT];
     promise_tally tallies[VIEWS_COUNT][THRESHOLDS];
-    promise_tally careless; /* every patch vertex in view 0, whatever the rule says, for 1 pixel */
+    promise_tally careless; /* every patch vertex, without the rule; view 0, 1 pixel */
 } judged_model;
 
-/* Coarsest level of a quarter that the rule lets pass, or STP_LEVEL_COUNT; where that is the patch
- * vertex, of quarter 0 only. */
+/* The coarsest level that the rule accepts for a quarter, or STP_LEVEL_COUNT. Level 3, the patch
+ * vertex, is returned for quarter 0 only. */
 static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsigned quarter,
                     const stp_view *view, double threshold)
 {
@@ -42,7 +42,7 @@ static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsign
     float sin_alpha =
         stp_rule_sin_alpha((float)(stp_dvec3_dot(centre, axis) / range),
                            (float)cos(fmin(cone, M_PI)), (float)fmin(1.0, radius / range));
-    int finest = entry->child_count > 0 ? 0 : 1; /* a leaf's level 0 stands for itself */
+    int finest = entry->child_count > 0 ? 0 : 1; /* level 0 of a leaf is the original itself */
     for (int level = STP_LEVEL_COUNT - 1; level >= finest; level--) {
         double error = stp_error_decode(stp_quarter_error(patch, level, quarter), patch->exponent);
         double tangential =
@@ -53,7 +53,7 @@ static int coarsest(const stp_chunk_entry *entry, const stp_patch *patch, unsign
     return STP_LEVEL_COUNT;
 }
 
-/* Says where it broke, for the first few. */
+/* Prints where the promise is broken, for the first few places. */
 static void explain(const judged_model *m, const promise_pairs *pairs, int view, double threshold,
                     uint32_t chunk, uint32_t patch, int level)
 {
@@ -121,7 +121,7 @@ static void judge_chunk(judged_model *m, uint32_t id)
     stp_chunk_destroy(&chunk);
 }
 
-/* All patches of all chunks, whatever cut they would be in. */
+/* Judges all patches of all chunks, in any cut or none. */
 static void judge_model(const char *path, const char *name)
 {
     static judged_model m;
@@ -158,7 +158,7 @@ static void judge_model(const char *path, const char *name)
         broken += sum.broken;
     }
     assert_int_equal(broken, 0);
-    assert_true(m.careless.broken > 0); /* there was something to break */
+    assert_true(m.careless.broken > 0); /* otherwise the test could not see a broken promise */
     promise_index_destroy(&m.index);
     free(m.leaves);
     stp_chunk_file_close(&m.file);
@@ -181,7 +181,7 @@ static void statue(void **state)
     judge_model("statue.stipple", "statue");
 }
 
-/* Two surfaces one spacing apart: nothing may be drawn half-way. */
+/* Two surfaces one spacing apart: nothing may be drawn between them. */
 static void sheet(void **state)
 {
     (void)state;

@@ -1,5 +1,6 @@
-/* Damaged chunk files, repaired: what is sound stays, what can be rebuilt is, what is lost is named
- * and nothing else. The points that must come back are those the fixture put in. */
+/* Tests the repair of damaged chunk files: sound parts stay, parts that can be rebuilt are rebuilt,
+ * and exactly the lost points are named. The points that must come back are those of the fixture.
+ */
 #include "formats/chunk/repair/repair_note.h"
 #include "formats/chunk/verify/verify.h"
 #include "tests/fixtures/repair_fixture.h"
@@ -12,7 +13,7 @@ typedef struct point {
     uint8_t rest[10]; /* radius, flags, normal, class, colour, intensity */
 } point;
 
-/* ---- what the output holds ---- */
+/* ---- the output ---- */
 
 static stp_chunk_file *open_sound(bench *b)
 {
@@ -58,7 +59,7 @@ static uint32_t take_points(const stp_chunk *chunk, stp_dvec3 origin, point *out
 
 #define POINTS 65536
 
-/* The points of the fixture's leaves, but for those whose bit is set. */
+/* Lists the points of the fixture's leaves, except the leaves whose bit in `lost` is set. */
 static uint32_t expected_points(const bench *b, uint32_t lost, point *out)
 {
     uint32_t count = 0;
@@ -92,8 +93,8 @@ static uint32_t found_points(stp_chunk_file *file, uint64_t *stand_ins, point *o
     return count;
 }
 
-/* The output is sound, and its points are the fixture's but for those of the lost leaves, which the
- * result counts. Returns the number of stand-ins. */
+/* The output is sound and holds the fixture's points, except those of the lost leaves; the result
+ * counts these. Returns the number of stand-ins. */
 static uint64_t assert_points(bench *b, uint32_t lost)
 {
     static point expected[POINTS], found[POINTS];
@@ -149,7 +150,7 @@ static void test_flipped_bits(void **state)
     free_bench(b);
 }
 
-/* One in each checked part at once. */
+/* Flips one bit in each checked part at once. */
 static void test_many_bits(void **state)
 {
     (void)state;
@@ -174,7 +175,7 @@ static void test_header(void **state)
     repair(b);
     assert_original(b);
     assert_non_null(strstr(b->report, "its checksum proves it"));
-    memset(b->damaged, 0, 256); /* the checksum, too: then what is told is said to be */
+    memset(b->damaged, 0, 256); /* wipes the checksum too */
     repair(b);
     assert_non_null(strstr(b->report, "told from"));
     assert_int_equal(assert_points(b, 0), 0);
@@ -215,7 +216,7 @@ static void test_inner(void **state)
         }
 }
 
-/* Entries of leaves and of inner chunks, wiped, spoilt and exchanged. */
+/* Wipes, changes and exchanges entries of leaves and of inner chunks. */
 static void test_entries(void **state)
 {
     (void)state;
@@ -225,7 +226,7 @@ static void test_entries(void **state)
         repair(b);
         assert_int_equal(assert_points(b, 0), 0);
         memcpy(entry(b, id), b->bytes + (entry(b, id) - b->damaged), STP_ENTRY_BYTES);
-        entry(b, id)[88] ^= 7; /* the origin, which no payload tells */
+        entry(b, id)[88] ^= 7; /* the origin, which no payload holds */
         entry(b, id)[94] ^= 1;
         repair(b);
         assert_int_equal(assert_points(b, 0), 0);
@@ -233,7 +234,7 @@ static void test_entries(void **state)
     }
     bench *b = setup_bench();
     for (uint32_t id = 0; id < FIRST_LEAF; id++) {
-        entry(b, id)[78] ^= STP_CHUNK_LINKED; /* which tells how to decode it */
+        entry(b, id)[78] ^= STP_CHUNK_LINKED; /* the flag that says how to decode the payload */
         entry(b, id)[148] ^= 1;
     }
     repair(b);
@@ -247,7 +248,7 @@ static void test_entries(void **state)
     free_bench(b);
 }
 
-/* The directory's end is gone, and with it the checksum of what is left. */
+/* The directory's end is cut off, with the checksum of its remaining part. */
 static void test_cut(void **state)
 {
     (void)state;
@@ -279,7 +280,7 @@ static void test_leaf(void **state)
         for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
             bench *b = setup_bench();
             const stp_chunk *leaf = b->tree.chunks[leaf_handle[id]];
-            int level = s == 2 ? 1 : s == 1 ? 2 : 3; /* the finest that is left, or its parent's */
+            int level = s == 2 ? 1 : s == 1 ? 2 : 3; /* the finest left, or the parent's */
             destroy_segment(b, id, s);
             repair(b);
             assert_int_equal(assert_points(b, 1u << id),
@@ -289,7 +290,7 @@ static void test_leaf(void **state)
         }
 }
 
-/* A box, counts and the chunk's id, as SPEC.md has them. */
+/* The metadata names the box, the counts and the chunk's id, as SPEC.md says. */
 static void test_metadata_names(void **state)
 {
     (void)state;
@@ -300,7 +301,7 @@ static void test_metadata_names(void **state)
     const stp_chunk *leaf = b->tree.chunks[leaf_handle[5]];
     stp_chunk_file *file = open_sound(b);
     cJSON *json = cJSON_Parse(stp_chunk_file_get_info(file)->metadata_json);
-    assert_non_null(cJSON_GetObjectItem(json, "sources")); /* what was there stays */
+    assert_non_null(cJSON_GetObjectItem(json, "sources")); /* what was there before stays */
     const cJSON *repair_1 = cJSON_GetArrayItem(cJSON_GetObjectItem(json, "repaired"), 0);
     const cJSON *lost = cJSON_GetArrayItem(cJSON_GetObjectItem(repair_1, "lost"), 0);
     const cJSON *box = cJSON_GetObjectItem(lost, "box");
@@ -321,8 +322,8 @@ static void test_metadata_names(void **state)
     free_bench(b);
 }
 
-/* A payload and, elsewhere, its directory page: what the entry still says of the payload counts,
- * and no damaged point is taken for a sound one. */
+/* A payload is damaged, and the directory page of another chunk. What the entry still says of the
+ * payload must be used, and no damaged point may pass for a sound one. */
 static void test_leaf_and_page(void **state)
 {
     (void)state;
@@ -331,19 +332,19 @@ static void test_leaf_and_page(void **state)
             bench *b = setup_bench();
             size_t size = 0;
             uint8_t *bytes = segment(b, id, 2, &size);
-            bytes[size - 1] ^= 3; /* low bits of a colour or position: it still decodes */
+            bytes[size - 1] ^= 3; /* low bits of a colour or position: the payload still decodes */
             memset(entry(b, spoilt == 0 ? FIRST_LEAF + CHUNKS - 1 - id : (uint32_t)spoilt), 0,
                    STP_ENTRY_BYTES);
             if (spoilt == 2)
                 memset(entry(b, id) + 100, 1, 8);
             repair(b);
-            bool placed = spoilt < 2 || id < FIRST_LEAF + 2; /* else nothing tells where it was */
+            bool placed = spoilt < 2 || id < FIRST_LEAF + 2; /* else its place is unknown */
             assert_int_equal(assert_points(b, 1u << id) > 0, placed);
             free_bench(b);
         }
 }
 
-/* A parent that is damaged too, as far as it can be read, stands in; the rest is rebuilt. */
+/* The parent is damaged too: what can be read of it stands in, and the rest is rebuilt. */
 static void test_leaf_and_parent(void **state)
 {
     (void)state;
@@ -355,7 +356,7 @@ static void test_leaf_and_parent(void **state)
     assert_named(b, 3);
     free_bench(b);
     b = setup_bench();
-    destroy_segment(b, 1, 0); /* now nothing of chunk 3 is left but its name */
+    destroy_segment(b, 1, 0); /* now only the name of chunk 3 is left */
     destroy_segment(b, 3, 0);
     repair(b);
     assert_int_equal(assert_points(b, 1u << 3), 0);
@@ -363,7 +364,7 @@ static void test_leaf_and_parent(void **state)
     free_bench(b);
     b = setup_bench();
     for (uint32_t id = 1; id < FIRST_LEAF + 2; id += id == 1 ? 2 : 1)
-        destroy_segment(b, id, 0); /* 1, 3 and 4: the root stands in for all */
+        destroy_segment(b, id, 0); /* chunks 1, 3 and 4: the root stands in for all */
     repair(b);
     assert_true(assert_points(b, 1u << 3 | 1u << 4) > 0);
     free_bench(b);
@@ -385,12 +386,13 @@ static void test_metadata(void **state)
     stp_chunk_file *file = open_sound(b);
     const char *text = stp_chunk_file_get_info(file)->metadata_json;
     assert_non_null(strstr(text, "metadata_found"));
-    assert_non_null(strstr(text, "a height field")); /* what was not hit can be read there */
+    assert_non_null(strstr(text, "a height field")); /* the rest can be read there */
     stp_chunk_file_close(&file);
     free_bench(b);
 }
 
-/* A repaired file, damaged again: what stood in stays known as that, whatever its id is now. */
+/* A repaired file is damaged again: its stand-ins are still known as such, though their chunk has a
+ * new id. */
 static void test_again(void **state)
 {
     (void)state;
@@ -403,7 +405,7 @@ static void test_again(void **state)
     free(b->bytes);
     b->bytes = fixture_read_file(output_path(), &b->size);
     b->damaged = fixture_read_file(output_path(), &b->size);
-    destroy_segment(b, 1, 0); /* chunk 3 goes, and 6 becomes 5 */
+    destroy_segment(b, 1, 0); /* chunk 3 is lost, and 6 becomes 5 */
     destroy_segment(b, 3, 0);
     repair(b);
     b->result.points_lost += result.points_lost;
@@ -451,7 +453,7 @@ static void test_refused(void **state)
     free_bench(b);
 }
 
-/* Checksums are right, what they cover is not: no damage, and nothing to repair by. */
+/* Checksums are right, but the content is wrong: nothing is damaged and nothing can be repaired. */
 static void test_written_wrong(void **state)
 {
     (void)state;
@@ -478,7 +480,7 @@ static void test_in_place(void **state)
     assert_int_equal(size, b->size);
     assert_memory_equal(bytes, b->bytes, size);
     free(bytes);
-    destroy_segment(b, 3, 2); /* a loss: the damaged file stays */
+    destroy_segment(b, 3, 2); /* a loss: the damaged file is kept */
     assert_int_equal(repair_size(b, b->size, path, true), STP_INVALID_ARGUMENT);
     bytes = fixture_read_file(path, &size);
     assert_int_equal(size, b->size);

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# `stipple verify --repair` as a command: exit codes, what it says, what it writes and what it never does.
+# Tests the command `stipple verify --repair`: its exit codes, its messages, what it writes, and
+# what it never does.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
@@ -17,7 +18,7 @@ u32() {
     od -An -t u4 -j "$2" -N 4 "$1" | tr -d ' '
 }
 
-# damage BYTE COUNT: damaged.stipple is the sound file with so many bytes wiped there.
+# damage BYTE COUNT: damaged.stipple becomes the sound file with COUNT bytes wiped from BYTE on.
 damage() {
     cp sound.stipple damaged.stipple
     head -c "$2" /dev/zero | dd of=damaged.stipple bs=1 seek="$1" conv=notrunc status=none
@@ -32,23 +33,23 @@ vertices() { # F.ply
     head -c 400 "$1" | grep -a '^element vertex' | cut -d ' ' -f 3
 }
 
-# The points of a PLY, one a line, sorted.
+# Prints the points of a PLY, one per line, sorted.
 sorted_points() {
     local header
     header=$(head -c 2000 "$1" | grep -a -b '^end_header' | cut -d : -f 1)
     od -An -v -t x1 -w"$2" -j $((header + 11)) "$1" | sort
 }
 
-# The last leaf: its entry is the directory's last.
+# The last leaf has the last entry of the directory.
 directory=$(u64 sound.stipple 32)
 chunks=$(u32 sound.stipple 16)
 leaf=$((directory + 256 * (chunks - 1)))
 payload=$(u64 sound.stipple $leaf)
 level_0=$(u32 sound.stipple $((leaf + 12)))
 leaf_points=$(u32 sound.stipple $((leaf + 60)))
-[ "$chunks" -gt 1 ] && [ "$chunks" -le 64 ] || fail "$chunks chunks: the test wants one page of some"
+[ "$chunks" -gt 1 ] && [ "$chunks" -le 64 ] || fail "$chunks chunks: the test needs 2 to 64, one page"
 
-# Wrong words.
+# Wrong arguments.
 cp sound.stipple damaged.stipple
 run "$STIPPLE" verify damaged.stipple --repair
 expect_usage "add -o OUT.stipple, or --force"
@@ -63,7 +64,7 @@ expect_code 0
 expect_text out "nothing to repair, nothing written"
 [ ! -e repaired.stipple ] || fail "a sound file was written again"
 
-# Without loss: the very bytes.
+# A repair without loss writes the original bytes.
 damage 20 64
 run "$STIPPLE" verify damaged.stipple --quiet
 expect_failure "damaged.stipple"
@@ -79,7 +80,8 @@ run "$STIPPLE" verify --repair damaged.stipple --force --quiet
 expect_code 0
 cmp damaged.stipple sound.stipple || fail "the file was not repaired in its place"
 
-# With loss: named, exit 1, sound, and exactly the lost leaf's points are missing.
+# A repair with loss names the lost leaf and exits with 1. The output is sound, and exactly that
+# leaf's points are missing.
 damage $((payload + level_0 + 100)) 400
 repair -o repaired.stipple
 expect_code 1
@@ -96,10 +98,10 @@ expect_text err "stand in for lost points are left out"
 row=$(($(stat -c %s sound.ply) / points)) # a row's bytes; the header is shorter than a row a point
 sorted_points sound.ply "$row" >all.txt
 sorted_points left.ply "$row" >left.txt
-[ "$(comm -13 all.txt left.txt | wc -l)" = 0 ] || fail "the repaired file has points that were none"
+[ "$(comm -13 all.txt left.txt | wc -l)" = 0 ] || fail "the repaired file has points that the sound file lacks"
 [ "$(comm -23 all.txt left.txt | wc -l)" = "$leaf_points" ] || fail "other points are lost, too"
 
-# It draws: the region of the lost leaf is covered as before.
+# The output draws: the region of the lost leaf is covered as before.
 if "$STIPPLE" render --help >/dev/null 2>&1; then
     for model in sound repaired; do
         run "$STIPPLE" render "$model.stipple" -o "$model.png" --size 128x128 --quiet
@@ -113,13 +115,13 @@ if "$STIPPLE" render --help >/dev/null 2>&1; then
     fi
 fi
 
-# A loss never replaces the damaged file itself.
+# A repair with loss never replaces the damaged file.
 cp damaged.stipple before
 repair --force
 expect_failure "give another output with -o"
 cmp -s before damaged.stipple || fail "the damaged file was changed"
 
-# Beyond repair: a sentence, nothing written.
+# If nothing can be repaired, one sentence says so, and nothing is written.
 cp sound.stipple damaged.stipple
 truncate -s $((directory - 10)) damaged.stipple
 repair -o repaired.stipple
@@ -131,14 +133,14 @@ expect_failure "not a stipple chunk file"
 repair -o none/repaired.stipple
 expect_failure "none/repaired.stipple"
 
-# A read-only folder, and a full disk, where they can be had.
+# Tries a read-only folder and a full disk, if the system can make them.
 damage $((payload + level_0 + 100)) 400
 mkdir locked && chmod 555 locked
 if ! touch locked/try 2>/dev/null; then
     repair -o locked/repaired.stipple
     expect_failure "locked/repaired.stipple"
 fi
-for what in "$((payload + level_0 + 100)) 400" "20 64"; do # written anew, and copied
+for what in "$((payload + level_0 + 100)) 400" "20 64"; do # a new model, and a copy
     # shellcheck disable=SC2086
     damage $what
     if mkdir -p small && mount -t tmpfs -o size=64k stipple-test small 2>/dev/null; then

@@ -1,5 +1,6 @@
-/* A repaired model keeps the promise of its errors: what a chunk's patch vertices stand for is held
- * by the chunk above, perpendicular and aside, though verify asks for the first alone. */
+/* Tests that a repaired model keeps the promise of its errors. The errors of each chunk's patch
+ * vertices must be covered by the chunk above, both perpendicular and tangential errors; verify
+ * checks only the first. */
 #include "tests/fixtures/repair_fixture.h"
 
 #include "tests/fixtures/prep_fixture.h"
@@ -35,7 +36,8 @@ static double stored(const stp_patch *patch, const uint8_t *errors, int level)
     return stp_error_decode(errors[level], patch->exponent);
 }
 
-/* Every sample of the parent's patches that name the child against the vertex at its place. */
+/* Compares every sample of those of the parent's patches that name the child with the patch vertex
+ * at its place. */
 static unsigned assert_held(const stp_chunk *parent, const stp_chunk_entry *above, uint32_t index,
                             const stp_chunk *child, const stp_chunk_entry *below)
 {

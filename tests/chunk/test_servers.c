@@ -1,4 +1,4 @@
-/* Bad web servers: a sample of the modes that long_servers tries, without windows. */
+/* Tests bad web servers: a sample of the modes that long_servers tries, without windows. */
 #include "tests/fixtures/servers.h"
 
 static void bad_servers_do_no_harm(void **state)

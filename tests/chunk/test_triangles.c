@@ -1,5 +1,5 @@
-/* Triangles through prep and back: every corner once, no cracks, errors against dense samples,
- * awkward ones, the same bytes. */
+/* Tests triangles through prep and back: every triangle once, no cracks, errors against dense
+ * samples, awkward triangles, the same bytes. */
 #include "tests/fixtures/line_fixture.h"
 
 #include "formats/chunk/measure/patch_bounds.h"
@@ -16,7 +16,8 @@ static stp_status run_triangles(const stp_triangle_set *set, prep_cloud *points,
     return prep_shapes_run(points, NULL, set, OUT, threads, params, stats, err);
 }
 
-/* Level 0 of all patches of triangles: each triangle of the set once, a vertex at one place. */
+/* Level 0 of all patches of triangles must have each triangle of the set once, and each vertex at
+ * one place. */
 static void assert_holds(stp_chunk_file *file, const stp_triangle_set *set, double off)
 {
     stp_dvec3 *places = calloc(set->vertex_count, sizeof *places);
@@ -80,7 +81,7 @@ static void every_triangle_comes_back(void **state)
     stp_triangle_set_clear(&set);
 }
 
-/* Nearest point of a triangle, by dense samples, to p across a normal. */
+/* The least distance from p across a normal to the triangle, by dense samples. */
 static double across_to(stp_dvec3 p, stp_dvec3 normal, const stp_dvec3 t[3])
 {
     enum { DENSE = 40 };
@@ -106,7 +107,7 @@ static double longest_side(const stp_dvec3 t[3])
     return longest;
 }
 
-/* One disc over the triangles whose corners it covers. */
+/* Tests that a disc lies over the triangles whose corners it covers. */
 static void check_disc(const stp_chunk *chunk, uint32_t p, int level, unsigned j)
 {
     const stp_patch *patch = &chunk->patches[p];
@@ -137,7 +138,7 @@ static void check_disc(const stp_chunk *chunk, uint32_t p, int level, unsigned j
         assert_true(least[i] <= aside * (1.0 + 1e-6));
 }
 
-/* What does not hold is told. */
+/* stp_triangles_fault must find each contradiction. */
 static void assert_refuted(stp_chunk *chunk, uint32_t p)
 {
     stp_patch *patch = &chunk->patches[p], kept = *patch;
@@ -180,7 +181,8 @@ static void discs_hold_their_errors(void **state)
     stp_triangle_set_clear(&set);
 }
 
-/* Degenerate, huge, not finite, naming nothing; beside points; and none that is valid. */
+/* Triangles that are degenerate, huge or not finite, or name no vertex; with points beside them;
+ * and a set without a valid one. */
 static void awkward_triangles(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Codec 2: families of any samples there and back, frames and levels that are not what they say. */
+/* Tests codec 2: families of any samples come back, and false frames and levels are refused. */
 #include "formats/chunk/codec/families.h"
 
 #include "base/random.h"
@@ -14,7 +14,8 @@
 
 #include <cmocka.h>
 
-/* A chunk of patches of any size with any samples: all bits random, all equal, or all at an end. */
+/* Makes a chunk of patches of any size. kind: random bits, all samples equal, or all at an
+ * extreme. */
 static stp_chunk *make_chunk(uint32_t patch_count, unsigned most, uint64_t seed, int kind)
 {
     uint32_t counts[STP_LEVEL_COUNT] = {0};
@@ -48,7 +49,7 @@ static stp_chunk *make_chunk(uint32_t patch_count, unsigned most, uint64_t seed,
             value = kind == 0 ? value : kind == 1 ? UINT64_MAX : 0;
             memcpy((uint8_t *)chunk->samples[l] + 8 * i, &value, 8);
         }
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) /* the kinds that a surface has */
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) /* the kinds of samples that a surface has */
         for (uint32_t i = 0; i < counts[l]; i++)
             chunk->samples[l][i].flags &= (uint8_t)~STP_SAMPLE_KIND_MASK;
     return chunk;
@@ -71,7 +72,7 @@ static void round_trip(const stp_chunk *chunk, stp_chunk_scratch *scratch)
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         stp_bytes bytes = {0};
         assert_int_equal(stp_segment_encode(chunk, s, STP_CODEC_ZSTD, &bytes, &err), STP_OK);
-        uint8_t *exact = malloc(bytes.size); /* so that a sanitizer sees what is read behind it */
+        uint8_t *exact = malloc(bytes.size); /* so that a sanitizer sees reads behind the end */
         assert_non_null(exact);
         memcpy(exact, bytes.data, bytes.size);
         assert_int_equal(
@@ -100,7 +101,7 @@ static void test_any_samples(void **state)
     stp_chunk_scratch_free(&scratch);
 }
 
-/* A frame that is cut, extended, of another size, or no frame. */
+/* Frames that are cut, extended, of another size, or no frames. */
 static void test_frames(void **state)
 {
     (void)state;
@@ -127,13 +128,14 @@ static void test_frames(void **state)
     memcpy(frame.data + one, frame.data, one); /* two frames */
     assert_int_equal(stp_zstd_unpack(frame.data, frame.size, out, sizeof out, context, &err),
                      STP_CORRUPT);
-    stp_put_u32(frame.data, 0x184D2A50u); /* one to be skipped */
+    stp_put_u32(frame.data, 0x184D2A50u); /* a frame to be skipped */
     assert_int_equal(stp_zstd_unpack(frame.data, one, out, sizeof out, context, &err), STP_CORRUPT);
     free(frame.data);
     free(workspace);
 }
 
-/* Segments with any byte changed, cut or extended: an error or other samples, never harm. */
+/* Segments with a changed byte, cut or extended: the result must be an error or other samples,
+ * never harm. */
 static void test_hostile_segments(void **state)
 {
     (void)state;
@@ -148,7 +150,7 @@ static void test_hostile_segments(void **state)
             uint8_t *copy = malloc(size + 1);
             assert_non_null(copy);
             memcpy(copy, bytes.data, size);
-            size_t within = i % 2 ? size : size < 40 ? size : 40; /* heads and masks more often */
+            size_t within = i % 2 ? size : size < 40 ? size : 40; /* more often in heads, masks */
             if (within > 0)
                 copy[stp_random_u64(i, 2) % within] = (uint8_t)stp_random_u64(i, 3);
             (void)stp_segment_decode(copy, size, s, STP_CODEC_ZSTD, 0, back, &scratch, NULL);
@@ -160,7 +162,7 @@ static void test_hostile_segments(void **state)
             STP_CORRUPT);
         assert_int_equal(stp_segment_decode(bytes.data, bytes.size - 1, s, STP_CODEC_ZSTD, 0, back,
                                             &scratch, NULL),
-                         STP_OK); /* so that the next segment has what it needs */
+                         STP_OK); /* so that the next segment has the levels that it needs */
         free(bytes.data);
     }
     stp_chunk_scratch_free(&scratch);
@@ -168,8 +170,8 @@ static void test_hostile_segments(void **state)
     stp_chunk_destroy(&back);
 }
 
-/* A payload as version 1.1 has it: what was written stays readable. Its samples are those of
- * make_chunk(2, 9, 7, 0). */
+/* A payload as version 1.1 wrote it: it must stay readable. It holds the samples of make_chunk(2,
+ * 9, 7, 0). */
 static const uint8_t known_segments[] = {
     0x84, 0x00, 0x00, 0x00, 0x28, 0xb5, 0x2f, 0xfd, 0x20, 0xe4, 0xdd, 0x03, 0x00, 0x42, 0xce, 0x1d,
     0x27, 0x90, 0x55, 0xcd, 0x01, 0xe0, 0x29, 0x13, 0x75, 0x68, 0xbd, 0xa9, 0xae, 0xdc, 0xe4, 0x39,

@@ -1,4 +1,4 @@
-/* Model, cut, sight, levels, discs, pyramid. */
+/* Draws a chunk file's picture on the CPU: model, cut, sight, levels, discs, pyramid. */
 #include "tests/fuzz/cpu_picture.h"
 
 #include "runtime/cut/culling.h"
@@ -12,9 +12,9 @@
 #define SIZE_PX 48
 #define TILES (SIZE_PX / STP_TILE_PX)
 
-/* Chunks read from the file, in the stead of the renderer's cache, which needs a GPU. */
+/* Replaces the renderer's cache, which needs a GPU, by chunks read from the file. */
 struct stp_chunk_cache {
-    stp_resident *residents; /* by chunk; without patches where the chunk is damaged */
+    stp_resident *residents; /* by chunk; a damaged chunk has no patches */
     stp_chunk **chunks;
 };
 
@@ -95,7 +95,7 @@ static void free_chunks(picture *p)
     free(p->cache.chunks);
 }
 
-/* ---- what is drawn ---- */
+/* ---- the cut ---- */
 
 static int available(const void *context, uint32_t chunk)
 {
@@ -103,7 +103,7 @@ static int available(const void *context, uint32_t chunk)
     return p->cache.chunks[chunk] != NULL ? 0 : STP_CUT_NEVER;
 }
 
-/* The view that `render` begins with, or one from within the model. */
+/* Chooses the view that `render` begins with, or one from inside the model. */
 static bool choose_view(picture *p, uint64_t choice)
 {
     const stp_ball *ball = &p->model->ball;
@@ -179,7 +179,7 @@ static void select_discs(picture *p, stp_pool *pool, bool splat)
 
 /* ---- the picture ---- */
 
-/* Projects what is there for sure, or as good as. */
+/* Projects the discs that are present for sure, or almost. */
 static void project(picture *p)
 {
     for (size_t i = 0; i < p->discs.count; i++)

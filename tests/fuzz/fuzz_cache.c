@@ -1,8 +1,8 @@
-/* Fuzz target for the disk cache: ranges of a known file are kept, read and dropped in a folder
- * that is tampered with in between.
+/* Fuzz target for the disk cache: keeps, reads and drops ranges of a known file, and tampers with
+ * the cache's folder in between.
  *
- * An input is a list of steps of four bytes; an empty one becomes a list that does all there is.
- * What the cache gives must be the file's bytes, whatever is in its folder. */
+ * An input is a list of steps of four bytes; an empty input becomes a list with every kind of step.
+ * Whatever is in the folder, the cache must return the file's bytes or nothing. */
 #include "formats/chunk/layout.h"
 #include "formats/chunk/remote/cache_folder.h"
 #include "formats/chunk/remote/disk_cache.h"
@@ -21,9 +21,9 @@
 static uint8_t truth[FILE_BYTES];
 static char folder[300];
 
-/* ---- what is done to the folder ---- */
+/* ---- tampering with the folder ---- */
 
-/* The path of one of the folder's files, in the order of their names; false: there is none. */
+/* Chooses one of the folder's files in the order of their names; returns false if there is none. */
 static bool choose_file(unsigned which, char out[600])
 {
     struct dirent **names = NULL;
@@ -62,9 +62,9 @@ static void tamper(const uint8_t step[STEP_BYTES])
     case 2:
         unlink(path);
         break;
-    case 3: /* another range's name */
+    case 3: /* takes the name of another range */
         if (choose_file(step[2], other))
-            (void)rename(path, other); /* but no directory's */
+            (void)rename(path, other); /* fails if that is a directory */
         break;
     case 4:
         unlink(path);
@@ -87,7 +87,7 @@ static void empty_folder(void)
         fixture_require(remove(path) == 0);
 }
 
-/* A file of any range's name, whose header is right but for its checksum. */
+/* Writes a file under the name of any range, with a valid header but for its checksum. */
 static void forge(const uint8_t step[STEP_BYTES])
 {
     char name[STP_CACHE_NAME_BYTES], path[600];
@@ -157,7 +157,7 @@ static void end(void)
     (void)fixture_remove_folder(NULL);
 }
 
-/* The file's bytes, and the folder, which is made once. */
+/* Fills the file's bytes, and makes the folder once. */
 static void begin(void)
 {
     if (folder[0] != '\0')

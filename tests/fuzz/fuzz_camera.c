@@ -1,9 +1,9 @@
-/* Fuzz target for cameras, camera paths and kept views: any bytes as a JSON file, read as each of
- * the three. Needs no corpus: an empty input becomes one of the small files below.
+/* Fuzz target for cameras, camera paths and bookmarks: reads any bytes as a JSON file of each of
+ * the three kinds. Needs no corpus: an empty input becomes one of the small files below.
  *
- * A failure says why and changes nothing. A camera that was read gives a view, or a sentence. Every
- * camera of a path, at keyframes and between them, gives a view, and comes back as it was from the
- * file that it is saved in. */
+ * A failure says why and changes nothing. A camera that was read gives a view or a message. Every
+ * camera of a path, at keyframes and between them, gives a view; saved and loaded again, it is the
+ * same. */
 #include "runtime/camera/path.h"
 #include "tests/fuzz/fuzz_memory.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -94,7 +94,8 @@ static void remove_folder(void)
     rmdir(folder);
 }
 
-/* A folder, where it runs, with a file in memory as a model's views; its descriptor. */
+/* Makes a folder and works in it, with a file in memory in place of a model's bookmarks. Returns
+ * the file's descriptor. */
 static int make_folder(void)
 {
     static int descriptor = -1;
@@ -104,7 +105,7 @@ static int make_folder(void)
     descriptor = fuzz_memory_file(NULL, 0, target);
     fuzz_require(mkdtemp(folder) != NULL && atexit(remove_folder) == 0, "a folder");
     fuzz_require(symlink(target, path_of("model" ENDING)) == 0, "a link");
-    /* views that the user kept are not looked at */
+    /* keeps the user's own bookmarks out */
     fuzz_require(setenv("XDG_STATE_HOME", "/nowhere", 1) == 0, "no folder of states");
     return descriptor;
 }
@@ -122,7 +123,7 @@ static void require_unit(stp_dvec3 axis)
     fuzz_require(fabs(stp_dvec3_length(axis) - 1.0) < 1e-9, "a view's axes are unit vectors");
 }
 
-/* Whether a camera gives a view of a square picture; a view is made of numbers. */
+/* Whether a camera gives a view of a square picture; the view must be finite. */
 static bool gives_view(const stp_camera *camera, int size_px)
 {
     stp_view view;
@@ -165,7 +166,7 @@ static void read_camera(const char *file, const stp_camera *base)
     }
 }
 
-/* Saves three cameras of a path as keyframes, which come back as they were. */
+/* Saves three cameras of a path as keyframes; loading must give the same cameras. */
 static void save_and_load(const stp_path *path, const stp_camera *base)
 {
     stp_path *again = NULL;

@@ -1,10 +1,10 @@
-/* Fuzz target for the chunk file: any bytes, with checksums made right, through all that reads
- * them.
+/* Fuzz target for the chunk file: corrects the checksums of any bytes, then runs everything that
+ * reads a chunk file.
  *
  * Needs no corpus: an empty input mutates into a small valid file (fuzz_chunk.h). TestOneInput
- * recomputes all checksums, or the code behind them would never be reached. What verify calls sound
- * must go through info, a picture, export, convert and repair, and be sound after it. What is not
- * sound goes through info, export and a picture as far as it opens. */
+ * recomputes all checksums; otherwise the code behind them would never be reached. If verify calls
+ * the file sound, info, a picture, export, convert and repair must succeed and give sound files. If
+ * the file is not sound but opens, info, export and a picture run on it. */
 #include "tests/fuzz/fuzz_chunk.h"
 #include "formats/chunk/convert.h"
 #include "formats/chunk/repair/repair.h"
@@ -70,7 +70,7 @@ static void remove_folder(void)
     (void)fixture_remove_folder(NULL);
 }
 
-/* Makes the folder of outputs, and stdout a file in memory: info prints there. */
+/* Makes the folder of outputs, and turns stdout into a file in memory: info prints there. */
 static void begin(void)
 {
     static bool begun;
@@ -83,7 +83,7 @@ static void begin(void)
     begun = true;
 }
 
-/* What was printed; free with free(). */
+/* Returns what was printed; free it with free(). */
 static char *take_stdout(size_t *size)
 {
     fixture_require(fflush(stdout) == 0);
@@ -96,7 +96,7 @@ static char *take_stdout(size_t *size)
     return text;
 }
 
-/* Of a file whose directory can be read, info says what there is. */
+/* If the directory can be read, info must say what the file holds. */
 static void run_info(const char *path, stp_chunk_file *file)
 {
     char *arguments[] = {"info", "--no-sandbox", (char *)(uintptr_t)path, "--json", NULL};
@@ -119,7 +119,7 @@ static void run_info(const char *path, stp_chunk_file *file)
     free(text);
 }
 
-/* ---- all of it ---- */
+/* ---- everything ---- */
 
 static void read_everything(const char *path, uint64_t choice)
 {

@@ -1,6 +1,7 @@
-/* What the fuzz targets of the chunk file share: a small valid file, and its mutations.
+/* Helpers for the fuzz targets of the chunk file: a small valid file, and its mutations.
  *
- * Mutations prefer header, directory and payloads in place, so that the file's frame stays. */
+ * Mutations prefer to change header, directory and payloads in place, so that the file's frame
+ * stays. */
 #ifndef STP_TESTS_FUZZ_FUZZ_CHUNK_H
 #define STP_TESTS_FUZZ_FUZZ_CHUNK_H
 
@@ -9,8 +10,8 @@
 #include "tests/fuzz/fuzz_memory.h"
 #include "tests/fuzz/fuzz_target.h"
 
-/* Makes strips of two patches in four and triangles of one, whose kinds and flags are right; what
- * they say of their errors need not be. */
+/* Of every four patches, makes two strips and one triangles. Kinds and flags are right; the stated
+ * errors need not be. */
 static inline void make_shapes(stp_chunk *chunk)
 {
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
@@ -49,7 +50,7 @@ static inline void make_closed(stp_chunk *chunk)
     }
 }
 
-/* Texts in the metadata's stead, with what info, verify and the renderer look for. */
+/* Texts that replace the metadata; they have what info, verify and the renderer look for. */
 static const char *const metadata_texts[] = {
     "{\"closed\":{\"points\":9,\"origin\":[-300,-300,50],\"cell\":500,\"cells\":[1,2,2],"
     "\"outside\":[1,2,1],\"openings\":[[0,0,100,50],[1,2,3,1e9]]}}",
@@ -62,7 +63,7 @@ static const char *const metadata_texts[] = {
     "\"mean\":1e-4,\"beyond\":2}}",
 };
 
-/* Puts one of the texts there; what follows, the directory, moves. */
+/* Replaces the metadata by one of the texts and moves the directory, which follows. */
 static inline size_t replace_metadata(uint8_t *data, size_t size, size_t capacity, unsigned which)
 {
     const uint64_t metadata = stp_get_u64(data + 40), directory = stp_get_u64(data + 32);

@@ -1,6 +1,6 @@
-/* Fuzz target for the E57 reader: any bytes as a file. Needs no corpus: an empty input becomes one
- * of the small files below. Mutations happen behind the checksums, which are computed again, and
- * mostly the header's sizes too, so that the code behind them is reached. */
+/* Fuzz target for the E57 reader: reads any bytes as a file. Needs no corpus: an empty input
+ * becomes one of the small files below. The mutator changes the logical bytes and recomputes the
+ * checksums, and mostly the header's sizes too, so that the code behind them is reached. */
 #include "tests/fixtures/e57_fixture.h"
 #include "tests/fuzz/fuzz_scan.h"
 
@@ -9,7 +9,8 @@
     E57_FLOAT("cartesianY", kind) E57_FLOAT("cartesianZ", kind)
 #define POINTS 40u
 
-/* Spherical and narrow whole numbers, packets out of step and others between. */
+/* Adds a scan of spherical coordinates as narrow integers. Its fields' packets are out of step,
+ * with packets of other kinds between. */
 static void add_spherical(e57_file *file)
 {
     e57_stream s[6] = {{.part = 5}, {.part = 300}, {.part = 77},
@@ -92,7 +93,7 @@ static byte_row make_seed(unsigned number)
     return out;
 }
 
-/* The bytes of whole pages, without their checksums. */
+/* Returns the bytes of whole pages without their checksums. */
 static byte_row unseal(const uint8_t *data, size_t size)
 {
     byte_row out = {0};
@@ -101,7 +102,7 @@ static byte_row unseal(const uint8_t *data, size_t size)
     return out;
 }
 
-/* The header's sizes and where the XML begins, as they are now. */
+/* Sets the header's sizes and the place of the XML to the true values. */
 static void repair_header(byte_row *logical)
 {
     static const char begin[] = "<?xml";
@@ -113,7 +114,7 @@ static void repair_header(byte_row *logical)
         return;
     const size_t at = (size_t)(xml - logical->data);
     size_t end = logical->size;
-    while (end > at && logical->data[end - 1] == 0) /* what fills the last page */
+    while (end > at && logical->data[end - 1] == 0) /* padding of the last page */
         end--;
     bytes_set(logical, 24, e57_physical(at), 8);
     bytes_set(logical, 32, end - at, 8);
@@ -122,7 +123,7 @@ static void repair_header(byte_row *logical)
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)
 {
     if (capacity < 1024 || (seed % 64 == 0 && size >= 1024))
-        return LLVMFuzzerMutate(data, size, capacity); /* and the checksums themselves */
+        return LLVMFuzzerMutate(data, size, capacity); /* may hit checksums */
     byte_row logical = size < 1024 ? make_seed(seed) : unseal(data, size);
     const size_t room = capacity / 1024 * 1020;
     bytes_add(&logical, NULL, room > logical.size ? room - logical.size : 0);

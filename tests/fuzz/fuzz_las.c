@@ -1,6 +1,6 @@
-/* Fuzz target for the LAS reader: any bytes as a file. Needs no corpus: an empty input becomes a
- * small file of one of the point formats, so does one in sixteen others, and half of the mutated
- * ones get a count that fits. */
+/* Fuzz target for the LAS reader: reads any bytes as a file. Needs no corpus: an empty input
+ * becomes a small file of one of the point formats, and so does one input in sixteen. Half of the
+ * mutated files get a count that fits. */
 #include "tests/fuzz/fuzz_scan.h"
 
 enum { SEED_BYTES = 2048, POINTS = 3 };
@@ -26,7 +26,7 @@ static void put_double(uint8_t *at, double value)
     put(at, 8, bits);
 }
 
-/* Header of a record, plain (54 bytes) or extended (60). */
+/* Writes a record with its header: plain (54 bytes) or extended (60). */
 static size_t put_record(uint8_t *at, bool extended, const char *user, unsigned id,
                          const void *content, size_t length)
 {
@@ -54,7 +54,7 @@ static size_t put_records(uint8_t *seed, size_t size)
     return size;
 }
 
-/* A file of this point format, of the least version that has it. */
+/* Makes a file of this point format, in the lowest version that has the format. */
 static size_t make_seed(uint8_t seed[SEED_BYTES], unsigned format)
 {
     static const uint8_t lengths[11] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
@@ -86,7 +86,7 @@ static size_t make_seed(uint8_t seed[SEED_BYTES], unsigned format)
     return size;
 }
 
-/* The count that the file has room for. */
+/* Sets the count to the number of records that the file has room for. */
 static void mend_count(uint8_t *data, size_t size)
 {
     const uint64_t begin = get(data + 96, 4), record = get(data + 105, 2);
@@ -103,7 +103,7 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
 {
     uint8_t bytes[SEED_BYTES];
     const size_t length = make_seed(bytes, seed / 16 % 11);
-    if (seed % 16 == 0 && length <= capacity) { /* begin anew: what grew is far from a file */
+    if (seed % 16 == 0 && length <= capacity) { /* starts anew: grown inputs are junk */
         memcpy(data, bytes, length);
         size = length;
     }

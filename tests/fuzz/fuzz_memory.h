@@ -1,4 +1,4 @@
-/* Bytes as a file that lies in memory, for readers that take a path. */
+/* Turns bytes into a file in memory, for readers that take a path. */
 #ifndef STP_TESTS_FUZZ_FUZZ_MEMORY_H
 #define STP_TESTS_FUZZ_FUZZ_MEMORY_H
 
@@ -8,8 +8,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-/* Returns the file's descriptor, which the caller closes; *path leads to it until then. Aborts
- * where there is no memory. */
+/* Returns the file's descriptor, which the caller closes; *path names the file until then. Aborts
+ * if there is no memory. */
 static inline int fuzz_memory_file(const uint8_t *data, size_t size, char path[64])
 {
     const int descriptor = memfd_create("fuzz", MFD_CLOEXEC);

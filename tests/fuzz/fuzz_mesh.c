@@ -1,4 +1,4 @@
-/* Fuzz target for OBJ, OFF and STL, and with them OpenMesh's readers behind our checks. */
+/* Fuzz target for OBJ, OFF and STL: our checks, and OpenMesh's readers behind them. */
 #include "tests/fuzz/fuzz_scan.h"
 
 static const char *const texts[] = {
@@ -13,7 +13,7 @@ static const char *const texts[] = {
     "endfacet\nendsolid\n",
 };
 
-/* A binary STL of two facets. */
+/* Writes a binary STL of two facets. */
 static size_t binary_stl(uint8_t *data, size_t capacity)
 {
     const float facets[2][12] = {{0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0},

@@ -1,5 +1,5 @@
-/* Fuzz target for the PCD reader: any bytes as a file. Needs no corpus: an empty input becomes one
- * of the headers below or a small file in one of the three encodings. */
+/* Fuzz target for the PCD reader: reads any bytes as a file. Needs no corpus: an empty input
+ * becomes one of the headers below or a small file in one of the three encodings. */
 #include "tests/fixtures/pcd_fixture.h"
 #include "tests/fuzz/fuzz_scan.h"
 
@@ -12,7 +12,7 @@ static const char *const texts[] = {
     "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA binary\n0123456789ab",
 };
 
-/* Four points with every kind of field. */
+/* Makes four points with every kind of field. */
 static byte_row make_seed(unsigned number)
 {
     static const double x[] = {1, 2, 3, 3}, y[] = {0, NAN, 0.5, 0.5}, z[] = {7, 7, 7, 7};

@@ -1,5 +1,5 @@
-/* Fuzz target for the PLY reader: any bytes as a file. Needs no corpus: an empty input becomes one
- * of the small files below. */
+/* Fuzz target for the PLY reader: reads any bytes as a file. Needs no corpus: an empty input
+ * becomes one of the small files below. */
 #include "tests/fuzz/fuzz_scan.h"
 
 typedef struct ply_seed {

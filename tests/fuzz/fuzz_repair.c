@@ -1,8 +1,8 @@
-/* Fuzz target for the repair of chunk files: any bytes, with checksums made right and then damaged
- * in up to four places, through stp_chunk_file_repair.
+/* Fuzz target for the repair of chunk files: corrects the checksums of any bytes, damages the file
+ * in up to four places, and runs stp_chunk_file_repair.
  *
- * Needs no corpus: an empty input mutates into a small valid file (fuzz_chunk.h). What is repaired
- * must be a sound file; what is refused leaves none. */
+ * Needs no corpus: an empty input mutates into a small valid file (fuzz_chunk.h). A repaired file
+ * must be sound. If repair refuses, it must leave no file. */
 #include "formats/chunk/repair/repair.h"
 #include "formats/chunk/verify/verify.h"
 #include "preprocess/tree/rebuild.h"

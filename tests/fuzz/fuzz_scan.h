@@ -1,4 +1,4 @@
-/* What the fuzz targets of the scan readers share: bytes as a file, read in every way there is. */
+/* Helpers for the fuzz targets of scan readers: turn bytes into a file and read it in every way. */
 #ifndef STP_TESTS_FUZZ_FUZZ_SCAN_H
 #define STP_TESTS_FUZZ_FUZZ_SCAN_H
 
@@ -10,7 +10,7 @@
 
 #include <math.h>
 
-/* Strips share no vertex, lie one after the other, and have lengths that are numbers. */
+/* Checks that strips share no vertex, follow one another, and have finite lengths. */
 static inline void fuzz_take_lines(stp_scan *scan)
 {
     stp_line_set lines = {0};
@@ -41,7 +41,8 @@ static inline void fuzz_take_triangles(stp_scan *scan)
     stp_triangle_set_clear(&set);
 }
 
-/* A failure has a sentence, a success as many points as it promised, all of them in range. */
+/* Reads a scan to its end. A failure must have a message. A success must give as many points as it
+ * promised, all in range. */
 static inline void fuzz_read_scan(const char *path, const stp_scan_params *params)
 {
     stp_error err = {0};
@@ -77,7 +78,7 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
     stp_scan_close(&scan);
 }
 
-/* A step is found or not; without an error there is one figure or the other. */
+/* Looks for a step: a step must be returned exactly if the status is OK. */
 static inline void fuzz_find_step(const char *path)
 {
     stp_error err = {0};

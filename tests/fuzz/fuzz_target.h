@@ -1,5 +1,5 @@
-/* What all fuzz targets share: what libFuzzer calls, what ends the program, and mutations by words.
- */
+/* Helpers for all fuzz targets: the entries that libFuzzer calls, fuzz_require, and mutations by
+ * words. */
 #ifndef STP_TESTS_FUZZ_FUZZ_TARGET_H
 #define STP_TESTS_FUZZ_FUZZ_TARGET_H
 
@@ -22,7 +22,8 @@ static inline void fuzz_require(bool condition, const char *what)
     }
 }
 
-/* A seed instead of an input too small to be a file; otherwise libFuzzer's own mutations. */
+/* If the input is too small to be a file, replaces it by the seed; otherwise mutates as libFuzzer
+ * does. */
 static inline size_t fuzz_mutate(uint8_t *data, size_t size, size_t capacity, const char *seed,
                                  size_t seed_size)
 {
@@ -33,7 +34,7 @@ static inline size_t fuzz_mutate(uint8_t *data, size_t size, size_t capacity, co
     return size;
 }
 
-/* Texts to begin with, and words that files of the kind have. */
+/* Texts to begin with, and words that occur in files of the kind. */
 typedef struct fuzz_words {
     const char *const *seeds;
     size_t seed_count;
@@ -41,7 +42,7 @@ typedef struct fuzz_words {
     size_t word_count;
 } fuzz_words;
 
-/* As fuzz_mutate, but half of the time puts a word before what is at a place, or in its stead. */
+/* As fuzz_mutate, but half of the time inserts a word or overwrites bytes with it. */
 static inline size_t fuzz_mutate_words(uint8_t *data, size_t size, size_t capacity, unsigned seed,
                                        const fuzz_words *all)
 {

@@ -1,5 +1,5 @@
-/* Fuzz target for lines of numbers (XYZ, PTS, PTX): any bytes as a file, by content, and under one
- * of the formats' names and with given columns. Needs no corpus: an empty input becomes one of the
+/* Fuzz target for lines of numbers (XYZ, PTS, PTX): reads any bytes as a file, by content, under
+ * the formats' names, and with given columns. Needs no corpus: an empty input becomes one of the
  * small files below. */
 #include "tests/fuzz/fuzz_scan.h"
 
@@ -66,7 +66,8 @@ static void remove_folder(void)
     rmdir(folder);
 }
 
-/* A folder, where it runs, whose files are all the same bytes in memory; their descriptor. */
+/* Makes a folder and works in it; all its files are the same bytes in memory. Returns their
+ * descriptor. */
 static int make_folder(void)
 {
     static int descriptor = -1;
@@ -80,7 +81,7 @@ static int make_folder(void)
     return descriptor;
 }
 
-/* What is read as a number is the one that the C library reads. */
+/* A number that is read must equal the C library's. */
 static void check_number(const uint8_t *data, size_t size)
 {
     char text[64];

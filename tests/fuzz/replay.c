@@ -1,5 +1,5 @@
-/* Stands in for libFuzzer where a compiler has none: gives a fuzz target every file of a folder,
- * and the inputs that the target's own mutator makes of nothing. */
+/* Replaces libFuzzer if the compiler has none: gives a fuzz target every file of a folder, and the
+ * inputs that the target's mutator makes from nothing. */
 #include "tests/fuzz/fuzz_target.h"
 
 #include <dirent.h>
@@ -7,7 +7,7 @@
 #define INPUT_BYTES_LIMIT (1u << 20)
 #define SEEDS 24u
 
-/* Mutates nothing: a replay is the same every time. */
+/* Mutates nothing, so that every replay is the same. */
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity)
 {
     (void)data;
@@ -15,7 +15,7 @@ size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t capacity)
     return size;
 }
 
-/* Memory of the input's size, so that a sanitizer sees what is read behind its end. */
+/* Copies the input into memory of its exact size, so that a sanitizer sees reads behind the end. */
 static void run(const uint8_t *data, size_t size)
 {
     uint8_t *exact = malloc(size);

@@ -1,5 +1,6 @@
-/* Holes and outlines at 1024 x 1024 from 26 directions against the true mesh, as
- * test_gl_coverage.c does at 512 x 512; and the statue, whose feathers stand closer than pixels. */
+/* Tests holes and outlines at 1024 x 1024 from 26 directions against the true mesh, as
+ * test_gl_coverage.c does at 512 x 512. Adds the statue, whose feathers are less than a pixel
+ * apart. */
 #include "tests/fixtures/gl_coverage.h"
 #include "tests/fixtures/scan_fixture.h"
 

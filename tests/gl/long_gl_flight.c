@@ -1,12 +1,12 @@
-/* A random flight through a model larger than the memory given: legs along smooth curves between
- * places near and far, some after a jump, each ending in a stop. At every frame memory is within
- * its budgets and nothing is waited for; the process does not grow, nor do its descriptors and
- * threads; every stop ends at the bytes of a picture that waited.
+/* Tests a random flight through a model larger than the given memory: legs along smooth curves
+ * between near and far places, some after a jump; each leg ends in a stop. At every frame memory
+ * stays within its budgets and nothing is waited for. The process, its descriptors and its threads
+ * do not grow. Every stop ends with the same bytes as a picture that waited.
  *
- * STIPPLE_FLIGHT_MODEL: a chunk file, flown with 256 MiB for GPU and CPU each; without it a small
- * statue is made and flown with STATUE_BYTES. STIPPLE_FLIGHT_MINUTES: 30 if not said; time of the
- * judge (tests/fixtures/flight_judge.h) is not counted. Prints frame times while streaming beside
- * those of the same views with all chunks there. */
+ * STIPPLE_FLIGHT_MODEL names a chunk file, flown with 256 MiB each for GPU and CPU. Without it the
+ * test makes a small statue and flies it with STATUE_BYTES. STIPPLE_FLIGHT_MINUTES is 30 by
+ * default; the judge's time (tests/fixtures/flight_judge.h) does not count. Prints frame times
+ * while streaming, next to the times of the same views with all chunks loaded. */
 #include "base/random.h"
 #include "runtime/camera/path.h"
 #include "tests/fixtures/flight_judge.h"
@@ -15,7 +15,7 @@
 #include "tests/fixtures/size.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define COUNTS_MEMORY 0 /* sanitizers keep some for themselves */
+#define COUNTS_MEMORY 0 /* sanitizers keep some memory for themselves */
 #else
 #define COUNTS_MEMORY 1
 #endif
@@ -23,22 +23,23 @@
 enum {
     SIZE = TEST_SIZE(512, 128),
     KEYFRAMES = 6,
-    REPLAYED = 30,   /* views of a leg that are drawn again by the judge */
-    WATCH_FRAMES = 8 /* how often the process is looked at */
+    REPLAYED = 30,   /* views of a leg that the judge draws again */
+    WATCH_FRAMES = 8 /* the process is measured every so many frames */
 };
 
 #define BUDGET_BYTES (UINT64_C(256) << 20)
 #define STATUE_BYTES (UINT64_C(16) << 20)
 #define JUDGE_BYTES (UINT64_C(2) << 30)
-/* Of a process beside the budgets: programs, the pyramid of a picture, what drawing takes. */
+/* Memory of a process beside the budgets: programs, a picture's pyramid, temporary memory of
+ * drawing. */
 #define FIXED_BYTES (UINT64_C(192) << 20)
-/* Memory may differ so much between the first and the last third of a flight. */
+/* Memory may grow by this much from the first to the last third of a flight. */
 #define GROWTH_BYTES (UINT64_C(16) << 20)
 #define KEYFRAME_S 4.0
 #define THRESHOLD_PX 1.0
-/* Of what a moving camera may keep for a while. */
+/* The threshold of what a moving camera may keep for a while. */
 #define LOADED_PX (0.95 * (double)STP_CUT_HYSTERESIS * THRESHOLD_PX)
-/* A stop that takes longer never ends. */
+/* If a stop takes longer, the test assumes that it never ends. */
 #define STOP_S TEST_SIZE(120.0, 1200.0)
 #define SEED 20
 
@@ -50,33 +51,33 @@ typedef struct flown_view {
 typedef struct flight {
     const char *path;
     uint64_t budget_bytes;
-    double seconds; /* to be flown */
+    double seconds; /* how long to fly */
     judge judge;
     stp_model *model;
     stp_renderer *renderer;
-    uint64_t draw; /* of random numbers */
+    uint64_t draw; /* number of random numbers drawn */
     stp_camera camera;
-    flown_view *views; /* of a leg */
+    flown_view *views; /* of the current leg */
     size_t view_count, view_capacity;
     int *finest; /* by chunk, after the last frame */
-    /* what is known of it */
+    /* measurements */
     double flown_s, judged_s;
     figures ms, stop_s, rss;
-    /* of the views drawn again: streaming, resident, once more */
+    /* times of the views drawn again: streaming, resident, resident again */
     figures replayed_ms[3], replayed_processor_ms[3];
     uint64_t frames, frames_incomplete, loaded, evicted;
     uint64_t baseline_bytes, peak_bytes;
     unsigned descriptors, threads, legs;
 } flight;
 
-/* ---- where it goes ---- */
+/* ---- the route ---- */
 
 static double chance(flight *f)
 {
     return stp_random_unit(SEED, f->draw++);
 }
 
-/* Looks at a chunk, from outside, near or far. */
+/* Looks at a chunk from outside, from near or far. */
 static stp_camera random_camera(flight *f)
 {
     const stp_chunk_file_info *info = f->model->info;
@@ -97,7 +98,7 @@ static stp_camera random_camera(flight *f)
                         .fovy_deg = STP_CAMERA_FOVY_DEG};
 }
 
-/* On from where the camera is; every third leg begins elsewhere. */
+/* Continues from the camera's place; every third leg begins elsewhere. */
 static stp_path *random_path(flight *f)
 {
     stp_keyframe keys[KEYFRAMES];
@@ -112,7 +113,7 @@ static stp_path *random_path(flight *f)
     return path;
 }
 
-/* ---- what holds at every frame ---- */
+/* ---- checks at every frame ---- */
 
 static void count_chunks(flight *f)
 {
@@ -198,7 +199,7 @@ static void fly(flight *f)
     stp_path_destroy(&path);
 }
 
-/* Rests until the picture is whole; it must be, and stay, the judge's. */
+/* Rests until the picture is complete. It must then equal the judge's picture, and stay so. */
 static void stop(flight *f)
 {
     static uint8_t found[4 * SIZE * SIZE], expected[4 * SIZE * SIZE];
@@ -219,8 +220,8 @@ static void stop(flight *f)
     }
 }
 
-/* Some views of every fourth leg, drawn by the judge once all their chunks are there: twice, so
- * that it shows how far such times repeat. */
+/* In every fourth leg, the judge draws some views again once all their chunks are loaded. It draws
+ * them twice, to show how well such times repeat. */
 static void replay(flight *f)
 {
     size_t count = f->view_count < REPLAYED ? f->view_count : REPLAYED;
@@ -278,7 +279,8 @@ static void print_times(const char *name, const figures *ms)
            figures_of(ms, 0.99), figures_of(ms, 1.0));
 }
 
-/* Of the views that were drawn again, and what the 99th percentiles are to the resident ones. */
+/* Prints the times of the views drawn again, and the ratio of their 99th percentiles to the
+ * resident ones. */
 static void print_replayed(const char *what, const figures times[3])
 {
     static const char *const names[3] = {"streaming", "resident", "resident again"};
@@ -316,8 +318,8 @@ static void print_summary(const flight *f, const double load[2])
            f->threads);
 }
 
-/* The median of the last third is that of the first, after a third of the flight that fills the
- * memory. */
+/* The first third of the flight fills the memory. Of the rest, the last third's median must equal
+ * the first third's, within GROWTH_BYTES. */
 static void check_growth(const flight *f)
 {
     size_t warm = f->rss.count / 3, third = (f->rss.count - warm) / 3;

@@ -1,5 +1,5 @@
-/* Ten thousand random picks on the statue and on the sheet, whose two sides are one spacing apart:
- * 99.9 % of them find the front surface within one sample's radius. */
+/* Tests ten thousand random picks on the statue and on the sheet, whose two sides are one spacing
+ * apart: 99.9 % of them must find the front surface within one sample's radius. */
 #include "tests/fixtures/gl_pick.h"
 #include "tests/fixtures/scan_fixture.h"
 

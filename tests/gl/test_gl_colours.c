@@ -1,5 +1,5 @@
-/* Colours by attribute: a picture by intensity, class or elevation is the picture of the same
- * points whose colours are what the palette says of them. */
+/* Tests colours by attribute: a picture by intensity, class or elevation must equal the picture of
+ * the same points with the palette's colours. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 
@@ -9,7 +9,7 @@
 static const stp_dvec3 centre = {500000.0, 4.5e6, 300.0};
 static const double radius = 20.0;
 
-/* Palettes as shaders/shade/palette.glsl documents them, anew. */
+/* Palettes written again from the description in shaders/shade/palette.glsl. */
 static void grey(double x, double rgb[3])
 {
     rgb[0] = rgb[1] = rgb[2] = x;
@@ -37,7 +37,7 @@ static double clamped(double x)
     return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x;
 }
 
-/* What a point of the cloud is coloured by these parameters. */
+/* The colour of a point of the cloud under these parameters. */
 static void expected(const stp_point *p, const stp_draw_params *params, double rgb[3])
 {
     double low = params->colour_range[0], extent = params->colour_range[1] - low;
@@ -81,7 +81,7 @@ static uint8_t *draw(prep_cloud *cloud, const char *path, const stp_draw_params 
     return picture;
 }
 
-/* Draws by attribute, then the same points with the palette's colours. */
+/* Draws by attribute, then draws the same points with the palette's colours. */
 static void check_colours(stp_draw_params params)
 {
     prep_cloud cloud = make_cloud();
@@ -127,7 +127,7 @@ static void by_class(void **state)
     check_colours((stp_draw_params){.colour = STP_COLOUR_CLASS});
 }
 
-/* Heights of a georeferenced model: the palette is placed in double. */
+/* Heights of a georeferenced model: the palette's range is computed in double. */
 static void by_elevation(void **state)
 {
     (void)state;
@@ -138,7 +138,7 @@ static void by_elevation(void **state)
                                     .colour_range = {centre.z - radius, centre.z + radius}});
 }
 
-/* Marked points are magenta, the others a grey by their brightness. Drawn are single pixels. */
+/* Marked points must be magenta, the others grey by their brightness. Draws single pixels. */
 static void by_outliers(void **state)
 {
     (void)state;
@@ -150,7 +150,7 @@ static void by_outliers(void **state)
                               .every_sample = true};
     for (uint32_t i = 0; i < COUNT; i++)
         for (int c = 0; c < 3; c++)
-            cloud.points[i].rgb[c] = c == 1 ? 65535 : 0; /* green: no grey */
+            cloud.points[i].rgb[c] = c == 1 ? 65535 : 0; /* green, not grey */
     for (uint32_t i = 0; i < FAR; i++)
         cloud.points[i].position =
             (stp_dvec3){centre.x + 2.0 * radius * cos(0.5 * i),
@@ -174,8 +174,8 @@ static void by_outliers(void **state)
     free(cloud.points);
 }
 
-/* Shares of the pixels by fit: nearest, wide, widest, given. All pixels are of these four colours.
- */
+/* Finds the share of the pixels of each fit: nearest, wide, widest, given. All pixels must have one
+ * of these four colours. */
 static void shares_by_fit(prep_cloud *cloud, double shares[4])
 {
     static const uint8_t colours[4][3] = {
@@ -200,7 +200,7 @@ static void shares_by_fit(prep_cloud *cloud, double shares[4])
     free(picture);
 }
 
-/* The more noise, the wider the planes; where the input has normals, nothing is fitted. */
+/* With more noise, planes are wider. If the input has normals, nothing is fitted. */
 static void by_fit(void **state)
 {
     (void)state;
@@ -225,7 +225,7 @@ static void by_fit(void **state)
     free(cloud.points);
 }
 
-/* Intensities are spread evenly, heights from end to end. */
+/* Intensities spread evenly; heights go from end to end. */
 static void ranges(void **state)
 {
     (void)state;

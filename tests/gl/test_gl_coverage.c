@@ -1,13 +1,14 @@
-/* Holes and outlines at 512 x 512 from 26 directions against the true mesh: at most 0.01 % of the
- * silhouette in holes, none over one pixel, and 99 % of the outline within one pixel plus one
- * projected sample spacing. long_gl_coverage.c does the same at 1024 x 1024. */
+/* Tests holes and outlines at 512 x 512 from 26 directions against the true mesh. At most 0.01 % of
+ * the silhouette may be holes, no hole may exceed one pixel, and 99 % of the outline must lie
+ * within one pixel plus one projected sample spacing. long_gl_coverage.c does the same at 1024 x
+ * 1024. */
 #include "tests/fixtures/gl_coverage.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/fixtures/size.h"
 
 enum {
     COUNT = TEST_SIZE(200000, 50000),
-    SIZE = TEST_SIZE(512, 256), /* as many samples a pixel with either */
+    SIZE = TEST_SIZE(512, 256), /* same samples per pixel with either */
     TRIANGLES = TEST_SIZE(0, 300000)
 };
 

@@ -1,5 +1,6 @@
-/* What is left out because nobody sees it: no covered pixel, and by an eye inside or through a clip
- * box nothing at all. What is seen from behind is lit. */
+/* Tests what is left out because nobody can see it. Culling must not uncover a pixel. If the eye is
+ * inside, or looks through a clip box, nothing may be left out. Surfaces seen from behind are lit.
+ */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
@@ -10,7 +11,7 @@ enum { SIZE = 320, PIXELS = SIZE * SIZE };
 
 static uint8_t seen_auto[4 * PIXELS], seen_none[4 * PIXELS];
 
-/* Draws a view; returns how many samples, which both roads of shaders agree on. */
+/* Draws a view; returns the number of samples. The two shader roads must agree on it. */
 static uint64_t draw_counted(const gl_fixture *f, const stp_view *view, stp_draw_params params,
                              uint8_t *rgba)
 {
@@ -23,7 +24,7 @@ static uint64_t draw_counted(const gl_fixture *f, const stp_view *view, stp_draw
     return rasterised.points_drawn;
 }
 
-/* Draws a view with AUTO and with NONE; returns how many samples the one drew of the other's. */
+/* Draws a view with AUTO and with NONE; returns the ratio of the numbers of samples. */
 static double draw_both(const gl_fixture *f, const stp_view *view, stp_draw_params params)
 {
     double drawn = (double)draw_counted(f, view, params, seen_auto);
@@ -32,7 +33,8 @@ static double draw_both(const gl_fixture *f, const stp_view *view, stp_draw_para
     return all > 0.0 ? drawn / all : 1.0;
 }
 
-/* Pixels that NONE covers and AUTO does not; *inner: of these, with covered pixels all around. */
+/* Counts the pixels that NONE covers and AUTO does not. *inner counts those surrounded by covered
+ * pixels. */
 static size_t count_lost(size_t *covered, size_t *inner)
 {
     size_t lost = 0;
@@ -77,14 +79,14 @@ static void closed_model(void **state)
         }
         print_message("threshold %g: %zu of %zu pixels lost, %zu inside; %.3f of the samples\n",
                       thresholds[t], lost, all, within, share);
-        assert_true(1000 * lost <= 2 * all); /* outlines, at so few pixels */
+        assert_true(1000 * lost <= 2 * all); /* outlines, with so few pixels */
         assert_true(20000 * within <= all);
-        assert_true(thresholds[t] > 0.0 || share <= 0.6); /* few pixels: most patches are points */
+        assert_true(thresholds[t] > 0.0 || share <= 0.6); /* most patches are one point */
     }
     gl_fixture_close(&f);
 }
 
-/* The same bytes: nothing is left out. */
+/* The pictures must have the same bytes, and all samples are drawn. */
 static void check_same(const gl_fixture *f, const stp_view *view, stp_draw_params params)
 {
     assert_true(draw_both(f, view, params) == 1.0);
@@ -112,7 +114,7 @@ static void from_inside(void **state)
                    (stp_draw_params){.shade = STP_SHADE_LAMBERT, .colour = STP_COLOUR_NONE});
         count_lost(&covered, &inner);
         assert_true(10000 * covered >= 9995 * PIXELS);
-        for (int p = 0; p < PIXELS; p++) /* what faces the eye is lit, whichever side it is */
+        for (int p = 0; p < PIXELS; p++) /* the side that faces the eye is lit, front or back */
             assert_true(seen_auto[4 * p + 3] == 0 || seen_auto[4 * p] > 40);
     }
     stp_view whole = views_get(4, &ball, NULL, 0, SIZE, SIZE);
@@ -124,7 +126,7 @@ static void from_inside(void **state)
     gl_fixture_close(&f);
 }
 
-/* A plane with normals of its own is as light from behind as from before. */
+/* A plane with normals of its own must be as bright from behind as from the front. */
 static void both_sides(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Smooth edges: the pass against the CPU reference; outlines at least 3 dB nearer to a picture of
- * four times as many pixels each way; depths and picks as without; nothing left of the frame
- * before. */
+/* Tests smooth edges: the pass must equal the CPU reference. Outlines must be at least 3 dB nearer
+ * to a picture of four times the resolution. Depths and picks must stay the same, and nothing of
+ * the last frame may remain. */
 #include "tests/fixtures/gl_model.h"
 #include "tests/support/triangles.h"
 #include "tests/support/views.h"
@@ -13,7 +13,7 @@ static int open_model(void **state)
     return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
 }
 
-/* A surface without detail smaller than a pixel. */
+/* A surface without details smaller than a pixel. */
 static void open_bumpy(gl_fixture *f)
 {
     model_fixture_build("bumpy.stipple", &(model_recipe){.shape = GEN_BUMPY, .point_count = 60000});
@@ -39,7 +39,8 @@ static int draw(gl_fixture *f, const stp_view *view, const stp_draw_params *para
     return stats.pyramid_levels;
 }
 
-/* Pixels of the smooth picture that are not what the reference makes of the rough one. */
+/* Counts the pixels of the smooth picture that differ from the reference's smoothing of the rough
+ * one. */
 static size_t count_wrong(const gl_fixture *f, const stp_view *view, const uint8_t *rough,
                           const float *depth, const uint8_t *smooth, bool pushed, int levels)
 {
@@ -84,7 +85,8 @@ static void follow_the_reference(void **state)
     }
 }
 
-/* Of each pixel the part that the true surface covers, 0..255, and how many it covers in part. */
+/* For each pixel, the part that the true surface covers, 0..255. Returns how many pixels are
+ * covered in part. */
 static size_t true_parts(const triangles_mesh *mesh, const stp_view *view, double *part)
 {
     enum { TIMES = 4 };
@@ -105,7 +107,7 @@ static size_t true_parts(const triangles_mesh *mesh, const stp_view *view, doubl
     return count;
 }
 
-/* Squared differences of alpha, over the pixels that the surface covers in part. */
+/* Sums squared differences of alpha, over the pixels that the surface covers in part. */
 static double outline_error(const uint8_t *rgba, const double *part)
 {
     double sum = 0.0;
@@ -139,7 +141,7 @@ static void near_the_true_outline(void **state)
     gl_fixture_close(f);
 }
 
-/* Where the surface goes on, finer pictures differ little from plain ones. */
+/* Inside the surface, a finer picture (draw_fine) must differ little from a plain one. */
 static void finer_pictures(void **state)
 {
     gl_fixture bumpy, *f = &bumpy;
@@ -185,7 +187,7 @@ static void picks_stay(void **state)
     }
 }
 
-/* A view drawn after another is as it was before it. */
+/* A view drawn again after another view must give the same picture. */
 static void nothing_stays(void **state)
 {
     gl_fixture *f = *state;

@@ -1,6 +1,6 @@
-/* A model among a host's own triangles: a sphere of points and a plane that cuts through it. The
- * sphere's and the plane's depths are known, so is what each pixel must show, whichever is drawn
- * first, for each way to hold depth, at any scale and far from the origin. */
+/* Tests a model among a host's own triangles: a sphere of points, cut by a plane. The depths of
+ * sphere and plane are known, so the test knows what each pixel must show: in either order of
+ * drawing, for each way to store depth, at any scale, and far from the origin. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/gl_program.h"
 #include "tests/fixtures/prep_fixture.h"
@@ -10,16 +10,16 @@
 #define MODEL "embed.stipple"
 #define COUNT 60000u
 
-/* The scan: georeferenced, in other units than the host's. */
+/* The scan is georeferenced and has other units than the host. */
 static const stp_dvec3 centre = {500000.25, 4.5e6, 312.5};
 static const double radius = 20.0;
 
-/* How a host holds depth. */
+/* How a host stores depth. */
 typedef struct convention {
     bool zero_to_one, reversed, infinite, orthographic, upper_left;
     int samples;     /* of its framebuffer; 0: one */
     double range[2]; /* of glDepthRange; 0, 0: 0 to 1 */
-    double scale;    /* host units over the scan's */
+    double scale;    /* host units per unit of the scan */
     int x, y;        /* of its viewport */
 } convention;
 
@@ -30,16 +30,16 @@ typedef struct scene {
     int width, height; /* of the framebuffer */
 } scene;
 
-/* Lengths of the host are radii of the sphere, times its scale. */
+/* The host's lengths are in radii of the sphere, times its scale. */
 #define NEAR 2.0
 #define FAR 9.0
-#define FOCUS 2.4       /* perspective: of the image plane, its height being 2 */
-#define HALF_HEIGHT 1.6 /* orthographic: of the picture */
-static const stp_dvec3 middle = {0.2, -0.1, -4.0}; /* of the sphere, in eye space */
+#define FOCUS 2.4       /* perspective: distance of an image plane of height 2 */
+#define HALF_HEIGHT 1.6 /* orthographic: half the picture's height */
+static const stp_dvec3 middle = {0.2, -0.1, -4.0}; /* the sphere's centre in eye space */
 
 /* ---- the host ---- */
 
-/* Near goes to -1 or 0, far to 1, or the other way round. */
+/* The near plane maps to -1 or 0, the far plane to 1; reversed: the other way round. */
 static void set_projection(scene *s)
 {
     const convention *c = &s->c;
@@ -59,7 +59,7 @@ static void set_projection(scene *s)
     }
 }
 
-/* The scan turned, moved to the middle and scaled to the host's lengths. */
+/* Turns the scan, moves it to `middle` and scales it to the host's lengths. */
 static void set_model_view(scene *s)
 {
     const double a = 0.7, b = -0.4, k = s->c.scale / radius;
@@ -134,7 +134,7 @@ static void clear_scene(scene *s)
     glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
 }
 
-/* Depth in radii to what the depth buffer holds. */
+/* Converts a depth in radii to the depth buffer's value. */
 static double buffer_depth(const scene *s, double depth)
 {
     const double *p = s->projection;
@@ -144,7 +144,7 @@ static double buffer_depth(const scene *s, double depth)
     return s->c.range[0] + (s->c.range[1] - s->c.range[0]) * t;
 }
 
-/* Empties the framebuffer and sets the state that the host draws with. */
+/* Clears the framebuffer and sets the state that the host draws with. */
 static void begin_scene(const scene *s)
 {
     static const float background[4] = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -161,8 +161,8 @@ static void begin_scene(const scene *s)
                   s->c.zero_to_one ? GL_ZERO_TO_ONE : GL_NEGATIVE_ONE_TO_ONE);
 }
 
-/* The triangle lies in the plane of depth 4 - 0.8 x of eye space, below y = 0.3, and is wider and
- * deeper than what is in sight. */
+/* The triangle lies in the plane of depth 4 - 0.8 x in eye space, below y = 0.3. It is wider and
+ * deeper than the view. */
 #define PLANE_DEPTH 4.0
 #define PLANE_SLOPE 0.8
 #define PLANE_TOP 0.3
@@ -187,12 +187,12 @@ static void draw_plane(const scene *s)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/* ---- what must be seen ---- */
+/* ---- the expected pixels ---- */
 
-/* Under one pixel's centre; INFINITY: not there. */
+/* Depths under one pixel's centre; INFINITY: nothing there. */
 typedef struct truth {
     double sphere, plane;
-    bool doubtful; /* an edge of one of them is near, or both are as deep */
+    bool doubtful; /* an edge is near, or both are equally deep */
 } truth;
 
 static truth truth_at(const scene *s, int i, int j)
@@ -220,7 +220,8 @@ typedef struct seen {
     float *depth;
 } seen;
 
-/* The framebuffer, resolved by a blit where it has samples: then depth is of one of them. */
+/* Reads the framebuffer. If it has several samples, a blit resolves it; the depth is then one
+ * sample's. */
 static seen read_back(const scene *s)
 {
     size_t count = (size_t)s->width * (size_t)s->height;
@@ -250,7 +251,7 @@ typedef struct tally {
     int plane, points, none;
 } tally;
 
-/* Every pixel whose answer is plain: the nearer one's colour and depth. */
+/* Checks every pixel that is not doubtful: colour and depth must be the nearer surface's. */
 static tally check_pixels(const scene *s, const seen *found)
 {
     tally t = {0};
@@ -271,8 +272,8 @@ static tally check_pixels(const scene *s, const seen *found)
             fail_msg("pixel %d %d: sphere at %g, plane at %g, colour %d %d %d %d", i, j, is.sphere,
                      is.plane, p[0], p[1], p[2], p[3]);
         double expected = buffer_depth(s, depth);
-        /* A reconstructed depth is that of a sample some pixels away; one of several samples of a
-         * pixel lies beside its centre. */
+        /* A reconstructed depth comes from a sample some pixels away. With several samples in a
+         * pixel, the depth's sample lies beside the centre. */
         double off = points ? 0.08 : s->c.samples > 0 ? 0.02 : 0.001;
         double slack = fabs(buffer_depth(s, depth + off) - expected);
         check_near((double)found->depth[at], expected, slack);
@@ -288,7 +289,7 @@ static void draw_model(gl_fixture *f, const scene *s)
 {
     stp_view view;
     stp_draw_stats stats = {0};
-    /* what a near plane opens shows no backs */
+    /* if the near plane opens the sphere, no backs are drawn */
     const stp_draw_params params = {.cull = STP_CULL_BACK};
     stp_ball ball = stp_model_ball(f->model);
     check_ok(stp_view_from_matrices(&view, s->model_view, s->projection, &ball, W, H, err));
@@ -296,7 +297,7 @@ static void draw_model(gl_fixture *f, const scene *s)
     assert_true(stats.cut_complete);
 }
 
-/* The triangle first, then the points; and the other way round. */
+/* Draws the triangle first, then the points; then the other way round. */
 static void both_ways(gl_fixture *f, convention c)
 {
     scene s = make_scene(c, NEAR);
@@ -343,7 +344,7 @@ static void multisampled(void **state)
     both_ways(*state, (convention){.samples = 4});
 }
 
-/* What lies before the host's near plane is cut away, unless depth is clamped. */
+/* The part before the host's near plane is cut away, unless depth is clamped. */
 static void cut_by_depth_range(void **state)
 {
     gl_fixture *f = *state;
@@ -375,7 +376,7 @@ static void cut_by_depth_range(void **state)
         }
 }
 
-/* Colours of a framebuffer that holds light are those of the other, decoded. */
+/* A framebuffer of linear light must hold the decoded colours of the plain one. */
 static void linear_light(void **state)
 {
     gl_fixture *f = *state;
@@ -409,7 +410,7 @@ static void linear_light(void **state)
             fail_msg("'%s' does not say %s", refused.message, word);                               \
     } while (0)
 
-/* Matrices that cannot be drawn with, and what is said of them. */
+/* Matrices that cannot be used, and the messages about them. */
 static void refused_matrices(void **state)
 {
     gl_fixture *f = *state;
@@ -445,7 +446,7 @@ static void refused_matrices(void **state)
     clear_scene(&s);
 }
 
-/* Framebuffers and views that cannot be drawn into or with. */
+/* Framebuffers and views that cannot be used. */
 static void refused_targets(void **state)
 {
     gl_fixture *f = *state;

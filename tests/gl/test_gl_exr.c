@@ -1,5 +1,6 @@
-/* Depths and normals: of a unit sphere they are known, in the world's axes, by the renderer's
- * functions and in the files that `stipple render` writes, whose first row is the top one. */
+/* Tests depths and normals of a unit sphere, where they are known, in the world's axes: from the
+ * renderer's functions and in the files that `stipple render` writes, whose first row is the top
+ * one. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/support/exr_shim.h"
@@ -10,7 +11,8 @@
 #define WIDTH 90
 #define HEIGHT 70
 
-/* From below, turned about its axis: no axis of the picture is one of the world's. */
+/* Looks from below, turned about its axis, so that no axis of the picture is an axis of the
+ * world. */
 static const stp_camera camera = {
     .eye = {1.5, -2.0, -1.1}, .look = {0.2, 0.1, 0.0}, .up = {0.7, 0.1, 0.4}, .fovy_deg = 50.0};
 
@@ -21,8 +23,8 @@ static stp_view view_of(const stp_camera *c, const stp_model *model)
     return view;
 }
 
-/* Where the ray of a pixel (y upwards) meets the unit sphere about the origin; false where the
- * square of half its way through it is below `rim`. */
+/* Finds where the ray of a pixel (y upwards) meets the unit sphere about the origin. Returns false
+ * if the square of half the ray's way through the sphere is below `rim`. */
 static bool meet_sphere(const stp_view *v, int x, int y, double rim, stp_dvec3 *at, double *depth)
 {
     double u = x + 0.5 - 0.5 * v->width, w = y + 0.5 - 0.5 * v->height;
@@ -37,12 +39,12 @@ static bool meet_sphere(const stp_view *v, int x, int y, double rim, stp_dvec3 *
     double d = b * b - a * (stp_dvec3_dot(from, from) - 1.0);
     if (d < a * rim)
         return false;
-    *depth = (-b - sqrt(d)) / a; /* the ray's part along the axis is 1 */
+    *depth = (-b - sqrt(d)) / a; /* the ray advances by 1 along the axis */
     *at = stp_dvec3_add(from, stp_dvec3_scale(ray, *depth));
     return true;
 }
 
-/* Of pixels well inside the sphere; bottom: the first row is the lowest. */
+/* Checks pixels well inside the sphere; bottom: the first row is the lowest. */
 static void check_sphere(const stp_view *view, const float *depth, const float *xyz, bool bottom)
 {
     int inside = 0;
@@ -103,12 +105,12 @@ static void reads_what_was_drawn(void **state)
             check_near(stp_dvec3_length(n), covered ? 1.0 : 0.0, 1e-5);
             if (!covered)
                 continue;
-            /* what --shade normal shows is in eye space */
+            /* --shade normal shows normals in eye space */
             check_near(rgba[4 * i], 127.5 + 127.5 * stp_dvec3_dot(n, view.right), 0.75);
             check_near(rgba[4 * i + 1], 127.5 + 127.5 * stp_dvec3_dot(n, view.up), 0.75);
             check_near(rgba[4 * i + 2], 127.5 + 127.5 * stp_dvec3_dot(n, view.back), 0.75);
         }
-        if (!(variant & 6)) /* closed, and nothing seen from within */
+        if (!(variant & 6)) /* closed, seen from outside */
             check_sphere(&view, depth, xyz, true);
     }
     free(depth);
@@ -126,7 +128,7 @@ static void asks_for_kept_pixels(void **state)
     check_near((double)xyz[0], 7.0, 0.0);
 }
 
-/* Two views of one size in turns, one of nothing: what the frame before left does not show. */
+/* Draws two views of one size in turn, one of them empty: nothing of the last frame may show. */
 static void forgets_the_frame_before(void **state)
 {
     gl_fixture *f = *state;
@@ -173,7 +175,7 @@ static void files_have_the_top_row_first(void **state)
         assert_true(depth.values[i] > 0.0f);
     }
     assert_true(isinf(depth.values[0]));
-    /* the note is a camera that --camera reads */
+    /* --camera must read the camera in the file's note */
     FILE *file = fopen("test_gl_exr.json", "w");
     assert_non_null(file);
     fputs(depth.camera, file);

@@ -1,11 +1,11 @@
-/* Discs as no scan should have them, in every mode and both projections: back faces, grazing ones,
- * larger than the screen, about and behind the eye, without radius, without normal. No buffer gets
- * a value that is none, and no pixel is covered that lies outside its disc's ellipse, which is
- * found here by meeting rays with planes in double.
+/* Tests extreme discs in every mode and both projections: back faces, grazing discs, discs larger
+ * than the screen, around and behind the eye, without radius, without normal. No buffer may hold a
+ * value that is not a number. No pixel outside a disc's ellipse may be covered; the test finds the
+ * ellipse by meeting rays with planes in double.
  *
  * A software rasteriser needs half of the time for the two wider templates, which are one shader
- * with template3. So they are judged in perspective only, unless the argument is --every, as in
- * long_gl_extreme. */
+ * with template3. So the test judges them in perspective only, unless the argument is --every, as
+ * in long_gl_extreme. */
 #include "tests/fixtures/disc_judge.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -38,8 +38,8 @@ static const int sizes[][2] = {{WIDTH, HEIGHT}, {61, 97}, {1, 1}};
 
 /* ---- scenes ---- */
 
-/* At depth 2 the widest picture holds x of +-4/3 and y of +-TALL; add() takes y in units of that.
- */
+/* At depth 2 the widest picture holds x of +-4/3 and y of +-TALL. add() takes y in units of
+ * TALL. */
 #define TALL (4.0 / 3.0 * HEIGHT / WIDTH)
 
 static fixture_disc *add(scene *s, double x, double y, double depth, double radius)
@@ -139,7 +139,7 @@ static void make_no_normal(scene *s)
     for (int i = 0; i < 18; i++) {
         fixture_disc *disc = add(s, 0.9 * cos(2.0 * i), 0.6 * sin(2.0 * i), 2.0, radius[i % 6]);
         disc->normal = (stp_dvec3){0.0, 0.0, 0.0};
-        disc->oriented = i % 2; /* of no meaning */
+        disc->oriented = i % 2; /* means nothing here */
         disc->kind = (stp_sample_kind)(i / 6);
     }
 }
@@ -169,7 +169,7 @@ static void make_rim(scene *s)
 
 /* ---- one disc ---- */
 
-/* What is judged is what a mode draws of it; false if it is not to be seen. */
+/* Sets up the judge for what a mode draws of the disc; returns false if the disc is not visible. */
 static bool judge_of(const stp_view *view, const fixture_disc *disc, int mode, disc_judge *out)
 {
     stp_dvec3 w =
@@ -197,7 +197,7 @@ static int own_pixel(const stp_view *view, const fixture_disc *disc)
     return (int)p.y * view->width + (int)p.x;
 }
 
-/* Lets the pixels of one disc be covered; true if there are any. */
+/* Marks the pixels that a disc may cover; returns whether there are any. */
 static bool allow(const stp_view *view, const fixture_disc *disc, int mode, uint8_t *cover)
 {
     disc_judge judge;
@@ -257,7 +257,7 @@ static void check_pixel(const uint32_t shape[4], const uint32_t paint[4], const 
                  p.rgb[2]);
 }
 
-/* The texels of a texture, which may be wider than its level; free with free(). */
+/* Reads the texels of a texture, which may be wider than its level; free them with free(). */
 static uint32_t *read_texels(GLuint texture, int *width)
 {
     int height;
@@ -271,7 +271,7 @@ static uint32_t *read_texels(GLuint texture, int *width)
     return texels;
 }
 
-/* Every pixel of a level is invalid, or of numbers that make sense. */
+/* Every pixel of a level must be invalid or have plausible numbers. */
 static void check_level(const stp_pyramid_level *level, const GLuint *textures, const char *mode)
 {
     int width = 0;
@@ -287,7 +287,7 @@ static void check_level(const stp_pyramid_level *level, const GLuint *textures, 
     free(paint);
 }
 
-/* White discs by phong are lit by 0.18 at least: what is darker came of no number. */
+/* Phong lights white discs by at least 0.18; a darker pixel comes from an invalid number. */
 static void check_picture(gl_fixture *f, const stp_view *view, const reference_pixel *pixels,
                           const char *mode)
 {
@@ -324,8 +324,8 @@ static void check_buffers(const gl_fixture *f, int mode, int levels)
 
 /* ---- judging ---- */
 
-/* Draws with all classes but some hidden, and finds no fault in any buffer; level 0 as finished, to
- * free with free(). */
+/* Draws the scene without the hidden classes and checks every buffer. Returns level 0 as finished;
+ * free it with free(). */
 static reference_pixel *draw(gl_fixture *f, const stp_view *view, int mode, stp_lod lod,
                              const uint32_t hidden[8])
 {
@@ -349,7 +349,8 @@ static reference_pixel *draw(gl_fixture *f, const stp_view *view, int mode, stp_
     return pixels;
 }
 
-/* A disc that is seen as a good part of a circle, wholly in front, is covered, not left out. */
+/* Whether a disc is plain: it faces the eye well enough, lies wholly in front and is not left out.
+ * Such a disc must be covered. */
 static bool is_plain(const stp_view *view, const fixture_disc *disc)
 {
     disc_judge judge;
@@ -360,7 +361,7 @@ static bool is_plain(const stp_view *view, const fixture_disc *disc)
            (disc->kind == STP_KIND_TUBE || fabs(stp_dvec3_dot(judge.normal, w)) > 0.7);
 }
 
-/* One disc alone. */
+/* Judges one disc alone. */
 static void judge_disc(gl_fixture *f, const stp_view *view, const char *name, const scene *s,
                        uint32_t i, int mode, uint8_t *all)
 {
@@ -384,8 +385,8 @@ static void judge_disc(gl_fixture *f, const stp_view *view, const char *name, co
     free(pixels);
 }
 
-/* Every disc alone, then all of them. What is merged is a mean of several, which may reach between
- * them: the union is told for modes that merge nothing. */
+/* Judges every disc alone, then all together. A merged sample is a mean and may lie between its
+ * discs, so the union is checked only for modes that merge nothing. */
 static void judge_view(gl_fixture *f, const stp_view *view, const char *name, const scene *s,
                        int mode)
 {
@@ -405,7 +406,7 @@ static void judge_view(gl_fixture *f, const stp_view *view, const char *name, co
     free(all);
 }
 
-/* ---- scenes in every mode: one renderer for each, whose programs then do for all ---- */
+/* ---- scenes in every mode: one renderer each, whose programs serve all scenes ---- */
 
 static const struct {
     const char *name;
@@ -431,7 +432,7 @@ static int write_scenes(void **state)
     return 0;
 }
 
-/* Templates take long: they leave out the largest size. */
+/* Templates are slow, so they skip the largest size. */
 static bool is_template(int mode)
 {
     return mode >= STP_RECONSTRUCT_TEMPLATE3 && mode <= STP_RECONSTRUCT_TEMPLATE7;

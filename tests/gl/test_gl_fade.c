@@ -1,7 +1,7 @@
-/* Level changes fade: along a slow dolly at a coarse threshold, what a pixel whose level changes
- * differs from the last frame, beyond what motion alone does to the picture of every sample, is not
- * much more than half of what it is without fading (it goes on to fade); where no level changes
- * nothing is faded; and a picture at rest is soon, byte for byte, the one that never faded. */
+/* Tests that changes of level fade. A camera moves slowly at a coarse threshold; the test looks at
+ * pixels whose level changes. With fading they differ from the last frame by little more than half
+ * of what they differ without fading. If no level changes, nothing fades. A picture at rest soon
+ * equals, byte for byte, the picture without fading. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/support/views.h"
@@ -9,7 +9,8 @@
 enum { SIZE = 256, PIXELS = SIZE * SIZE, FRAMES = 48, LEVEL_CHANGE = 20, COARSE = 8 };
 
 static const double kept = 0.75;
-/* Of radii: so that levels change at all at such a threshold, by whose square it is multiplied. */
+/* The cap on radii that lets levels change at this threshold; the renderer multiplies it by the
+ * threshold's square. */
 static const double cap_px = 6.0 / (COARSE * COARSE);
 
 typedef struct rider {
@@ -26,7 +27,7 @@ static stp_view view_at(const stp_ball *ball, int frame)
     return view;
 }
 
-/* Draws until everything that is wanted is there. */
+/* Draws until everything that the view needs is there. */
 static void draw(rider *r, const stp_view *view)
 {
     stp_draw_stats stats = {0};
@@ -47,7 +48,7 @@ static int change_of(const rider *r, size_t pixel)
     return greatest;
 }
 
-/* Covered before and now. */
+/* Whether the pixel is covered now and in the last frame. */
 static bool stays(const rider *r, size_t pixel)
 {
     return r->now[4 * pixel + 3] != 0 && r->before[4 * pixel + 3] != 0;
@@ -93,7 +94,8 @@ static void dolly(void **state)
     printf("%zu level changes: every sample %.2f, threshold %.2f, faded %.2f of 255\n", pixels,
            change[0] / n, change[1] / n, change[2] / n);
     assert_true(pixels > 10000);
-    /* Not of what is over the change of every sample: that falls as normals get better. */
+    /* Compares whole changes. The change beyond that of every sample shrinks as normals get
+     * better. */
     assert_true(change[2] < 0.8125 * change[1]);
     gl_fixture_close(&levels.fixture);
     for (int k = 0; k < 3; k++)
@@ -128,7 +130,7 @@ static void rest(void **state)
     gl_fixture_close(&fades.fixture);
 }
 
-/* All of every sample: no level ever changes, so fading is without effect. */
+/* If every sample is drawn, no level ever changes, so fading has no effect. */
 static void same_level(void **state)
 {
     (void)state;
@@ -137,7 +139,7 @@ static void same_level(void **state)
     open_rider(&fades, (stp_draw_params){.lod = STP_LOD_FULL, .stream = true, .fade = kept});
     stp_view view = view_at(&plain.fixture.model->ball, 0);
     draw(&fades, &view);
-    for (int i = 0; i < 30; i++) /* the coming of the chunks fades */
+    for (int i = 0; i < 30; i++) /* arriving chunks fade in */
         draw(&fades, &view);
     for (int i = 1; i < 6; i++) {
         view = view_at(&plain.fixture.model->ball, i);

@@ -1,5 +1,5 @@
-/* Clip box and hidden classes: exactly the samples that should be are drawn, every road draws the
- * same, what lies outside the box is not even loaded, and wrong boxes are refused. */
+/* Tests the clip box and hidden classes: exactly the right samples are drawn, every road draws the
+ * same, nothing outside the box is loaded, and wrong boxes are refused. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -7,11 +7,11 @@
 
 enum { COUNT = 60000, SIZE = 200, PIXELS = SIZE * SIZE };
 
-/* Georeferenced: floats would not know the box from its neighbour. */
+/* Georeferenced: a float could not tell the box from its neighbour. */
 static const stp_dvec3 centre = {500000.0, 4.5e6, 300.0};
 static const double radius = 20.0;
 
-/* All above the middle but one corner; ground, vegetation and noise by turns. */
+/* Everything above the middle but one corner. Classes alternate: ground, vegetation, noise, 200. */
 static const stp_clip upper = {
     true, {{500000.0 - 30.0, 4.5e6 - 30.0, 300.0}, {500000.0 + 9.0, 4.5e6 + 30.0, 330.0}}};
 static const uint8_t classes[4] = {2, 5, 7, 200};
@@ -64,12 +64,12 @@ static stp_view view_from(const gl_fixture *f, int direction)
     return views_get(direction, &f->model->ball, NULL, 0, SIZE, SIZE);
 }
 
-/* Every level-0 sample that passes, by double, as a mask of the pixels they fall on. */
+/* Marks in a mask the pixels of every level-0 sample that passes, computed in double. */
 static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
                         uint8_t *mask)
 {
     reference_pyramid reference;
-    const stp_gpu_frame frame = {.modes = {0, 0, 0, 0}}; /* of a cut surface no back is left out */
+    const stp_gpu_frame frame = {.modes = {0, 0, 0, 0}}; /* backs of a cut surface are drawn */
     check_ok(reference_create(&reference, view, false, 0, err));
     for (uint32_t id = 0; id < f->model->info->chunk_count; id++) {
         const stp_chunk_entry *entry = &f->model->entries[id];
@@ -94,7 +94,7 @@ static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_dra
 static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
 enum { ROADS = sizeof roads / sizeof *roads };
 
-/* Single pixels, drawn by every road, are those of the samples that pass. */
+/* Single pixels, drawn by every road, must be those of the samples that pass. */
 static void exact(void **state)
 {
     gl_fixture *f = *state;
@@ -116,13 +116,13 @@ static void exact(void **state)
             for (size_t i = 0; i < PIXELS; i++)
                 differing += mask[i] != (rgba[4 * i + 3] != 0);
             assert_true(gl_fixture_covered(rgba, PIXELS) > PIXELS / 20);
-            if (differing > 4) /* floats round a sample into the next pixel */
+            if (differing > 4) /* floats may round a sample into the next pixel */
                 fail_msg("road %d, variant %d: %zu components differ", r, variant, differing);
         }
     }
 }
 
-/* With levels chosen and reconstructed, all roads make one picture. */
+/* With chosen levels and reconstruction, all roads must make one picture. */
 static void roads_agree(void **state)
 {
     gl_fixture *f = *state;
@@ -156,7 +156,8 @@ static void roads_agree(void **state)
         }
 }
 
-/* A clipped picture covers what one of the points clipped beforehand covers, but for its edge. */
+/* A clipped picture must cover what the picture of the points clipped beforehand covers, except at
+ * its edge. */
 static void as_clipped_before(void **state)
 {
     gl_fixture *f = *state, other = {0};
@@ -171,7 +172,7 @@ static void as_clipped_before(void **state)
     check_ok(prep_cloud_run(&cloud, "before.stipple", 2, NULL, &stats, err));
     gl_fixture_open(&other, "before.stipple", NULL);
     stp_view view = view_from(f, 22);
-    stp_draw_params params = {.cull = STP_CULL_NONE}; /* orientations are found anew */
+    stp_draw_params params = {.cull = STP_CULL_NONE}; /* the other file's orientations differ */
     gl_fixture_draw(&other, &view, &params, NULL, before);
     params.clip = upper;
     gl_fixture_draw(f, &view, &params, NULL, rgba);
@@ -186,7 +187,7 @@ static void as_clipped_before(void **state)
     free(cloud.points);
 }
 
-/* What is outside is neither read nor projected. */
+/* Samples outside the box are neither read nor projected. */
 static void culled(void **state)
 {
     (void)state;
@@ -207,7 +208,7 @@ static void culled(void **state)
     gl_fixture_close(&f);
 }
 
-/* Nothing to draw is an empty picture, by every road. */
+/* If nothing is left to draw, every road makes an empty picture. */
 static void nothing(void **state)
 {
     gl_fixture *f = *state;

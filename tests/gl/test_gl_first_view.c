@@ -1,5 +1,5 @@
-/* First views as drawn: the camera that a file's metadata gives, what it is in other pictures, and
- * a depth camera's image, which covers its own pixels. */
+/* Tests first views as drawn: the camera from a file's metadata, its form in pictures of other
+ * shapes, and a depth camera's image, which covers its own pixels. */
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/first_view_fixture.h"
 #include "tests/fixtures/gl_fixture.h"
@@ -8,9 +8,9 @@
 #define ORIGIN ((stp_dvec3){0.0, 0.0, 0.0})
 #define Z_AXIS ((stp_dvec3){0.0, 0.0, 1.0})
 
-/* Draws first.stipple from its first view, as large as the image, all of it and from both sides. Of
- * the positions that are finite at least 0.99 find their own pixel covered, and at most half lie
- * more than half a pixel off the middle of it. */
+/* Draws first.stipple from its first view, as large as the image, complete and with backs. Of the
+ * finite positions, at least 0.99 must find their own pixel covered, and at most half may lie more
+ * than half a pixel off its centre. */
 static void expect_drawn(const stp_dvec3 *at, int width, int height)
 {
     gl_fixture f = {0};
@@ -53,7 +53,7 @@ static void images_cover_their_pixels(void **state)
     free(p.at);
 }
 
-/* Real depth cameras, 640 x 480. */
+/* Images of real depth cameras, 640 x 480. */
 static void real_images_cover_their_pixels(void **state)
 {
     (void)state;
@@ -80,7 +80,7 @@ static void real_images_cover_their_pixels(void **state)
     }
 }
 
-/* What is seen of an image in a narrower or a flatter picture: all of it. */
+/* A narrower or flatter picture must show the whole image. */
 static void pictures_of_other_shapes(void **state)
 {
     (void)state;
@@ -105,7 +105,7 @@ static void pictures_of_other_shapes(void **state)
             }
         assert_true(most[0] < 0.502 && most[1] < 0.502);
         assert_true(fmax(most[0], most[1]) > 0.49);
-        /* The whole model's view is what it ever was. */
+        /* The view of the whole model must stay the default one. */
         const stp_dbox box = stp_model_box(model);
         const stp_camera whole = stp_model_camera(model, STP_HOME_WHOLE, width, height);
         const stp_camera old = stp_camera_default(&box, &ball, width, height);
@@ -116,7 +116,7 @@ static void pictures_of_other_shapes(void **state)
     free(p.at);
 }
 
-/* Replaces a text of the metadata by another one of its length. */
+/* Replaces a text of the metadata by another of the same length. */
 static void tamper(const char *from, const char *to)
 {
     size_t size = 0, length = strlen(from);
@@ -131,7 +131,7 @@ static void tamper(const char *from, const char *to)
     free(bytes);
 }
 
-/* Metadata that is no JSON is refused where the file is opened. */
+/* A file whose metadata is not JSON must be refused when it is opened. */
 static void no_json(const char *from, const char *to)
 {
     stp_model *model = NULL;
@@ -142,7 +142,7 @@ static void no_json(const char *from, const char *to)
     assert_null(model);
 }
 
-/* A first view that is none is passed over. */
+/* An invalid first view is ignored. */
 static void wrong_first_views(void **state)
 {
     (void)state;
@@ -169,7 +169,7 @@ static void wrong_first_views(void **state)
     free(p.at);
 }
 
-/* A tall wall of a scanner's: z is up because the file says so. What is no axis says nothing. */
+/* A tall wall from a scanner: z is up because the file says so. An invalid axis says nothing. */
 static void file_says_what_is_up(void **state)
 {
     static const struct {
@@ -196,7 +196,7 @@ static void file_says_what_is_up(void **state)
     }
 }
 
-/* z where the box is flat or its x and y are a map's, else y. */
+/* z is up if the box is flat or its x and y look like a map's; otherwise y is up. */
 static void height_points_up(void **state)
 {
     static const struct {

@@ -1,6 +1,6 @@
-/* The packed layouts of shaders/layout.glsl and patch.glsl against the C structs of
- * runtime/gl/gpu_layout.h: the uniform block by the driver's own offsets, patches, chunks and
- * samples by letting a shader decode them out of the textures. */
+/* Tests the packed layouts of shaders/layout.glsl and patch.glsl against the C structs of
+ * runtime/gl/gpu_layout.h. The uniform block is compared by the driver's own offsets; patches,
+ * chunks and samples are decoded from the textures by a shader. */
 #include "runtime/gl/shader.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -12,7 +12,7 @@ static const stp_variant variant = {.geometry_invocations = 1};
 
 #define FOLDER "layout-shaders"
 
-/* Writes a shader file and compiles it as a compute shader with the project's includes. */
+/* Compiles a text as a compute shader with the project's includes. */
 static GLuint compute_program(const char *text)
 {
     char defines[STP_VARIANT_DEFINES_BYTES];
@@ -70,7 +70,7 @@ static const char decode[] =
     "    put(float(at));\n"
     "}\n";
 
-/* What is expected, in the order the shader writes. */
+/* The expected values, in the order in which the shader writes them. */
 typedef struct expectation {
     double values[256];
     int count;

@@ -1,5 +1,5 @@
-/* The legend of classes: its colours are those that shaders use, names and numbers belong together,
- * and what a model has is what was put in. */
+/* Tests the legend of classes: its colours are the shaders', names and numbers match, and it lists
+ * exactly the classes that a model has. */
 #include "runtime/class_legend.h"
 #include "runtime/gl/shader.h"
 #include "tests/fixtures/gl_fixture.h"

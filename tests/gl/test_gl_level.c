@@ -1,7 +1,7 @@
-/* The geometry shader and the CPU choose the same levels of every patch, by quarter: 26 directions
- * and ten close views, five thresholds, all terms of the rule, a close cap on radii and a far one
- * by turns. Where they differ a threshold, cap or cone 1e-5 off must explain it; such ties are
- * counted. */
+/* Tests that the geometry shader and the CPU choose the same level of each quarter of every patch:
+ * in 26 directions and ten close views, at five thresholds, with all terms of the rule, and with a
+ * near and a far cap on radii in turn. If they differ, a threshold, cap or cone that is 1e-5 off
+ * must explain it; such ties are counted. */
 #include "tests/fixtures/gl_levels.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -12,15 +12,15 @@
 
 enum {
     COUNT = TEST_SIZE(200000, 50000),
-    SIZE = TEST_SIZE(512, 256) /* as many samples a pixel with either */
+    SIZE = TEST_SIZE(512, 256) /* same samples per pixel with either */
 };
 
 typedef struct choices {
     size_t patches, skipped, mixed, ties, levels[STP_LEVEL_COUNT]; /* levels: by quarter */
 } choices;
 
-/* Whether the CPU chooses what the GPU did with thresholds, or with a cone of normals, that are
- * next to these: whether a silhouette may be there is asked of the cone. */
+/* Whether the CPU chooses the GPU's level if a threshold, the cap or the cone of normals is
+ * slightly different. (The cone decides whether a silhouette may be there.) */
 static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
                    const stp_gpu_patch *patch, int quarter, int gpu)
 {
@@ -32,7 +32,7 @@ static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
             frame.quality[i] *= factor;
         if (k == 2 || k == 3)
             near.cone_cos *= factor;
-        for (int i = 0; i < 3 && k >= 4; i++) /* where it is the ray, its sine has few digits */
+        for (int i = 0; i < 3 && k >= 4; i++) /* near the ray the sine has few digits */
             near.cone_axis[i] *= factor;
         if (stp_levels_choose(&frame, chunk, &near).of[quarter] == gpu)
             return true;
@@ -64,7 +64,7 @@ static void compare_chunk(const gl_levels *levels, size_t draw, int view, choice
             mixed |= cpu.of[q] != STP_LEVEL_SKIP && cpu.of[q] != cpu.of[0];
             if (gpu.of[q] == cpu.of[q])
                 continue;
-            /* where one drew the vertex, the other quarters tell nothing more */
+            /* if one of them drew the patch vertex, the other quarters say nothing more */
             if (!is_tie(&look, &chunk, patch, q, gpu.of[q]) &&
                 !(gpu.of[0] != cpu.of[0] && (gpu.of[0] == 3 || cpu.of[0] == 3)))
                 fail_msg("view %d, threshold %g: chunk %u patch %u quarter %d is drawn at level "
@@ -95,7 +95,7 @@ static void judge_model(const char *name, const model_recipe *recipe, bool ortho
             view.f = (v % 3 + 1) * 0.4 * SIZE / model->ball.radius;
         for (size_t t = 0; t < sizeof thresholds / sizeof *thresholds; t++) {
             stp_draw_params params = {.threshold_px = thresholds[t],
-                                      /* far: so that level 3 is met, too */
+                                      /* 1000: large enough that level 3 occurs too */
                                       .radius_cap_px = v % 2 == 0 ? 1000.0 : 3.0,
                                       .terms =
                                           STP_TERM_RADIUS | STP_TERM_COLOUR | STP_TERM_SILHOUETTE,

@@ -1,6 +1,6 @@
-/* What is laid over a picture: eye-dome lighting against the formula of shaders/README.md, the
- * colours of confidence against the pixels they speak of, overlays between the two pictures that
- * they mix. */
+/* Tests what is laid over a picture: eye-dome lighting against the formula of shaders/README.md,
+ * the colours of confidence against the pixels that they describe, and overlays against the two
+ * pictures that they mix. */
 #include "tests/fixtures/gl_model.h"
 #include "tests/support/views.h"
 
@@ -20,7 +20,7 @@ static stp_view view_of(const gl_fixture *f, bool orthographic)
     return view;
 }
 
-/* Pixels of depth that a neighbour lies in front of (x, y). */
+/* How far, in pixels of depth, the neighbour at (x + dx, y + dy) lies in front of pixel (x, y). */
 static double in_front(const stp_view *view, const float *depth, int x, int y, int dx, int dy)
 {
     double own = (double)depth[y * WIDTH + x];
@@ -62,7 +62,7 @@ static void eye_dome(void **state)
     }
 }
 
-/* Green where the finished pixel was measured, from yellow to red where it was not. */
+/* Green if the finished pixel was measured; from yellow to red if it was interpolated. */
 static void confidence(void **state)
 {
     gl_fixture *f = *state;
@@ -81,9 +81,9 @@ static void confidence(void **state)
             continue;
         measured += source == 0;
         interpolated += source > 0;
-        if (source == 0) /* a sample fell here, and is what is shown */
+        if (source == 0) /* a sample fell here and is shown */
             assert_true(pulled[i].tag != 0 && pulled[i].z_min == pixels[i].z_min);
-        else /* none did, or one that lies behind */
+        else /* no sample fell here, or one that is hidden */
             assert_true(pulled[i].tag == 0 || pulled[i].z_min > pixels[i].z_min);
         check_near(p[0], source == 0 ? 0.2 * 255.0 : 255.0, 1.0);
         check_near(p[1], 255.0 * (source == 0 ? 0.75 : fmax(0.0, 1.0 - (source - 1) / 5.0)), 1.0);
@@ -94,7 +94,7 @@ static void confidence(void **state)
     free(pulled);
 }
 
-/* Hardly any overlay is phong; more of it goes steadily away from that. */
+/* A weak overlay is nearly phong; a stronger one moves steadily away from it. */
 static void overlays(void **state)
 {
     gl_fixture *f = *state;

@@ -1,4 +1,5 @@
-/* Turning, shifting and scaling a camera: what is held stays where it is. */
+/* Tests turning, shifting and scaling a camera: the point that is held stays where it is in the
+ * picture. */
 #include "runtime/camera/orbit.h"
 
 #include <setjmp.h>
@@ -77,7 +78,8 @@ static void turn_holds_the_pivot(void **state)
     }
 }
 
-/* A turn about what is in the picture's middle leaves it there; elsewhere it turns with it. */
+/* The point that the camera turns about stays in the picture's middle. A point on its near side
+ * moves with the hand. */
 static void turn_follows_the_hand(void **state)
 {
     (void)state;

@@ -1,13 +1,13 @@
-/* A picture drawn in parts, each with a rim around it that is cut off, is the picture drawn at
- * once: what screenshots larger than any framebuffer are made of. */
+/* Tests pictures drawn in parts, each with a rim that is cut off: they must equal the picture drawn
+ * at once. Screenshots larger than any framebuffer are made this way. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/support/views.h"
 
-/* BORDER: at the whole picture's rim samples outside are missing, which the parts have. */
+/* BORDER: the whole picture lacks the samples outside its rim, but the parts have them. */
 enum { WIDTH = 1000, HEIGHT = 700, PART = 256, RIM = 128, BORDER = 24 };
 
-/* Draws the parts and puts them together. */
+/* Draws the parts and assembles them. */
 static void draw_parts(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
                        uint8_t *rgba, uint8_t *part)
 {
@@ -64,7 +64,7 @@ static void parts_are_the_whole(void **state)
         gl_fixture_draw(&f, &view, &params, NULL, whole);
         draw_parts(&f, &view, &params, parts, part);
         assert_true(covered(whole) > (size_t)WIDTH * HEIGHT / 20);
-        /* a position that rounds to another pixel, here and there */
+        /* here and there a position rounds to another pixel */
         assert_true(different(whole, parts) < covered(whole) / 1000);
     }
     gl_fixture_close(&f);
@@ -73,7 +73,7 @@ static void parts_are_the_whole(void **state)
     free(whole);
 }
 
-/* A part's window coordinates are the view's, less where it begins. */
+/* A part's window coordinates are the view's minus the part's origin. */
 static void parts_keep_positions(void **state)
 {
     (void)state;

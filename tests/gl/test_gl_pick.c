@@ -1,10 +1,10 @@
-/* Picking: random picks find the front surface of known models. long_gl_pick.c does ten thousand of
- * each. */
+/* Tests picking: random picks must find the front surface of known models. long_gl_pick.c does ten
+ * thousand picks of each. */
 #include "tests/fixtures/gl_pick.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 
-/* Fewer points and pixels than these do not show the statue's feathers. */
+/* With fewer points or pixels the statue's feathers would not show. */
 enum { COUNT = 200000, SIZE = 512, PICKS = 2000 };
 
 static void statue(void **state)
@@ -12,7 +12,7 @@ static void statue(void **state)
     (void)state;
     pick_tally t = pick_model("statue", &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT},
                               1000000, SIZE, PICKS);
-    assert_true(t.right * 1000 >= t.picks * 997); /* feathers as thin as the spacing */
+    assert_true(t.right * 1000 >= t.picks * 997); /* feathers are as thin as the spacing */
 }
 
 static void sheet(void **state)
@@ -24,7 +24,8 @@ static void sheet(void **state)
     assert_true(t.right * 1000 >= t.picks * 999);
 }
 
-/* A strip far before a wall, a class each. Without orientation, so nothing is culled. */
+/* A strip far in front of a wall, each of its own class. They have no orientation, so nothing is
+ * culled. */
 enum { STRIP = 1, WALL = 2, WALL_POINTS = 40000, STRIP_POINTS = 40000 };
 #define STRIP_HALF 0.03
 #define STRIP_HEIGHT 1.0
@@ -55,7 +56,8 @@ static stp_pick pick_at(gl_fixture *f, const stp_view *view, stp_dvec3 at)
     return pick;
 }
 
-/* Just inside its outline the strip is picked, never the wall behind it; beyond that, the wall. */
+/* Just inside its outline a pick must find the strip and never the wall; outside, it must find the
+ * wall. */
 static void before_a_wall(void **state)
 {
     (void)state;
@@ -70,7 +72,7 @@ static void before_a_wall(void **state)
         view.orthographic = variant == 3;
         view.f = variant == 3 ? 0.4 * SIZE : view.f;
         check_ok(stp_renderer_draw(f.renderer, &view, &params, NULL, err));
-        double pixel = view.orthographic ? 1.0 / view.f : 3.0 / view.f; /* on the strip, about */
+        double pixel = view.orthographic ? 1.0 / view.f : 3.0 / view.f; /* at the strip, about */
         for (int k = 0; k < 200; k++) {
             double y = 0.3 * (k / 100.0 - 1.0), side = k % 2 ? 1.0 : -1.0;
             stp_dvec3 in = {side * (STRIP_HALF - 1.5 * pixel), y, STRIP_HEIGHT};
@@ -89,7 +91,7 @@ static void before_a_wall(void **state)
 
 enum { EDGE = 61 };
 
-/* A picture's corners, twice, and beside them; the picture stays as it is. */
+/* Picks at a picture's corners, twice, and beside them; the picture must stay as it is. */
 static void check_corners(gl_fixture *f)
 {
     stp_pick pick, again;
@@ -108,7 +110,7 @@ static void check_corners(gl_fixture *f)
     assert_memory_equal(before, after, sizeof before);
 }
 
-/* Before the first picture, at the edges of one, and where nothing is. */
+/* Picks before the first picture, at a picture's edges, and where nothing is. */
 static void boundaries(void **state)
 {
     (void)state;
@@ -132,7 +134,7 @@ static void boundaries(void **state)
     gl_fixture_close(&f);
 }
 
-/* Picks all over a picture of the unit sphere. Returns how many were told their sample. */
+/* Picks all over a picture of the unit sphere. Returns how many picks named their sample. */
 static size_t pick_sphere(stp_renderer *renderer, stp_dvec3 centre)
 {
     size_t hits = 0, named = 0;
@@ -151,8 +153,9 @@ static size_t pick_sphere(stp_renderer *renderer, stp_dvec3 centre)
     return named;
 }
 
-/* A picture made in several passes: the surface is found all the same, the sample where it is that
- * of the last pass. While a still picture is made so, behind the last one, it is the last one's. */
+/* A picture drawn in several passes: picks still find the surface, but name a sample only if the
+ * last pass drew it. While a picture at rest is drawn in passes behind the last picture, picks
+ * answer for the last one. */
 static void in_passes(void **state)
 {
     (void)state;

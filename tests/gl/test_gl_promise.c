@@ -1,6 +1,7 @@
-/* The error promise through the real renderer: which level of each patch the geometry shader drew
- * is noted in 36 views at 1, 2 and 4 pixels; then the centre and rim points of every disc drawn and
- * their nearest points on all level-0 discs must project within the threshold of each other. */
+/* Tests the error promise with the real renderer. The test notes which level of each patch the
+ * geometry shader drew, in 36 views at 1, 2 and 4 pixels. The centre and rim points of every drawn
+ * disc, and the points nearest to them on all level-0 discs, must project within the threshold of
+ * each other. */
 #include "tests/fixtures/gl_levels.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -10,7 +11,7 @@
 
 enum {
     COUNT = TEST_SIZE(200000, 50000),
-    SIZE = TEST_SIZE(512, 256), /* as many samples a pixel with either */
+    SIZE = TEST_SIZE(512, 256), /* same samples per pixel with either */
     THRESHOLDS = 3,
     SHOTS = VIEWS_COUNT * THRESHOLDS
 };
@@ -22,10 +23,10 @@ typedef struct judged_model {
     size_t leaf_count;
     promise_index *index;
     stp_view views[VIEWS_COUNT];
-    size_t *first_patch;        /* of each chunk, chunk_count + 1 */
-    stp_levels (*drawn)[SHOTS]; /* of each patch */
+    size_t *first_patch;        /* by chunk, chunk_count + 1 */
+    stp_levels (*drawn)[SHOTS]; /* by patch */
     promise_tally tallies[THRESHOLDS];
-    size_t coarse; /* drawn discs that are no level 0 of a leaf */
+    size_t coarse; /* drawn discs other than a leaf's level 0 */
 } judged_model;
 
 static void note_shot(judged_model *m, int view, int threshold)

@@ -1,14 +1,15 @@
-/* The GPU's reconstruction against the CPU reference, pixel by pixel: six scenes, odd viewports,
- * both kinds of filter. Normals and colours within 1e-3, depths within 1e-3 of the disc's radius,
- * and the same pyramid level told as source, on at least 99.9 % of the pixels that either covers.
+/* Tests the GPU's reconstruction against the CPU reference, pixel by pixel: six scenes, odd
+ * viewports, both kinds of filter. Normals and colours must agree within 1e-3, depths within 1e-3
+ * of the disc's radius, and both must name the same pyramid level as the source, on at least 99.9 %
+ * of the pixels that either covers.
  *
  * A software rasteriser needs most of the time for the three templates, which are one shader with
- * windows of three widths. So each scene is judged with one of them, in turns. With the argument
- * --every, as long_gl_reference has it, each scene is judged with all three.
+ * windows of three widths. So the test judges each scene with one of them, in turns. With the
+ * argument --every, as in long_gl_reference, it judges each scene with all three.
  *
- * Floats decide in the GPU which of two samples is nearer, or in which pixel one lies, where
- * doubles see no more than a float's last bits between them. Such pixels of level 0 are settled as
- * the GPU did it, where that is justified, and counted. */
+ * The GPU decides with floats which of two samples is nearer, or in which pixel a sample lies. In
+ * doubles, two samples may differ by only a float's last bits. Such a pixel of level 0 is a tie: if
+ * the GPU's choice is justified, the reference follows it, and the pixel is counted as settled. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/line_fixture.h"
 #include "tests/fixtures/model_fixture.h"
@@ -18,10 +19,10 @@
 
 #define TOLERANCE 1e-3
 #define SHARE_WANTED 0.999
-/* Ties where lines are: drivers may differ at the ends of segments. */
+/* The share of ties in scenes with lines: drivers may differ at the ends of segments. */
 #define SHAPE_TIES 0.005
 
-/* What a float may get wrong: of a depth, and pixels. */
+/* How far a float may be off: relative for a depth, and in pixels. */
 #define TIE_DEPTH 1e-6
 #define TIE_PX 1e-3
 
@@ -31,8 +32,8 @@ typedef struct agreement {
     size_t either, agree, coverage, normal, colour, depth, source;
 } agreement;
 
-/* What a pixel's depth and radius are judged by: the radius, but polygons have next to none, and
- * flat pieces of ribbons have none. */
+/* The unit for a pixel's depth and radius: the disc's radius. For polygons, whose radius is next to
+ * none, and for flat pieces of ribbons, which have no radius, it is the range of depths. */
 static double size_of(const reference_pixel *p)
 {
     return reference_is_polygon(p) || p->radius == 0.0 ? p->z_max - p->z_min : p->radius;
@@ -60,7 +61,7 @@ static void compare_pixel(const reference_pixel *a, const reference_pixel *b, ag
     sum->agree += normal && depth && colour && source;
 }
 
-/* Shaded pictures have 8 bits: a step where values round apart, and the tolerance. */
+/* Shaded pictures have 8 bits: allows one step of rounding and the tolerance. */
 static size_t compare_pictures(const gl_fixture *f, const reference_pyramid *reference,
                                stp_shade shade)
 {
@@ -84,15 +85,15 @@ static size_t compare_pictures(const gl_fixture *f, const reference_pyramid *ref
 
 /* ---- ties ---- */
 
-/* Which disc each pixel of level 0 shows. */
+/* The disc that each pixel of level 0 shows. */
 typedef struct winners {
     const stp_view *view;
     const reference_disc *discs;
-    double *sure_depth; /* of the nearest disc that no rounding moves to another pixel */
-    size_t *disc;       /* index + 1 of the nearest, 0: none */
+    double *sure_depth; /* of the nearest disc that no rounding can move to another pixel */
+    size_t *disc;       /* index + 1 of the nearest disc, 0: none */
 } winners;
 
-/* Where a disc falls; false if it is not drawn. */
+/* Finds the disc's window coordinates; returns false if the disc is not drawn. */
 static bool place(const stp_view *view, const reference_disc *disc, double window[2])
 {
     double depth = -disc->position.z, scale = view->orthographic ? view->f : view->f / depth;
@@ -104,7 +105,7 @@ static bool place(const stp_view *view, const reference_disc *disc, double windo
              stp_dvec3_dot(disc->normal, stp_dvec3_normalize(w)) >= REFERENCE_CULL_COSINE);
 }
 
-/* Index of the pixel at window coordinates, or -1. */
+/* The index of the pixel at window coordinates, or -1. */
 static int pixel_index(const stp_view *view, double u, double v)
 {
     bool inside = u >= 0.0 && v >= 0.0 && u < view->width && v < view->height;
@@ -134,7 +135,7 @@ static void find_winners(winners *win, size_t count)
     }
 }
 
-/* True if the GPU's pixel at an index shows this disc. */
+/* Whether the GPU's pixel at an index shows this disc. */
 static bool shows(const stp_view *view, const reference_pixel *gpu, int at,
                   const reference_disc *disc)
 {
@@ -145,7 +146,8 @@ static bool shows(const stp_view *view, const reference_pixel *gpu, int at,
            fabs(-disc->position.z - pixel->z_min) <= TIE_DEPTH * pixel->z_min;
 }
 
-/* Where the GPU shows another disc that has a right to be there, or rightly none, follows it. */
+/* If the GPU shows another disc that may be there, or no disc where none needs to be, follows the
+ * GPU. Returns the number of such pixels. */
 static size_t settle(winners *win, size_t count, const reference_pixel *gpu)
 {
     size_t settled = 0;
@@ -173,7 +175,7 @@ static size_t settle(winners *win, size_t count, const reference_pixel *gpu)
     return settled;
 }
 
-/* Projects the winners, each into its pixel. */
+/* Projects each winner into its pixel. */
 static void project_winners(reference_pyramid *reference, const winners *win)
 {
     const stp_view *view = win->view;
@@ -191,8 +193,8 @@ static void project_winners(reference_pyramid *reference, const winners *win)
     }
 }
 
-/* Takes the GPU's own floats of level 0 where they are right to a float's last bits: whether an
- * interval meets another is decided by them, and one such decision is seen in all of a window. */
+/* Takes the GPU's own floats of level 0 if they are right except for a float's last bits. These
+ * floats decide whether two intervals meet, and one such decision affects a whole window. */
 static void adopt_floats(reference_pyramid *reference, const reference_pixel *gpu)
 {
     for (int at = 0; at < reference->view.width * reference->view.height; at++) {
@@ -232,7 +234,7 @@ static size_t project_settled(reference_pyramid *reference, const reference_disc
 
 static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
 
-/* Draws the model both ways and adds up how they agree. */
+/* Draws the model with both and adds up how they agree. */
 static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct reconstruct,
                             stp_shade shade, double threshold_px)
 {
@@ -298,8 +300,8 @@ static bool is_left_out(size_t mode, int scene)
            mode - FIRST_TEMPLATE != (size_t)scene % TEMPLATE_COUNT;
 }
 
-/* Views of one model: around it, close to it with 100 degrees, and orthographic. ties: so large a
- * share of the pixels may be settled. */
+/* Judges views of one model: around it, close to it with 100 degrees, and orthographic. ties: the
+ * share of the pixels that may be settled. */
 static void judge_model(const char *name, double ties)
 {
     static int scene = -1;
@@ -370,7 +372,7 @@ SCENE(terrain, .shape = GEN_TERRAIN, .point_count = 30000)
 SCENE(sheet, .shape = GEN_SHEET, .point_count = 20000, .true_normals = true)
 SCENE(two_sided, .shape = GEN_STATUE, .point_count = 30000, .orient = STP_ORIENT_NONE)
 
-/* Ribbons, and tubes, which face the eye and keep their tangents. */
+/* Alternates ribbons and tubes; tubes face the eye and keep their tangents. */
 static stp_line_set ribbons_and_tubes(uint64_t strips, uint64_t each)
 {
     stp_line_set out =
@@ -393,7 +395,7 @@ static void lines(void **state)
     judge_model("lines", SHAPE_TIES);
 }
 
-/* Triangles, with a border where points would go on, lines and points in one another. */
+/* Triangles with a border next to points, and lines and points inside one another. */
 static void mixed(void **state)
 {
     (void)state;

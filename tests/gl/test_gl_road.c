@@ -1,5 +1,5 @@
-/* Which road is taken where none is asked for: at once on a software driver; else the faster of
- * both after a trial that streaming pictures alone take part in. */
+/* Tests which road is taken if none is asked for. A software driver takes one at once. Other
+ * drivers take the faster of two after a trial, in which only streaming pictures count. */
 #include "tests/fixtures/gl_model.h"
 
 #include "runtime/draw/road.h"
@@ -29,7 +29,7 @@ static void waiting_pictures_do_not_try(void **state)
     stp_road_end(&road);
 }
 
-/* Draws by the road taken, and again by the one that is to be slower. */
+/* Draws with the road taken, then makes `slow` the slower road; returns the road that stays. */
 static stp_lod try_roads(gl_fixture *f, stp_lod slow)
 {
     stp_road road;
@@ -40,7 +40,7 @@ static stp_lod try_roads(gl_fixture *f, stp_lod slow)
     int unfinished = 0, frames = 0, of[2] = {0, 0};
     stp_road_begin(&road, false);
     for (; !road.decided; frames++) {
-        bool whole = frames % 3 != 1; /* others do not count */
+        bool whole = frames % 3 != 1; /* incomplete frames do not count */
         stp_draw_params params = {.lod = stp_road_take(&road, true)};
         if (road.decided)
             break;

@@ -1,9 +1,9 @@
-/* Every sample drawn by each road, rasterised and by compute shaders, is the same picture byte for
- * byte: who wins a pixel, what is pulled and pushed, shaded, marked and smoothed. Sizes are such
- * that blocks, cells and levels end within pixels of each other; each renderer also draws what the
- * other one began, in textures that it left. And whatever the memory is, which cuts a picture into
- * passes and moves chunks in it: also where most pixels have several samples at one depth. Shaders
- * that choose levels also agree on how many samples they drew. */
+/* Tests that every road, rasterised or by compute shaders, draws the same picture of every sample,
+ * byte for byte: which sample wins a pixel, pull and push, shading, marks, smoothing. At the chosen
+ * sizes blocks, cells and levels end within pixels of each other. Each renderer also continues in
+ * textures that the other road used before. The amount of memory must not matter either, though it
+ * splits a picture into passes and moves chunks, and though most pixels may have several samples at
+ * one depth. Shaders that choose levels must also draw the same number of samples. */
 #include "tests/fixtures/gl_model.h"
 
 typedef struct scene {
@@ -12,7 +12,7 @@ typedef struct scene {
     stp_draw_params params;
 } scene;
 
-/* Far views leave most of the picture empty, near ones have ellipses of many levels. */
+/* Far views leave most of the picture empty; near views have ellipses of many levels. */
 static const scene scenes[] = {
     {.name = "gauss", .width = 301, .height = 199},
     {.name = "box", .width = 97, .height = 401, .params = {.reconstruct = STP_RECONSTRUCT_BOX}},
@@ -50,8 +50,8 @@ static size_t covered(const uint8_t *rgba, size_t pixels)
     return count;
 }
 
-/* Streaming pictures are drawn until nothing more comes and nothing fades. Returns how many samples
- * were drawn. */
+/* Draws; a streaming picture is drawn until nothing more comes and nothing fades. Returns the
+ * number of samples drawn. */
 static uint64_t draw(gl_fixture *f, const stp_view *view, const stp_draw_params *params,
                      uint8_t *out)
 {
@@ -91,9 +91,9 @@ static void same_bytes(void **state)
             uint64_t emitted = draw(rasterised, &view, &params, pictures[0]);
             params.lod = STP_LOD_COMPUTE;
             uint64_t placed = draw(&computed, &view, &params, pictures[1]);
-            assert_true(k % 2 || emitted == placed); /* CPU: what it lists */
+            assert_true(k % 2 || emitted == placed); /* the CPU counts what it lists */
             compare(s, pictures[0], pictures[1], pixels);
-            draw(rasterised, &view, &params, pictures[1]); /* where rasterised passes left things */
+            draw(rasterised, &view, &params, pictures[1]); /* after rasterised passes */
             compare(s, pictures[0], pictures[1], pixels);
             drawn += covered(pictures[0], pixels);
         }
@@ -104,7 +104,7 @@ static void same_bytes(void **state)
     gl_fixture_close(&computed);
 }
 
-/* A plane seen head-on, some ten samples a pixel: whoever wins a pixel wins a tie. */
+/* A plane seen head-on, with some ten samples per pixel: most pixels are decided by ties. */
 static void any_memory(void **state)
 {
     (void)state;
@@ -124,7 +124,7 @@ static void any_memory(void **state)
                                                             .thread_count = 2,
                                                             .gpu_memory_bytes = budgets[b]},
                                      err));
-        for (int k = 0; k < 6; k++) { /* the oblique view between two moves chunks */
+        for (int k = 0; k < 6; k++) { /* the oblique views between move chunks */
             const stp_dvec3 from = {0.0, k % 3 == 1 ? 1.0 : 0.0, 1.0};
             stp_camera camera = stp_camera_around(
                 &roomy.model->ball, from, (stp_dvec3){1.0, 0.0, 0.0}, 45.0, s.width, s.height);

@@ -1,20 +1,21 @@
-/* Half a mesh, half points: a ball whose one side is stored as triangles by prep's own rule. From
- * 26 directions no pixel at the seam shows the background or the ball's far side. */
+/* Tests the seam between triangles and points: one half of a ball is stored as triangles by prep's
+ * own rule. From 26 directions no pixel at the seam may show the background or the ball's far side.
+ */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/views.h"
 
-/* Quads around the x axis: few rings of wide ones for x < 0, many of small ones for x > 0; at x = 0
- * fans of triangles join the two. */
+/* Quads around the x axis: few rings of wide quads for x < 0, many rings of small quads for x > 0.
+ * At x = 0 fans of triangles join the two. */
 enum { WIDE_AROUND = 60, WIDE_RINGS = 6, FINE_AROUND = 480, FINE_RINGS = 120 };
 enum { FAN = FINE_AROUND / WIDE_AROUND, FINE_VERTICES = FINE_AROUND * (FINE_RINGS + 1) };
 
-/* Pixels that are judged: so near to the seam, and so far inside the outline. */
+/* A pixel is judged if it is near enough to the seam and far enough inside the outline. */
 #define BAND 0.2
 #define INSIDE_PX 2.0
-/* Farther behind the ball than that is its far side; the wide triangles lie up to 0.14 inside, seen
- * at the outline. */
+/* A surface this much behind the ball is its far side. At the outline, the wide triangles lie up to
+ * 0.14 inside the ball. */
 #define DEPTH_OFF 0.25
 
 static void write_ring(FILE *file, int around, double angle, double side)
@@ -26,7 +27,7 @@ static void write_ring(FILE *file, int around, double angle, double side)
     }
 }
 
-/* Number of a vertex of a ring; the wide ones begin at ring 1. */
+/* The number of a vertex in a ring; the wide rings begin at ring 1. */
 static int fine(int ring, int k)
 {
     return 1 + ring * FINE_AROUND + k % FINE_AROUND;
@@ -64,7 +65,7 @@ static void write_ball(const char *path)
     assert_int_equal(fclose(file), 0);
 }
 
-/* The ball through prep, as --hybrid takes it. */
+/* Runs the ball through prep as --hybrid does. */
 static void build(const char *path)
 {
     const stp_scan_params params = {.hybrid = true};
@@ -88,7 +89,7 @@ static void build(const char *path)
     free(points.points);
 }
 
-/* Depth of the unit ball at a pixel near the seam; 0 where it is not judged. */
+/* The depth of the unit ball at a pixel near the seam; 0: the pixel is not judged. */
 static double depth_at(const stp_view *view, int x, int y)
 {
     stp_dvec3 c = reference_to_eye(view, (stp_dvec3){0.0, 0.0, 0.0});
@@ -137,7 +138,7 @@ static void no_seam(void **state)
     build("ball.stipple");
     gl_fixture_open(&f, "ball.stipple", NULL);
     for (int m = 0; m < 4; m++)
-        for (int size = 150; size <= (m < 2 ? 450 : 150); size += 300) { /* templates take long */
+        for (int size = 150; size <= (m < 2 ? 450 : 150); size += 300) { /* templates are slow */
             tally sum = {0};
             for (int v = 0; v < VIEWS_DIRECTIONS; v++) {
                 stp_view view = views_get(v, &f.model->ball, NULL, 0, size, size);
@@ -149,7 +150,7 @@ static void no_seam(void **state)
                           (int)modes[m], size, sum.judged, sum.background, sum.far_side);
             assert_true(sum.judged > 20000);
             size_t holes = sum.background + sum.far_side;
-            if (modes[m] == STP_RECONSTRUCT_TEMPLATE5) /* which leaves pinholes in points, too */
+            if (modes[m] == STP_RECONSTRUCT_TEMPLATE5) /* it leaves pinholes in points too */
                 assert_true(holes < sum.judged / 1000);
             else
                 assert_int_equal(holes, 0);

@@ -1,6 +1,6 @@
-/* Segments and triangles in the picture against geometry: where they are seen, which is in front
- * where they pass through each other and through points, what the clip box and the near plane cut
- * off and classes hide, and that every road gives the same picture. */
+/* Tests segments and triangles in the picture against geometry: where they are visible, and which
+ * is in front if they cross each other or points. Tests also what the clip box, the near plane and
+ * hidden classes remove, and that every road gives the same picture. */
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/line_fixture.h"
@@ -17,7 +17,7 @@ static const stp_reconstruct modes[] = {STP_RECONSTRUCT_GAUSS,     STP_RECONSTRU
                                         STP_RECONSTRUCT_TEMPLATE7, STP_RECONSTRUCT_SPLAT};
 enum { MODE_COUNT = sizeof modes / sizeof *modes };
 
-/* Of the pixels, how many may be holes: windows of three take in little more than pixels. */
+/* The share of pixels that may be holes: windows of three reach little more than a pixel. */
 static double holes_allowed(stp_reconstruct mode)
 {
     return mode == STP_RECONSTRUCT_TEMPLATE3 ? 0.05 : 0.005;
@@ -31,7 +31,7 @@ static void paint(uint16_t rgb[3], unsigned channel)
         rgb[c] = c == channel ? 65535 : 0;
 }
 
-/* Straight lines of so many vertices each; their ends are the caller's. */
+/* Makes straight lines with `each` vertices; `ends` are their ends. */
 static stp_line_set lines_make(uint64_t count, uint64_t each, stp_line_kind kind,
                                const stp_dvec3 (*ends)[2], float radius)
 {
@@ -51,7 +51,7 @@ static stp_line_set lines_make(uint64_t count, uint64_t each, stp_line_kind kind
     return out;
 }
 
-/* Two triangles, blue, class 9. */
+/* A square of two triangles, blue, class 9. */
 static stp_triangle_set square_make(const stp_dvec3 corners[4])
 {
     static const uint32_t both[2][3] = {{0, 1, 2}, {0, 2, 3}};
@@ -103,21 +103,21 @@ static void draw(scene *s, const stp_draw_params *params)
     gl_fixture_draw(&s->f, &s->view, params, NULL, s->rgba);
 }
 
-/* The ray through the middle of pixel i, of a depth of 1, in eye space. */
+/* The ray in eye space through the centre of pixel i, with depth 1. */
 static stp_dvec3 ray_of(const stp_view *view, int i)
 {
     return (stp_dvec3){(i % SIZE + 0.5 - 0.5 * SIZE) / view->f,
                        (i / SIZE + 0.5 - 0.5 * SIZE) / view->f, -1.0};
 }
 
-/* ---- what passes through what ---- */
+/* ---- shapes that cross ---- */
 
 #define RIBBON_HALF 0.05
 #define RIBBON_GAP 0.25
-/* Surfaces that are less than about a disc's radius apart are taken to be one. */
+/* Surfaces that are closer than about a disc's radius count as one. */
 #define DEPTH_MARGIN 0.1
 
-/* Points at z = -x where y > 0, ribbons along x at z = x, triangles at z = 0. */
+/* Points at z = -x where y > 0, ribbons along x at z = x, and triangles at z = 0. */
 static void open_order(scene *s)
 {
     static const stp_dvec3 square[4] = {
@@ -145,12 +145,12 @@ static void open_order(scene *s)
     stp_triangle_set_clear(&triangles);
 }
 
-/* The frontmost at a pixel: red, green, blue, or -1 where nothing is or a border is near. */
+/* The front surface at a pixel: red, green, blue; -1: nothing is there or a border is near. */
 static int front_of(const stp_view *view, int i)
 {
     const double margin = 3.0 * EYE_Z / view->f;
     stp_dvec3 ray = ray_of(view, i);
-    /* Through (0, 0, 4) along ray: where z = x, z = 0, z = -x. */
+    /* the ray through (0, 0, 4) meets z = x, z = 0 and z = -x */
     double ribbon = EYE_Z / (1.0 + ray.x), plane = EYE_Z, point = EYE_Z / (1.0 - ray.x);
     double x[3] = {ray.x * point, ray.x * ribbon, ray.x * plane};
     double y[3] = {ray.y * point, ray.y * ribbon, ray.y * plane}, least = INFINITY;
@@ -203,7 +203,7 @@ static void order(void **state)
                       (int)modes[m], judged[0], judged[1], judged[2], wrong, holes);
         for (int k = 0; k < 3; k++)
             assert_true(judged[k] > 800);
-        if (modes[m] != STP_RECONSTRUCT_TEMPLATE3) /* through its holes one sees what is behind */
+        if (modes[m] != STP_RECONSTRUCT_TEMPLATE3) /* it has holes, which show what is behind */
             assert_int_equal(wrong, 0);
         assert_true(wrong + holes <= holes_allowed(modes[m]) * all);
     }
@@ -219,7 +219,7 @@ static double left_of(const double a[2], const double b[2], const double p[2])
     return (x * (p[1] - a[1]) - y * (p[0] - a[0])) / hypot(x, y);
 }
 
-/* A square that leans back covers the pixels whose middles it holds, and no other. */
+/* A square that leans back must cover the pixels whose centres it contains, and no others. */
 static void triangles_cover(void **state)
 {
     (void)state;
@@ -252,8 +252,8 @@ static void triangles_cover(void **state)
     close_scene(&s);
 }
 
-/* A ribbon of two vertices that leans back covers what its card covers: its ends are square,
- * whatever reconstructs it. The lattice moves an edge by some pixels' tenths. */
+/* A ribbon of two vertices that leans back must cover what its card covers: any reconstruction
+ * gives it square ends. The lattice moves an edge by some tenths of a pixel. */
 static void ribbon_is_a_card(void **state)
 {
     (void)state;
@@ -294,7 +294,7 @@ static void ribbon_is_a_card(void **state)
     close_scene(&s);
 }
 
-/* Tangent of the angle by which a ray of depth 1 misses a segment, both from the eye. */
+/* The tangent of the angle by which a ray of depth 1 misses a segment; both start from the eye. */
 static double away_from(stp_dvec3 a, stp_dvec3 b, stp_dvec3 ray)
 {
     enum { STEPS = 400 };
@@ -308,8 +308,8 @@ static double away_from(stp_dvec3 a, stp_dvec3 b, stp_dvec3 ray)
     return least;
 }
 
-/* A tube of constant image width: its radius grows with its depth. What is nearer to its axis is
- * covered, what is farther is not. */
+/* A tube of constant width in the picture: its radius grows with its depth. Pixels nearer to its
+ * axis must be covered, pixels farther away must not. */
 static void judge_tube(stp_dvec3 from, stp_dvec3 to, double slack)
 {
     enum { EACH = 41 };
@@ -321,7 +321,7 @@ static void judge_tube(stp_dvec3 from, stp_dvec3 to, double slack)
         set.vertices[i].radius = (float)(angle * fabs(EYE_Z - set.vertices[i].position.z));
     open_shapes(&s, NULL, &set, NULL);
     const stp_dvec3 eye = {0.0, 0.0, EYE_Z};
-    double *off = calloc(PIXELS, sizeof *off); /* of the outline, pixels */
+    double *off = calloc(PIXELS, sizeof *off); /* from the outline, in pixels */
     for (int i = 0; i < PIXELS; i++)
         off[i] = s.view.f *
                  (away_from(stp_dvec3_sub(from, eye), stp_dvec3_sub(to, eye), ray_of(&s.view, i)) -
@@ -351,14 +351,14 @@ static void tube_covers(void **state)
     judge_tube((stp_dvec3){-0.8, -0.5, 0.3}, (stp_dvec3){0.9, 0.7, -0.8}, 1.6);
 }
 
-/* From in front of the eye to behind it. */
+/* The tube runs from in front of the eye to behind it. */
 static void tube_passes_the_eye(void **state)
 {
     (void)state;
     judge_tube((stp_dvec3){-0.6, -0.5, 0.0}, (stp_dvec3){1.6, 1.0, EYE_Z + 2.0}, 2.5);
 }
 
-/* ---- cut off, hidden, by every road ---- */
+/* ---- clipped and hidden, by every road ---- */
 
 static void judge_clip(stp_reconstruct mode)
 {
@@ -369,7 +369,7 @@ static void judge_clip(stp_reconstruct mode)
     size_t before = gl_fixture_covered(s.rgba, PIXELS), beyond = 0, missed = 0;
     params.clip = (stp_clip){true, {{-0.31, -2.0, -0.01}, {0.47, 2.0, 0.01}}};
     draw(&s, &params);
-    for (int i = 0; i < PIXELS; i++) { /* the square in z = 0 */
+    for (int i = 0; i < PIXELS; i++) { /* the square at z = 0 */
         stp_dvec3 ray = ray_of(&s.view, i);
         double x = EYE_Z * ray.x, y = EYE_Z * ray.y, off = 0.02;
         bool in = x > -0.31 + off && x < 0.47 - off && fabs(y) < 1.0 - off;
@@ -395,7 +395,7 @@ static void judge_classes(stp_reconstruct mode)
     scene s = {0};
     open_order(&s);
     stp_draw_params params = {.reconstruct = mode, .shade = STP_SHADE_LAMBERT};
-    params.hidden_classes[0] = 1u << 9 | 1u << 4; /* the square, the ribbon in the middle */
+    params.hidden_classes[0] = 1u << 9 | 1u << 4; /* the square, the middle ribbon */
     size_t green[2] = {0, 0}, blue = 0;
     draw(&s, &params);
     for (int i = 0; i < PIXELS; i++) {
@@ -416,7 +416,7 @@ static void classes_hide(void **state)
     judge_classes(STP_RECONSTRUCT_SPLAT);
 }
 
-/* From around, by the other roads; every: sample, by all. */
+/* Draws views from around with the other roads. every: all of them draw every sample. */
 static void compare_roads(scene *s, stp_reconstruct mode, bool every)
 {
     static const stp_lod roads[] = {STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
@@ -449,7 +449,8 @@ static void roads_agree(void **state)
     close_scene(&s);
 }
 
-/* A file that has shapes and says it has none is damaged: its chunks are missing, by every road. */
+/* If a file has shapes but its header says that it has none, it is damaged: no road draws these
+ * chunks. */
 static void header_denies_them(void **state)
 {
     (void)state;
@@ -478,7 +479,7 @@ static void header_denies_them(void **state)
     close_scene(&s);
 }
 
-/* A pick on a ribbon, and one on a triangle: on it, and what it begins with. */
+/* Picks on ribbons and triangles must hit the shape, and give its class if the sample is known. */
 static void picks_hit(void **state)
 {
     (void)state;
@@ -496,7 +497,7 @@ static void picks_hit(void **state)
         double z = front == 1 ? pick.position.x : 0.0;
         assert_true(fabs(pick.position.z - z) < RIBBON_HALF);
         picked[front]++;
-        if (pick.level < 0) /* a coarse pixel's sample may not be known */
+        if (pick.level < 0) /* a coarse pixel's sample may be unknown */
             continue;
         assert_true(front == 2 ? pick.class_id == 9 : pick.class_id >= 1 && pick.class_id <= 7);
     }

@@ -1,7 +1,7 @@
-/* Splats drawn in several passes, for want of memory, are those drawn at once: all fronts are found
- * before any splat is added. Waiting and streaming, to the last bit, since sums are exact. And
- * discs of up to thousands of pixels, oblique and around the eye, cover what they should, by every
- * road. */
+/* Tests that splats drawn in several passes, because memory is short, equal splats drawn at once:
+ * all fronts are found before any splat is added. Sums are exact, so the pictures are equal to the
+ * last bit, waiting or streaming. Tests also that discs of up to thousands of pixels, oblique or
+ * around the eye, cover the right pixels with every road. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -65,13 +65,13 @@ static void passes_are_the_whole(void **state)
 
 /* ---- large discs ---- */
 
-/* Half the side of a box around a disc's centre that holds no other's, of its radius. */
+/* Half the side of a box around a disc's centre, in its radii; the box contains no other centre. */
 #define ALONE 1e-3
-/* How near to the rim, in q, or to the near plane, a pixel may be either. */
+/* A pixel this near to the rim (in q) or to the near plane may be covered or not. */
 #define EITHER 4e-3
 
-/* A view of a disc as large as this, turned by an angle from its normal; it is not in the middle.
- */
+/* A view that shows the disc with this radius, turned from its normal by an angle. The disc is not
+ * in the middle. */
 static stp_view large_view(const promise_disc *disc, const stp_ball *ball, double radius_px,
                            double fovy_deg, double angle)
 {
@@ -87,7 +87,7 @@ static stp_view large_view(const promise_disc *disc, const stp_ball *ball, doubl
     return views_look(eye, look, fovy_deg, ball, SIZE, SIZE);
 }
 
-/* The one drawn disc, as a pixel. */
+/* Returns the one drawn disc as a pixel. */
 static reference_pixel only_disc(gl_fixture *f, const promise_disc *disc, reference_pyramid *r)
 {
     size_t found_count = 0;
@@ -105,7 +105,8 @@ static reference_pixel only_disc(gl_fixture *f, const promise_disc *disc, refere
     return p;
 }
 
-/* Compares which pixels are covered; adds up those that are, and those that are not. */
+/* Compares each pixel with the disc; counts those left out in sums[0] and those covered in
+ * sums[1]. */
 static void check_cover(const reference_pyramid *r, const reference_pixel *p, size_t sums[2])
 {
     for (int j = 0; j < SIZE; j++)

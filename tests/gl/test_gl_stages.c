@@ -1,5 +1,6 @@
-/* What a frame that is timed says of its stages: those that it has and no others, no longer than
- * the frame took; one that is not timed says nothing. The picture is the same. */
+/* Tests the times of a frame's stages: a timed frame names the stages that it has and no others,
+ * and they take no longer than the frame. An untimed frame names none. Both draw the same picture.
+ */
 #include "tests/fixtures/gl_model.h"
 #include "tests/support/views.h"
 
@@ -18,7 +19,7 @@ enum {
     ALWAYS = PROJECT | RESOLVE | FINISH
 };
 
-/* The GPU's clock is another than the CPU's: so much more is the same. */
+/* The GPU's clock differs from the CPU's; this difference is allowed. */
 #define CLOCK_SLACK 0.02
 #define CLOCK_SLACK_MS 0.1
 

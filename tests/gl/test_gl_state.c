@@ -1,5 +1,5 @@
-/* A host application's OpenGL state: every call leaves it as it was, however the host has set it,
- * and the picture is the same, byte by byte, as in a context that nobody touched. */
+/* Tests a host application's OpenGL state: whatever the host has set, every call leaves it as it
+ * was, and the picture equals, byte by byte, the picture in an untouched context. */
 #include "runtime/gl/gl_state.h"
 #include "tests/fixtures/gl_dump.h"
 #include "tests/fixtures/gl_fixture.h"
@@ -58,8 +58,8 @@ static void make_objects(host *h)
     glTextureBuffer(h->texels, GL_RGBA32F, h->buffers[7]);
     glNamedFramebufferTexture(h->frame, GL_COLOR_ATTACHMENT0, h->colour, 0);
     glNamedFramebufferTexture(h->frame, GL_DEPTH_STENCIL_ATTACHMENT, h->depth, 0);
-    /* Also makes the driver count its stencil bits, to which it clamps what it says of the state.
-     */
+    /* the check also lets the driver count its stencil bits, to which it clamps the state that it
+     * reports */
     assert_int_equal(glCheckNamedFramebufferStatus(h->frame, GL_FRAMEBUFFER),
                      GL_FRAMEBUFFER_COMPLETE);
     glClearTexImage(h->colour, 0, GL_RGBA, GL_UNSIGNED_BYTE, NULL);
@@ -67,7 +67,7 @@ static void make_objects(host *h)
     glNamedFramebufferReadBuffer(h->other_frame, GL_COLOR_ATTACHMENT1);
 }
 
-/* Everything that switches, on. */
+/* Turns on everything that can be switched. */
 static void set_switches(void)
 {
     static const GLenum on[] = {GL_BLEND,
@@ -101,7 +101,7 @@ static void set_switches(void)
         glEnable(GL_CLIP_DISTANCE0 + i);
 }
 
-/* Everything that says where and how, otherwise. */
+/* Changes everything that decides where and how to draw. */
 static void set_raster(void)
 {
     for (GLuint i = 0; i < 16; i++) {
@@ -181,7 +181,7 @@ static void set_bindings(const host *h)
     glUseProgram(h->program);
 }
 
-/* Feedback that runs, and a query. */
+/* Starts transform feedback and a query. */
 static void begin_running(const host *h)
 {
     glBindTransformFeedback(GL_TRANSFORM_FEEDBACK, h->feedback);
@@ -216,7 +216,7 @@ static stp_view make_view(const stp_model *model, bool orthographic)
     return view;
 }
 
-/* Depth at some pixels, all of them together, and a picture after each other. */
+/* A picture, and the depths at some pixels. */
 typedef struct outcome {
     uint8_t rgba[4 * SIZE * SIZE];
     float depth[16];
@@ -242,7 +242,7 @@ static const stp_draw_params drawn[] = {
 };
 #define DRAWN ((int)(sizeof drawn / sizeof *drawn))
 
-/* Each picture, checking the state after each call where before is given. */
+/* Draws each picture. If `before` is given, checks the state after each call. */
 static void draw_all(gl_fixture *f, outcome *out, gl_dump *before)
 {
     for (int i = 0; i < DRAWN; i++) {
@@ -267,7 +267,7 @@ static outcome *clean_outcomes(void)
     return clean;
 }
 
-/* The same calls in a context that a host has turned upside down. */
+/* Makes the same calls in a context where a host has changed everything. */
 static void perverse_host(void **state)
 {
     (void)state;
@@ -307,7 +307,7 @@ static void perverse_host(void **state)
     free(clean);
 }
 
-/* What the host's framebuffer holds: nothing, or green where the model is. */
+/* The host's framebuffer must hold nothing, or green where the model is. */
 static void check_colour(const host *h, bool green)
 {
     uint8_t pixels[4 * SIZE * SIZE];
@@ -322,8 +322,9 @@ static void check_colour(const host *h, bool green)
     assert_true(green ? found[1] > 1000 : found[1] == 0);
 }
 
-/* Into the host's framebuffer: the host's running feedback and query are as before, and so is all
- * else; what the host has set to decide where pixels land is obeyed. */
+/* Draws into the host's framebuffer. The host's running feedback and query must go on, and
+ * everything else must stay. The host's settings that decide which pixels may be written must be
+ * obeyed. */
 static void drawing_into(void **state)
 {
     (void)state;
@@ -345,7 +346,7 @@ static void drawing_into(void **state)
     stp_ball ball = stp_model_ball(f.model);
     check_ok(stp_view_from_matrices(&view, model_view, projection, &ball, SIZE, SIZE, err));
     for (int i = 0; i < 2; i++) {
-        /* First nothing passes; then everything, but the colour mask lets green alone through. */
+        /* at first nothing passes; then everything does, but the colour mask admits green alone */
         if (i == 1) {
             glDisable(GL_STENCIL_TEST);
             glDisable(GL_DEPTH_TEST);
@@ -366,7 +367,7 @@ static void drawing_into(void **state)
     gl_fixture_close(&f);
 }
 
-/* Errors of the host's are none of ours. */
+/* Errors that the host left pending must not be taken for ours. */
 static void pending_errors(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* A flight while chunks stream: at every frame each part of the surface is drawn exactly once,
- * memory stays within what was given, nothing that was covered is uncovered while the camera rests,
- * and every stop ends at the bytes of a picture that waited. */
+/* Tests a flight while chunks stream. At every frame each part of the surface is drawn exactly
+ * once, and memory stays within its budgets. While the camera rests, covered pixels stay covered.
+ * Every stop ends with the same bytes as a picture that waited. */
 #include "formats/chunk/repair/repair.h"
 #include "preprocess/tree/rebuild.h"
 #include "tests/fixtures/gl_fixture.h"
@@ -18,9 +18,9 @@ static const char path[] = "stream.stipple";
 
 typedef struct flight {
     stp_model *model;
-    model_layer *layers; /* by chunk */
-    size_t parted;       /* leaf patches that a patch above stood for while their chunk was drawn */
-    size_t parted_passes; /* cuts in passes of which that may be so */
+    model_layer *layers;  /* by chunk */
+    size_t parted;        /* leaf patches drawn by a patch above while their chunk was drawn */
+    size_t parted_passes; /* frames in passes where that may be so */
     stp_renderer *streaming, *waiting;
     stp_renderer_params params;
 } flight;
@@ -43,7 +43,7 @@ static void land(flight *f)
 
 /* ---- the cut ---- */
 
-/* The draw of each chunk, NULL for none; free with free(). */
+/* Lists the draw of each chunk, NULL for none; free it with free(). */
 static const stp_draw **list_draws(const stp_model *model, const stp_cut *cut)
 {
     const stp_draw **draws = calloc(model->info->chunk_count, sizeof *draws);
@@ -55,7 +55,8 @@ static const stp_draw **list_draws(const stp_model *model, const stp_cut *cut)
     return draws;
 }
 
-/* How often the surface of a leaf's patch is drawn: by itself, and by patches that stand for it. */
+/* How often the surface of a leaf's patch is drawn, by itself and by patches that stand for it.
+ * *above counts the latter. */
 static unsigned times_drawn(const flight *f, const stp_draw *const *draws, uint32_t chunk,
                             uint32_t patch, unsigned *above)
 {
@@ -74,7 +75,7 @@ static unsigned times_drawn(const flight *f, const stp_draw *const *draws, uint3
     return times;
 }
 
-/* Whether some point of a leaf's patch is in the picture and turned to the eye. */
+/* Whether some point of a leaf's patch is in the picture and faces the eye. */
 static bool is_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk, const model_layer *l,
                        uint32_t patch)
 {
@@ -88,7 +89,7 @@ static bool is_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk, c
     return false;
 }
 
-/* What of a leaf is in sight is drawn once, and nothing twice. */
+/* Each patch of a leaf must be drawn at most once, and exactly once if it is visible. */
 static void check_leaf(flight *f, const stp_draw *const *draws, uint32_t id)
 {
     const stp_chunk_entry *e = &f->model->entries[id];
@@ -141,7 +142,8 @@ static void draw(stp_renderer *r, const stp_view *view, const stp_draw_params *p
     check_ok(stp_renderer_read(r, rgba, err));
 }
 
-/* Frames at one view until nothing changes; the bytes must be those of the picture that waited. */
+/* Draws frames of one view until nothing changes; the bytes must be those of the picture that
+ * waited. */
 static void stop(flight *f, const stp_view *view, const stp_draw_params *params,
                  const stp_draw_params *waiting, bool every)
 {
@@ -149,7 +151,7 @@ static void stop(flight *f, const stp_view *view, const stp_draw_params *params,
     stp_draw_stats stats = {0}, whole;
     draw(f->waiting, view, waiting, expected, &whole);
     size_t covered = count_covered(expected);
-    /* of a chunk that is drawn whole, the first frame may keep it a little longer */
+    /* the first frame may keep a chunk a little longer */
     for (int frame = 0; frame < 2 || !(every ? stats.every_sample : stats.cut_complete); frame++) {
         assert_true(frame < FRAMES_LIMIT);
         draw(f->streaming, view, params, found, &stats);
@@ -162,7 +164,7 @@ static void stop(flight *f, const stp_view *view, const stp_draw_params *params,
     }
     assert_memory_equal(found, expected, sizeof found);
     f->parted_passes += stats.passes > 1 && stp_renderer_inspect(f->streaming).cut->link_count > 0;
-    draw(f->streaming, view, params, found, &stats); /* and stays */
+    draw(f->streaming, view, params, found, &stats); /* it stays */
     assert_memory_equal(found, expected, sizeof found);
 }
 
@@ -196,7 +198,8 @@ static void fly(flight *f, const stp_draw_params *params, const stp_draw_params 
     }
 }
 
-/* Over one model, with budgets from roomy to less than one cut, which then comes in passes. */
+/* Flies over one model with several budgets: from roomy to less than one cut, which then comes in
+ * passes. */
 static void fly_budgets(flight *f)
 {
     static const uint64_t budgets[][2] = {{256, 256}, {24, 24}, {TEST_SIZE(10, 8), 16}};
@@ -228,7 +231,7 @@ static void flights(void **state)
     assert_true(f.parted_passes > 0);
 }
 
-/* Rebuilds an inner chunk, and with it those above: they are not linked then, others are. */
+/* Rebuilds an inner chunk and those above it: these chunks are then not linked, but others are. */
 static void rebuild_one(const stp_model *model, uint32_t id, const char *output)
 {
     static const uint8_t garbage[16] = {0x5a, 0xa5, 0x5a, 0xa5, 0x5a, 0xa5, 0x5a, 0xa5};
@@ -248,7 +251,7 @@ static void rebuild_one(const stp_model *model, uint32_t id, const char *output)
     stp_pool_destroy(&pool);
 }
 
-/* The same over a file of which some chunks are not linked. */
+/* Flies over a file with some chunks that are not linked. */
 static void repaired(void **state)
 {
     flight f = {0};
@@ -267,7 +270,7 @@ static void repaired(void **state)
     stp_model_close(&f.model);
 }
 
-/* A picture at rest goes on to every sample, and says so. */
+/* A picture at rest must go on to every sample and say so. */
 static void refined(void **state)
 {
     flight f = {.model = *state};
@@ -283,8 +286,8 @@ static void refined(void **state)
     land(&f);
 }
 
-/* Several models in one scene: the picture of both is, pixel by pixel, one of the two, and hiding
- * one leaves the other's bytes. */
+/* Two models in one scene: each pixel of their picture must equal the pixel of one of the models.
+ * If one model is hidden, the other's bytes remain. */
 static void scenes(void **state)
 {
     static uint8_t one[4 * PIXELS], both[4 * PIXELS];

@@ -1,7 +1,6 @@
-/* Streaming meets what goes wrong: damaged chunks, a server that fails, no memory to decode, sizes
- * and settings that change with each frame. Each ends, and in the picture of a renderer that
- * waited.
- */
+/* Tests streaming when something goes wrong: damaged chunks, a failing server, no memory to decode,
+ * sizes and settings that change at each frame. Each must come to an end, with the picture of a
+ * renderer that waited. */
 #include "tests/fixtures/chunk_fixture.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
@@ -39,7 +38,7 @@ static void read_picture(stp_renderer *r, uint8_t *rgba)
     check_ok(stp_renderer_read(r, rgba, err));
 }
 
-/* Frames of one view until it says that no more comes. */
+/* Draws frames of one view until no more comes. */
 static stp_draw_stats rest(stp_renderer *r, const stp_view *view, const stp_draw_params *params)
 {
     stp_draw_stats stats = {0};
@@ -53,7 +52,7 @@ static stp_draw_stats rest(stp_renderer *r, const stp_view *view, const stp_draw
     return stats;
 }
 
-/* What streams comes to rest at the picture of one that waits. */
+/* A streaming renderer must come to rest at the picture of one that waits. */
 static void check_rest(stp_renderer *streaming, const stp_model *model, const stp_view *view,
                        const stp_draw_params *params, stp_draw_stats *stats)
 {
@@ -71,7 +70,7 @@ static void check_rest(stp_renderer *streaming, const stp_model *model, const st
 
 /* ---- damage ---- */
 
-/* Swaps some bytes of a chunk's first segment with those given. */
+/* Swaps some bytes of a chunk's first segment with `bytes`. */
 static void swap_bytes(const stp_chunk_entry *e, uint8_t bytes[DAMAGE_BYTES])
 {
     uint8_t before[DAMAGE_BYTES];
@@ -84,8 +83,8 @@ static void swap_bytes(const stp_chunk_entry *e, uint8_t bytes[DAMAGE_BYTES])
     close(file);
 }
 
-/* A damaged chunk is read once or twice, not for ever; then its parent stands for it, and a still
- * picture goes on to every other sample. */
+/* A damaged chunk must be read once or twice, not for ever. Then its parent stands for it, and a
+ * picture at rest goes on to every other sample. */
 static void damage_is_met_once(void **state)
 {
     const stp_model *model = *state;
@@ -143,7 +142,8 @@ static void order(remote *x, fault_kind kind)
     fault_server_order(&x->server, &(fault_orders){.kind = kind, .count = UINT32_MAX, .code = 503});
 }
 
-/* While the server fails frames go on, and nothing is taken for damaged; then it all comes. */
+/* While the server fails, frames must go on, and no chunk may count as damaged; later all chunks
+ * come. */
 static void outages_pass(void **state)
 {
     static const fault_kind kinds[] = {FAULT_STATUS, FAULT_WHOLE};
@@ -174,7 +174,7 @@ static void outages_pass(void **state)
     }
 }
 
-/* A picture that waits fails with a sentence, as often as the server does, and not once more. */
+/* A waiting picture must fail with a message as long as the server fails, and no longer. */
 static void waiting_fails_and_goes_on(void **state)
 {
     static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
@@ -198,7 +198,7 @@ static void waiting_fails_and_goes_on(void **state)
     disconnect(&x);
 }
 
-/* Neither new models nor the end wait for a server that is silent for minutes. */
+/* If a server is silent for minutes, neither new models nor the program's end may wait for it. */
 static void silence_holds_nothing_up(void **state)
 {
     const stp_model *const models[] = {*state};
@@ -222,9 +222,9 @@ static void silence_holds_nothing_up(void **state)
 
 /* ---- no memory ---- */
 
-/* The linker puts these before the functions that read and decode chunks (CMakeLists.txt): a read
- * may take a while, so that a picture asks for the next chunk before it is there; a decoder may
- * find no memory, after a while, too. */
+/* The linker puts these functions before those that read and decode chunks (CMakeLists.txt). A read
+ * may be slow, so that a picture asks for the next chunk before it has this one. A decoder may run
+ * out of memory, also after a while. */
 #define SLOW_READ_US 20000
 #define SLOW_FAILURE_US 200000
 static atomic_bool reads_are_slow, next_decode_fails;
@@ -258,9 +258,9 @@ stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int f
     return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to decode chunk %u", id);
 }
 
-/* A waiting picture fails with a sentence where one of its chunks does, also one that it no longer
- * asks for as it is being decoded, and one that a streaming picture began to read; the next picture
- * is whole. */
+/* A waiting picture must fail with a message if one of its chunks fails. The chunk may be one that
+ * the picture no longer wants, or one that a streaming picture began to read. The next picture must
+ * be complete. */
 static void no_memory_ends_a_waiting_picture(void **state)
 {
     static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
@@ -289,7 +289,7 @@ static void no_memory_ends_a_waiting_picture(void **state)
     }
 }
 
-/* What fails of a streaming picture's is no failure of the waiting one after it. */
+/* A failure in a streaming picture must not fail the waiting picture after it. */
 static void no_memory_before_is_old_news(void **state)
 {
     stp_draw_params params = {.threshold_px = 0.2, .stream = true};
@@ -312,7 +312,7 @@ static void no_memory_before_is_old_news(void **state)
 
 /* ---- a scene ---- */
 
-/* Models of which none can be read any more: drawing says so until there are others. */
+/* If none of the models can be read any more, drawing says so until there are other models. */
 static void no_model_is_left(void **state)
 {
     const stp_model *const models[] = {*state};
@@ -339,7 +339,7 @@ static void no_model_is_left(void **state)
     stp_renderer_destroy(&r);
 }
 
-/* One model as often as a scene holds models is the picture of one. */
+/* A scene that holds one model as often as it can must draw the picture of one. */
 static void one_model_many_times(void **state)
 {
     const stp_model *models[32];
@@ -361,9 +361,10 @@ static void one_model_many_times(void **state)
     stp_renderer_destroy(&r);
 }
 
-/* ---- what changes with each frame ---- */
+/* ---- changes at each frame ---- */
 
-/* Size, road, reconstruction, shading: no frame fails, and rest is as ever. */
+/* Size, road, reconstruction and shading change: no frame may fail, and at rest the picture is the
+ * usual one. */
 static void all_changes_each_frame(void **state)
 {
     static const int sizes[][2] = {{SIZE, SIZE}, {1, 1}, {1, 300}, {301, 1}, {64, 65}, {2, 3}};
@@ -390,7 +391,7 @@ static void all_changes_each_frame(void **state)
     stp_renderer_destroy(&r);
 }
 
-/* What cannot be drawn is refused by a sentence, and the last picture stays. */
+/* Invalid parameters must be refused with a message, and the last picture stays. */
 static void nonsense_is_refused(void **state)
 {
     static const double fades[] = {NAN, -0.1, 1.0, 2.0, INFINITY};

@@ -1,5 +1,5 @@
-/* The terms of the error rule: each makes levels finer alone, colours count where they are shown,
- * and on a painted wall, which has no other error, they are worth their points. */
+/* Tests the terms of the error rule: each alone makes levels finer. The colour term counts only if
+ * colours are shown. On a painted wall, which has no other error, it earns its points. */
 #include "tests/fixtures/gl_model.h"
 
 enum { SIZE = 256 };
@@ -13,7 +13,7 @@ static stp_view look_at(const gl_fixture *f, double x, double y, double z)
     return view;
 }
 
-/* Samples drawn, which are within the threshold. */
+/* The number of samples drawn, all within the threshold. */
 static uint64_t points_of(const gl_fixture *f, const stp_view *view, stp_draw_params params,
                           uint32_t terms)
 {
@@ -67,7 +67,7 @@ static void colours_count_where_they_are_shown(void **state)
         assert_int_equal(points_of(f, &view, hidden[i], STP_TERM_COLOUR), none);
 }
 
-/* Of the pixels covered in both, dB. */
+/* In dB, over the pixels that both pictures cover. */
 static double psnr(const uint8_t *a, const uint8_t *b)
 {
     double squares = 0.0, count = 0.0;
@@ -81,8 +81,8 @@ static double psnr(const uint8_t *a, const uint8_t *b)
     return -10.0 * log10(squares / count);
 }
 
-/* Against the picture of every sample, with at least as many points by the surface's error alone.
- */
+/* Compares with the picture of every sample. The other picture uses the surface's error alone and
+ * has at least as many points. */
 static void a_painted_wall_gains(void **state)
 {
     (void)state;

@@ -1,8 +1,8 @@
-/* Screen-space passes draw only the tiles that the cut may cover, and rely on the rest being empty.
- * A renderer's first frame draws everything, so it is the judge: whatever a renderer drew before,
- * in whichever size and with however many levels, its picture must be the same. By each
- * road that chooses levels the same pixels have a sample (which one may differ where depths tie).
- */
+/* Tests that screen-space passes may draw only the tiles that the cut may cover and rely on the
+ * rest being empty. A renderer's first frame draws everything, so it is the judge: whatever a
+ * renderer drew before, in any size and with any number of levels, its picture must be the same.
+ * With each road that chooses levels, the same pixels must have a sample (which one may differ
+ * where depths tie). */
 #include "runtime/cut/tiles.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
@@ -10,15 +10,15 @@
 #include "tests/support/views.h"
 
 typedef struct step {
-    int direction; /* of views_get */
+    int direction; /* an index of views_get */
     int width, height;
     stp_reconstruct reconstruct;
     double threshold_px;
-    double away; /* the eye's distance, times that which shows all; 0: 1 */
+    double away; /* the eye's distance, as a multiple of the one that shows all; 0: 1 */
     stp_lod lod;
 } step;
 
-/* Each leaves something to a next one that covers less, or has more levels. */
+/* Each step is followed by one that covers less or has more levels. */
 static const step steps[] = {
     {0, 300, 200, STP_RECONSTRUCT_GAUSS, 1.0, 0.0, STP_LOD_GEOMETRY},
     {4, 300, 200, STP_RECONSTRUCT_GAUSS, 8.0, 3.0, STP_LOD_GEOMETRY},
@@ -54,7 +54,7 @@ static stp_view view_of(const step *s, const stp_ball *ball, const promise_disc 
     return view;
 }
 
-/* The picture, for free(). */
+/* Draws a picture; free it with free(). */
 static uint8_t *draw(gl_fixture *f, const stp_view *view, const step *s)
 {
     stp_draw_params params = {
@@ -130,8 +130,8 @@ static size_t covered_pixels(gl_fixture *f, const stp_view *view, const stp_draw
     return covered;
 }
 
-/* Frames that do not wait draw what is there, by every road, and end at the picture of one that
- * does. */
+/* Frames that do not wait draw the loaded chunks, with every road, and must end at the picture of a
+ * frame that waits. */
 static void while_loading(void **state)
 {
     (void)state;
@@ -173,7 +173,7 @@ static void terrain(void **state)
     judge(&(model_recipe){.shape = GEN_TERRAIN, .point_count = 5000});
 }
 
-/* What lies nobody knows where may lie anywhere. */
+/* A sample whose place is not a number may be anywhere. */
 static void no_number(void **state)
 {
     const float bad[][3] = {{NAN, 0.0f, 1.0f}, {0.0f, NAN, 1.0f}, {0.0f, 0.0f, NAN}};

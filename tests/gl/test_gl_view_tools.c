@@ -1,4 +1,5 @@
-/* The viewer's parts that need no window: kept views, recorded paths, moving on the ground. */
+/* Tests the parts of the viewer that need no window: bookmarks, recorded paths, moving on the
+ * ground. */
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
 #include "tools/view/view_bookmarks.h"
@@ -36,7 +37,7 @@ static void kept_views_come_back(void **state)
     assert_int_equal(kept.count, 0);
     for (int i = 0; i < VIEW_BOOKMARKS_LIMIT; i++)
         assert_true(view_bookmarks_add(&kept, &camera));
-    assert_false(view_bookmarks_add(&kept, &camera)); /* the bound */
+    assert_false(view_bookmarks_add(&kept, &camera)); /* the limit */
     camera.height = 12.5;
     kept.items[1].camera = camera;
     snprintf(kept.items[0].name, sizeof kept.items[0].name, "north \"gate\" \xc3\xa9");
@@ -79,7 +80,8 @@ static void wrong_files_of_views_are_refused(void **state)
     unlink("wrong.stipple.views.json");
 }
 
-/* What cannot be written beside the model goes to the folder of states, and is found there. */
+/* If bookmarks cannot be written beside the model, they go to the folder of states and are found
+ * there. */
 static void unwritable_places_lead_elsewhere(void **state)
 {
     (void)state;
@@ -105,7 +107,7 @@ static void unwritable_places_lead_elsewhere(void **state)
     assert_true(strlen(err.message) > 10);
 }
 
-/* A move, a rest, a move: the rest stays one. */
+/* Records a move, a rest and a move: the path must rest too. */
 static void a_recorded_rest_is_one(void **state)
 {
     (void)state;
@@ -137,7 +139,7 @@ static void a_recorded_rest_is_one(void **state)
     view_record_begin(&record, 0.0);
     check_ok(view_record_note(&record, &base, 0.0, err));
     assert_int_equal(view_record_note(&record, &last, 1.0, NULL), STP_UNSUPPORTED);
-    unlink("recorded.path.json"); /* what was recorded before is kept */
+    unlink("recorded.path.json"); /* the earlier recording is kept */
     check_ok(view_record_end(&record, &last, "recorded.path.json", 1.0, err));
     check_ok(stp_path_load(&path, "recorded.path.json", &base, err));
     check_near(stp_path_camera(path, 0.0).eye.x, base.eye.x, 0.0);
@@ -146,8 +148,8 @@ static void a_recorded_rest_is_one(void **state)
     unlink("recorded.path.json");
 }
 
-/* A flight at one speed, 3 s after the recording begins, with frames that come late, and 2 s before
- * it ends: the path has an even pace, eased ends and no dead time. */
+/* Records a flight at even speed that begins 3 s after the recording and ends 2 s before it, with
+ * some late frames. The path must have an even pace, eased ends and no dead time. */
 static void a_recording_is_made_even(void **state)
 {
     (void)state;
@@ -159,8 +161,7 @@ static void a_recording_is_made_even(void **state)
     for (double t = 0.0; t < 15.0; t += 0.02) {
         const double moved = 0.5 * fmin(fmax(t - 3.0, 0.0), 10.0);
         const stp_camera camera = camera_at(moved);
-        const bool late =
-            (t > 5.0 && t < 5.4) || (t > 8.0 && t < 8.3); /* frames that took so long */
+        const bool late = (t > 5.0 && t < 5.4) || (t > 8.0 && t < 8.3); /* late frames */
         check_ok(view_record_note(&record, late ? &shown : &camera, t, err));
         if (!late)
             shown = camera;
@@ -188,7 +189,8 @@ static void a_recording_is_made_even(void **state)
     unlink("even.path.json");
 }
 
-/* Ten hours with a move at either end: no more keyframes than a path may have. */
+/* Records ten hours with a move at either end: the path may not have more keyframes than the
+ * limit. */
 static void a_long_recording_can_be_read(void **state)
 {
     (void)state;
@@ -266,7 +268,7 @@ static void walking_keeps_to_the_ground(void **state)
     hold(&c, 'W', false);
     for (int i = 0; i < 200 && view_move_advance(&c, 0.02); i++)
         ;
-    assert_false(view_move_advance(&c, 0.02)); /* at rest: nothing more to draw */
+    assert_false(view_move_advance(&c, 0.02)); /* at rest: nothing to draw */
     check_near(c.camera.eye.z, 0.25 * c.camera.eye.x + 1.7, 1e-9);
     check_near(c.camera.look.x - c.camera.eye.x, 10.0, 1e-9);
     c.camera.eye.x = c.camera.look.x = 60.0; /* no ground: the height stays */
@@ -305,8 +307,9 @@ static void flying_goes_where_it_looks(void **state)
     assert_false(view_move_key(&c, &event));
 }
 
-/* Orthographic and back, what is at the middle's depth keeps its size. */
-/* A held key repeats some 30 times a second, and frames may be slower: no turn for each repeat. */
+/* Orthographic and back: things at the middle's depth keep their size. */
+/* A held key repeats some 30 times a second, and frames may be slower: repeats must share a
+ * frame. */
 static void repeats_of_a_key_share_a_turn(void **state)
 {
     (void)state;
@@ -350,8 +353,8 @@ static double nothing_drawn(void *context, int x, int y)
     return 0.0;
 }
 
-/* Where nothing was drawn, a drag holds the model's middle from outside and, from within, what the
- * camera looks at. */
+/* At an empty pixel, a drag holds the model's middle if the eye is outside, and otherwise the place
+ * that the camera looks at. */
 static void empty_pixels_have_a_depth(void **state)
 {
     (void)state;

@@ -1,12 +1,12 @@
-/* The panels' shim without a window: what is typed into a field stays there, quick clicks count,
- * pictures and OpenGL's state are left alone, and any scale of screen has its text. */
+/* Tests the panels' shim without a window: typed text stays in its field, quick clicks count,
+ * pictures and OpenGL's state stay untouched, and text is legible at any scale of the screen. */
 #include "tests/fixtures/gl_fixture.h"
 
 #include "runtime/window/imgui_marks_shim.h"
 
 enum { WIDTH = 400, HEIGHT = 300 };
 
-/* What is drawn into: without a display there is no framebuffer 0. */
+/* The target of drawing: without a display there is no framebuffer 0. */
 typedef struct target {
     GLuint texture, frame;
 } target;
@@ -39,7 +39,7 @@ typedef struct panel {
     int pressed, taken;
 } panel;
 
-/* A panel of fixed rows; their places are found by trying. */
+/* Draws a panel of fixed rows. The tests find the rows' places by trying. */
 static void frame(panel *p)
 {
     const stp_ui_rect rect = {200.0, 0.0, 200.0, HEIGHT};
@@ -59,7 +59,8 @@ static void frame(panel *p)
     stp_ui_end(p->ui);
 }
 
-/* A press and a release at once, as a queue of events may bring them: each has a frame. */
+/* A press and a release that arrive together, as a queue of events may bring them: each needs a
+ * frame. */
 static void click(panel *p, double x, double y)
 {
     stp_ui_pointer(p->ui, x, y);
@@ -93,7 +94,7 @@ static void keys_belong_to_the_field(void **state)
     assert_false(stp_ui_wants_keys(p.ui));
     double y = 10.0;
     for (; y < HEIGHT && !stp_ui_wants_keys(p.ui); y += 4.0) {
-        p.open = true; /* the heading may be among what is clicked */
+        p.open = true; /* a click may have closed the heading */
         click(&p, 260.0, y);
     }
     assert_true(stp_ui_wants_keys(p.ui)); /* some row is the field */
@@ -119,14 +120,14 @@ static void clicks_find_widgets(void **state)
     (void)state;
     panel p = open_panel(1.0);
     for (double y = 2.0; y < HEIGHT && !p.checked; y += 4.0) {
-        p.open = true; /* likewise */
+        p.open = true; /* as above */
         click(&p, 225.0, y);
     }
     assert_true(p.checked);
     assert_true(p.pressed > 0);
     stp_ui_pointer(p.ui, 300.0, 50.0);
     assert_true(stp_ui_wants_pointer(p.ui));
-    stp_ui_pointer(p.ui, 100.0, 50.0); /* beside the panel, and no frame since */
+    stp_ui_pointer(p.ui, 100.0, 50.0); /* beside the panel, without a frame */
     assert_false(stp_ui_wants_pointer(p.ui));
     stp_ui_destroy(&p.ui);
 }

@@ -1,11 +1,12 @@
-// Preloaded: one call of a program fails, the n-th of its name. tests/fixtures/injection.h says how
+// Preloaded into a program: lets the n-th call of a name fail. tests/fixtures/injection.h says how
 // it is used.
 //
-// STIPPLE_INJECT="name n errno [short|on]": the n-th call of that name that the program itself
-// makes, or a library of ours or one that it is built of in C++, or libcurl, fails with that errno.
-// short: reads and writes take half of what was asked, instead. on: so do all calls after it.
-// STIPPLE_INJECT_COUNTS=FILE: a line "name count" for each name at the end.
-// STIPPLE_INJECT_REST: a program with a window is asked to end (SIGTERM) once it draws no more.
+// STIPPLE_INJECT="name n errno [short|on]": the n-th call of this name fails with this errno. Calls
+// count if they come from the program, from one of our libraries or their C++ libraries, or from
+// libcurl. short: instead of failing, reads and writes take half of what was asked. on: all later
+// calls fail too.
+// STIPPLE_INJECT_COUNTS=FILE: writes a line "name count" for each name at the end.
+// STIPPLE_INJECT_REST: asks a program with a window to end (SIGTERM) once it draws no more.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
@@ -76,9 +77,9 @@ std::atomic<int> range_count;
 std::atomic<unsigned> counts[NAME_COUNT];
 int wanted = NAME_COUNT, failure, shortened, lasting;
 unsigned wanted_count;
-int told = -1; // where counts go: opened at once, for a program may let go of the right to
+int told = -1; // file of the counts; opened at once: a sandbox may close the way later
 
-// dlsym asks for memory before it can say where memory is had.
+// dlsym needs memory before it can find malloc.
 alignas(16) char early[1 << 16];
 std::atomic<size_t> early_used;
 
@@ -121,7 +122,7 @@ int add_ranges(struct dl_phdr_info *info, size_t, void *first)
     return 0;
 }
 
-// libcurl is opened when an address is.
+// libcurl is loaded only when an address is opened.
 bool is_curl(const void *caller)
 {
     struct dl_find_object found;
@@ -138,8 +139,8 @@ bool is_ours(const void *caller)
     return is_curl(caller);
 }
 
-// A library that is being opened sets itself up before anyone could catch what it throws, with
-// templates of C++ that may be those of ours.
+// While a library is being loaded, its initialisers run, and nobody could catch what they throw.
+// They use C++ templates that may be the same functions as ours.
 _Unwind_Reason_Code look_at(struct _Unwind_Context *frame, void *opening)
 {
     uintptr_t at = _Unwind_GetIP(frame);
@@ -192,7 +193,7 @@ __attribute__((destructor)) void end()
 } // namespace
 
 #define HERE __builtin_return_address(0)
-// A function that fails by a value.
+// Defines a function that fails with a value.
 #define FAIL_BY(value, result, function, parameters, arguments)                                    \
     extern "C" result function parameters                                                          \
     {                                                                                              \
@@ -289,7 +290,7 @@ TRANSFER(send, (int file, const void *from, size_t size, int flags), (file, from
 TRANSFER(recv, (int file, void *to, size_t size, int flags), (file, to, size, flags),
          (file, to, size / 2, flags))
 
-// What is closed stays closed: POSIX leaves that open, Linux does not.
+// A failing close still closes: POSIX leaves this open, Linux closes.
 int close(int file)
 {
     static auto real = next<int (*)(int)>("close");
@@ -310,7 +311,7 @@ int fclose(FILE *file)
     return struck ? EOF : result;
 }
 
-// A stream remembers that it has failed; glibc's flag.
+// Sets glibc's error flag: a stream remembers that it has failed.
 static void spoil(FILE *file)
 {
     file->_flags |= 0x20;
@@ -437,8 +438,8 @@ static uint64_t now_ns()
     return static_cast<uint64_t>(now.tv_sec) * 1000000000u + static_cast<uint64_t>(now.tv_nsec);
 }
 
-// A second without a new picture is rest; what never rests, for it asks again for what it could not
-// read, has five.
+// A second without a new picture is rest. Some programs never rest, because they ask again for what
+// they could not read: they get five seconds.
 static void *end_at_rest(void *)
 {
     const struct timespec pause = {0, 20000000};

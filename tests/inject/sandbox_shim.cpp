@@ -1,5 +1,5 @@
 /* Preloaded by test_sandbox.sh: when the program ends, tries what a hostile file might make it do,
- * and says on stderr what it was allowed to. */
+ * and says on stderr what was allowed. */
 #include <arpa/inet.h>
 #include <cerrno>
 #include <cstdio>
@@ -17,7 +17,7 @@ bool opens(const char *path, int flags)
     return file >= 0;
 }
 
-/* Whether a connection to the loopback is tried at all, though nobody listens. */
+/* Whether a connection to the loopback is allowed; nobody listens there. */
 bool connects()
 {
     sockaddr_in to = {};

@@ -1,4 +1,4 @@
-"""Codec 1: tables of residuals, and what patches and samples are predicted to be."""
+"""Codec 1: tables of residuals, and the predictions of patches and samples."""
 
 import math
 
@@ -46,7 +46,7 @@ def read_table(cursor, rows, columns):
 
 
 def quarters(cells, patch, before):
-    """Columns of the coarsest level, of quarters of levels 2 and 1, and of level 0."""
+    """The columns: those of the coarsest level, of quarters of levels 2 and 1, and of level 0."""
     count = patch.counts[2]
     coarsest = (before + cells[0]) & 255
     two = [((coarsest if q < count else 0) + cells[1 + q]) & 255 for q in range(4)]
@@ -55,7 +55,7 @@ def quarters(cells, patch, before):
 
 
 def finer(cells, before):
-    """Levels 0 to 3 of cells of levels 3 to 0."""
+    """Turns cells of levels 3 to 0 into a list of levels 0 to 3."""
     out = []
     for cell in cells:
         before = (before + cell) & 255
@@ -94,7 +94,7 @@ def patches_of(rows, linked):
 
 
 def add_colour(sample, predicted, cells, with_green):
-    """Green, red, blue and intensity of columns 5 to 8."""
+    """Turns columns 5 to 8 into green, red, blue and intensity."""
     green = (predicted[0] + cells[0]) & 255
     change = signed(green - predicted[0], 8) if with_green else 0
     sample.colour = [green, (predicted[1] + change + cells[1]) & 255,
@@ -208,7 +208,7 @@ def family(parent, children, rows, turnings):
 
 
 def finer_level(elder, last, patches, level, coarser):
-    """Samples of a level; coarser: those of level + 1."""
+    """The samples of a level; coarser: the samples of level + 1."""
     elder, last, out, begin = iter(elder), iter(last), [], 0
     for patch in patches:
         parents = coarser[begin:begin + patch.counts[level + 1]]

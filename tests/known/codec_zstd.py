@@ -1,4 +1,4 @@
-"""Codec 2: planes of residuals in zstd frames, which the program zstd opens."""
+"""Codec 2: planes of residuals in zstd frames. The program zstd decodes the frames."""
 
 import math
 import shutil
@@ -23,7 +23,7 @@ def nearest(x):
 
 
 def open_frame(data, size, name):
-    """The content of one frame that says that it has this size."""
+    """The content of one frame, which must state this size."""
     program = shutil.which("zstd")
     require(program, "the program zstd is missing: install it to read codec 2")
     require(data[:4] == b"\x28\xb5\x2f\xfd", f"{name}: no zstd frame")
@@ -52,7 +52,7 @@ def tables_of(content, rows, columns):
 
 
 class Planes:
-    """The sixteen planes of a level, one byte a slot."""
+    """The sixteen planes of a level, one byte per slot."""
 
     def __init__(self, cursor, families_count):
         sizes = [3 * families_count] * PLANES + [families_count] * PLANES

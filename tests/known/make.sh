@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes known-answer files as this folder has them, of `stipple gen`'s scans, for a new version of the
-# format; those of versions that were released stay as they are.
+# Makes the known-answer files of this folder from scans of `stipple gen`, for a new version of the
+# format. The files of released versions stay as they are.
 #   make.sh PROGRAM FOLDER
 set -euo pipefail
 known=$(cd "$(dirname "$0")" && pwd)
@@ -8,7 +8,7 @@ program=$(realpath "$1")
 mkdir -p "$2"
 cd "$2"
 
-# A scan's points as lines of x y z r g b intensity class, and two that are far away.
+# Prints a scan's points as lines of x y z r g b intensity class, then `far` points far away.
 add_columns() { # scan.ply far
     python3 - "$1" "$2" <<'END'
 import struct

@@ -1,4 +1,4 @@
-"""What every codec of SPEC.md shares: samples, patches, normals, weights, a cursor over bytes."""
+"""Shared by all codecs of SPEC.md: samples, patches, normals, weights, a cursor over bytes."""
 
 import math
 import struct
@@ -18,7 +18,7 @@ def require(condition, sentence):
 
 
 class Cursor:
-    """Bytes that are taken one after the other."""
+    """Takes bytes one after the other."""
 
     def __init__(self, data, name):
         self.data, self.at, self.name = data, 0, name
@@ -107,13 +107,13 @@ def counts_of(level_0):
 
 
 def families(patch, level):
-    """Of each sample of level + 1: the range of its children, samples of the patch's level."""
+    """For each sample of level + 1: the range of its children in the patch's level."""
     fine, coarse = patch.counts[level], patch.counts[level + 1]
     return [range(j * fine // coarse, (j + 1) * fine // coarse) for j in range(coarse)]
 
 
 def signed(value, bits):
-    """The number of least magnitude that is the value modulo 2^bits."""
+    """The number of least magnitude that equals the value modulo 2^bits."""
     value &= (1 << bits) - 1
     return value - (1 << bits) if value >> (bits - 1) else value
 
@@ -152,7 +152,7 @@ def unit_normal(u, v):
 
 
 def axes_of(n):
-    """A, B, C: C is that of the greatest component."""
+    """The axes A, B, C; C is the axis of the greatest component."""
     c = max(range(3), key=lambda i: abs(n[i]))
     return (c + 1) % 3, (c + 2) % 3, c
 

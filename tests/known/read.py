@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Reads a .stipple file by formats/SPEC.md alone, and prints what it holds.
+"""Reads a .stipple file by formats/SPEC.md alone, and prints its content.
 
   read.py FILE
 
-A line for each chunk, patch and sample: patches and samples as their bytes in codec 0, samples from
-level 3 to level 0 after their patch. The codec does not show. What is wrong is said in a sentence on
-stderr; then the exit code is 1. Checks checksums, frame, directory, tree, links and boxes; `stipple
-verify` checks more. Needs nothing but Python 3, and the program zstd for codec 2."""
+Prints a line for each chunk, patch and sample. Patches and samples are printed as their bytes in
+codec 0, whatever the codec of the file; a patch's samples follow it from level 3 to level 0. If the
+file is wrong, a sentence on stderr says why, and the exit code is 1. Checks checksums, frame,
+directory, tree, links and boxes; `stipple verify` checks more. Needs only Python 3, and the program
+zstd for codec 2."""
 
 import json
 import math
@@ -161,7 +162,7 @@ def error_of(patch, code):
 
 
 def key(entry, patch, sample):
-    """What a vertex of a child and the sample of its parent have in common."""
+    """What a patch vertex of a child and its sample in the parent have in common."""
     radius = 16 * patch.exponent + sample.radius if sample.radius else -2 ** 16
     rest = sample.flags, sample.class_id, sample.u, sample.v, tuple(sample.colour)
     return world(entry, patch, sample.position), radius, rest
@@ -172,7 +173,7 @@ def vertices(entry, chunk):
 
 
 def check_links(entries, chunks):
-    """Samples of level 0 of a parent are the children's vertices."""
+    """Checks that the level-0 samples of a parent are the children's patch vertices."""
     for e in entries:
         if e.child_count == 0:
             continue
@@ -191,7 +192,7 @@ def check_links(entries, chunks):
 
 
 def check_patch(entry, patch, samples, name):
-    """samples: lists of levels 0 to 3. The entry holds the patch, the patch holds its samples."""
+    """Checks that the entry holds the patch, and the patch its samples (lists of levels 0 to 3)."""
     for level in range(4):
         errors = (error_of(patch, patch.error[level]), error_of(patch, patch.tangential[level]),
                   patch.colour[level])
@@ -213,7 +214,7 @@ def check_patch(entry, patch, samples, name):
 
 
 def check_kinds(entry, patch, samples, name):
-    """Flags of a patch and of its samples, samples: lists of levels 0 to 3."""
+    """Checks the flags of a patch and of its samples. samples: lists of levels 0 to 3."""
     kinds = {s.flags >> 4 & 3 for s in samples[0]}
     strip, triangles, leaf = patch.flags & 2, patch.flags & 4, entry.child_count == 0
     require(patch.flags < 64 and (leaf or not patch.flags & 30), f"{name}: its flags are wrong")
@@ -237,7 +238,7 @@ def check_kinds(entry, patch, samples, name):
 
 
 def check_closed(header, metadata):
-    """The grid of cubes outside, where samples are closed. A repaired file may have lost it."""
+    """Checks the grid of cubes outside if samples are closed. A repaired file may lack the grid."""
     if not header.attributes & 64 or ("closed" not in metadata and "repaired" in metadata):
         return
     require("closed" in metadata, "metadata: closed is missing")
@@ -251,7 +252,7 @@ def check_closed(header, metadata):
 
 
 def check_points(header, entries, chunks):
-    """Patches hold their samples, and the header's box the points."""
+    """Checks that patches hold their samples, and that the header's box holds the points."""
     for e, (patches, levels) in zip(entries, chunks):
         samples = [iter(level) for level in levels]
         for k, p in enumerate(patches):

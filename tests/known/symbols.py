@@ -43,7 +43,7 @@ class Rans:
 
 
 class Bits:
-    """Bits from bit 0 of the first byte on; the first taken is the least of a value."""
+    """Takes bits from bit 0 of the first byte on; the first bit taken is the lowest of a value."""
 
     def __init__(self, data, name):
         self.data, self.at, self.name = data, 0, name
@@ -59,7 +59,7 @@ class Bits:
 
 
 def read_symbols(cursor, count):
-    """The numbers of a stream, by the sign in the least bit of each symbol."""
+    """The numbers of a stream; the lowest bit of each symbol is the sign."""
     scheme = cursor.number(1)
     require(scheme in (0, 1), f"{cursor.name}: scheme {scheme} of symbols is unknown")
     if scheme == 0:

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# prep killed at 100 moments, in memory and with temporary files, and 20 disks that are too small: there
-# is never a file under the output's name that is not whole, and the next run leaves nothing but its
-# own.
+# Kills prep at 100 moments, in memory and with temporary files, and runs it on 20 disks that are
+# too small. A file under the output's name must always be whole, and the next run must leave
+# nothing but its own files.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 scan="$FOLDER/scan.ply"
@@ -9,7 +9,7 @@ mkdir "$FOLDER/models"
 "$STIPPLE" gen statue -n 300000 --order random -o "$scan" --quiet || fail "no scan"
 words=(prep "$scan" -o "$FOLDER/models/m.stipple" --threads 2 --quiet)
 
-# What is there is whole.
+# If the output exists, it must be whole.
 check_output() {
     if [ -e "$FOLDER/models/m.stipple" ]; then
         "$STIPPLE" verify "$FOLDER/models/m.stipple" --quiet || fail "$1: a file that is not sound"

@@ -1,5 +1,5 @@
-/* What prep writes, verify takes: 500 random mixtures of several leaves each, surveys with points
- * far about them, and a million points at a few places. */
+/* Tests that verify accepts what prep writes: 500 random mixtures of several leaves each, surveys
+ * with points far around them, and a million points at a few places. */
 #include "tests/fixtures/mixture_fixture.h"
 #include "tests/fixtures/size.h"
 
@@ -38,7 +38,7 @@ static void numbers_of_any_size_are_sound_or_refused(void **state)
         if (!mixture_wanted(seed))
             continue;
         mixture m = mixture_make_extreme(seed, seed % 2 ? -40.0 : -3.0, seed % 2 ? 15.0 : 35.0);
-        m.params.outliers = STP_OUTLIERS_KEEP; /* else all may be dropped */
+        m.params.outliers = STP_OUTLIERS_KEEP; /* otherwise all may be dropped */
         mixture_try(&m, OUT);
     }
 }

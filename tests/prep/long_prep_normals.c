@@ -1,5 +1,5 @@
-/* Normals of a noisy statue of 1 M samples, k = 16, against the true ones: no worse than CGAL's on
- * the same points. Skipped where CGAL is not installed. */
+/* Tests the normals of a noisy statue of 1 M samples, k = 16, against the true ones: they must be
+ * at least as good as CGAL's on the same points. Skips without CGAL. */
 #include "tests/fixtures/surface_fixture.h"
 
 #ifdef WITH_CGAL

@@ -1,5 +1,5 @@
-/* Orientation without the normals at the issue's size: 1 M samples, 99.9 %; of the statue, and of
- * the statue and the sheet seen from several stations. */
+/* Tests orientation without given normals at full size: 1 M samples, 99.9 % right, of the statue,
+ * and of the statue and the sheet seen from several stations. */
 #include "tests/fixtures/orientation_fixture.h"
 
 static void statue_points_outward(void **state)

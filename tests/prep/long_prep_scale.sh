@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# prep of 64 million points in random order, an open surface (LAS) and a closed one (PLY), in 1 GiB:
-# the process never holds a tenth more, temporary files are at most one and a half times the points'
-# own size, and what is written is sound.
+# Tests prep of 64 million points in random order in 1 GiB: an open surface (LAS) and a closed one
+# (PLY). The process may never hold more than a tenth above the limit. Temporary files may take one
+# and a half times the points' own size. The output must be sound.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 points=64000000

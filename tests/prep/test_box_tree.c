@@ -1,4 +1,4 @@
-/* Boxes over runs of points: searches that miss nothing. */
+/* Tests the tree of boxes over runs of points: searches must miss nothing. */
 #include "base/random.h"
 #include "preprocess/cloud/box_tree.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -13,7 +13,7 @@ static void sort(stp_cloud *cloud)
     stp_pool_destroy(&pool);
 }
 
-/* Against all points, one by one. */
+/* Compares with a search of all points, one by one. */
 static void check_nearest(const stp_cloud *cloud, uint32_t self)
 {
     stp_nearest_list expected = {.capacity = NEIGHBOURS}, found = {.capacity = NEIGHBOURS};
@@ -24,7 +24,7 @@ static void check_nearest(const stp_cloud *cloud, uint32_t self)
         if (squared == 0.0 || stp_cloud_repeats(cloud, i))
             continue;
         stp_nearest_list_insert(&expected, squared, i, cloud->points[i].source);
-        if (i % 3 == 0) /* something to begin with */
+        if (i % 3 == 0) /* begins with a few in the list */
             stp_nearest_list_insert(&bounded, squared, i, cloud->points[i].source);
     }
     stp_box_tree_nearest(cloud, self, &found);
@@ -60,7 +60,7 @@ static bool visit(void *context, uint32_t begin, uint32_t end)
     return ++s->visits < s->most;
 }
 
-/* All points inside a box lie in the leaves that are visited. */
+/* Every point inside a box must lie in a visited leaf. */
 static void check_walk(const stp_cloud *cloud, stp_dbox box)
 {
     seen s = {.cloud = cloud, .box = box, .most = UINT32_MAX};
@@ -89,7 +89,7 @@ static void check(stp_cloud *cloud, uint32_t stride)
     stp_cloud_clear(cloud);
 }
 
-/* Around a leaf's, and a node's, number of points. */
+/* Sizes around the number of points in a leaf and in a node. */
 static void all_sizes(void **state)
 {
     (void)state;
@@ -103,7 +103,7 @@ static void all_sizes(void **state)
     }
 }
 
-/* Thousands at each of a few places, and ties between all of them. */
+/* Thousands of points at each of a few places, and ties between all of them. */
 static void piles(void **state)
 {
     (void)state;
@@ -111,7 +111,7 @@ static void piles(void **state)
     for (uint32_t i = 0; i < cloud.count; i++)
         cloud.points[i].position = (stp_dvec3){i % 3, i / 3 % 3, i % 1000 == 0 ? 1.0 : 0.0};
     check(&cloud, 997);
-    cloud = cloud_fixture_make(5000); /* one place alone has no neighbours */
+    cloud = cloud_fixture_make(5000); /* a single place has no neighbours */
     check(&cloud, 499);
 }
 

@@ -1,5 +1,5 @@
-/* Closed surfaces: what is proven of shapes whose insides are known, and what the file says of it.
- */
+/* Tests closed surfaces: what is proven of shapes whose insides are known, and what the file says
+ * about it. */
 #include "preprocess/closed/enclosure.h"
 #include "preprocess/orient/orientation.h"
 #include "tests/fixtures/surface_fixture.h"
@@ -11,8 +11,8 @@
 static const stp_enclosure_params guessed = {
     .lambda = 1.7, .memory_bytes = UINT64_C(1) << 30, .guessed = true};
 
-/* How many points are closed, and how many of these point inwards or are not known to be oriented.
- */
+/* How many points are closed; `wrong` counts those that point inwards or whose orientation is
+ * unknown. */
 typedef struct tally {
     uint32_t closed, wrong;
 } tally;
@@ -31,7 +31,7 @@ static tally tally_of(const surface_cloud *s)
     return t;
 }
 
-/* Drops what lies in a ball and finds the surface of the rest. */
+/* Removes the points in a ball and finds the surface of the rest. */
 static surface_cloud scan_without(gen_shape shape, uint32_t count, stp_dvec3 middle, double radius)
 {
     surface_cloud s = surface_scan(shape, count, 0.0, 0);
@@ -58,7 +58,7 @@ static void solids(void **state)
     static const gen_shape shapes[] = {GEN_SPHERE, GEN_TORUS, GEN_BUMPY, GEN_STATUE};
     (void)state;
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
-        /* of which some are thinner than a voxel, and enclose gaps that are narrower */
+        /* some feathers are thinner than a voxel and enclose narrower gaps */
         const bool feathers = shapes[i] == GEN_STATUE;
         surface_cloud s =
             scan_without(shapes[i], feathers ? 5 * POINTS : POINTS, (stp_dvec3){0}, 0.0);
@@ -91,13 +91,13 @@ static void open_surfaces(void **state)
         assert_int_equal(tally_of(&s).closed, 0);
         assert_int_equal(out.point_count, 0);
         for (uint32_t p = 0; p < s.cloud.count; p++)
-            assert_false(surface_is_oriented(&s, p)); /* a guess is never known */
+            assert_false(surface_is_oriented(&s, p)); /* a guess never counts as known */
         stp_outside_clear(&out);
         surface_clear(&s);
     }
 }
 
-/* Distance of a ball's centre from the segment between two places. */
+/* The distance of a ball's centre from the segment between two places. */
 static double distance_to(stp_dvec3 centre, stp_dvec3 from, stp_dvec3 to)
 {
     stp_dvec3 way = stp_dvec3_sub(to, from), at = stp_dvec3_sub(centre, from);
@@ -106,7 +106,8 @@ static double distance_to(stp_dvec3 centre, stp_dvec3 from, stp_dvec3 to)
     return stp_dvec3_length(stp_dvec3_sub(at, stp_dvec3_scale(way, part)));
 }
 
-/* Every line of sight through a small hole goes through one of the balls; a large one opens all. */
+/* Every line of sight through a small hole must pass through one of the balls. A large hole leaves
+ * nothing closed. */
 static void holes(void **state)
 {
     (void)state;
@@ -137,7 +138,7 @@ static void holes(void **state)
     }
 }
 
-/* No room for voxels: nothing is closed, and nothing guessed is known. */
+/* Without memory for voxels, nothing is closed, and no guess counts as known. */
 static void no_memory(void **state)
 {
     (void)state;
@@ -155,7 +156,7 @@ static void no_memory(void **state)
     surface_clear(&s);
 }
 
-/* A small scan is drawn whole. */
+/* A scan with fewer than 32,768 points is never closed. */
 static void few_points(void **state)
 {
     static const uint32_t counts[2] = {32767, 32768};

@@ -1,4 +1,5 @@
-/* First views: which positions of scanners are believed, and where a model is first seen from. */
+/* Tests first views: which positions of scanners are believed, and from where a model is first
+ * seen. */
 #include "base/sort.h"
 #include "tests/fixtures/first_view_fixture.h"
 
@@ -19,7 +20,7 @@ static stp_view view_of(const stp_first_camera *first, int width, int height)
     return view;
 }
 
-/* Each point is drawn at its own pixel of the camera's image. */
+/* Each point must project to its own pixel of the camera's image. */
 static void expect_image(const stp_first_camera *first, const positions *p, const depth_camera *c)
 {
     const stp_view view = view_of(first, (int)c->width, (int)c->height);
@@ -47,7 +48,7 @@ static stp_prep_stats prep_depth(const positions *p, size_t height, const char *
     return first_prep("depth.pcd", 2);
 }
 
-/* In the camera's own axes: by the default, and whatever a quaternion says. */
+/* Points in the camera's own axes: with the default viewpoint, and with any quaternion. */
 static void images_about_the_origin(void **state)
 {
     (void)state;
@@ -63,7 +64,8 @@ static void images_about_the_origin(void **state)
     free(p.at);
 }
 
-/* In the world's axes: the right position is believed, the origin and a wrong one are not. */
+/* Points in the world's axes: the right position is believed; the origin and a wrong position are
+ * not. */
 static void images_in_the_world(void **state)
 {
     (void)state;
@@ -84,7 +86,7 @@ static void images_in_the_world(void **state)
     free(p.at);
 }
 
-/* Rows from the bottom: the picture stands upright all the same. */
+/* Rows from bottom to top: the picture must still be upright. */
 static void rows_may_go_up(void **state)
 {
     (void)state;
@@ -100,7 +102,7 @@ static void rows_may_go_up(void **state)
     free(p.at);
 }
 
-/* A plane speaks for no position; one that is claimed may be so. */
+/* A plane alone supports no position; a claimed position may still be used. */
 static void a_wall_says_nothing(void **state)
 {
     (void)state;
@@ -112,7 +114,8 @@ static void a_wall_says_nothing(void **state)
     free(p.at);
 }
 
-/* Without rows: a camera at the origin is found by what nothing hides, and elsewhere not. */
+/* Points without rows: a camera at the origin is found because nothing hides its points. A camera
+ * elsewhere is not found. */
 static void points_without_rows(void **state)
 {
     (void)state;
@@ -122,7 +125,7 @@ static void points_without_rows(void **state)
     assert_int_equal(stats.first.why, STP_FIRST_SCANNER);
     assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
     assert_true(stp_dvec3_equal(stats.first.eye, ORIGIN));
-    assert_true(stats.first.up.y < -0.9); /* y of a depth camera is downwards */
+    assert_true(stats.first.up.y < -0.9); /* a depth camera's y points down */
     const stp_view view = view_of(&stats.first, 320, 240);
     for (size_t i = 0; i < p.count; i += 97) {
         const stp_dvec3 at = stp_view_project(&view, p.at[i]);
@@ -153,7 +156,7 @@ static positions survey(stp_dvec3 middle)
     return p;
 }
 
-/* A survey's 0 0 0 is no scanner, far from it or amid it. */
+/* The 0 0 0 of a survey is no scanner, whether it lies far from the points or among them. */
 static void surveys_at_the_origin(void **state)
 {
     (void)state;
@@ -169,7 +172,7 @@ static void surveys_at_the_origin(void **state)
 
 /* ---- images of parallel rays ---- */
 
-/* A range image of a dome, 40 x 30 millimetres, its rows upwards. */
+/* A range image of a dome, 40 x 30 millimetres; its rows go upwards. */
 static void parallel_rays(void **state)
 {
     (void)state;
@@ -211,9 +214,9 @@ static void parallel_rays(void **state)
     assert_true(stp_view_project(&view, (stp_dvec3){0.0, 14.0, 0.0}).y > 250.0);
 }
 
-/* ---- scanners that say where they stood ---- */
+/* ---- scanners with a known position ---- */
 
-/* A scan of a room's walls from within, by a scanner that leans; the wall at high x is the largest
+/* A scan of a room's walls from inside, by a tilted scanner. The wall at high x is the largest
  * surface that it sees. */
 static void scanners_that_look_around(void **state)
 {
@@ -245,7 +248,7 @@ static void scanners_that_look_around(void **state)
     free(p.at);
 }
 
-/* A range map with the camera that saw it. */
+/* A range map with the camera that took it. */
 static void range_maps_with_a_camera(void **state)
 {
     (void)state;
@@ -272,7 +275,7 @@ static void range_maps_with_a_camera(void **state)
     assert_int_equal(stats.first.why, STP_FIRST_SCANNER);
     assert_int_equal(stats.orientation, STP_ORIENTATION_POSITION);
     assert_true(stp_dvec3_equal(stats.first.eye, (stp_dvec3){5.0, 6.0, 7.0}));
-    /* The first row of the image is above the last one, the first column left of the last one. */
+    /* the image's first row must be above its last, its first column left of its last */
     const stp_dvec3 first = stp_view_project(&view, p.at[0]);
     const stp_dvec3 last = stp_view_project(&view, p.at[p.count - 1]);
     assert_true(first.y > last.y + 90.0 && first.x < last.x - 120.0);
@@ -301,7 +304,7 @@ static void write_points(const char *path, const positions *p, const stp_dvec3 *
     fclose(file);
 }
 
-/* In the room's own axes: the eye stands free, upright, and looks along the room. */
+/* Checks in the room's own axes: the eye stands free and upright, and looks along the room. */
 static void expect_inside(const stp_first_camera *first, const positions *room, stp_dvec3 axis,
                           double angle)
 {
@@ -319,7 +322,7 @@ static void expect_inside(const stp_first_camera *first, const positions *room, 
     assert_true(up.z > 0.999);
     assert_true(fabs(forward.x) > 0.75);
     assert_true(fabs(forward.z) < 0.2);
-    /* What it looks at is a wall. */
+    /* it must look at a wall */
     assert_true(fmin(fabs(look.x - 7.0), fabs(look.x - 13.0)) < 0.3 ||
                 fmin(fabs(look.y - 18.0), fabs(look.y - 22.0)) < 0.3);
     assert_true(first->fovy_deg >= 70.0 && first->fovy_deg <= 75.0);
@@ -329,7 +332,7 @@ static void rooms_are_seen_from_inside(void **state)
 {
     (void)state;
     const stp_dvec3 axes[] = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}};
-    const double angles[] = {0.0, 0.5, -M_PI / 2.0}; /* the last: y upwards */
+    const double angles[] = {0.0, 0.5, -M_PI / 2.0}; /* the last: y points up */
     for (int furnished = 0; furnished < 2; furnished++)
         for (size_t i = 0; i < 3; i++) {
             positions p = room_scan(furnished > 0);
@@ -341,8 +344,8 @@ static void rooms_are_seen_from_inside(void **state)
         }
 }
 
-/* By the file's normals, a chest is seen from outside, and a room that has none of a room's looks
- * from inside. */
+/* The file's normals decide: an egg with outward normals is seen from outside, and with inward
+ * normals from inside, though no room has its shape. */
 static void given_normals_decide(void **state)
 {
     (void)state;
@@ -367,7 +370,7 @@ static void given_normals_decide(void **state)
     }
 }
 
-/* What is no interior: balls, a cube, a crate's four walls, hills, a cloud of leaves. */
+/* These are no interiors: balls, a cube, a crate's four walls, hills, a cloud of leaves. */
 static void objects_are_seen_whole(void **state)
 {
     (void)state;
@@ -395,7 +398,7 @@ static void objects_are_seen_whole(void **state)
 
 /* ---- the file ---- */
 
-/* The same bytes for any number of threads, and the camera in the metadata. */
+/* Any number of threads must give the same bytes, with the camera in the metadata. */
 static void the_file_says_it(void **state)
 {
     (void)state;
@@ -419,7 +422,7 @@ static void the_file_says_it(void **state)
     free(p.at);
 }
 
-/* Few points, on a line, or all in one place. */
+/* Few points, points on a line, or all points at one place. */
 static void odd_clouds(void **state)
 {
     (void)state;
@@ -437,7 +440,8 @@ static void odd_clouds(void **state)
         }
 }
 
-/* What a wall hides of another one behind it: all of it from before, nothing from between. */
+/* The share of one wall that another hides: all of it from the front, nothing from between the
+ * two. */
 static void hidden_shares(void **state)
 {
     (void)state;
@@ -455,14 +459,14 @@ static void hidden_shares(void **state)
     free(p.at);
 }
 
-/* Real scans: whose scanner is believed, which is a room, and what is seen whole. */
+/* Real scans: which scanner is believed, which scan is a room, and which is seen whole. */
 static void real_scans(void **state)
 {
     (void)state;
     static const struct {
         const char *name;
         stp_first_why why;
-        bool by_position; /* its normals are turned to the scanner */
+        bool by_position; /* its normals are turned towards the scanner */
     } cases[] = {
         {"grids/office1.pcd", STP_FIRST_SCANNER, true},
         {"grids/milk_cartoon_all_small_clorox.pcd", STP_FIRST_SCANNER, true},

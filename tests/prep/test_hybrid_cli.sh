@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# A mesh of large and small faces as a hybrid surface, by the command line.
+# Tests `prep --hybrid` of a mesh with large and small faces.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-# A floor of two large triangles about a fine dome.
+# A floor of two large triangles around a fine dome.
 awk 'BEGIN {
     n = 60
     print "v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nf 1 2 3\nf 1 3 4"
@@ -28,7 +28,7 @@ expect_code 0
 grep -aqx "element vertex 3727" "$FOLDER/d.ply" || fail "export: vertices"
 grep -aqx "element face 2" "$FOLDER/d.ply" || fail "export: faces"
 
-# Sampled; all faces large; the same bytes for any threads.
+# Tests sampling, a mesh of large faces only, and that any number of threads gives the same bytes.
 run "$STIPPLE" prep "$FOLDER/dome.obj" -o "$FOLDER/s.stipple" --hybrid --sample 20000
 expect_code 0
 expect_text err "2 triangles are stored"
@@ -45,7 +45,7 @@ expect_text out "triangles      7202;"
 run "$STIPPLE" verify "$FOLDER/a1.stipple"
 expect_code 0
 
-# A damaged one is repaired, and what stands in is sound.
+# A damaged file is repaired, and the result must be sound.
 cp "$FOLDER/a1.stipple" "$FOLDER/hurt.stipple"
 printf 'damage' | dd of="$FOLDER/hurt.stipple" bs=1 seek=100000 conv=notrunc status=none
 run "$STIPPLE" verify "$FOLDER/hurt.stipple" --repair -o "$FOLDER/mended.stipple"

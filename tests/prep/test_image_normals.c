@@ -1,4 +1,4 @@
-/* Normals of depth images, against the surfaces that they were made of. */
+/* Tests the normals of depth images against the surfaces that the images show. */
 #include "base/sort.h"
 #include "preprocess/surface/image_normals.h"
 #include "tests/fixtures/first_view_fixture.h"
@@ -7,7 +7,7 @@
 #define AXIS ((stp_dvec3){0.3, -0.8, 0.5})
 #define ANGLE 0.7
 
-/* How the camera is off: 1 / depth in steps, and Gaussian beside. */
+/* The camera's errors: 1 / depth in steps, and a Gaussian deviation. */
 typedef struct depth_noise {
     double step, deviation;
 } depth_noise;
@@ -15,7 +15,7 @@ typedef struct depth_noise {
 typedef struct image_case {
     const char *name;
     depth_noise noise;
-    bool leaning;     /* a wall along the view, not the scene of the fixture */
+    bool leaning;     /* a wall along the view instead of the scene */
     double mean, p95; /* degrees, at most */
 } image_case;
 
@@ -35,7 +35,7 @@ static stp_dvec3 scene_point(const image_case *c, double x, double y)
     return (stp_dvec3){x * z, y * z, z};
 }
 
-/* False at edges: where normals some pixels beside are others. */
+/* The true normal; false at edges, where normals a few pixels away differ. */
 static bool scene_normal(const image_case *c, double x, double y, stp_dvec3 *out)
 {
     const double h = 1e-4, reach = 5.0 / depth_small.focal;
@@ -65,7 +65,7 @@ static double gauss(uint64_t i)
            cos(2.0 * M_PI * stp_random_unit(6, i));
 }
 
-/* A cloud of the image's points; their sources are their pixels. */
+/* Makes a cloud of the image's points; each point's source is its pixel. */
 static stp_cloud make_image(const image_case *c, const depth_camera *camera)
 {
     stp_cloud cloud;
@@ -102,7 +102,7 @@ static uint64_t find(stp_cloud *cloud, const stp_scan_grid *grid, unsigned threa
 
 static const stp_scan_grid small_grid = {.columns = 160, .rows = 120};
 
-/* Angles to the surfaces seen, away from edges. */
+/* Checks the angles to the true surfaces, away from edges. */
 static void expect_normals(const image_case *c)
 {
     stp_cloud cloud = make_image(c, &depth_small);
@@ -134,7 +134,7 @@ static void expect_normals(const image_case *c)
     stp_cloud_clear(&cloud);
 }
 
-/* The steps are 3 spacings of the wall: the nearest points in space are those of one step. */
+/* The steps are 3 spacings of the wall, so the nearest points in space lie on one step. */
 static void noise_along_rays(void **state)
 {
     (void)state;
@@ -149,7 +149,7 @@ static void noise_along_rays(void **state)
         expect_normals(&cases[i]);
 }
 
-/* Exact points, and normals that are there, stay as they are. */
+/* Normals of exact points, and given normals, must stay as they are. */
 static void leaves_alone(void **state)
 {
     (void)state;
@@ -168,7 +168,7 @@ static void leaves_alone(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* The same for any number of threads, and where the file names its pixels. */
+/* Any number of threads, and a file that names its pixels, must give the same normals. */
 static void the_same_again(void **state)
 {
     (void)state;
@@ -189,7 +189,7 @@ static void the_same_again(void **state)
     stp_cloud_clear(&other);
 }
 
-/* Grids larger than any image of so few points, of one row or column, and points at the station. */
+/* Grids too large for so few points, grids of one row or column, and points at the station. */
 static void no_image(void **state)
 {
     (void)state;

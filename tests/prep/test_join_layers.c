@@ -1,4 +1,5 @@
-/* Layers moved onto the surface they share, against surfaces that are known. */
+/* Tests joining layers: points move onto the surface that their layers share, against known
+ * surfaces. */
 #include "preprocess/surface/join_layers.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/size.h"
@@ -18,7 +19,7 @@ static stp_joined_layers join(surface_cloud *s, uint32_t unit_points)
     return joined;
 }
 
-/* Of points off the true surface, root of the mean square; in mean spacings. */
+/* The root mean square of the points' distances from the true surface, in mean spacings. */
 static double height_of(const surface_cloud *s)
 {
     double sum = 0.0, spacing = 0.0;
@@ -63,7 +64,7 @@ static void noise_goes(void **state)
     check_noise(GEN_TORUS, 0.3, 0.6);
 }
 
-/* Smooth surfaces without noise stay. */
+/* Points of a smooth surface without noise must stay. */
 static void true_points_stay(void **state)
 {
     (void)state;
@@ -82,7 +83,7 @@ static void true_points_stay(void **state)
     }
 }
 
-/* Two scans of one surface, the second off by part of the spacing. */
+/* Two scans of one surface; the second is off by a part of the spacing. */
 static void two_scans_become_one(void **state)
 {
     (void)state;
@@ -98,7 +99,7 @@ static void two_scans_become_one(void **state)
     stp_cloud_unsort(&s.cloud);
     assert_int_equal(stp_cloud_sort(&s.cloud, s.pool, &err), STP_OK);
     join(&s, 0);
-    /* between the two: a quarter of a spacing from the first */
+    /* the joined surface lies between the two, a quarter of a spacing from the first */
     double inner = 0.0, outer = 0.0, count = 0.0;
     for (uint32_t i = 0; i < s.cloud.count; i++) {
         const stp_cloud_point *p = &s.cloud.points[i];
@@ -115,7 +116,7 @@ static void two_scans_become_one(void **state)
     surface_clear(&s);
 }
 
-/* The same by units of any size; every point is still there. */
+/* Units of any size must give the same result, and every point must still be there. */
 static void units_agree(void **state)
 {
     (void)state;
@@ -138,7 +139,7 @@ static void units_agree(void **state)
     surface_clear(&b);
 }
 
-/* Points in one place, on a line, too few. */
+/* Points at one place, points on a line, too few points. */
 static void nothing_to_join(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Lines through prep and back: every vertex once, in order, joined exactly; levels nested; awkward
- * polylines; the same bytes. */
+/* Tests lines through prep and back: every vertex once, in order, joined exactly; nested levels;
+ * awkward polylines; the same bytes. */
 #include "tests/fixtures/line_fixture.h"
 #include "tests/fixtures/size.h"
 
@@ -7,8 +7,8 @@
 
 #define OUT "test_lines.stipple"
 
-/* Finds all vertices of the set in the file, along the strips: off by no more than `off`. Vertices
- * that are no numbers are not asked for. */
+/* Finds all vertices of the set in the file, along the strips, at most `off` away. Vertices that
+ * are not finite are not looked for. */
 static void assert_holds(stp_chunk_file *file, const stp_line_set *set, double off)
 {
     line_patches all = line_patches_read(file);
@@ -45,7 +45,7 @@ static void assert_holds(stp_chunk_file *file, const stp_line_set *set, double o
     free(all.list);
 }
 
-/* Whether strips begin where those end that they continue: exactly, in the world. */
+/* Each strip that continues another must begin exactly where that one ends, in the world. */
 static void assert_joined(stp_chunk_file *file, const stp_line_set *set, uint64_t joints)
 {
     line_patches all = line_patches_read(file);
@@ -104,7 +104,7 @@ static void every_vertex_comes_back(void **state)
     }
 }
 
-/* Lines over several chunks, beside points: a tree of both. */
+/* Lines over several chunks beside points must give a tree of both. */
 static void lines_stand_beside_points(void **state)
 {
     (void)state;
@@ -148,7 +148,8 @@ static void threads_give_the_same_bytes(void **state)
     stp_line_set_clear(&set);
 }
 
-/* Strips of one vertex, without length, at one place, of no width, not finite. */
+/* Strips of one vertex, of no length, with all vertices at one place, without width, or not
+ * finite. */
 static void awkward_lines(void **state)
 {
     (void)state;
@@ -194,7 +195,7 @@ static void awkward_lines(void **state)
     unlink(OUT);
 }
 
-/* Spans of very different lengths and widths, far from the origin. */
+/* Lines of very different lengths and widths, far from the origin. */
 static void lattices_meet(void **state)
 {
     (void)state;
@@ -218,7 +219,7 @@ static void lattices_meet(void **state)
     stp_line_set_clear(&set);
 }
 
-/* A lone hair, and points a million times as far apart as it is long. */
+/* A lone hair among points that lie a million times its length apart. */
 static void small_lines_in_a_large_model(void **state)
 {
     (void)state;

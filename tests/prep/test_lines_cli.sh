@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Lines by the command line: in as PLY and OBJ, out as PLY, told by prep, info and verify.
+# Tests lines on the command line: read from PLY and OBJ, exported as PLY, and reported by prep,
+# info and verify.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-# helix N [PROPERTY]: N vertices and N - 1 edges, a point and four edges that are wrong; red edges.
+# helix N [PROPERTY]: N vertices and N - 1 edges, with a lone point and four wrong edges; red edges.
 helix() {
     printf 'ply\nformat ascii 1.0\nelement vertex %d\n' $(($1 + 1))
     printf 'property float x\nproperty float y\nproperty float z\n%s' "${2:-}"
@@ -36,7 +37,7 @@ expect_text out "colour lines"
 run "$STIPPLE" info "$FOLDER/h.stipple" --json
 expect_text out '"lines"'
 
-# Out and in again: the same lines, whatever chunk their parts were in.
+# Export and prep again must give the same lines, whichever chunks held their parts.
 run "$STIPPLE" export "$FOLDER/h.stipple" -o "$FOLDER/out.ply" --quiet
 expect_code 0
 for line in "element vertex 3001" "element edge 2999" "property float radius"; do
@@ -45,16 +46,16 @@ done
 run "$STIPPLE" prep "$FOLDER/out.ply" -o "$FOLDER/again.stipple"
 expect_code 0
 expect_text err "lines: 1 of 3000 vertices and 2999 segments are stored"
-grep -q "left out" "$FOLDER/err" && fail "edges of an exported file are left out"
+grep -q "left out" "$FOLDER/err" && fail "prep leaves out edges of an exported file"
 
-# Threads change nothing.
+# The number of threads must not matter.
 for threads in 1 3; do
     run "$STIPPLE" prep "$FOLDER/helix.ply" -o "$FOLDER/t$threads.stipple" --quiet --threads $threads
     expect_code 0
 done
 cmp "$FOLDER/t1.stipple" "$FOLDER/t3.stipple" || fail "threads change the file"
 
-# OBJ, and half the width where nobody says it.
+# OBJ, with --line-radius because the file states no width.
 awk 'BEGIN { for (i = 0; i < 500; i++) print "v", cos(i / 10), sin(i / 10), i / 100
     printf "l"; for (i = 1; i <= 500; i++) printf " %d", i; print "" }' >"$FOLDER/line.obj"
 run "$STIPPLE" prep "$FOLDER/line.obj" -o "$FOLDER/l.stipple" --line-radius 0.25
@@ -69,7 +70,8 @@ run "$STIPPLE" prep "$FOLDER/line.obj" -o "$FOLDER/l.stipple" --line-radius -1
 expect_code 2
 expect_text err "--line-radius: give a positive length"
 
-# Beside other inputs; and too much for the memory, said before anything is written.
+# Lines beside other inputs. Lines that need too much memory must be refused before anything is
+# written.
 run "$STIPPLE" gen sphere -n 5000 -o "$FOLDER/s.ply" --quiet
 run "$STIPPLE" prep "$FOLDER/s.ply" "$FOLDER/line.obj" "$FOLDER/helix.ply" -o "$FOLDER/all.stipple"
 expect_code 0
@@ -78,7 +80,7 @@ expect_text err "lines: 2 of 3500 vertices and 3498 segments are stored"
 run "$STIPPLE" verify "$FOLDER/all.stipple"
 expect_code 0
 
-# Repaired: a leaf of lines is lost, and the rest is sound.
+# Repair: a leaf of lines is lost, and the rest is sound.
 cp "$FOLDER/h.stipple" "$FOLDER/hurt.stipple"
 printf 'damage' | dd of="$FOLDER/hurt.stipple" bs=1 seek=3000 conv=notrunc status=none
 run "$STIPPLE" verify "$FOLDER/hurt.stipple"

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# prep --outliers: what is planted is marked or dropped and accounted for by file and index, in the same
-# bytes for any threads and memory; marks are exported, counted and drawn.
+# Tests prep --outliers: planted outliers are marked or dropped, and listed by file and index. Any
+# number of threads and any memory gives the same bytes. Marks are exported, counted and drawn.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 mkdir "$FOLDER/in"
 "$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$FOLDER/in/b.ply" --quiet || fail "no scan"
 
-# A file before and one after the statue, of points far from it and from each other.
+# One file before and one after the statue, with points far from it and from each other.
 far() { # name, points a line
     local lines
     lines=$(cat)
@@ -18,7 +18,7 @@ far() { # name, points a line
 far a.ply <<<$'9 0 0\nnan 1 1\n0 9 0\n0 0 9'
 far c.ply <<<$'-9 0 0\n0 -9 0'
 
-# The same bytes: plain memory, and files of points where it is small.
+# Memory alone, and files of points if memory is small, must give the same bytes.
 check_bytes() { # drop or mark
     "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/$1.stipple" --outliers "$1" --threads 1 --quiet ||
         fail "$1: no model"
@@ -54,7 +54,7 @@ cmp "$FOLDER/rejects.csv" "$FOLDER/expected.csv" || fail "rejects"
 run "$STIPPLE" info "$FOLDER/m.stipple"
 expect_text out "outliers       5 dropped, more than 3 local spacings"
 "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet
-! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property without marks"
+! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property of outliers, though none is marked"
 
 run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers mark \
     --outlier-distance 4 --stats "$FOLDER/stats.json"
@@ -66,7 +66,7 @@ run "$STIPPLE" info "$FOLDER/m.stipple"
 expect_text out "attributes     normal colour outlier"
 expect_text out "outliers       5 marked, more than 4 local spacings"
 
-# The property, last of each vertex: 1 five times.
+# `outlier` is the last property of each vertex; it must be 1 five times.
 "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --force --quiet
 [ "$(head -20 "$FOLDER/m.ply" | grep -acx "property uchar outlier")" = 1 ] || fail "no property"
 header=$(head -20 "$FOLDER/m.ply" | grep -abo end_header | cut -d: -f1)
@@ -74,7 +74,7 @@ ones=$(tail -c +$((header + 12)) "$FOLDER/m.ply" | od -An -v -tu1 -w28 |
     awk '{ ones += $28 == 1; other += $28 > 1 } END { print ones + 0, other + 0, NR }')
 [ "$ones" = "5 0 200005" ] || fail "marks: $ones"
 
-# Without it nothing is looked for.
+# Without --outliers prep must not look for any.
 run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force
 ! grep -q outliers "$FOLDER/err" || fail "outliers without being asked"
 [ "$("$STIPPLE" info "$FOLDER/m.stipple" | grep -c outlier)" = 0 ] || fail "info says outliers"
@@ -92,7 +92,7 @@ usage "--outlier-distance" --outliers drop --outlier-distance nan
 
 if "$STIPPLE" --help | grep -q '^  render '; then
     run "$STIPPLE" render "$FOLDER/m.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
-    [ "$code" = 1 ] || fail "drew marks that are not there"
+    [ "$code" = 1 ] || fail "outliers were drawn, though none is marked"
     expect_text err "prepare it with --outliers mark"
     run "$STIPPLE" render "$FOLDER/mark.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
     expect_code 0

@@ -1,6 +1,6 @@
-/* `gen tree` to lines: each leaf is one ribbon by MKC08's formula, each ring of a branch a vertex
- * of a tube with the ring's centre and mean width, the thick trunk stays; in any order of the mesh.
- */
+/* Tests `gen tree` to lines: each leaf is one ribbon by MKC08's formula, each ring of a branch is a
+ * vertex of a tube with the ring's centre and mean width, and the thick trunk stays. The order of
+ * the mesh must not matter. */
 #include "tests/fixtures/plant_fixture.h"
 
 static const double pi = 3.14159265358979323846;
@@ -44,7 +44,8 @@ static bool is_near(stp_dvec3 a, stp_dvec3 b)
     return stp_dvec3_length(stp_dvec3_sub(a, b)) < 1e-9;
 }
 
-/* The leaf's vertices are base, pair, pair, tip; *reverse: the ribbon begins at the tip. */
+/* Finds the ribbon of a leaf. The leaf's vertices are base, pair, pair, tip; *reverse: the ribbon
+ * begins at the tip. */
 static const stp_line_vertex *find_ribbon(const stp_plant *plant, const stp_dvec3 leaf[6],
                                           bool *reverse)
 {
@@ -66,7 +67,7 @@ static const stp_line_vertex *find_ribbon(const stp_plant *plant, const stp_dvec
     return found;
 }
 
-/* Positions and radii by the formula; returns the ribbon, from the base on. */
+/* Checks positions and radii by the formula; returns the ribbon, from the base on. */
 static void check_leaf(const stp_plant *plant, size_t leaf, stp_line_vertex ribbon[4])
 {
     const uint32_t first = tree.first_leaf_vertex + (uint32_t)(6 * leaf);
@@ -115,7 +116,7 @@ static double width_radius(const gen_tree_ring *ring, uint32_t sides)
     return ring->radius * (double)sides * sin(pi / (double)sides) / pi;
 }
 
-/* The one tube with an end at a tip, *step: from there to its other end. */
+/* Finds the one tube with an end at a tip; *step leads from there to the other end. */
 static const stp_line_strip *find_tube(const stp_plant *plant, stp_dvec3 tip, int *step)
 {
     const stp_line_strip *found = NULL;
@@ -132,7 +133,7 @@ static const stp_line_strip *find_tube(const stp_plant *plant, stp_dvec3 tip, in
     return found;
 }
 
-/* The mean of the ring's colours; the shuffled mesh has none. */
+/* The colour must be the mean of the ring's colours; the shuffled mesh has none. */
 static void check_colour(const stp_plant *plant, const stp_line_vertex *v, uint32_t first,
                          uint32_t count)
 {
@@ -144,7 +145,7 @@ static void check_colour(const stp_plant *plant, const stp_line_vertex *v, uint3
     }
 }
 
-/* The tube's vertices are the plan's thin rings, from the tip down; returns how many. */
+/* The tube's vertices must be the plan's thin rings, from the tip down; returns how many. */
 static size_t check_tube(const stp_plant *plant, const gen_tree_tube *tube)
 {
     int step = 0;
@@ -209,7 +210,8 @@ static void test_branches_and_trunk(void **state)
     stp_plant_clear(&plant);
 }
 
-/* No order of vertices, triangles or corners is relied on, and no normals or colours. */
+/* The order of vertices, triangles and corners must not matter, nor whether there are normals and
+ * colours. */
 static void test_any_order(void **state)
 {
     (void)state;
@@ -224,8 +226,8 @@ static void test_any_order(void **state)
     stp_plant_clear(&plant);
 }
 
-/* Three vertices of its own for each triangle, and each triangle again from behind: as files
- * without shared vertices have it. */
+/* Each triangle with three vertices of its own, and again from behind, as in files without shared
+ * vertices. */
 static void test_soup(void **state)
 {
     (void)state;

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# prep --lines auto: a plant's mesh to ribbons, tubes and triangles, all of it accounted for.
+# Tests prep --lines auto: it turns a plant's mesh into ribbons, tubes and triangles and accounts
+# for every triangle.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -24,7 +25,7 @@ expect_code 0
 run "$STIPPLE" info "$FOLDER/t.stipple"
 expect_text out "colour lines triangles"
 
-# Scans beside it are points, as ever; alone they are no plant.
+# Scans beside the mesh stay points; scans alone are no plant.
 run "$STIPPLE" prep "$FOLDER/mesh.ply" "$FOLDER/tree.ply" -o "$FOLDER/both.stipple" --lines auto
 expect_code 0
 expect_text err "20000 stored"

@@ -1,5 +1,6 @@
-/* Plants without memory: each allocation of growing one and of making it lines fails once, which is
- * said, leaves the output as it was and loses nothing (the address sanitizer looks). */
+/* Tests plants without memory: each allocation of growing a plant and of turning it into lines
+ * fails once. The failure must be reported, leave the output as it was, and leak nothing (the
+ * address sanitizer checks). */
 #include "base/memory.h"
 #include "tests/fixtures/plant_fixture.h"
 
@@ -10,7 +11,7 @@ stp_status __real_stp_grow(void *array, size_t *capacity, size_t needed, size_t 
 stp_status __wrap_stp_grow(void *array, size_t *capacity, size_t needed, size_t size,
                            const char *what, stp_error *err);
 
-/* How many allocations succeed before one fails; negative: it has. */
+/* How many allocations succeed before one fails; negative: it has failed. */
 static int left;
 
 static bool fails(void)

@@ -1,13 +1,13 @@
-/* Meshes to lines, shape by shape: what is a ribbon, what is a tube, what stays; and meshes that
- * are broken, which lose nothing. */
+/* Tests meshes to lines, shape by shape: what becomes a ribbon, what becomes a tube, and what
+ * stays. Broken meshes must lose nothing. */
 #include "base/clock.h"
 #include "tests/fixtures/plant_fixture.h"
 
 static const double pi = 3.14159265358979323846;
-/* Shapes that are all there is of a model: leaves may be as large as it, and tubes as thick. */
+/* For a shape that is the whole model: leaves may be as large as the model, and tubes as thick. */
 static const stp_plant_params alone = {.leaf_size = 1.0, .trunk_radius = 1.0};
 
-/* Converts, checks how many triangles became what, and clears the mesh. */
+/* Converts, checks how many triangles became ribbons and tubes, and clears the mesh. */
 static stp_plant expect(plant_mesh *m, const stp_plant_params *params, uint64_t ribbon_triangles,
                         uint64_t tube_triangles)
 {
@@ -48,7 +48,7 @@ static void test_nearly_nothing(void **state)
     expect_all_kept(&m, &alone);
 }
 
-/* 3 wide and 4 long, whichever way it is cut; it ends where the card ends. */
+/* A card 3 wide and 4 long, cut either way: the ribbon must end where the card ends. */
 static void test_cards(void **state)
 {
     (void)state;
@@ -89,7 +89,8 @@ static void test_pointed_card(void **state)
     stp_plant_clear(&plant);
 }
 
-/* A blade of grass of quads, bent, ending in a point: each pair a vertex, the point one. */
+/* A bent blade of grass of quads that ends in a point: each pair gives a vertex, and so does the
+ * point. */
 static void test_blade(void **state)
 {
     (void)state;
@@ -111,7 +112,7 @@ static void test_blade(void **state)
     stp_plant_clear(&plant);
 }
 
-/* Four triangles in a row of two squares are no pointed leaf: three pairs. */
+/* Four triangles that form a row of two squares are no pointed leaf, but three pairs. */
 static void test_two_squares(void **state)
 {
     (void)state;
@@ -128,7 +129,7 @@ static void test_two_squares(void **state)
     stp_plant_clear(&plant);
 }
 
-/* Six vertices: end, pairs, end; pairs 2 wide. */
+/* A leaf of six vertices: end, pairs, end; the pairs are 2 wide. */
 static void add_leaf(plant_mesh *m, const uint32_t v[6])
 {
     plant_mesh_triangle(m, v[0], v[1], v[2]);
@@ -136,7 +137,7 @@ static void add_leaf(plant_mesh *m, const uint32_t v[6])
     plant_mesh_triangle(m, v[3], v[5], v[4]);
 }
 
-/* Two leaves whose first ends are one vertex, and two whose ends are at one position. */
+/* Two leaves that share their first vertex, and two whose first vertices are at one position. */
 static void test_leaves_that_touch(void **state)
 {
     (void)state;
@@ -178,7 +179,7 @@ static void test_large_cards_stay(void **state)
     expect_all_kept(&m, NULL);
 }
 
-/* An open tube of a regular polygon: centres, mean widths, tangents. */
+/* An open tube of a regular polygon: checks centres, mean widths and tangents. */
 static void test_open_tube(void **state)
 {
     (void)state;
@@ -204,7 +205,7 @@ static void test_open_tube(void **state)
     }
 }
 
-/* Rings with a seam (their first vertex again at the end, as files with textures have it), with
+/* Rings with a seam (their first vertex is repeated at the end, as in files with textures), with
  * lids at both ends or a tip. */
 static void test_seam_and_lids(void **state)
 {
@@ -236,7 +237,7 @@ static void test_seam_and_lids(void **state)
     }
 }
 
-/* A thin tube without an end is one but for the section where it closes, in linear time. */
+/* A thin closed tube becomes one line, except for the section where it closes, in linear time. */
 static void test_hoop(void **state)
 {
     (void)state;
@@ -259,7 +260,7 @@ static void test_hoop(void **state)
     stp_plant_clear(&plant);
 }
 
-/* Eight sides below, four above. */
+/* A tube with eight sides below and four above. */
 static void test_fewer_sides(void **state)
 {
     (void)state;
@@ -281,8 +282,8 @@ static void test_fewer_sides(void **state)
     stp_plant_clear(&plant);
 }
 
-/* Normals lean by 45 degrees, which is light, and by 80, which no disc of the ribbon could follow.
- */
+/* Normals that lean by 45 degrees, which is light, and by 80, which no disc of the ribbon can
+ * follow. */
 static void test_leaf_normals(void **state)
 {
     (void)state;
@@ -305,7 +306,7 @@ static void test_leaf_normals(void **state)
 
 enum { FORK_SIDES = 4, FORK_RINGS = 5 };
 
-/* Three arms of rings, one downwards; ends gets their rings at the fork. */
+/* Adds three arms of rings, one of them downwards; `ends` gets their rings at the fork. */
 static void add_arms(plant_mesh *m, bool tips, uint32_t ends[3])
 {
     for (int arm = 0; arm < 3; arm++) {
@@ -327,8 +328,8 @@ static void add_arms(plant_mesh *m, bool tips, uint32_t ends[3])
     }
 }
 
-/* A trunk that parts in two: each of the three is a tube as far as it goes, the fork stays. With
- * tips nothing has a border. */
+/* A trunk forks in two: each of the three is a tube up to the fork, and the fork stays. With tips,
+ * the mesh has no border. */
 static void test_fork(void **state)
 {
     (void)state;
@@ -337,7 +338,7 @@ static void test_fork(void **state)
         uint32_t ends[3] = {0};
         add_arms(&m, tips, ends);
         const uint64_t arms = m.mesh.triangle_count;
-        /* Halves of the lower ring to the rings above, and a saddle between these. */
+        /* joins halves of the lower ring to the rings above, and these by a saddle */
         const uint32_t l = ends[0], a = ends[1], b = ends[2];
         for (uint32_t k = 1; k < 3; k++)
             plant_mesh_quad(&m, l + k, l + k + 1, a + k + 1, a + k);
@@ -380,11 +381,12 @@ static void test_sphere_stays(void **state)
     expect_all_kept(&m, &alone);
     m = make_sphere(200, 100);
     expect_all_kept(&m, NULL);
-    m = make_sphere(40, 39); /* its meridians are rings, too */
+    m = make_sphere(40, 39); /* its meridians are rings too */
     expect_all_kept(&m, &alone);
 }
 
-/* A box of two long sides and two short ones is a plank; a pipe short for its width a ring. */
+/* A box with two long sides and two short ones is a plank. A pipe that is short for its width is a
+ * ring. */
 static void test_planks_and_rings_stay(void **state)
 {
     (void)state;
@@ -401,8 +403,9 @@ static void test_planks_and_rings_stay(void **state)
     expect_all_kept(&m, &alone);
 }
 
-/* A tube one of whose triangles has a twin, is turned to nothing, or has a corner that is NaN: what
- * can be read is, nothing is lost, and the leaf beside it is found. */
+/* A tube with one damaged triangle: it has a twin, is degenerate, or has a corner that is not
+ * finite. What can be read must be converted, nothing may be lost, and the leaf beside it must be
+ * found. */
 static void test_damage(void **state)
 {
     (void)state;
@@ -436,7 +439,7 @@ static void test_damage(void **state)
         const uint64_t all = m.mesh.triangle_count;
         stp_plant plant = plant_convert(&m.mesh, &alone);
         assert_int_equal(plant.report.ribbons, 1);
-        /* A twin goes with its triangle, one that only touches is no part of the tube. */
+        /* a twin goes with its triangle; a triangle that only touches is no part of the tube */
         static const uint64_t tubes[] = {1, 2, 2, 2, 1};
         assert_int_equal(plant.report.tubes, tubes[damage]);
         assert_true((plant.report.kept_triangles >= 1) == (damage > 0));
@@ -446,7 +449,7 @@ static void test_damage(void **state)
     }
 }
 
-/* Every triangle between the same few vertices, and all of them around one vertex. */
+/* Every triangle uses the same few vertices, or all lie around one vertex. */
 static void test_tangles(void **state)
 {
     (void)state;
@@ -476,8 +479,8 @@ static void test_tangles(void **state)
     expect_all_kept(&m, NULL);
 }
 
-/* A tree some of whose triangles are gone, rewired or moved into one place: whatever is found,
- * every triangle is somewhere. */
+/* A tree with triangles that are gone, rewired or moved to one place: whatever is found, no
+ * triangle may be lost. */
 static void test_random_damage(void **state)
 {
     (void)state;
@@ -504,7 +507,7 @@ static void test_random_damage(void **state)
     gen_tree_clear(&tree);
 }
 
-/* Models whose lengths no float can hold stay as they are. */
+/* Models whose lengths no float can hold must stay as they are. */
 static void test_sizes(void **state)
 {
     (void)state;
@@ -523,7 +526,7 @@ static void test_sizes(void **state)
     }
 }
 
-/* The time of a tree four times as large is not much more than four times as long. */
+/* A tree four times as large must not take much more than four times as long. */
 static void test_time_is_linear(void **state)
 {
     (void)state;

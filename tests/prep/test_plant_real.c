@@ -1,13 +1,13 @@
-/* A real tree's mesh to lines, where a folder of scans is named by STIPPLE_SCANS: how many leaves
- * and branches it has, how many vertices are left, and how it looks. Skipped elsewhere: the scans
- * are not the project's to give. */
+/* Tests a real tree's mesh to lines: how many leaves and branches it has, how many vertices are
+ * left, and how it looks. Skips unless STIPPLE_SCANS names a folder of scans: the project may not
+ * distribute them. */
 #include "tests/fixtures/plant_silhouette.h"
 #include "tests/fixtures/scan_fixture.h"
 
 static const char oak[] = "tree/eztree_oak_large.obj";
 
-/* 5,280 square cards; 180 twigs of 4 rings, 50 of 17, 9 branches of 28, and a trunk of 65, of which
- * the lowest are too thick. */
+/* 5,280 square cards; 180 twigs of 4 rings, 50 of 17, 9 branches of 28, and a trunk of 65 whose
+ * lowest rings are too thick. */
 static void test_oak(void **state)
 {
     (void)state;

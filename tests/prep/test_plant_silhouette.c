@@ -1,12 +1,12 @@
-/* Lines look like the mesh that they came from: silhouettes of `gen tree` in 26 directions, of all
- * of it, of its branches alone and of its leaves alone. */
+/* Tests that lines look like the mesh that they came from: silhouettes of `gen tree` in 26
+ * directions, of the whole tree, of its branches alone and of its leaves alone. */
 #include "tests/fixtures/plant_silhouette.h"
 
 enum { SIZE_PX = 600 };
 
 typedef enum part { ALL, BRANCHES, LEAVES } part;
 
-/* Leaves the part's triangles in the mesh. */
+/* Keeps only the part's triangles in the mesh. */
 static void keep_part(stp_mesh *mesh, const gen_tree *tree, part which)
 {
     const size_t branches = tree->first_leaf_triangle;

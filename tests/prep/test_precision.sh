@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# How far stored points are from those read: said by prep, its figures, the file and info, with what to
-# do where that is more than the scan resolves.
+# Tests how far stored points are from the points read. prep, its figures, the file and info must
+# say it. If the distance exceeds the scan's resolution, prep must say what to do.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
 
-# A square of 20 m in millimetres, and if far=1 points kilometres around it.
+# A square of 20 m in millimetres; with far=1, points kilometres around it too.
 survey() {
     awk -v far="$1" 'BEGIN {
         for (i = 0; i < 4000; i++) printf "%.3f %.3f %.3f\n", i % 63 * 0.317, int(i / 63) * 0.313, i % 7 * 0.011
@@ -15,7 +15,7 @@ survey() {
 survey 0 "$FOLDER/near.xyz"
 survey 1 "$FOLDER/far.xyz"
 
-# displacement FILE: "greatest" of it
+# of_stats KEY: prints this key of "displacement".
 of_stats() {
     sed -n "/\"displacement\"/,/}/s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json"
 }
@@ -50,10 +50,10 @@ prepared "$FOLDER/far.xyz" --precision exact
 holds "$(of_stats greatest) <= 0.0005 && $(of_stats changed) == 0 && $(of_stats beyond) == 0"
 expect_text err "every stored position rounds to the very number that was read"
 grep -q '"exact":[[:space:]]*true' "$FOLDER/info.json" || fail "metadata: exact"
-# Exported, the numbers are those of the file.
+# Exported numbers must be those of the file.
 "$STIPPLE" export "$model" -o "$FOLDER/out.ply" --quiet
 head -c 300 "$FOLDER/out.ply" | grep -aq 'property double x' || fail "export: floats for millimetres over kilometres"
-# Doubles of sixteen digits: more than a patch has bits for, which is said.
+# Doubles of sixteen digits have more bits than a patch can store, and prep must say so.
 awk 'BEGIN { for (i = 0; i < 3000; i++) printf "%.15f %.15f %.15f\n", sin(i), cos(i), sin(i * 0.7) }' >"$FOLDER/digits.xyz"
 prepared "$FOLDER/digits.xyz" --precision exact
 expect_text err "stored positions do not round to the very numbers that were read"
@@ -69,7 +69,7 @@ for place in '0 0 0' '3 4 5'; do
     prepared "$FOLDER/place.xyz" --precision 1e29
 done
 
-# Overlapping scans on the surface they share: how far that moves points is said, stored and bounded.
+# Joining overlapping scans moves points: the distance must be reported, stored and bounded.
 "$STIPPLE" gen sphere -n 20000 --noise 0.5 -o "$FOLDER/noisy.ply" --quiet
 prepared "$FOLDER/noisy.ply" --layers joined
 expect_text err "layers are joined: points were moved by at most "
@@ -82,7 +82,8 @@ run "$STIPPLE" prep "$FOLDER/noisy.ply" -o "$FOLDER/none.stipple" --layers joine
 expect_code 2
 expect_text err "--layers joined moves points, --precision exact keeps them"
 
-# A scan with noisy normals: how to join overlapping scans is said, but not to one who does so already.
+# For a scan with noisy normals prep must say how to join overlapping scans, but not if they are
+# joined already.
 awk 'BEGIN {
     srand(1)
     printf "ply\nformat ascii 1.0\nelement vertex 10000\n"

@@ -1,4 +1,5 @@
-/* prep as a whole: every point once, errors that grow, the same bytes, awkward inputs. */
+/* Tests prep as a whole: every point once, errors that grow towards the root, the same bytes,
+ * awkward inputs. */
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/size.h"
 
@@ -6,8 +7,8 @@
 
 #define OUT "test_prep.stipple"
 
-/* Spacing by its definition: sqrt(pi / k) times the distance to the k-th nearest other position,
- * for clouds where equal distances are equal positions. */
+/* The spacing by its definition: sqrt(pi / k) times the distance to the k-th nearest other
+ * position. For clouds in which equal distances are equal positions. */
 static double spacing_of(const prep_cloud *cloud, size_t self, unsigned k)
 {
     double nearest[64];
@@ -30,7 +31,7 @@ static double spacing_of(const prep_cloud *cloud, size_t self, unsigned k)
     return count ? sqrt(nearest[count - 1] * M_PI / count) : 0.0;
 }
 
-/* What a point may move: 1/32 of its spacing; where all points are equal, what a float keeps. */
+/* How far a point may move: 1/32 of its spacing; if all points are equal, a float's precision. */
 static double position_error(const prep_cloud *cloud, size_t number)
 {
     double spacing = spacing_of(cloud, number, 16);
@@ -38,8 +39,9 @@ static double position_error(const prep_cloud *cloud, size_t number)
                          : ldexp(stp_dvec3_length(cloud->points[number].position), -23);
 }
 
-/* Level 0 of the leaves against the input: each valid point once, everything it had still there.
- * Every stride-th point's distance from its place is compared with its spacing. */
+/* Compares level 0 of the leaves with the input: each valid point must be there once, with
+ * everything that it had. The distance of every stride-th point from its place is compared with its
+ * spacing. */
 static void assert_holds(stp_chunk_file *file, const prep_cloud *cloud, size_t valid, size_t stride)
 {
     uint8_t *seen = calloc(cloud->count, 1);
@@ -93,7 +95,8 @@ static void every_point_is_stored_once(void **state)
     free(cloud.points);
 }
 
-/* Upwards through a patch, and from a child to every patch of its parent that it refines. */
+/* Errors grow upwards in a patch, and from a child's patch to every patch of the parent that it
+ * refines. */
 static void errors_grow_towards_the_root(void **state)
 {
     (void)state;
@@ -126,7 +129,7 @@ static void errors_grow_towards_the_root(void **state)
     free(cloud.points);
 }
 
-/* A merged disc covers the centres it replaces and has a colour between theirs. */
+/* A merged disc must cover the centres that it replaces and have a colour between theirs. */
 static void check_merged(const stp_chunk *chunk, uint32_t p, int level)
 {
     const stp_patch *patch = &chunk->patches[p];
@@ -142,8 +145,8 @@ static void check_merged(const stp_chunk *chunk, uint32_t p, int level)
             const stp_sample *c = &chunk->samples[level - 1][chunk->level_begin[level - 1][p] + i];
             stp_dvec3 d =
                 stp_dvec3_sub(stp_sample_position(c, patch), stp_sample_position(s, patch));
-            /* the merged centre was rounded after its radius was chosen; a vertex on a coarser
-             * lattice, of at most 1/32 of its own spacing */
+            /* the merged centre is rounded after the choice of its radius; a vertex is rounded to a
+             * coarser lattice, by at most 1/32 of its own spacing */
             double rounding = level == 3 ? stp_sample_radius(s, patch) / 32.0 : step;
             assert_true(stp_dvec3_length(d) <= stp_sample_radius(s, patch) + rounding);
             for (int k = 0; k < 3; k++) {
@@ -200,7 +203,7 @@ static void threads_do_not_change_the_bytes(void **state)
     free(cloud.points);
 }
 
-/* Awkward inputs: what is stored is all there and verifies. */
+/* Awkward inputs must be stored completely and verify. */
 static stp_prep_stats assert_works(prep_cloud *cloud)
 {
     stp_prep_stats stats;
@@ -233,7 +236,7 @@ static void one_point_and_three(void **state)
             cloud.points[i].position = (stp_dvec3){1e6 + (double)(i % 2), (double)(i / 2), 5.0};
         stp_prep_stats stats = assert_works(&cloud);
         assert_int_equal(stats.orientation, STP_ORIENTATION_UNKNOWN);
-        assert_int_equal(flags_of_first(), 0); /* two neighbours make no normal */
+        assert_int_equal(flags_of_first(), 0); /* two neighbours define no normal */
         free(cloud.points);
     }
 }
@@ -266,8 +269,8 @@ static void all_points_equal(void **state)
     free(cloud.points);
 }
 
-/* Sparse points with a fine scale, as a survey's: every bound has a code, and positions are as
- * asked or, where nothing so fine is sampled, a ten thousandth of the disc. */
+/* Sparse points with a fine precision, as in surveys: every bound must have a code. Positions must
+ * be as precise as asked, or to a ten thousandth of the disc if the precision asked is too fine. */
 static void precision_far_below_the_spacing(void **state)
 {
     (void)state;
@@ -301,7 +304,7 @@ static void precision_far_below_the_spacing(void **state)
     }
 }
 
-/* A byte holds the range that is used. */
+/* The stored byte must span the range that the input uses. */
 static void intensities_are_of_their_range(void **state)
 {
     (void)state;
@@ -359,7 +362,7 @@ static void points_on_a_plane(void **state)
     free(cloud.points);
 }
 
-/* Piles of duplicates on a surface: kept, and no normal is lost to them. */
+/* Piles of duplicates on a surface must be kept, and no normal may be lost to them. */
 static void duplicates_are_kept(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* What is said of stored positions, against the points that were read; and that of --precision
- * exact every number comes back that stood in the file. */
+/* Tests what prep reports about stored positions, against the points read. With --precision exact,
+ * every number of the file must come back. */
 #include "formats/scan/coordinate_step.h"
 #include "tests/fixtures/e57_fixture.h"
 #include "tests/fixtures/las_fixture.h"
@@ -12,7 +12,7 @@
 
 enum { DENSE = 3000, FAR = 60, COUNT = DENSE + FAR };
 
-/* A dense patch of ground, and a few points kilometres around it, in whole steps. */
+/* A dense patch of ground and a few points kilometres around it, in whole steps. */
 static void place(size_t i, double steps[3])
 {
     const double side = i < DENSE ? 2e4 : 3e6;
@@ -22,7 +22,7 @@ static void place(size_t i, double steps[3])
                                                                                           : 3e5));
 }
 
-/* All points of a scan, numbered in its order. */
+/* Reads all points of a scan, numbered in their order. */
 static prep_cloud read_scan(const char *path, double *step)
 {
     stp_scan *scan = NULL;
@@ -81,7 +81,7 @@ static void take_point(void *context, const stp_chunk_entry *entry, const stp_pa
     points->found++;
 }
 
-/* Positions as stored, by number; free with free(). */
+/* Reads the stored positions, by number; free them with free(). */
 static stp_dvec3 *stored(stp_chunk_file *file, size_t count)
 {
     stored_points points = {.at = calloc(count, sizeof *points.at)};
@@ -102,7 +102,8 @@ static double noted(const stp_chunk_file_info *info, const char *name)
     return value;
 }
 
-/* What is said is what is: greatest, mean and how many are beyond, counted again. */
+/* The report must be true: counts again the greatest and the mean displacement, and how many points
+ * are displaced by more than the input resolves. */
 static stp_displacement check_said(const prep_cloud *cloud, const stp_prep_stats *stats)
 {
     stp_displacement d = {.points = cloud->count};
@@ -128,7 +129,7 @@ static stp_displacement check_said(const prep_cloud *cloud, const stp_prep_stats
     return d;
 }
 
-/* Every stored number, printed with the file's decimals, is the file's. */
+/* Every stored number, printed with the file's decimals, must be the file's number. */
 static void check_numbers(double scale, const double offset[3], int digits)
 {
     stp_chunk_file *file = prep_open_verified(OUT);
@@ -146,7 +147,7 @@ static void check_numbers(double scale, const double offset[3], int digits)
     stp_chunk_file_close(&file);
 }
 
-/* By default far points are off, which is said; exact, none is. */
+/* By default far points are off, and prep says so; with exact, none is. */
 static void check_file(const char *path, double scale, const double offset[3], int digits)
 {
     double step = 0.0;
@@ -185,7 +186,7 @@ static void las_with_offset(void **state)
 static void scaled_integers_of_e57(void **state)
 {
     (void)state;
-    enum { BITS = 22 }; /* of 4,000,001 values */
+    enum { BITS = 22 }; /* for 4,000,001 values */
     const double offset[3] = {5.25, -700.125, 0.0};
     e57_stream streams[3] = {0};
     e57_file file;
@@ -211,7 +212,7 @@ static void scaled_integers_of_e57(void **state)
     check_file("scaled.e57", 0.001, offset, 3);
 }
 
-/* Lines of three numbers with so many decimals, behind a head. */
+/* Writes a head, then lines of three numbers with this many decimals. */
 static void write_lines(const char *path, const char *head, double scale, int decimals)
 {
     FILE *file = fopen(path, "w");
@@ -236,7 +237,7 @@ static void decimals_of_text(void **state)
     check_file("five.xyz", 1e-5, none, 5);
 }
 
-/* Floats of decimals: 3e6 steps are kept apart by 24 bits. */
+/* Decimals in floats: the 24 bits of a float tell 3e6 steps apart. */
 static void decimals_in_floats(void **state)
 {
     (void)state;
@@ -256,8 +257,8 @@ static void decimals_in_floats(void **state)
     check_file("floats.pcd", 1e-2, none, 2);
 }
 
-/* Floats without decimals: those with no more digits than patches have bits come back, of the
- * others it is said how many do not. */
+/* Floats without decimal steps: if they have no more digits than patches have bits, all come back.
+ * Otherwise prep must say how many do not. */
 static void plain_floats(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Many inputs as one model: files, folders, patterns and lists; every record accounted for, by file and
-# index where it is asked; reports for programs.
+# Tests many inputs for one model: files, folders, patterns and lists. Every record is accounted
+# for, by file and index if asked; reports can be read by programs.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 scans="$FOLDER/scäns here"
@@ -19,7 +19,7 @@ ply 3 <<<$'0 0 nan\n0 0 2\n1 1 1' >"$scans/b/c/bed.ply"
 ply 1 <<<'5 5 5' >"$scans/.hidden/not.ply"
 echo no scan >"$scans/readme.md"
 
-# prepared READ STORED: of the inputs that follow.
+# prepared READ STORED INPUT...: prep must report these numbers of points.
 prepared() {
     local read=$1 stored=$2
     shift 2
@@ -35,18 +35,18 @@ prepared() {
 prepared 3007 3004 "$scans"
 cp "$FOLDER/m.stipple" "$FOLDER/folder.stipple"
 prepared 3007 3004 "$scans/a.ply" "$scans/b/b.PLY" "$scans"/b/c/*
-cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a folder is its files by name"
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a folder's model is not that of its files in order of their names"
 prepared 3007 3004 "$scans/[ab]*"
 prepared 7 4 "$scans/b/c/b?d*.ply"
 printf '# a list\r\n\r\nscäns here/a.ply\r\nscäns here/b\r\n' >"$FOLDER/list.txt"
 prepared 3007 3004 "@$FOLDER/list.txt"
-cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list is its files in order"
+cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list's model is not that of its files in order"
 "$STIPPLE" info "$FOLDER/m.stipple" --json >"$FOLDER/info.json"
 for name in a.ply b.PLY 'bad, \"q\".ply' bed.ply; do
     grep -qF "\"$name\"" "$FOLDER/info.json" || fail "the metadata has no $name"
 done
 
-# Rejects: a line each.
+# Rejects are written one per line.
 run "$STIPPLE" prep "$scans" -o "$FOLDER/m.stipple" --force --quiet --rejects "$FOLDER/rejects.csv"
 expect_code 0
 {
@@ -60,7 +60,8 @@ run "$STIPPLE" prep "$scans" -o "$FOLDER/n.stipple" --quiet --rejects "$FOLDER/r
 expect_failure "rejects.csv exists"
 [ ! -e "$FOLDER/n.stipple" ] || fail "a model though the rejects could not be written"
 
-# For programs: each line an object, stages in order, the last of the time left small.
+# --progress json: each line is an object, stages come in order, and the last estimate of the time
+# left is small.
 run "$STIPPLE" prep "$scans" -o "$FOLDER/m.stipple" --force --progress json
 expect_code 0
 number='(-?[0-9.]+|null)'
@@ -68,7 +69,7 @@ object="^\\{\"stage\": \"[a-z]+\", \"done\": $number, \"total\": $number, \"seco
 object+=" \"seconds_left\": $number\\}\$"
 reports=$(grep -c '^{' "$FOLDER/err")
 [ "$reports" -ge 5 ] || fail "$reports reports"
-[ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a report is no object"
+[ "$(grep -cE "$object" "$FOLDER/err")" = "$reports" ] || fail "a line of the progress is not an object"
 stages=$(sed -n 's/^{"stage": "\([a-z]*\)".*/\1/p' "$FOLDER/err" | uniq | tr '\n' ' ')
 [ "$stages" = "read sort surface orientation closed patches " ] || fail "stages: $stages"
 
@@ -89,7 +90,7 @@ refuse "the list of inputs \`$FOLDER/none.txt\` cannot be opened" "@$FOLDER/none
 ply 0 </dev/null >"$FOLDER/no points.ply"
 refuse "no points.ply has no points: there is nothing to write" "$FOLDER/no points.ply"
 
-# A list from Windows; and no file twice, whatever it is called.
+# A list from Windows. No file may be given twice, under any name.
 printf '\xef\xbb\xbfscäns here/a.ply\r\n' >"$FOLDER/marked.txt"
 prepared 1000 1000 "@$FOLDER/marked.txt"
 refuse "a.ply is the same file as $scans/a.ply: give it once" "$scans/a.ply" "$scans"
@@ -97,7 +98,7 @@ ln -s a.ply "$scans/c.ply"
 refuse "c.ply is the same file as $scans/a.ply" "$scans"
 rm "$scans/c.ply"
 
-# What has the name of a scan and is none is told, and nothing waits for a pipe.
+# A file that only has the name of a scan must be reported, and prep must not wait for a pipe.
 mkdir -p "$FOLDER/odd/loop"
 cp "$scans/a.ply" "$FOLDER/odd/a.ply"
 ln -s .. "$FOLDER/odd/loop/up"
@@ -109,7 +110,8 @@ mkfifo "$FOLDER/odd/pipe.ply"
 refuse "pipe.ply is not a regular file" "$FOLDER/odd" --strict
 rm "$FOLDER/odd/pipe.ply"
 
-# One that cannot be read, wherever it stands, costs itself alone: it is named at the end, the exit is 1.
+# An input that cannot be read is left out alone, wherever it stands: it is named at the end, and
+# the exit code is 1.
 sick="$FOLDER/sïck ones"
 mkdir -p "$sick/shut" "$FOLDER/open"
 "$STIPPLE" gen sphere -n 70000 -o "$sick/a.ply" --quiet
@@ -123,7 +125,7 @@ ply 5 <<<'1 2 3' >"$sick/e cut.ply"
 head -c 1000000 "$FOLDER/whole.las" >"$sick/f cut.las"
 good=("$sick/a.ply" "$sick/c bed.ply")
 rm "$sick/d.ply"
-# left_out COUNT OF SENTENCE...; the inputs are $inputs
+# left_out COUNT OF SENTENCE...: prep of $inputs must leave out COUNT of OF files.
 left_out() {
     local count=$1 of=$2
     shift 2
@@ -138,7 +140,7 @@ left_out() {
         grep '^not read: ' "$FOLDER/err" | grep -qF -- "$sentence" || fail "no sentence: $sentence"
     done
 }
-# Two models of the same points; their metadata name different inputs.
+# Whether two models have the same points; their metadata name different inputs.
 same_model() {
     "$STIPPLE" export "$1" -o "$FOLDER/1.ply" --force --quiet
     "$STIPPLE" export "$2" -o "$FOLDER/2.ply" --force --quiet
@@ -149,12 +151,12 @@ inputs=("$sick")
 left_out 5 7 "b late.ply: line" "e cut.ply" "f cut.las" "foreign.ply" "é empty.ply"
 expect_text err "70003 points read, 70002 stored, 1 rejected (1 not finite)"
 same_model "$FOLDER/s.stipple" "$FOLDER/good.stipple"
-grep -q 'c bed.ply",0,not_finite$' "$FOLDER/rejects.csv" || fail "a reject behind what is left out"
+grep -q 'c bed.ply",0,not_finite$' "$FOLDER/rejects.csv" || fail "the reject after a file that was left out is missing"
 "$STIPPLE" verify "$FOLDER/s.stipple" --quiet || fail "verify"
 cp "$FOLDER/s.stipple" "$FOLDER/wide.stipple"
 "$STIPPLE" prep "$sick" -o "$FOLDER/narrow.stipple" --quiet --threads 1 2>/dev/null
 cmp -s "$FOLDER/narrow.stipple" "$FOLDER/wide.stipple" || fail "threads change what is left out"
-# Files, patterns and lists alike.
+# The same holds for files, patterns and lists.
 inputs=("$sick/a.ply" "$sick/gone.ply")
 left_out 1 2 "gone.ply: cannot be opened: No such file"
 inputs=("$sick/[a-c]*")
@@ -162,16 +164,16 @@ left_out 1 3 "b late.ply: line"
 printf '%s\n' "$sick/a.ply" "$sick/f cut.las" >"$FOLDER/sick.txt"
 inputs=("@$FOLDER/sick.txt")
 left_out 1 2 "f cut.las"
-# Nothing is written where nothing is left, where one file is all there is, and with --strict.
+# Nothing is written if no input is left, if the only file fails, and with --strict.
 run "$STIPPLE" prep "$sick/foreign.ply" "$sick/é empty.ply" -o "$FOLDER/new.stipple"
 expect_code 1
 expect_text err "none of the 2 inputs can be read: nothing is written"
-[ ! -e "$FOLDER/new.stipple" ] || fail "a model of nothing"
+[ ! -e "$FOLDER/new.stipple" ] || fail "a model was written though no input could be read"
 expect_text err "not read: $sick/foreign.ply"
 refuse "foreign.ply" "$sick/foreign.ply"
 refuse "b late.ply: line" "$sick/b late.ply"
 refuse "b late.ply: line" "$sick/a.ply" "$sick/b late.ply" --strict
-# Without permission; who may read everything becomes somebody who may not.
+# A file without permission. Root may read everything, so it becomes another user first.
 as=()
 if [ "$(id -u)" = 0 ]; then
     command -v setpriv >/dev/null && as=(setpriv --reuid=65534 --regid=65534 --clear-groups)
@@ -188,11 +190,11 @@ if [ "$(id -u)" != 0 ] || [ ${#as[@]} -gt 0 ] && "${as[@]}" "$STIPPLE" --version
     expect_code 1
     expect_text err "not read: $FOLDER/locked/no.ply: cannot be opened: Permission denied"
     expect_text err "not read: $FOLDER/locked/shut: cannot be opened: Permission denied"
-    [ -e "$FOLDER/open/m.stipple" ] || fail "no model of what may be read"
+    [ -e "$FOLDER/open/m.stipple" ] || fail "no model of the files that can be read"
     chmod 755 "$FOLDER/locked/shut"
 fi
 
-# A LAS 1.2 file of four points whose GeoTIFF key 1024 is $1: 1 projected, 2 degrees.
+# Makes a LAS 1.2 file of four points with $1 as GeoTIFF key 1024: 1 projected, 2 degrees.
 degrees_las() {
     local las="$FOLDER/keys.las"
     put() { # offset, bytes
@@ -201,7 +203,7 @@ degrees_las() {
     head -c $((227 + 54 + 16 + 4 * 20)) /dev/zero >"$las"
     put 0 'LASF'
     put 24 '\x01\x02'
-    put 94 '\xe3\x00\x29\x01\x00\x00\x01' # sizes: header, all before the points; one record
+    put 94 '\xe3\x00\x29\x01\x00\x00\x01' # header size, start of the points, one record
     put 105 '\x14\x00\x04'
     for at in 131 139 147; do
         put $at '\xfc\xa9\xf1\xd2\x4d\x62\x50\x3f' # scale 0.001

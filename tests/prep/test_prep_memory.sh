@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# prep in the memory it is given: the same bytes for any threads and any memory, temporary files said
-# beforehand and gone afterwards, and sentences where memory or room are too few.
+# Tests prep within given memory: any number of threads and any memory must give the same bytes.
+# Temporary files are announced before and removed after. If memory or room is too small, a message
+# says so.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 scan="$FOLDER/scan.ply"
@@ -8,7 +9,7 @@ mkdir "$FOLDER/models" "$FOLDER/temp ö"
 "$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
 "$STIPPLE" prep "$scan" -o "$FOLDER/reference.stipple" --threads 1 --quiet || fail "no reference"
 
-# The same bytes; in files where the points do not fit into the memory.
+# Must give the same bytes; uses files if the points do not fit into memory.
 check_bytes() { # threads, memory, temporary files (yes or no)
     run "$STIPPLE" prep "$scan" -o "$FOLDER/models/m.stipple" --threads "$1" --memory "$2" \
         --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force
@@ -19,7 +20,7 @@ check_bytes() { # threads, memory, temporary files (yes or no)
         expect_text err "temporary files: about 0."
         expect_text err "in $FOLDER/temp ö"
         [ "$(field temporary_bytes)" -gt 11200000 ] || fail "$2: no temporary files"
-        # a third more than the points' own size, and what looking at them takes
+        # a third more than the points' own size, and what reading them takes
         [ "$(field temporary_bytes)" -lt $((200000 * 82 + 33554432)) ] ||
             fail "$2: more than was said"
     else
@@ -48,7 +49,7 @@ refuse() { # text, further words
 refuse "of memory are too few" --memory 10M
 refuse "no folder for temporary files" --memory 90M --temp "$FOLDER/none"
 
-# A full disk, where a small one can be had: for temporary files, and for the output.
+# A full disk, if a small one can be mounted: for temporary files and for the output.
 if mkdir "$FOLDER/small" && mount -t tmpfs -o size=4M stipple-test "$FOLDER/small" 2>/dev/null; then
     trap 'umount "$FOLDER/small"; rm -rf "$FOLDER"' EXIT
     refuse "of temporary files are needed" --memory 90M --temp "$FOLDER/small"

@@ -1,5 +1,5 @@
-/* What prep writes, verify takes: small random mixtures, through prep and as trees of small chunks.
- * Larger ones: long_prep_mixtures.c. */
+/* Tests that verify accepts what prep writes: small random mixtures, through prep and as trees of
+ * small chunks. long_prep_mixtures.c tries larger ones. */
 #include "tests/fixtures/mixture_fixture.h"
 #include "tests/fixtures/size.h"
 
@@ -29,12 +29,13 @@ static void extreme_numbers_are_sound_or_refused(void **state)
         if (!mixture_wanted(seed))
             continue;
         mixture m = mixture_make_extreme(seed, -40.0, seed % 2 ? 15.0 : 20.0);
-        m.params.outliers = STP_OUTLIERS_KEEP; /* else all may be dropped */
+        m.params.outliers = STP_OUTLIERS_KEEP; /* otherwise all may be dropped */
         mixture_try(&m, OUT);
     }
 }
 
-/* A leaf of one far point among others: its vertex's lattice is coarser than the leaf is wide. */
+/* A leaf with one far point among others: its patch vertex's lattice is coarser than the leaf is
+ * wide. */
 static void surveys_are_sound(void **state)
 {
     (void)state;
@@ -58,7 +59,7 @@ static void points_at_one_place_are_sound(void **state)
 
 /* ---- trees of small chunks ---- */
 
-/* Sorted, in cells of so many points. */
+/* Sorts the points into cells of cell_points. */
 static stp_cloud cloud_of(const mixture *m, uint32_t cell_points, stp_pool *pool)
 {
     stp_error err = {0};
@@ -124,7 +125,7 @@ static void write_small_tree(const mixture *m, uint32_t cell_points)
     stp_pool_destroy(&pool);
 }
 
-/* Three tiers of what is one chunk for prep. */
+/* Three tiers of points that prep would put into one chunk. */
 static void deep_trees_are_sound(void **state)
 {
     (void)state;

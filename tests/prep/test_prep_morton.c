@@ -1,6 +1,6 @@
-/* The parallel sort along the Morton curve: every point once, by code, ties by coordinates and then
- * source, piles by their own curve, the same for any number of threads and any order of the input.
- */
+/* Tests the parallel sort along the Morton curve: every point once, by code; ties by coordinates,
+ * then by source; piles along their own curve. The result must be the same for any number of
+ * threads and any order of the input. */
 #include "base/random.h"
 #include "preprocess/cloud/morton.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -41,7 +41,7 @@ static void clear(sorted_cloud *s)
     *s = (sorted_cloud){0};
 }
 
-/* By the definition, bit by bit, of a cell of the cube. */
+/* The code of a cell of the cube by the definition, bit by bit. */
 static uint64_t code_of(const uint32_t cell[3])
 {
     uint64_t code = 0;
@@ -51,7 +51,7 @@ static uint64_t code_of(const uint32_t cell[3])
     return code;
 }
 
-/* -1, 0, 1: coordinates, x first, then the source. */
+/* Returns -1, 0 or 1: compares coordinates, x first, then the source. */
 static int compare_ties(const stp_cloud_point *a, const stp_cloud_point *b)
 {
     const double p[4] = {a->position.x, a->position.y, a->position.z, a->source};
@@ -62,7 +62,8 @@ static int compare_ties(const stp_cloud_point *a, const stp_cloud_point *b)
     return 0;
 }
 
-/* Every point of the input once, with its own position; codes rise, ties are in order. */
+/* Every point of the input must be there once, with its own position; codes rise, ties are in
+ * order. */
 static void assert_sorted(const sorted_cloud *s, const stp_cloud *cloud)
 {
     uint8_t *met = calloc((size_t)cloud->count + 1, 1);
@@ -92,7 +93,7 @@ static void assert_same(const sorted_cloud *a, const sorted_cloud *b, uint32_t c
     assert_memory_equal(&a->box, &b->box, sizeof a->box);
 }
 
-/* Sorted, by any number of threads alike, and from any order of the input. */
+/* The order must be right, and the same for any number of threads and any order of the input. */
 static void check_cloud(stp_cloud *cloud)
 {
     sorted_cloud one = sort(cloud, 1);
@@ -115,8 +116,8 @@ static void check_cloud(stp_cloud *cloud)
     clear(&one);
 }
 
-/* Cells of side 1, so that codes are exact: spread over the cube, crowded in a corner of it (many a
- * bucket) and on the corners themselves; a third of them stand where others do. */
+/* Cells of side 1, so that codes are exact. Points lie all over the cube, crowded in a corner
+ * (filling many buckets) and on the corners; a third share their place with others. */
 static void codes_are_the_definition(void **state)
 {
     (void)state;
@@ -145,7 +146,7 @@ static void codes_are_the_definition(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* Ties of one cell, more than a block of them, and nothing but equal points. */
+/* Ties in one cell, more than a block of them, and a cloud of equal points only. */
 static void equal_points_keep_their_sources(void **state)
 {
     (void)state;
@@ -158,8 +159,8 @@ static void equal_points_keep_their_sources(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* More in one code than a cell holds, and an outlier: the pile follows its own curve, and a pile in
- * the pile its own; and so many points that parts are parted again. */
+/* More points with one code than a cell holds, and an outlier: the pile follows a curve of its own,
+ * and so does a pile within the pile. There are so many points that parts are split again. */
 static void piles_follow_their_own_curve(void **state)
 {
     (void)state;
@@ -207,8 +208,8 @@ static void few_points(void **state)
     }
 }
 
-/* Finite is all that coordinates must be: a box wider than a double holds, one narrower than can be
- * divided by, and neighbours of one another far out. */
+/* Coordinates only need to be finite: a box wider than a double holds, a box too narrow to divide
+ * by, and neighbouring numbers far from the origin. */
 static void extreme_coordinates(void **state)
 {
     (void)state;

@@ -1,10 +1,10 @@
-/* The neighbour search against brute force, on sets that trip searches up. */
+/* Tests the neighbour search against brute force, on point sets that are hard for searches. */
 #include "base/random.h"
 #include "preprocess/cloud/unit.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/size.h"
 
-/* The first of the points at this one's position, by source. */
+/* Whether point i has the lowest source of all points at its position. */
 static bool is_first(const stp_cloud *cloud, uint32_t i)
 {
     stp_dvec3 p = cloud->points[i].position;
@@ -18,7 +18,7 @@ static bool is_first(const stp_cloud *cloud, uint32_t i)
     return true;
 }
 
-/* By the definition: other positions by distance, then source. */
+/* Neighbours by the definition: other positions by distance, then by source. */
 static unsigned brute_force(const stp_cloud *cloud, const uint8_t *first, uint32_t self, unsigned k,
                             uint32_t *out)
 {
@@ -47,7 +47,7 @@ static unsigned brute_force(const stp_cloud *cloud, const uint8_t *first, uint32
     return count;
 }
 
-/* Compares every stride-th point's list, in units of so many cells; frees the cloud. */
+/* Compares the list of every stride-th point, in units of unit_cells cells; frees the cloud. */
 static void check_units(stp_cloud *cloud, unsigned k, uint32_t stride, uint32_t unit_cells)
 {
     stp_error err = {0};
@@ -83,7 +83,7 @@ static void check(stp_cloud *cloud, unsigned k, uint32_t stride)
     check_units(cloud, k, stride, 1);
 }
 
-/* Two clusters of very different density and a few points far away: halos are never right. */
+/* Two clusters of very different density and a few far points: no halo width is right for all. */
 static void uneven_density(void **state)
 {
     (void)state;
@@ -97,7 +97,7 @@ static void uneven_density(void **state)
     check(&cloud, 16, 601);
 }
 
-/* Shuffled, so that source order is not place order: dozens tie for the k-th place. */
+/* A lattice in random source order: dozens of points tie for the k-th place. */
 static void lattice_ties(void **state)
 {
     (void)state;
@@ -111,7 +111,7 @@ static void lattice_ties(void **state)
     check(&cloud, 16, 331);
 }
 
-/* Flat lattice on the borders of cells, far from the origin. */
+/* A flat lattice on the borders of cells, far from the origin. */
 static void flat_lattice_far_away(void **state)
 {
     (void)state;
@@ -145,7 +145,7 @@ static void fewer_points_than_neighbours(void **state)
     }
 }
 
-/* All on a sphere around one point: it has thousands at one distance. */
+/* All points on a sphere around one point: it has thousands of neighbours at one distance. */
 static void thousands_at_one_distance(void **state)
 {
     (void)state;

@@ -1,8 +1,8 @@
-/* Normals found of noisy surfaces against the true ones: the mean angle and the 95th percentile.
+/* Tests normals of noisy surfaces against the true ones, by the mean angle and the 95th percentile.
  *
- * The bounds of the bumpy ball are what a fit of second order over 32 neighbours reaches (CGAL's
- * jets); those of the box, whose edges must stay, and of the statue, whose folds lie closer than
- * its samples, what plane fits over the 16 nearest reached before planes grew. */
+ * For the bumpy ball, the bounds are what a second-order fit over 32 neighbours reaches (CGAL's
+ * jets). For the box, whose edges must stay, and the statue, whose folds are narrower than its
+ * spacing, they are what plane fits over the 16 nearest points reached before planes grew. */
 #include "base/random.h"
 #include "base/sort.h"
 #include "tests/fixtures/surface_fixture.h"
@@ -10,7 +10,7 @@
 enum { COUNT = 250000, NEIGHBOURS = 16 };
 
 typedef struct bounds {
-    double noise, mean_deg, most_deg; /* of 95 in a hundred */
+    double noise, mean_deg, most_deg; /* most_deg: 95th percentile */
 } bounds;
 
 static void judge(surface_cloud *s, const char *name, bounds b)
@@ -33,7 +33,7 @@ static void judge(surface_cloud *s, const char *name, bounds b)
     surface_clear(s);
 }
 
-/* A cube's six faces, noise along their normals. */
+/* The six faces of a cube, with noise along their normals. */
 static surface_cloud box_scan(double noise)
 {
     surface_cloud s = {.cloud = {.count = COUNT, .capacity = COUNT}};
@@ -86,7 +86,7 @@ static void statue_with_folds(void **state)
     }
 }
 
-/* Gives the points their true normals, turned by about so many degrees. */
+/* Gives the points their true normals, turned by about deviation_deg. */
 static void give_normals(surface_cloud *s, double deviation_deg)
 {
     for (uint32_t i = 0; i < s->cloud.count; i++) {
@@ -103,8 +103,8 @@ static void give_normals(surface_cloud *s, double deviation_deg)
     }
 }
 
-/* Normals that the input brings: true ones stay, whatever the noise of the positions is; noisy ones
- * are averaged. */
+/* Normals from the input: true ones stay, whatever the noise of the positions; noisy ones are
+ * averaged. */
 static void given_normals(void **state)
 {
     (void)state;

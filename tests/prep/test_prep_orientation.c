@@ -1,10 +1,10 @@
-/* Which way normals point, against the true surface. */
+/* Tests which way normals point, against the true surface. */
 #include "preprocess/orient/visibility.h"
 #include "tests/fixtures/orientation_fixture.h"
 
 #define SAMPLES 300000u
 
-/* With true normals, what is seen from outside turns its outside to the viewer. */
+/* If the normals are true, points seen from outside must face the viewer. */
 static void seen_points_face_the_viewer(void **state)
 {
     (void)state;
@@ -38,7 +38,8 @@ static void torus_points_outward(void **state)
     closed_surface(GEN_TORUS, SAMPLES);
 }
 
-/* Nothing says which way two sides one spacing apart face: none is marked. */
+/* Nothing says which way two sides one spacing apart face, so no normal may be marked as
+ * oriented. */
 static void sheet_is_unknown(void **state)
 {
     (void)state;
@@ -51,7 +52,7 @@ static void sheet_is_unknown(void **state)
     surface_clear(&s);
 }
 
-/* What a scanner sees of such a sheet faces it. */
+/* The points of such a sheet that a scanner sees must face the scanner. */
 static void station_orients_the_sheet(void **state)
 {
     (void)state;

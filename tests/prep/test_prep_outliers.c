@@ -1,4 +1,5 @@
-/* Outliers: planted points and groups are found, surfaces of uneven density are not touched. */
+/* Tests outliers: planted points and groups must be found, and surfaces of uneven density left
+ * alone. */
 #include "formats/chunk/sample.h"
 #include "preprocess/cloud/outliers.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -9,7 +10,7 @@
 #define OTHER "test_prep_outliers_other.stipple"
 #define NEIGHBOURS 16u
 
-/* By source: 1 where marked. *count: as said. */
+/* Returns a mark by source: 1 for an outlier. *count is the reported number. */
 static uint8_t *find(stp_cloud *cloud, unsigned threads, uint32_t *count)
 {
     stp_error err = {0};
@@ -41,7 +42,7 @@ static uint32_t count_marks(const uint8_t *marks, uint32_t begin, uint32_t end)
     return count;
 }
 
-/* A square of random points, so many spacings wide: its low corner and its spacing. */
+/* Fills a square with random points; `low` is its low corner and `step` its spacing. */
 static void fill_square(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_dvec3 low, double step,
                         uint64_t seed)
 {
@@ -52,8 +53,7 @@ static void fill_square(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_dvec
                                            width * stp_random_unit(seed + 1, i), 0.0});
 }
 
-/* A dense square and a sparse one side by side, and points over both, some spacings of theirs away.
- */
+/* A dense square beside a sparse one, with points over both, some of the local spacings away. */
 static void uneven_halves(void **state)
 {
     (void)state;
@@ -80,7 +80,7 @@ static void uneven_halves(void **state)
     }
 }
 
-/* Least distance to any of the first `count` points. */
+/* The least distance to any of the first `count` points. */
 static double distance_to(const stp_cloud *cloud, uint32_t count, stp_dvec3 p)
 {
     double least = INFINITY;
@@ -91,7 +91,7 @@ static double distance_to(const stp_cloud *cloud, uint32_t count, stp_dvec3 p)
     return sqrt(least);
 }
 
-/* The cloud's first `count` points on the statue, with noise of 0.3 spacings. */
+/* Puts the cloud's first `count` points on the statue, with noise of 0.3 spacings. */
 static void fill_statue(stp_cloud *cloud, uint32_t count)
 {
     gen_surface surface;
@@ -116,7 +116,7 @@ static void fill_statue(stp_cloud *cloud, uint32_t count)
     free(points);
 }
 
-/* A statue as scanned, noise included, and points at random in its box and around it. */
+/* A statue with a scanner's noise, and random points in its box and around it. */
 static void statue_with_planted_points(void **state)
 {
     (void)state;
@@ -142,7 +142,7 @@ static void statue_with_planted_points(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* Groups, closer in themselves than the surface is, over it: up to 16 points are found. */
+/* Dense groups over the surface: groups of up to 16 points must be found. */
 static void small_groups(void **state)
 {
     (void)state;
@@ -168,7 +168,7 @@ static void small_groups(void **state)
     }
 }
 
-/* Duplicates are one position: they make no other point an outlier, and are one together. */
+/* Duplicates are one position: they make no other point an outlier, and are outliers together. */
 static void duplicates(void **state)
 {
     (void)state;
@@ -183,7 +183,7 @@ static void duplicates(void **state)
     for (uint32_t i = 0; i < SURFACE; i++)
         cloud.points[i].position = (stp_dvec3){70.0 * stp_random_unit(1, i % PLACES),
                                                70.0 * stp_random_unit(2, i % PLACES), 0.0};
-    for (uint32_t i = SURFACE; i < COUNT; i++) /* as for rays without a return */
+    for (uint32_t i = SURFACE; i < COUNT; i++) /* rays without a return */
         cloud.points[i].position = (stp_dvec3){0.0, 0.0, -40.0};
     uint8_t *marks = find(&cloud, 2, NULL);
     assert_int_equal(count_marks(marks, 0, SURFACE), 0);
@@ -192,7 +192,7 @@ static void duplicates(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* Spots ten thousand times as dense as the surface they lie on. */
+/* Spots ten thousand times as dense as the surface that they lie on. */
 static void piles_on_a_surface(void **state)
 {
     (void)state;
@@ -212,7 +212,7 @@ static void piles_on_a_surface(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* Noise, scan lines and a volume have no outliers of their own. */
+/* Noise, scan lines and a volume must have no outliers of their own. */
 static void other_shapes(void **state)
 {
     (void)state;
@@ -249,7 +249,7 @@ static prep_cloud wavy_with_planted(uint32_t count, uint32_t far)
     return cloud;
 }
 
-/* The order of the input and the number of threads change nothing. */
+/* The order of the input and the number of threads must not matter. */
 static void order_and_threads(void **state)
 {
     (void)state;
@@ -278,7 +278,7 @@ static void order_and_threads(void **state)
     free(points.points);
 }
 
-/* Both files hold the same samples, flags but `ignored` ones included. */
+/* Both files must hold the same samples, with the same flags except `ignored` ones. */
 static void assert_same_samples(const char *path, const char *other, uint8_t ignored)
 {
     stp_chunk_file *a = prep_open_verified(path), *b = prep_open_verified(other);
@@ -328,7 +328,8 @@ static stp_status note_rejected(void *context, uint64_t place, stp_reject reason
     return STP_OK;
 }
 
-/* What drop leaves is what a cloud without these points becomes, and it says which they were. */
+/* After drop, the file must equal that of a cloud without these points, and prep must say which
+ * they were. */
 static void drop_is_as_without(void **state)
 {
     (void)state;
@@ -336,7 +337,7 @@ static void drop_is_as_without(void **state)
     prep_cloud cloud = wavy_with_planted(COUNT, FAR);
     for (uint32_t i = 0; i < COUNT; i++)
         if (i % EVERY != 3)
-            cloud.points[i].intensity /= 2; /* the greatest are those of outliers */
+            cloud.points[i].intensity /= 2; /* only outliers have the greatest values */
     rejected_list list = {.cloud = &cloud};
     const stp_prep_file file = {.name = "planted"};
     stp_prep_source source = {.context = &list,
@@ -371,7 +372,8 @@ static void drop_is_as_without(void **state)
     free(cloud.points);
 }
 
-/* Mark changes the flag alone; the planted points have it, and the file says that some do. */
+/* Mark must change the flag alone: the planted points have it, and the file says that some points
+ * do. */
 static void mark_is_a_flag(void **state)
 {
     (void)state;
@@ -404,7 +406,7 @@ static void mark_is_a_flag(void **state)
     free(cloud.points);
 }
 
-/* A few points, however they lie, are no surface that one of them could be far from. */
+/* A few points are no surface that one of them could be far from, however they lie. */
 static void tiny_clouds(void **state)
 {
     (void)state;

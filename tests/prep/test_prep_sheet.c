@@ -1,4 +1,4 @@
-/* Two sides one sample spacing apart, with opposed normals: no merged sample may hold both. */
+/* Tests two sides one sample spacing apart with opposed normals: no merged sample may hold both. */
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/size.h"
@@ -7,15 +7,15 @@
 
 enum { COUNT = TEST_SIZE(300000, 150000) };
 
-/* Merged samples of the patch whose level-0 samples are of both sides. */
+/* Counts the patch's merged samples whose level-0 samples are of both sides. */
 static size_t mixed_of_patch(const stp_chunk *chunk, uint32_t p, size_t *merged)
 {
     const stp_patch *patch = &chunk->patches[p];
     const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
-    unsigned sides[STP_PATCH_SAMPLES] = {0}; /* under each sample of a level */
+    unsigned sides[STP_PATCH_SAMPLES] = {0}; /* bits: the sides under each sample of a level */
     size_t mixed = 0;
     for (unsigned i = 0; i < patch->counts[0]; i++)
-        sides[i] = samples[i].class_id; /* 1 or 2, as gen says */
+        sides[i] = samples[i].class_id; /* 1 or 2, as gen writes it */
     for (int level = 1; level < STP_LEVEL_COUNT; level++) {
         unsigned count = patch->counts[level], finer = patch->counts[level - 1];
         for (unsigned j = 0; j < count; j++) {
@@ -63,8 +63,7 @@ static void positions_part_the_sides(void **state)
     assert_int_equal(count_mixed(&(model_recipe){.shape = GEN_SHEET, .point_count = COUNT}), 0);
 }
 
-/* Noise of a fifth of the sides' half distance leaves a point in 40 000 nearer to the other side.
- */
+/* With noise of a fifth of half the gap, one point in 40,000 lies nearer to the other side. */
 static void noisy_positions_part_nearly_all(void **state)
 {
     (void)state;

@@ -1,11 +1,11 @@
-/* Local spacings: noise, outliers, steps in density, duplicates. */
+/* Tests local spacings: noise, outliers, steps in density, duplicates. */
 #include "base/random.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
 
 #define NEIGHBOURS 16u
 
-/* Spacings by source before and after. */
+/* Finds the spacings by source, before and after smoothing. */
 static void find(stp_cloud *cloud, float *before, float *after)
 {
     stp_error err = {0};
@@ -23,7 +23,7 @@ static void find(stp_cloud *cloud, float *before, float *after)
     stp_pool_destroy(&pool);
 }
 
-/* Relative deviation; values below 0 are left out. */
+/* The relative deviation; values below 0 are ignored. */
 static double scatter(const float *values, uint32_t count, double *mean)
 {
     double sum = 0.0, squares = 0.0, weight = 0.0;
@@ -38,7 +38,7 @@ static double scatter(const float *values, uint32_t count, double *mean)
     return sqrt(squares / weight - *mean * *mean) / *mean;
 }
 
-/* Random points on the unit square: the truth is one spacing, 1 / sqrt(count). */
+/* Random points on the unit square: the true spacing is 1 / sqrt(count) everywhere. */
 static void noise_is_less(void **state)
 {
     (void)state;
@@ -48,7 +48,7 @@ static void noise_is_less(void **state)
     for (uint32_t i = 0; i < COUNT; i++)
         cloud.points[i].position = (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), 0.0};
     find(&cloud, before, after);
-    for (uint32_t i = 0; i < COUNT; i++) /* spacings grow at the border, and rightly */
+    for (uint32_t i = 0; i < COUNT; i++) /* spacings really grow at the border */
         if (fabs(stp_random_unit(1, i) - 0.5) > 0.45 || fabs(stp_random_unit(2, i) - 0.5) > 0.45)
             before[i] = inner[i] = -1.0f;
         else
@@ -60,7 +60,7 @@ static void noise_is_less(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* One point, a pair, and two groups of five beside each other, all far over a unit grid. */
+/* One point, a pair, and two groups of five beside each other, all far above a unit grid. */
 static void outliers_are_small(void **state)
 {
     (void)state;
@@ -87,7 +87,7 @@ static void outliers_are_small(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* A grid of spacing 1 ends where one of spacing 8 begins: discs of 1.7 spacings still meet. */
+/* A grid of spacing 1 ends where one of spacing 8 begins: discs of 1.7 spacings must still meet. */
 static void density_step_stays_closed(void **state)
 {
     (void)state;
@@ -116,7 +116,7 @@ static void density_step_stays_closed(void **state)
     stp_cloud_clear(&cloud);
 }
 
-/* Scan lines: points ten times as dense along them as across. */
+/* Scan lines: points are ten times as dense along them as across. */
 static void scan_lines_keep_their_spacing(void **state)
 {
     (void)state;

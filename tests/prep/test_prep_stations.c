@@ -1,4 +1,4 @@
-/* Normals turned to the stations that saw their points, against the true surface. */
+/* Tests normals turned to the stations that saw their points, against the true surface. */
 #include "tests/fixtures/orientation_fixture.h"
 
 #include "base/random.h"
@@ -18,7 +18,7 @@ static surface_cloud scan(gen_shape shape, double noise, unsigned station_count)
     return s;
 }
 
-/* Its two sides are one spacing apart, and stations stand on both. */
+/* The sheet's two sides are one spacing apart, and stations stand on both sides. */
 static void sheet_from_three(void **state)
 {
     (void)state;
@@ -41,7 +41,7 @@ static void torus_from_four(void **state)
     surface_clear(&s);
 }
 
-/* Stations may be unknown of points here and there: those go with what is around them. */
+/* Some points have no known station: their normals must follow the points around them. */
 static void some_stations_are_unknown(void **state)
 {
     (void)state;
@@ -55,8 +55,8 @@ static void some_stations_are_unknown(void **state)
     surface_clear(&s);
 }
 
-/* Share of the points within [low, high) along x that are oriented and point away from the middle
- * of their sphere. */
+/* Of the points with x in [low, high), the share that is oriented and points away from the centre
+ * `middle` of their sphere. */
 static double outward_share(const surface_cloud *s, double low, double high, double middle)
 {
     uint32_t count = 0, outward = 0;
@@ -73,8 +73,8 @@ static double outward_share(const surface_cloud *s, double low, double high, dou
     return (double)outward / count;
 }
 
-/* A room is seen from within, and its walls face the inside; beside it a ball of which no station
- * is known is closed and faces the outside. */
+/* A room is seen from inside, and its walls face the inside. A ball beside it has no known station,
+ * but is closed, so it faces outwards. */
 static void room_and_ball(void **state)
 {
     (void)state;
@@ -99,7 +99,7 @@ static void room_and_ball(void **state)
     surface_clear(&s);
 }
 
-/* Of an open piece without stations nothing is known, though all is known of another. */
+/* An open piece without stations stays unknown, though another piece is fully known. */
 static void piece_without_stations_stays_unknown(void **state)
 {
     (void)state;
@@ -122,7 +122,7 @@ static void piece_without_stations_stays_unknown(void **state)
     surface_clear(&s);
 }
 
-/* What is asked for wins over the stations. */
+/* The mode that is asked for wins over the stations. */
 static void modes_win(void **state)
 {
     (void)state;
@@ -132,7 +132,7 @@ static void modes_win(void **state)
     params.mode = STP_ORIENT_PROPAGATE;
     surface_orient(&s, params);
     assert_int_equal(s.orientation,
-                     STP_ORIENTATION_PROPAGATED); /* both sides are one flat body's */
+                     STP_ORIENTATION_PROPAGATED); /* both sides belong to one flat body */
     params.mode = STP_ORIENT_NONE;
     surface_orient(&s, params);
     assert_int_equal(s.orientation, STP_ORIENTATION_UNKNOWN);
@@ -151,7 +151,7 @@ static void modes_win(void **state)
     surface_clear(&s);
 }
 
-/* Where a station is its point, or too far off for a double, nothing breaks. */
+/* Stations at their points, or too far away for a double, must do no harm. */
 static void stations_at_odd_places(void **state)
 {
     (void)state;

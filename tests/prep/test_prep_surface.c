@@ -1,4 +1,5 @@
-/* What is found unit by unit: the same as of the whole cloud at once, by one index over it. */
+/* Tests that the results of units equal those of the whole cloud at once, found with one index over
+ * all points. */
 #include "base/random.h"
 #include "preprocess/orient/place_list.h"
 #include "preprocess/surface/normals.h"
@@ -11,7 +12,7 @@
 
 #define NEIGHBOURS 16u
 
-/* A copy of what was found, and the graphs. */
+/* A copy of the results and the graphs. */
 typedef struct findings {
     stp_cloud_point *points;
     uint32_t *sheets;
@@ -73,7 +74,7 @@ static void assert_same_graph(const stp_graph *a, const stp_graph *b)
     }
 }
 
-/* Each cell alone, some together, all at once; takes the cloud. */
+/* Runs each cell alone, some together, and all at once; takes the cloud. */
 static void check_units(stp_cloud *cloud)
 {
     stp_pool *pool = NULL;
@@ -107,7 +108,7 @@ static void units_of_a_surface(void **state)
     free(s.truth);
 }
 
-/* Leaves: rings are half as many points as a cell. */
+/* Leaves in a volume: rings have half as many points as a cell. */
 static void units_of_a_volume(void **state)
 {
     (void)state;
@@ -118,7 +119,7 @@ static void units_of_a_volume(void **state)
     check_units(&cloud);
 }
 
-/* A dense plate, a sparse one across it, places that repeat, and a few points far away. */
+/* A dense plate, a sparse one across it, repeated places, and a few far points. */
 static void units_of_uneven_density(void **state)
 {
     (void)state;
@@ -135,7 +136,7 @@ static void units_of_uneven_density(void **state)
     check_units(&cloud);
 }
 
-/* More points at one place than a cell holds, between others. */
+/* More points at one place than a cell holds, among others. */
 static void units_of_a_pile(void **state)
 {
     (void)state;
@@ -147,7 +148,7 @@ static void units_of_a_pile(void **state)
     check_units(&cloud);
 }
 
-/* Lists by an index of the test's own over all points, floats to find and doubles to tell. */
+/* Fills lists with the test's own index over all points: searches in floats, decides in doubles. */
 static void index_all(stp_unit *out, const stp_cloud *cloud)
 {
     enum { ASKED = 3 * NEIGHBOURS };
@@ -190,8 +191,8 @@ static void index_all(stp_unit *out, const stp_cloud *cloud)
     free(points);
 }
 
-/* Every normal within a tenth of a degree of what one global index gives, every spacing (and so
- * every radius) within a thousandth. */
+/* Every normal must be within a tenth of a degree of one global index's result, and every spacing
+ * (so every radius) within a thousandth. */
 static void as_by_one_index(void **state)
 {
     (void)state;

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Numbers as large and as small as a model may have: within the limits a picture does not depend on the
-# unit, beyond them prep refuses.
+# Tests the largest and the smallest numbers of a model: within the limits a picture does not depend
+# on the unit; beyond them prep refuses.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-# A ball of 1500 points, its radius a power of two, exact in 17 digits.
+# A ball of 1500 points; its radius is a power of two, exact in 17 digits.
 ball() { # exponent
     awk -v e="$1" 'BEGIN {
         printf "ply\nformat ascii 1.0\nelement vertex 1500\nproperty double x\nproperty double y\n"

@@ -1,4 +1,4 @@
-/* Pictures beside a true mesh. */
+/* Compares pictures with a true mesh. */
 #include "tests/quality/judge.h"
 
 #include "base/memory.h"
@@ -10,12 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Places of a pixel along each side. */
+/* Places inside a pixel along each side. */
 #define PARTS 4
-/* The smooth picture is drawn in parts of so many pixels: a place takes 40 bytes. */
+/* The smooth picture is drawn in parts of this size: a place takes 40 bytes. */
 #define TILE_PX 256
 
-/* Lambert of the grey that a sample without colour has. */
+/* Lambert shading of the grey of a sample without colour. */
 static double shade(const triangles_pixel *p)
 {
     double grey = 0.8 * (0.05 + 0.85 * fmax(0.0, p->normal.z));
@@ -39,7 +39,7 @@ static void take_centres(quality_truth *t, const triangles_picture *picture, con
     }
 }
 
-/* The pixel at (x, y) of a part whose places are `picture`. */
+/* Computes the pixel at (x, y) of a part; `picture` holds the part's places. */
 static void take_mean(quality_truth *t, const triangles_picture *picture, int x, int y, size_t at)
 {
     double sum = 0.0;
@@ -121,7 +121,7 @@ void quality_truth_clear(quality_truth *t)
     *t = (quality_truth){0};
 }
 
-/* Squared difference of two pixels over black, components of 0..1. */
+/* The squared difference of two pixels over black, components in 0..1. */
 static double difference(const uint8_t *a, const uint8_t *b)
 {
     double sum = 0.0;

@@ -1,6 +1,6 @@
-/* How near pictures come to a true mesh drawn as triangles with the same camera.
+/* Measures how near pictures are to a true mesh drawn as triangles with the same camera.
  *
- * Pictures are lambert of one grey (shaders/README.md): they tell normals and coverage alone.
+ * Pictures are lambert of one grey (shaders/README.md), so only normals and coverage matter.
  * Threads: any, one judge each. */
 #ifndef STP_TESTS_QUALITY_JUDGE_H
 #define STP_TESTS_QUALITY_JUDGE_H
@@ -15,30 +15,30 @@
 typedef struct quality_truth {
     int width, height;
     uint8_t *rgba;        /* at the pixels' centres, bottom row first */
-    uint8_t *smooth_rgba; /* the mean of 4 x 4 places a pixel: what a silhouette should be */
+    uint8_t *smooth_rgba; /* the mean of 4 x 4 places per pixel: the ideal silhouette */
     float *normals;       /* world, unit, turned to the eye; zero where not covered */
-    uint8_t *silhouette;  /* 1 where some of a pixel's 4 x 4 places are covered, and some not */
+    uint8_t *silhouette;  /* 1 if some of a pixel's 4 x 4 places are covered, but not all */
 } quality_truth;
 
 /* Sums over views. */
 typedef struct quality_sums {
     double error;        /* squared, over pixels covered in either, components of 0..1 */
     double inside_error; /* over pixels that the mesh covers wholly */
-    double smooth_error; /* likewise to the smooth picture, over the silhouette */
+    double smooth_error; /* to the smooth picture, over the silhouette */
     double angle_deg;    /* between normals, over pixels covered in both */
     double ssim;         /* of views */
     uint64_t either, inside, silhouette, both, covered, true_covered, holes, spill, views;
 } quality_sums;
 
-/* Errors: OUT_OF_MEMORY. */
+/* Draws the mesh in a view. Errors: OUT_OF_MEMORY. */
 stp_status quality_truth_draw(quality_truth *out, const stp_mesh *mesh, const stp_view *view,
                               stp_error *err);
 void quality_truth_clear(quality_truth *truth);
-/* Adds a picture of the same size, bottom row first, premultiplied, with its normals; makes its
- * alpha straight. Errors: OUT_OF_MEMORY, EMPTY. */
+/* Adds a picture of the same size, bottom row first, premultiplied, with its normals. Makes the
+ * picture's alpha straight. Errors: OUT_OF_MEMORY, EMPTY. */
 stp_status quality_add(quality_sums *sums, const quality_truth *truth, uint8_t *rgba,
                        const float *normals, stp_error *err);
-/* Of a mean squared error of components in 0..1. */
+/* The ratio in dB for a sum of squared errors of components in 0..1. */
 double quality_psnr_db(double error, uint64_t components);
 
 #endif

@@ -1,4 +1,4 @@
-/* stipple-bench-quality: every reconstruction against the true mesh, and what it costs. */
+/* stipple-bench-quality: compares every reconstruction with the true mesh and measures its cost. */
 #include "base/memory.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/stipple.h"
@@ -36,7 +36,7 @@ static const char *const mode_names[MODE_COUNT] = {
     [STP_RECONSTRUCT_TEMPLATE7] = "template7", [STP_RECONSTRUCT_SPLAT] = "splat",
     [STP_RECONSTRUCT_POINTS] = "points",
 };
-/* Each view is one of so many directions further. */
+/* Each view takes the direction this many further. */
 #define VIEW_STEP 7
 #define REPEAT_LIMIT 1000u
 
@@ -119,7 +119,7 @@ done:
     return status;
 }
 
-/* All modes in turns. */
+/* Times all modes in turn. */
 static stp_status time_view(state *s, const stp_view *view, uint64_t number, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -129,7 +129,7 @@ static stp_status time_view(state *s, const stp_view *view, uint64_t number, stp
         for (int mode = first_mode(&s->options); mode < mode_end(&s->options); mode++) {
             stp_draw_params params = params_of(s, mode);
             stp_draw_stats stats;
-            STP_TRY(draw(s, view, &params, rgba, &stats, err)); /* compiles */
+            STP_TRY(draw(s, view, &params, rgba, &stats, err)); /* compiles the programs */
             STP_TRY(draw(s, view, &params, rgba, &stats, err));
             s->ms[mode][number * s->options.repeat + round] = stats.frame_ms;
         }

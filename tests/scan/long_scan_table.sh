@@ -1,3 +1,3 @@
 #!/usr/bin/env bash
-# The large real scans of test_scan_table.c, which take half a minute on quiet cores.
+# Tests the large real scans of test_scan_table.c, which takes half a minute on idle cores.
 exec ./test_scan_table large

@@ -1,4 +1,5 @@
-/* The list of fields that are not read: each name once, and an end where it is full. */
+/* Tests the list of fields that are not read: each name once, and a clean end if the list is
+ * full. */
 #include "formats/scan/name_list.h"
 
 #include <setjmp.h>
@@ -26,7 +27,7 @@ static void names_once(void **state)
 static void full_list(void **state)
 {
     (void)state;
-    stp_name_list *list = calloc(1, sizeof *list); /* so that a sanitizer sees its end */
+    stp_name_list *list = calloc(1, sizeof *list); /* exact size: a sanitizer sees its end */
     char name[80];
     assert_non_null(list);
     for (int i = 0; i < 1000; i++) {

@@ -1,4 +1,4 @@
-/* Numbers in text against the C library's, to the last bit. */
+/* Tests numbers in text against the C library's, to the last bit. */
 #include "formats/scan/number.h"
 
 #include "base/random.h"
@@ -49,7 +49,7 @@ static void as_the_c_library(void **state)
     }
 }
 
-/* Halfway between two doubles, and just beside it. */
+/* Numbers halfway between two doubles, and numbers just beside the middle. */
 static void ties(void **state)
 {
     (void)state;
@@ -82,7 +82,7 @@ static void ties(void **state)
         check(texts[i]);
 }
 
-/* Zeros before and behind the digits that count are no digits. */
+/* Zeros before and after the significant digits do not count as digits. */
 static void many_digits(void **state)
 {
     (void)state;
@@ -123,7 +123,7 @@ static void no_numbers(void **state)
     assert_false(stp_number_parse(long_number, long_number + 401, &value));
 }
 
-/* The scan says where a number ends and looks no further than it may. */
+/* stp_number_scan must report where a number ends and must not read behind the given end. */
 static void scans(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Scans of every kind through prep, info, verify and export; hostile ones and outputs in one
-# sentence, with nothing left behind.
+# Tests scans of every kind through prep, info, verify and export. Hostile scans and outputs must
+# give one sentence and leave nothing behind.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -10,7 +10,7 @@ ply() { # number of vertices; then their lines on stdin
     cat
 }
 
-# A bowl of 20 by 20 vertices: as OBJ, OFF and STL by $1.
+# Prints a bowl of 20 by 20 vertices as OBJ, OFF or STL; $1 says which.
 bowl() {
     awk -v kind="$1" '
         function height(i, j) { return ((i - 9.5) ^ 2 + (j - 9.5) ^ 2) / 40 }
@@ -41,7 +41,8 @@ bowl() {
         }' </dev/null
 }
 
-# prepared INPUT POINTS ORIENTATION options...: what comes out has that many points.
+# prepared INPUT POINTS ORIENTATION options...: prep must store this many points with this
+# orientation.
 prepared() {
     local input=$1 points=$2 orientation=$3
     shift 3
@@ -62,7 +63,7 @@ prepared() {
     rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 }
 
-# refused INPUT TEXT options...: one sentence with the text, and no output.
+# refused INPUT TEXT options...: prep must say one sentence with the text and write no output.
 refused() {
     local input=$1 text=$2
     shift 2
@@ -80,7 +81,7 @@ for kind in obj off stl; do
     prepared "$FOLDER/bowl.$kind" 400 file
     prepared "$FOLDER/bowl.$kind" 1234 file --sample 1234
 done
-# The bowl's vertices alone: as XYZ, with a header and as PTS, and in an order that is given.
+# The bowl's vertices alone: as XYZ, with a header, as PTS, and with given columns.
 bowl obj | sed -n 's/^v //p' >"$FOLDER/bowl.xyz"
 prepared "$FOLDER/bowl.xyz" 400 unknown
 { echo 'Easting;Northing;Elevation' && tr ' .' ';,' <"$FOLDER/bowl.xyz"; } >"$FOLDER/bowl.csv"
@@ -94,14 +95,14 @@ refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,colour
 refused "$FOLDER/bowl.obj" "this format names its own columns" --columns x,y,z
 sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
 refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"
-# Without the faces nothing says which side of an open surface is outside.
+# Without the faces, nothing says which side of an open surface is outside.
 prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals
 prepared "$FOLDER/bowl.off" 1000 unknown --recompute-normals --sample 1000
 mkdir "$FOLDER/été à côté"
 cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
 prepared "$FOLDER/été à côté/nuage de points.off" 400 file
 
-# A ball has no height, but z is up in surveyors' files.
+# A ball has no height, but in surveyors' files z is up.
 for format in las ply; do
     run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/up.$format" --quiet
     expect_code 0
@@ -115,10 +116,10 @@ for format in las ply; do
     [ "$(grep -c '"up":.*\[0, 0, 1\]' "$FOLDER/out")" = $count ] || fail "up of $format: $(grep '"up"' "$FOLDER/out")"
 done
 
-# Points that a LAS file withholds are rejects, by their places.
+# Points that a LAS file withholds are rejects, listed by their index.
 run "$STIPPLE" gen sphere -n 1000 -o "$FOLDER/held.las" --quiet
 expect_code 0
-for place in 0 7 999; do # records of 36 bytes behind a header of 375, flags at 15
+for place in 0 7 999; do # records of 36 bytes after a header of 375; flags at 15
     printf '\004' | dd of="$FOLDER/held.las" bs=1 seek=$((375 + 36 * place + 15)) conv=notrunc 2>/dev/null
 done
 prepared "$FOLDER/held.las" 997 unknown --rejects "$FOLDER/held.csv"
@@ -127,7 +128,8 @@ printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las
 head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
 refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
 
-# A sparse survey far from the origin, whose centimetres no float holds, comes back to half a one.
+# A sparse survey far from the origin: no float holds its centimetres, yet they must come back to
+# half a centimetre.
 awk 'BEGIN { for (i = 0; i < 400; i++)
     printf "%.2f %.2f %.2f\n", 600000 + 40 * (i % 20) + 0.37, 8e5 + 40 * int(i / 20) + 0.01, i / 80 }' |
     ply 400 >"$FOLDER/far.ply"
@@ -138,7 +140,7 @@ expect_code 0
 LC_ALL=C sed -n '/^property/p; /^end_header/q' "$FOLDER/m.ply" | grep -aqx 'property double y' ||
     fail "coordinates of six digits and two were written as floats"
 header=$(LC_ALL=C sed '/^end_header/q' "$FOLDER/m.ply" | wc -c)
-# A point has 36 bytes: every other one begins where a double may, from either of two begins.
+# A point has 36 bytes, so only every other point is aligned for doubles: reads from two starts.
 back=$({
     od -An -v -w72 -tf8 -j "$header" "$FOLDER/m.ply"
     od -An -v -w72 -tf8 -j $((header + 36)) "$FOLDER/m.ply"
@@ -149,7 +151,7 @@ back=$({
 [ "$back" = 400 ] || fail "$back of 400 points came back where they were"
 rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 
-# The largest coordinates that are taken, and ones beyond.
+# The largest accepted coordinates, and larger ones.
 far_points() { # exponent
     awk -v e="$1" 'BEGIN { for (i = 1; i <= 40; i++)
         printf "%d.25e%d %d.5e%d %d.125e%d\n", i * 7 % 11, e, i * 5 % 13, e, i * 3 % 17, e }' |
@@ -190,7 +192,7 @@ run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
 expect_failure "exists already"
 [ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
 expect_no_litter
-# A scan where a chunk file is wanted: the command that makes one is said.
+# If a command needs a chunk file but gets a scan, it must name the command that makes one.
 "$STIPPLE" gen sphere -n 500 -o "$FOLDER/ball.ply" --quiet --force
 printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"
 for command in "info" "verify" "export -o $FOLDER/none.ply" "convert -o $FOLDER/none.stipple" \

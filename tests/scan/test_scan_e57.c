@@ -1,4 +1,4 @@
-/* E57 files: fields of every width and kind, poses, limits, packets out of step. */
+/* Tests E57 files: fields of every width and kind, poses, limits, packets out of step. */
 #include "base/random.h"
 #include "tests/fixtures/e57_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -10,7 +10,7 @@
     E57_FLOAT("cartesianY", "double") E57_FLOAT("cartesianZ", "double")
 #define PI 3.14159265358979323846
 
-/* Three bytestreams of doubles: (i, 10 i, 100 i). */
+/* Adds three bytestreams of doubles: (i, 10 i, 100 i). */
 static void add_positions(e57_stream *streams, size_t count)
 {
     for (size_t i = 0; i < count; i++)
@@ -31,7 +31,7 @@ static void write_file(e57_file *file, const char *path)
     bytes_free(&sealed);
 }
 
-/* One scan of these bytestreams. */
+/* Writes one scan of these bytestreams. */
 static void write_scan(const char *path, e57_stream *streams, size_t stream_count,
                        const char *before, uint64_t records, const char *prototype,
                        const char *after)
@@ -80,8 +80,8 @@ static void floats_and_colours(void **state)
     free(p);
 }
 
-/* X as whole numbers of each width, with bytestreams cut anywhere and in no step with each other,
- * and other packets between. */
+/* X as integers of each width. Bytestreams are cut anywhere and out of step, with other packets
+ * between. */
 static void every_width(void **state)
 {
     (void)state;
@@ -125,8 +125,8 @@ static void every_width(void **state)
     }
 }
 
-/* More packets than are kept, of fields that are far out of step: the first packets hold X alone.
- */
+/* Fields are so far out of step that they need more packets than the reader keeps: the first
+ * packets hold X alone. */
 static void fields_far_apart(void **state)
 {
     (void)state;
@@ -164,7 +164,7 @@ static void scaled_steps(void **state)
     free(p);
 }
 
-/* A quarter turn about z, then away. */
+/* A quarter turn about z, then a shift. */
 #define TURNED                                                                                     \
     "<pose type=\"Structure\"><rotation type=\"Structure\">" E57_NUMBER("w",                       \
                                                                         "0.70710678118654757")     \
@@ -189,7 +189,8 @@ static void check_near(const stp_point *p, double x, double y, double z)
                  p->position.y, p->position.z, x, y, z);
 }
 
-/* Four scans: turned; without a pose; spherical with the pose of none; moved without a rotation. */
+/* Writes four scans: turned; without a pose; spherical with an identity pose; moved without a
+ * rotation. */
 static void write_four_scans(const char *path)
 {
     e57_file file;
@@ -289,7 +290,7 @@ static void spherical_coordinates(void **state)
     free(p);
 }
 
-/* A pose that changes nothing is a station of a scan with rows, and of none without. */
+/* An identity pose is a station if the scan has rows; otherwise it is none. */
 static void plain_poses(void **state)
 {
     (void)state;
@@ -312,7 +313,7 @@ static void plain_poses(void **state)
     free_streams(s, 4);
 }
 
-/* Validity of a cartesian point, its colour and its intensity. */
+/* The validity of a cartesian point, of its colour and of its intensity. */
 static void invalid_states(void **state)
 {
     (void)state;
@@ -355,7 +356,7 @@ static void intensity_limits(void **state)
     static const struct {
         const char *before, *field;
         bool is_float;
-        double low, high; /* that stand for 0 and 65535 */
+        double low, high; /* the values that become 0 and 65535 */
         double values[3];
     } cases[] = {
         {LIMITS("0", "1"), E57_FLOAT("intensity", "single"), true, 0, 1, {0, 0.5, 1}},
@@ -408,7 +409,8 @@ static void intensity_limits(void **state)
     }
 }
 
-/* Two scans with other limits, one with colours: the same value is the same brightness. */
+/* Two scans with different limits, one with colours: the same value must give the same
+ * brightness. */
 static void limits_of_several_scans(void **state)
 {
     (void)state;
@@ -486,7 +488,7 @@ static void notes(void **state)
     stp_scan_close(&scan);
 }
 
-/* No scan; a scan without points; one with none, whose section is not there. */
+/* A file without scans, a scan without points, and a scan of no points whose section is missing. */
 static void no_points(void **state)
 {
     (void)state;

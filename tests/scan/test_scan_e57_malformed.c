@@ -1,4 +1,4 @@
-/* E57 files that are cut, damaged or hostile: each one sentence, and no crash. */
+/* Tests E57 files that are cut, damaged or hostile: each must give one sentence and no crash. */
 #include "tests/fixtures/e57_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 
@@ -7,7 +7,7 @@
     E57_FLOAT("cartesianY", "double") E57_FLOAT("cartesianZ", "single")
 #define POINTS 200u
 
-/* A sound file of two packets and five pages of points. */
+/* A sound file with two packets and five pages of points. */
 static e57_file sound_file(void)
 {
     e57_file file;
@@ -54,7 +54,7 @@ static void the_file_is_sound(void **state)
     e57_free(&file);
 }
 
-/* A bit of a page or of its checksum: the page is named by its offset. */
+/* Flips a bit of a page or of its checksum: the message must name the page by its offset. */
 static void bad_pages(void **state)
 {
     (void)state;
@@ -89,7 +89,7 @@ static void cut_files(void **state)
     e57_free(&file);
 }
 
-/* A number of the file that lies, under a good checksum. */
+/* A false number in the file, under a right checksum. */
 typedef struct lie {
     size_t at;
     uint64_t value;
@@ -158,7 +158,7 @@ static void packet_lies(void **state)
     (void)state;
     static const lie lies[] = {
         {0, 3, 1, STP_CORRUPT, "byte 80: a packet of points is of no known kind (found 3)"},
-        {0, 0, 1, STP_CORRUPT, "after 100 of its 200"}, /* an index: one packet is left */
+        {0, 0, 1, STP_CORRUPT, "after 100 of its 200"}, /* an index: just one packet is left */
         {0, 2, 1, STP_CORRUPT, "after 100 of its 200"},
         {2, 0, 2, STP_CORRUPT, "no multiple of 4"},
         {2, 3, 2, STP_CORRUPT, "too small for its header"},
@@ -176,7 +176,7 @@ static void packet_lies(void **state)
     check_lies(lies, sizeof lies / sizeof *lies, 0, 1);
 }
 
-/* A section that ends earlier than its packets, at every size. */
+/* A section that ends before its packets do, at every size. */
 static void cut_sections(void **state)
 {
     (void)state;
@@ -193,7 +193,7 @@ static void cut_sections(void **state)
     e57_free(&whole);
 }
 
-/* Replaces the first `from` of the XML; the rest of the file stays as it was. */
+/* Replaces the first `from` in the XML; the rest of the file stays as it was. */
 static void replace_xml(e57_file *file, const char *from, const char *to)
 {
     const size_t xml = file->logical.size - file->xml.size;
@@ -271,7 +271,7 @@ static void xml_lies(void **state)
     }
 }
 
-/* All fields constant: the count is bounded by nothing in the file. */
+/* If all fields are constant, nothing in the file bounds the count. */
 static void endless_points(void **state)
 {
     (void)state;
@@ -293,7 +293,7 @@ static void endless_points(void **state)
     e57_free(&file);
 }
 
-/* Many scans of the same bytes: more points than the file can hold. */
+/* Many scans share the same bytes: more points than the file can hold. */
 static void shared_points(void **state)
 {
     (void)state;
@@ -316,7 +316,7 @@ static void shared_points(void **state)
         bytes_free(&s[axis].bytes);
 }
 
-/* What is wrong with the second scan is said before a point of the first is read. */
+/* An error in the second scan must be reported before any point of the first is read. */
 static void bad_second_scan(void **state)
 {
     (void)state;

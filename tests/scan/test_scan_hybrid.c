@@ -1,7 +1,8 @@
-/* Meshes as hybrid surfaces: large triangles stay, the others give points, and borders blend. */
+/* Tests meshes as hybrid surfaces: large triangles stay, the others become points, and borders
+ * blend. */
 #include "tests/fixtures/scan_fixture.h"
 
-/* Two squares of 10 x 10 side by side, the second one cut into n x n; as PLY. */
+/* Writes a PLY of two squares of 10 x 10 side by side; the second is cut into n x n. */
 static void write_mesh(const char *path, int n, const char *edges)
 {
     char text[65536];
@@ -27,7 +28,7 @@ static void write_mesh(const char *path, int n, const char *edges)
     scan_fixture_text(path, text);
 }
 
-/* Opens a hybrid and takes its triangles; *points: how many it gives, all of them finite. */
+/* Opens a hybrid and takes its triangles; *points is the number of its points, all finite. */
 static stp_triangle_set open_hybrid(const char *path, uint64_t sample_count, uint64_t *points)
 {
     const stp_scan_params params = {.hybrid = true, .sample_count = sample_count};
@@ -51,7 +52,8 @@ static stp_triangle_set open_hybrid(const char *path, uint64_t sample_count, uin
     return out;
 }
 
-/* 21 x 21 + 2 vertices over 200: a point's share is 0.45, and 50 is large, 0.125 is not. */
+/* 21 x 21 + 2 vertices share an area of 200, so a point's share is 0.45: a triangle of 50 is large,
+ * one of 0.125 is not. */
 static void vertices_of_others_are_points(void **state)
 {
     (void)state;
@@ -80,18 +82,18 @@ static void samples_fall_on_others(void **state)
     assert_int_equal(points, 500);
     assert_int_equal(set.triangle_count, 2);
     stp_triangle_set_clear(&set);
-    set = open_hybrid("mesh.ply", 10, &points); /* 2.5 points each: none is large */
+    set = open_hybrid("mesh.ply", 10, &points); /* a point's share is 20: none is large */
     assert_int_equal(set.triangle_count, 0);
     stp_triangle_set_clear(&set);
     write_mesh("mesh.ply", 2, NULL);
-    set = open_hybrid("mesh.ply", 100000, &points); /* all are */
+    set = open_hybrid("mesh.ply", 100000, &points); /* all are large */
     assert_int_equal(points, 0);
     assert_int_equal(set.triangle_count, 10);
     assert_int_equal(set.vertex_count, 11);
     stp_triangle_set_clear(&set);
 }
 
-/* A line beside them stays a line; what has no faces cannot be one. */
+/* A line beside the triangles stays a line. A file without faces cannot be a hybrid. */
 static void lines_and_points_beside(void **state)
 {
     (void)state;

@@ -1,9 +1,10 @@
-/* LAS files of every version and point format, written here byte by byte: each field comes back. */
+/* Tests LAS files of every version and point format, written here byte by byte: each field must
+ * come back. */
 #include "tests/fixtures/las_fixture.h"
 
 enum { FORMATS = 11 };
 
-/* Fills what the reader must take and what it must pass over with distinct values. */
+/* Gives distinct values to the fields that the reader takes and to those that it ignores. */
 static void fill_point(las_file *f, size_t at, unsigned format, unsigned i)
 {
     const bool extended = format >= 6;
@@ -72,7 +73,7 @@ static void every_format_and_version(void **state)
         }
 }
 
-/* A header longer than its version's, and a 1.3 one as short as 1.2's. */
+/* A header longer than its version's, and a 1.3 header as short as 1.2's. */
 static void other_header_lengths(void **state)
 {
     (void)state;
@@ -82,7 +83,7 @@ static void other_header_lengths(void **state)
         las_begin(&f, i == 0 ? 2 : 3, 0, 20);
         f.size = i == 0 ? 300 : 227;
         las_put(&f, 94, 2, f.size);
-        las_put(&f, 96, 4, f.size + 2); /* 1.0 had two bytes more before the points */
+        las_put(&f, 96, 4, f.size + 2); /* 1.0 has two bytes more before the points */
         f.size += 2;
         las_set_count(&f, 1);
         las_add_point(&f, 2, 4, 8);
@@ -114,8 +115,8 @@ static void withheld_points(void **state)
     }
 }
 
-/* Points of format 2, of which number `special` has the given blue and intensity; others the
- * ordinary ones. */
+/* Reads points of format 2. Point `special_at` has the blue and the intensity `special`, the others
+ * `ordinary`. */
 static stp_point *read_depths(unsigned count, unsigned ordinary, unsigned special_at,
                               unsigned special, stp_scan_info *info)
 {
@@ -137,10 +138,9 @@ static void depth_is_told_from_data(void **state)
     static const struct {
         unsigned ordinary, special, colour, special_colour, intensity, special_intensity;
     } cases[] = {
-        {10, 255, 2570, 65535, 2570, 65535}, /* 8 bits in 16 */
-        {10, 256, 10, 256, 10, 256},         /* 16 bits */
-        {2560, 65280, 2570, 65535, 2560,
-         65280}, /* 8 bits times 256; intensities are not asked so */
+        {10, 255, 2570, 65535, 2570, 65535},     /* 8 bits in 16 */
+        {10, 256, 10, 256, 10, 256},             /* 16 bits */
+        {2560, 65280, 2570, 65535, 2560, 65280}, /* 8 bits times 256, in colours only */
         {2560, 65281, 2560, 65281, 2560, 65281},
         {0, 1, 0, 257, 0, 257},
         {65535, 0, 65535, 0, 65535, 0},
@@ -157,7 +157,7 @@ static void depth_is_told_from_data(void **state)
     }
 }
 
-/* A colour of zeros alone is none, and that is said. */
+/* A file whose colours are all zero has no colour, and a note says so. */
 static void no_colours_at_all(void **state)
 {
     (void)state;
@@ -169,7 +169,8 @@ static void no_colours_at_all(void **state)
     assert_non_null(strstr(text, ", red, green, blue (all zero)"));
 }
 
-/* The look goes through the whole file: only the last of 400,000 points are brighter than 255. */
+/* The depth must be found in the whole file: only the last of 400,000 points are brighter than
+ * 255. */
 static void depth_looks_far(void **state)
 {
     (void)state;
@@ -194,7 +195,7 @@ static void depth_looks_far(void **state)
     free(points);
 }
 
-/* Which of two counts is taken; extended: how many points the file has. */
+/* Which of the two counts is taken. */
 static void counts_of_both_widths(void **state)
 {
     (void)state;
@@ -223,7 +224,7 @@ static void counts_of_both_widths(void **state)
     }
 }
 
-/* What follows the points of an old file, and a file of no points. */
+/* Bytes after the points of an old file, and a file without points. */
 static void more_and_no_points(void **state)
 {
     (void)state;

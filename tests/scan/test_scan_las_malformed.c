@@ -1,9 +1,10 @@
-/* LAS files that are cut, damaged or hostile: each one sentence with the place, and no crash. */
+/* Tests LAS files that are cut, damaged or hostile: each must give one sentence that names the
+ * place, and no crash. */
 #include "tests/fixtures/las_fixture.h"
 
 #include <math.h>
 
-/* A good file: LAS 1.4, format 7, a coordinate system before and behind, three points. */
+/* A good file: LAS 1.4, format 7, coordinate systems before and after three points. */
 static void good(las_file *f)
 {
     las_begin(f, 4, 7, 36);
@@ -132,7 +133,7 @@ static void transforms(void **state)
     }
 }
 
-/* Cut after each byte: never a success, always the place. */
+/* Cuts after each byte: reading may never succeed, and the message must name the place. */
 static void every_cut(void **state)
 {
     (void)state;
@@ -170,7 +171,7 @@ static void cut_points_are_counted(void **state)
                        "declares 10 points, but the 271 bytes from byte 227 on hold 7");
 }
 
-/* A record to keep that is beyond all reason, and one of that length that is not kept. */
+/* An absurdly long record that the reader would keep, and one of the same length that it skips. */
 static void long_records(void **state)
 {
     (void)state;
@@ -182,7 +183,7 @@ static void long_records(void **state)
         if (i == 0) {
             memset(f.bytes + EVLR + 2, 0, 16);
             memcpy(f.bytes + EVLR + 2, "LASF_Projection", 15);
-            memset(f.bytes + VLR + 2, 0, 16); /* the first one counts */
+            memset(f.bytes + VLR + 2, 0, 16); /* otherwise the first record would count */
             las_put(&f, EVLR + 18, 2, 2112);
         }
         las_put(&f, EVLR + 20, 8, LONG);

@@ -1,4 +1,4 @@
-/* What a LAS file says beside its points: coordinate system, fields left out, extra bytes. */
+/* Tests what a LAS file says beside its points: coordinate system, fields left out, extra bytes. */
 #include "tests/fixtures/las_fixture.h"
 
 #define ALL_LEFT_OUT                                                                               \
@@ -45,7 +45,7 @@ static void fields_left_out(void **state)
     }
 }
 
-/* A field's text, which need not end with a zero. */
+/* Writes a field's text, which need not end in a zero. */
 static void put_text(char *field, const char *text)
 {
     while (*text != '\0')
@@ -59,7 +59,7 @@ static void extra_bytes(void **state)
     char described[2 * 192 + 100] = {0};
     put_text(described + 4, "Amplitude");
     put_text(described + 192 + 4, "a name of just thirty-two bytes!");
-    memset(described + 2 * 192, 'x', 100); /* not a whole description */
+    memset(described + 2 * 192, 'x', 100); /* an incomplete description */
     las_begin(&f, 4, 0, 20 + 6);
     las_add_vlr(&f, "LASF_Spec", 4, described, sizeof described);
     one_point(&f);
@@ -95,7 +95,7 @@ static void wkt(void **state)
     las_expect_note("evlr.las", "wkt", "PROJCS[\"far behind\"]");
 }
 
-/* Characters that are no UTF-8, of each sort, become `?` byte by byte. */
+/* Each byte that is not valid UTF-8 must become `?`. */
 static void texts_are_utf8(void **state)
 {
     (void)state;
@@ -103,10 +103,10 @@ static void texts_are_utf8(void **state)
         const char *bytes, *expected;
     } cases[] = {
         {"\xe2\x82\xac \xf0\x9f\x8c\xb2", "\xe2\x82\xac \xf0\x9f\x8c\xb2"},
-        {"\xc0\xaf", "??"},           /* longer than it must be */
-        {"\xe0\x80\xaf", "???"},      /* too */
-        {"\xed\xa0\x80", "???"},      /* half of a pair */
-        {"\xf4\x90\x80\x80", "????"}, /* beyond the last */
+        {"\xc0\xaf", "??"},           /* longer than needed */
+        {"\xe0\x80\xaf", "???"},      /* longer than needed */
+        {"\xed\xa0\x80", "???"},      /* half of a surrogate pair */
+        {"\xf4\x90\x80\x80", "????"}, /* beyond the last character */
         {"a\xe2\x82", "a??"},         /* cut */
         {"\x80 \xf8z\tb\x7f", "? ?z b "},
     };
@@ -135,12 +135,12 @@ static void geokeys(void **state)
     (void)state;
     las_file f;
     const double doubles[3] = {6378137.0, 0.25, -1e-9};
-    const uint16_t keys[] = {1,     1,     0, 10, /* header: ten keys, of which nine follow */
-                             1024,  0,     1, 1,  /* in itself */
+    const uint16_t keys[] = {1,     1,     0, 10, /* header: claims ten keys, nine follow */
+                             1024,  0,     1, 1,  /* value in the key itself */
                              1026,  34737, 4, 0,  /* "abc|" */
                              2057,  34736, 1, 0,  2062, 34736, 2, 1,
-                             60000, 0,     1, 7,  2059, 34736, 2, 2, /* one too many */
-                             3073,  34737, 9, 1,                     /* too */
+                             60000, 0,     1, 7,  2059, 34736, 2, 2, /* one value too many */
+                             3073,  34737, 9, 1,                     /* too long */
                              3074,  34735, 2, 3, /* in the directory: 10, 1024 */
                              3075,  4711,  1, 0};
     las_begin(&f, 2, 0, 20);
@@ -158,7 +158,7 @@ static void geokeys(void **state)
                     "(missing: keys 10 to 10)");
 }
 
-/* Keys that name no values, of records that are not there. */
+/* Keys without values, and keys of records that are missing. */
 static void geokeys_of_nothing(void **state)
 {
     (void)state;

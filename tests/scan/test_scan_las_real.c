@@ -1,16 +1,16 @@
-/* Real LAS files, where a folder of them is named by STIPPLE_SCANS: counts and boxes against their
- * own headers, which are read here anew, and against figures of another reader. Skipped elsewhere:
- * the scans are not the project's to give. */
+/* Tests real LAS files: counts and boxes against their own headers, which this test reads itself,
+ * and against another reader's figures. Skips unless STIPPLE_SCANS names a folder of scans: the
+ * project may not distribute them. */
 #include "tests/fixtures/las_fixture.h"
 
 #include <math.h>
 
 typedef struct real_las {
     const char *name, *format;
-    uint64_t points;                      /* by another reader, as are the boxes */
+    uint64_t points;                      /* points and boxes: found by another reader */
     const char *wkt, *geokeys, *left_out; /* parts of notes, NULL: no such note */
     double min[3], max[3];
-    unsigned rgb_8[3]; /* of the first point: all of these have 8 bits, in either writing */
+    unsigned rgb_8[3]; /* of the first point; all files have 8 bits, stored in either way */
     unsigned intensity, class_id;
     bool colour;
 } real_las;
@@ -102,7 +102,7 @@ static const real_las scans[] = {
      false},
 };
 
-/* What the file's own header says, read here by the standard's table. */
+/* The content of the file's own header, read here by the standard's table. */
 typedef struct own_header {
     uint64_t points;
     double scale[3], min[3], max[3];
@@ -153,7 +153,7 @@ static void check_note(const char *path, const char *name, const char *part)
         fail_msg("%s: note %s is `%s`, expected %s", path, name, text, part ? part : "none");
 }
 
-/* Points as they come, without holding them. */
+/* Checks points as they come, without keeping them. */
 static void check_points(const real_las *expected, const char *path, const own_header *own)
 {
     stp_error err = {0};
@@ -184,7 +184,7 @@ static void check_points(const real_las *expected, const char *path, const own_h
     assert_int_equal(total, expected->points);
     assert_int_equal(total, own->points);
     if (total > 0) {
-        /* Headers were written by other programs from their own doubles. */
+        /* other programs wrote the headers from their own doubles */
         const double near[3] = {1e-6, 1e-6, 1e-6};
         check_box(path, &box, own->min, own->max, own->scale);
         check_box(path, &box, expected->min, expected->max, near);

@@ -1,4 +1,4 @@
-/* The LAS writer: what it writes is read back, byte by byte where the standard says so; files
+/* Tests the LAS writer: its files are read back and compared with the standard byte by byte. Files
  * appear whole or not at all. */
 #include "formats/scan/las/las_write.h"
 #include "tests/fixtures/las_fixture.h"
@@ -78,7 +78,7 @@ static double get_double(const las_file *f, size_t at)
     return value;
 }
 
-/* Header and records against the tables of the standard. */
+/* Compares header and records with the tables of the standard. */
 static void bytes_of_the_standard(void **state)
 {
     (void)state;

@@ -1,8 +1,7 @@
-/* LAZ: through LASzip where the build has it, else a sentence that tells the way on. */
+/* Tests LAZ: read through LASzip if the build has it; otherwise a sentence must say what to do. */
 #include "tests/fixtures/las_fixture.h"
 
-/* The header of a compressed file of format 1, with LASzip's record and no points worth the name.
- */
+/* Makes the header of a compressed file of format 1, with LASzip's record and no real points. */
 static void compressed(las_file *f, unsigned bits)
 {
     const unsigned char content[46] = {2, 0, 0, 0, 3, 4};
@@ -47,7 +46,7 @@ static void fill(laszip_point_struct *p, unsigned format, unsigned i)
         p->extended_classification_flags = i % 10 == 0 ? 4 : 0;
         p->extended_return_number = p->extended_number_of_returns = 1;
     }
-    /* LASzip wants both classes of the extended formats to agree, as far as five bits hold them. */
+    /* LASzip requires the two classes of the extended formats to agree, as far as five bits go */
     const unsigned class_id = format >= 6 ? i % 256 : i % 29;
     p->classification = class_id < 32 ? class_id & 31u : 0u;
     p->withheld_flag = i % 10 == 0;
@@ -56,7 +55,7 @@ static void fill(laszip_point_struct *p, unsigned format, unsigned i)
         p->rgb[k] = (uint16_t)(i * 3 + k);
 }
 
-/* Written by LASzip itself. */
+/* Writes a file with LASzip itself. */
 static void write_laz(const char *path, unsigned minor, unsigned format)
 {
     laszip_POINTER writer = NULL;
@@ -109,7 +108,7 @@ static void points_come_back(void **state)
     }
 }
 
-/* Cut in the middle, and nothing but a header. */
+/* A file cut in the middle, and one of a header alone. */
 static void damaged(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Edges of PLY and l lines of OBJ as lines: chains, rings, junctions, what is wrong and what is
- * left as points. */
+/* Tests edges of PLY and l lines of OBJ as lines: chains, rings, junctions, errors, and points that
+ * remain. */
 #include "tests/fixtures/scan_fixture.h"
 
 #define HEAD "ply\nformat ascii 1.0\nelement vertex "
@@ -11,7 +11,7 @@ static void assert_near(double found, double wanted, double off)
     assert_true(fabs(found - wanted) <= off);
 }
 
-/* A file's lines; its points are read to the end. Clear with stp_line_set_clear. */
+/* Reads a file's lines, and its points to the end. Clear with stp_line_set_clear. */
 static stp_line_set read_lines(const char *path, const char *text, const stp_scan_params *params,
                                stp_scan_info *info)
 {
@@ -37,7 +37,7 @@ static stp_line_set read_lines(const char *path, const char *text, const stp_sca
     return out;
 }
 
-/* A strip's x coordinates as digits. */
+/* The x coordinates of a strip must be these digits. */
 static void assert_strip(const stp_line_set *set, uint64_t strip, stp_line_kind kind,
                          const char *digits)
 {
@@ -51,7 +51,7 @@ static void assert_strip(const stp_line_set *set, uint64_t strip, stp_line_kind 
     assert_int_equal(s->kind, kind);
 }
 
-/* 0-1-2-3 in a row given backwards, a ring 4-5-6, a point 7, three that meet in 8. */
+/* A chain 0-1-2-3 given backwards, a ring 4-5-6, a point 7, and three edges that meet in 8. */
 static void edges_are_chained(void **state)
 {
     (void)state;
@@ -77,7 +77,8 @@ static void edges_are_chained(void **state)
     stp_line_set_clear(&set);
 }
 
-/* Bad ends, loops, repeats and coordinates that are no numbers are counted; the rest is read. */
+/* Bad ends, loops, repeats and coordinates that are not finite must be counted; the rest is
+ * read. */
 static void wrong_edges_are_counted(void **state)
 {
     (void)state;
@@ -97,7 +98,8 @@ static void wrong_edges_are_counted(void **state)
     stp_line_set_clear(&set);
 }
 
-/* Normals make ribbons, a radius is half the width, edges may give the colours, bytes or not. */
+/* Normals make ribbons, a radius is half the width, and edges may give the colours, as bytes or
+ * other types. */
 static void vertices_say_what_lines_are(void **state)
 {
     (void)state;
@@ -130,7 +132,7 @@ static void vertices_say_what_lines_are(void **state)
     stp_line_set_clear(&set);
 }
 
-/* Sides of faces are no lines, and vertices of faces stay points, though a line ends there. */
+/* Sides of faces are no lines. Vertices of faces stay points even if a line ends there. */
 static void faces_stay_faces(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* Scans that are cut, damaged, hostile or of another kind: each one sentence, and no crash. */
+/* Tests scans that are cut, damaged, hostile or of another kind: each must give one sentence and no
+ * crash. */
 #include "tests/fixtures/scan_fixture.h"
 
 #define XYZ "property float x\nproperty float y\nproperty float z\n"
@@ -202,7 +203,8 @@ static void other_formats(void **state)
     scan_fixture_fails(".", NULL, STP_IO, "");
 }
 
-/* What editors and old systems do to text: an OBJ file would lose its first vertex to a mark. */
+/* Byte order marks and line ends as editors and old systems write them. With a mark, an OBJ file
+ * would lose its first vertex. */
 static void marks_and_line_ends(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* Meshes: PLY faces and strips, OBJ, OFF, STL; normals of faces; samples spread over them. */
+/* Tests meshes: PLY faces and strips, OBJ, OFF, STL; normals of faces; samples spread over the
+ * faces. */
 #include "formats/scan/mesh/mesh.h"
 #include "tests/fixtures/scan_fixture.h"
 
@@ -24,7 +25,7 @@ static void expect_triangle(const stp_mesh *mesh, uint64_t index, uint32_t a, ui
     assert_int_equal(mesh->triangles[index][2], c);
 }
 
-/* A square of side 1 and a triangle of half its size standing on an edge; a vertex of no face. */
+/* A square of side 1, a triangle of half its area standing on an edge, and a vertex of no face. */
 static const char folded_ply[] =
     "ply\nformat ascii 1.0\nelement vertex 6\n" PLY_XYZ
     "property float intensity\nelement face 2\nproperty uchar flags\n"
@@ -43,7 +44,7 @@ static void ply_polygons(void **state)
     assert_int_equal(info.attributes, STP_POINT_HAS_NORMAL | STP_POINT_HAS_INTENSITY);
     assert_int_equal(points[1].intensity, 32768);
     scan_fixture_normal(&points[2], 0.0, 0.0, 1.0);
-    /* Areas: both halves of the square at vertex 0 against the one standing triangle. */
+    /* vertex 0: weights are areas, both halves of the square against the one standing triangle */
     const double n = hypot(1.0, 0.5);
     scan_fixture_normal(&points[0], 0.0, 0.5 / n, 1.0 / n);
     scan_fixture_normal(&points[4], 0.0, 1.0, 0.0);
@@ -65,7 +66,7 @@ static void ply_polygons(void **state)
     assert_null(mesh);
 }
 
-/* Stanford's strips: -1 begins a new one, every second triangle is turned. */
+/* Stanford's strips: -1 begins a new strip, and every second triangle is reversed. */
 static void ply_strips(void **state)
 {
     (void)state;
@@ -101,9 +102,9 @@ static void tiny_and_huge_triangles(void **state)
     free(points);
 }
 
-/* Georeferenced, coloured where it is, normals by corner, objects, relative and forward indices,
- * comments, continued lines, materials that do not exist, a face that OpenMesh's mesh would refuse.
- */
+/* OBJ that is georeferenced and partly coloured, with normals by corner, objects, relative and
+ * forward indices, comments, continued lines, missing materials, and a face that OpenMesh's mesh
+ * would refuse. */
 static void obj(void **state)
 {
     (void)state;
@@ -141,7 +142,7 @@ static void obj(void **state)
     stp_mesh_destroy(&mesh);
 }
 
-/* OBJ as MeshLab writes a point cloud: no faces, a normal for each vertex, bytes as colours. */
+/* OBJ as MeshLab writes a point cloud: no faces, a normal for each vertex, colours as bytes. */
 static void obj_points(void **state)
 {
     (void)state;
@@ -192,7 +193,7 @@ static void check_stl(const char *path, const char *format)
     stp_scan_info info;
     stp_point *points = scan_fixture_read(path, NULL, &info);
     assert_string_equal(info.format, format);
-    assert_int_equal(info.point_count, 4); /* of six corners two are met twice */
+    assert_int_equal(info.point_count, 4); /* two of the six corners repeat */
     assert_int_equal(info.face_count, 2);
     assert_true(info.normals_from_faces);
     scan_fixture_position(&points[1], 1.5, 0.0, 0.0);
@@ -221,7 +222,7 @@ static void stl(void **state)
     check_stl("by content.dat", "STL binary");
 }
 
-/* Two faces of 3 : 1 in area; colours red and green at their outer corners. */
+/* Two faces with areas 3 : 1, with red and green at their outer corners. */
 static const char sampled_ply[] =
     "ply\nformat ascii 1.0\nelement vertex 6\n" PLY_XYZ
     "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar class\n"
@@ -255,7 +256,7 @@ static void samples(void **state)
         scan_fixture_normal(&points[i], 0.0, 0.0, 1.0);
     }
     assert_true(labs((long)first - 30000) <= 1); /* stratified: exact to within one */
-    /* The mean is the centroid; the deviation of a mean of 30,000 is below 0.005. */
+    /* the mean is the centroid; a mean of 30,000 deviates by less than 0.005 */
     assert_true(fabs(x / (double)first - 1.0) < 0.02);
     assert_true(fabs(y / (double)first - 2.0 / 3.0) < 0.02);
     stp_point *again = scan_fixture_read("sampled.ply", &params, &info);
@@ -268,7 +269,7 @@ static void samples(void **state)
     free(points);
 }
 
-/* A mesh read through OpenMesh is sampled the same; without normals on demand. */
+/* A mesh read through OpenMesh must give samples too, without normals if asked. */
 static void samples_of_obj(void **state)
 {
     (void)state;

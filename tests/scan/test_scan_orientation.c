@@ -1,9 +1,9 @@
-/* Real scans whose normals are taken away, against their meshes' own, where a folder of them is
- * named by STIPPLE_SCANS. Skipped elsewhere: the scans are not the project's to give. */
+/* Tests orienting real scans without their normals, against their meshes' normals. Skips unless
+ * STIPPLE_SCANS names a folder of scans: the project may not distribute them. */
 #include "tests/fixtures/orientation_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 
-/* The vertices alone, with the mesh's area-weighted normals for the truth. */
+/* Keeps the vertices alone, with the mesh's area-weighted normals as the truth. */
 static surface_cloud strip(const stp_point *points, uint64_t count)
 {
     surface_cloud s = {0};
@@ -14,7 +14,7 @@ static surface_cloud strip(const stp_point *points, uint64_t count)
     for (uint32_t i = 0; i < count; i++) {
         float length = glms_vec3_norm(points[i].normal);
         if (!(length > 0.0f) || !stp_dvec3_finite(points[i].position))
-            continue; /* no face: nothing is known of it */
+            continue; /* no face: its normal is unknown */
         s.truth[i].normal = glms_vec3_scale(points[i].normal, 1.0f / length);
         s.cloud.points[s.cloud.count].position = points[i].position;
         s.cloud.points[s.cloud.count++].source = i;
@@ -22,7 +22,7 @@ static surface_cloud strip(const stp_point *points, uint64_t count)
     return s;
 }
 
-/* Whether the mesh turns back on itself here: one of the neighbours faces the other way. */
+/* Whether the mesh folds back here: the normal of a neighbour points the other way. */
 static bool is_folded(const surface_cloud *s, const stp_neighbours *neighbours, uint32_t self)
 {
     const uint32_t *list = neighbours->indices + (size_t)self * neighbours->k;
@@ -33,7 +33,7 @@ static bool is_folded(const surface_cloud *s, const stp_neighbours *neighbours, 
     return false;
 }
 
-/* Share right of the points where the mesh has one side only; prints that of the others, too. */
+/* The share of right normals where the mesh is not folded; prints the folded points' share too. */
 static double unfolded_share(const surface_cloud *s)
 {
     uint32_t count[2] = {0}, right[2] = {0};
@@ -53,7 +53,7 @@ static double unfolded_share(const surface_cloud *s)
     return (double)right[0] / count[0];
 }
 
-/* The cloud of a mesh's vertices, oriented; count 0 where there is no such file. */
+/* Orients the cloud of a mesh's vertices; its count is 0 if the file is missing. */
 static surface_cloud orient(const char *name)
 {
     char path[4096];
@@ -78,8 +78,8 @@ static void whole_points_outward(const char *name)
 }
 
 /* The dragon's mesh is folded onto itself in places: 4,300 vertices have one of the other side
- * within a fifth of a spacing, and nothing of their positions says which is which. They are 1 % of
- * it and half of them come out wrong, so that the whole stays at 99.4 %. */
+ * within a fifth of a spacing, and their positions do not tell the sides apart. They are 1 % of
+ * all, and half of them come out wrong, so the whole reaches 99.4 %. */
 static void dragon_points_outward(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* PCD files: every encoding, type, order and field, and what is wrong with them. */
+/* Tests PCD files: every encoding, type, order and field, and files that are wrong. */
 #include "base/random.h"
 #include "tests/fixtures/pcd_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -10,7 +10,7 @@
         name, type, size, 1, values                                                                \
     }
 
-/* Writes the file in this encoding and reads it; free with free(). */
+/* Writes the file in this encoding and reads it; free it with free(). */
 static stp_point *read_as(const pcd_file *file, pcd_encoding encoding, stp_scan_info *info)
 {
     byte_row bytes = pcd_make(file, encoding);
@@ -31,7 +31,7 @@ static pcd_file three_points(const pcd_column *columns, size_t count)
     return (pcd_file){columns, count, 3, 1, NULL};
 }
 
-/* Every kind of field, in an order of its own, with padding and counts. */
+/* Fields of every kind in an unusual order, with padding and counts. */
 static void fields_in_any_order(void **state)
 {
     (void)state;
@@ -150,7 +150,8 @@ static void every_type(void **state)
     }
 }
 
-/* Packed as a float whose bits may be a NaN's with a payload, in the ways that writers have. */
+/* Colours packed as a float, whose bits may be a NaN with a payload, as different writers pack
+ * them. */
 static void packed_colours(void **state)
 {
     (void)state;
@@ -174,7 +175,7 @@ static void packed_colours(void **state)
     free(p);
 }
 
-/* A file whose column rgb of type F is these texts, four of them. */
+/* Reads a file whose column rgb of type F has these four texts. */
 static stp_point *read_packed(const char *texts[4])
 {
     char file[512];
@@ -186,7 +187,7 @@ static stp_point *read_packed(const char *texts[4])
     return scan_fixture_points("packed.pcd", file, &info);
 }
 
-/* Type F as text: programs print the float, or the integer. The column says which. */
+/* Type F as text: some programs print the float, others the integer. The whole column decides. */
 static void packed_text(void **state)
 {
     (void)state;
@@ -198,13 +199,13 @@ static void packed_text(void **state)
     scan_fixture_rgb(&p[2], 0x8080, 0x0000, 0x0000);
     scan_fixture_rgb(&p[3], 0, 0, 0);
     free(p);
-    /* all rounded, or whole beside one that is not */
+    /* all are rounded, or a whole number stands beside one that is not */
     const char *rounded[] = {"4.2108e+06", "4210800", "4.2108e6", "4.2108E+06"};
     p = read_packed(rounded);
     for (int i = 0; i < 4; i++)
         scan_fixture_rgb(&p[i], 0x8080, 0x8080, 0xE0E0);
     free(p);
-    /* 0x404070 and 0xFF0000, with every digit that an integer has */
+    /* 0x404070 and 0xFF0000, with all digits of an integer */
     const char *integers[] = {"4210800", "4.210800e+06", "4.210800000000000000e+06", "16711680.0"};
     p = read_packed(integers);
     for (int i = 0; i < 3; i++)
@@ -243,7 +244,8 @@ static void colours_in_parts(void **state)
     }
 }
 
-/* The greatest value is far behind the first block, so that a look must go on and come back. */
+/* The greatest value stands far behind the first block, so the reader must look on and come
+ * back. */
 static void intensity_ranges(void **state)
 {
     (void)state;
@@ -296,7 +298,7 @@ static void missing_points(void **state)
         const pcd_file loose = {columns, 3, 6, 1, NULL};
         p = read_as(&loose, (pcd_encoding)e, &info);
         for (int i = 0; i < 6; i++) {
-            assert_int_equal(p[i].reject, STP_REJECT_NONE); /* who reads them counts them */
+            assert_int_equal(p[i].reject, STP_REJECT_NONE); /* the caller counts the rejects */
             assert_int_equal(stp_dvec3_finite(p[i].position), i != 1 && i != 3);
         }
         free(p);
@@ -345,7 +347,7 @@ static void viewpoints(void **state)
     }
 }
 
-/* What versions and writers differ in. */
+/* Headers as different versions and writers write them. */
 static void headers(void **state)
 {
     (void)state;
@@ -382,7 +384,8 @@ static void no_points(void **state)
     }
 }
 
-/* Many blocks, with matches near, far, overlapping and long, and stretches without any. */
+/* Many blocks, with matches that are near, far, overlapping and long, and stretches without
+ * matches. */
 static void large_compressed(void **state)
 {
     (void)state;
@@ -490,7 +493,7 @@ static void malformed_data(void **state)
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
 }
 
-/* One point whose 12 bytes are these compressed ones. */
+/* Checks a point whose 12 bytes are compressed to these bytes. */
 static void check_compressed(const void *bytes, size_t size, int64_t more_in, int64_t more_out,
                              const char *text)
 {
@@ -513,11 +516,11 @@ static void check_compressed(const void *bytes, size_t size, int64_t more_in, in
     free(p);
 }
 
-/* Twelve bytes of 1, right and wrong. */
+/* Twelve bytes of 1, compressed rightly and wrongly. */
 static void compressed_blocks(void **state)
 {
     (void)state;
-    check_compressed("\x00\x01\xe0\x02\x00", 5, 0, 0, NULL); /* one, and 11 from 1 back */
+    check_compressed("\x00\x01\xe0\x02\x00", 5, 0, 0, NULL); /* one, then 11 from 1 back */
     check_compressed("\x0b\1\1\1\1\1\1\1\1\1\1\1\1", 13, 0, 0, NULL);
     check_compressed("\x01\x01\x01\x40\x01\x60\x00\x00\x01", 9, 0, 0, NULL); /* 2, 4, 5, 1 */
     check_compressed("\x00\x01\xe0\x03\x00", 5, 0, 0, "holds more than is declared");
@@ -536,7 +539,7 @@ static void compressed_blocks(void **state)
     check_compressed("\x00\x01\xe0\x02\x00", 5, 0, -12, "declares 0 bytes");
 }
 
-/* Cut anywhere, each encoding: a sentence, or all points where only the last line's end is gone. */
+/* Cuts each encoding anywhere: reading must fail with a sentence. */
 static void cut_anywhere(void **state)
 {
     (void)state;
@@ -546,7 +549,7 @@ static void cut_anywhere(void **state)
     const pcd_file file = three_points(columns, 5);
     for (int e = 0; e < PCD_ENCODING_COUNT; e++) {
         byte_row bytes = pcd_make(&file, (pcd_encoding)e);
-        /* In text a cut last number is a number: it ends "0 " and the line's end. */
+        /* text ends with "0 " and the end of the line: a cut last number would still be a number */
         const size_t whole = e == PCD_ASCII ? bytes.size - 5 : bytes.size;
         for (size_t size = 1; size < whole; size++) {
             stp_error err = {0};

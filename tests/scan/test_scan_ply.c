@@ -1,9 +1,9 @@
-/* The PLY reader on files that are right: encodings, types, properties, elements, colours. */
+/* Tests the PLY reader on valid files: encodings, types, properties, elements, colours. */
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
 
-/* Builds a binary PLY byte by byte, in either order. */
+/* Builds a binary PLY byte by byte, in either byte order. */
 typedef struct ply_bytes {
     unsigned char data[4096];
     size_t size;
@@ -103,7 +103,7 @@ static void ascii_numbers(void **state)
     free(points);
 }
 
-/* All eight types, a list inside the vertex and one before it, other elements around it. */
+/* All eight types, a list inside the vertex and one before it, and other elements around it. */
 static void check_binary(bool big_endian)
 {
     ply_bytes p = {.big_endian = big_endian};
@@ -156,7 +156,8 @@ static void binary_big_endian(void **state)
     check_binary(true);
 }
 
-/* The header's lines may end in \r\n while the data starts right after; \r and \n as data stay. */
+/* The header's lines may end in \r\n, and the data begins directly after; \r and \n in the data
+ * must stay. */
 static void binary_after_crlf(void **state)
 {
     (void)state;
@@ -181,7 +182,7 @@ typedef struct depth_case {
     unsigned first[3];
 } depth_case;
 
-/* What a colour means is found out from the data. */
+/* The data decides what a colour value means. */
 static void colour_depths(void **state)
 {
     (void)state;
@@ -218,7 +219,7 @@ static void colour_depths(void **state)
     }
 }
 
-/* The sample that tells 8 from 16 bits is spread over the file, also where it begins dark. */
+/* The values that tell 8 from 16 bits are looked for in the whole file, even if it begins dark. */
 static void colour_depth_of_late_values(void **state)
 {
     (void)state;
@@ -265,7 +266,8 @@ static void scalar_fields(void **state)
     free(points);
 }
 
-/* A structured scan: the grid names a vertex or none; it makes neither points nor faces. */
+/* A structured scan: each cell of the grid names a vertex or none. The grid makes neither points
+ * nor faces. */
 static void range_grid(void **state)
 {
     (void)state;
@@ -315,7 +317,7 @@ static void recomputed_normals(void **state)
     free(points);
 }
 
-/* The last line may lack its end, and blocks end anywhere within lines. */
+/* The last line may lack its end, and blocks may end anywhere within a line. */
 static void many_ascii_lines(void **state)
 {
     (void)state;

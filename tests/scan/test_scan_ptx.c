@@ -1,4 +1,5 @@
-/* PTX: poses, stations, missing returns, wrong files, and normals that face who saw the points. */
+/* Tests PTX: poses, stations, missing returns, wrong files, and normals that face the scanner of
+ * their points. */
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/fixtures/surface_fixture.h"
@@ -8,7 +9,7 @@
 #define AXES "1 0 0\n0 1 0\n0 0 1\n"
 #define IDENTITY "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 
-/* Opens and reads; the stations are kept. */
+/* Opens and reads a file; copies the stations. */
 static stp_point *read_ptx(const char *path, stp_scan_info *info, stp_dvec3 *stations)
 {
     stp_error err = {0};
@@ -27,7 +28,7 @@ static void expect_station(stp_dvec3 station, double x, double y, double z)
         fail_msg("station %g %g %g, expected %g %g %g", station.x, station.y, station.z, x, y, z);
 }
 
-/* Two scans: one turned by a right angle about z and moved, and one as it is. */
+/* Two scans: one is turned by a right angle about z and moved, the other is not. */
 static void two_scans(void **state)
 {
     (void)state;
@@ -59,7 +60,7 @@ static void two_scans(void **state)
     free(points);
 }
 
-/* The other way round, rays without a return that are short, and a scan without colour. */
+/* Turned the other way, short lines for rays without a return, and a scan without colour. */
 static void odd_files(void **state)
 {
     (void)state;
@@ -88,7 +89,7 @@ static void odd_files(void **state)
     assert_int_equal(info.attributes, STP_POINT_HAS_STATION);
     assert_int_equal(points[1].reject, STP_REJECT_NO_RETURN);
     free(points);
-    /* Intensities of Leica's range are told in spite of poses with large numbers. */
+    /* Leica's range of intensities must be found in spite of poses with large numbers. */
     scan_fixture_text("range.ptx", "1\n2\n0 0 0\n" AXES "1 0 0 -500000\n0 1 0 70000\n0 0 1 0\n"
                                    "0 0 0 1\n1 2 3 -2048\n1 2 3 2047\n");
     points = read_ptx("range.ptx", &info, stations);
@@ -136,8 +137,8 @@ static void too_many_scans(void **state)
     scan_fixture_fails("many.ptx", NULL, STP_LIMIT, "more than 65535 scans");
 }
 
-/* Positions of a known surface as two scanners saw them, each in its scanner's own axes: turned by
- * a right angle about z for the second. Every fifth ray had no return. */
+/* Writes a known surface as two scanners saw it, each in its scanner's own axes; the second's are
+ * turned by a right angle about z. Every fifth ray has no return. */
 static void write_sheet(const surface_cloud *s, const char *path)
 {
     FILE *file = fopen(path, "w");
@@ -174,8 +175,8 @@ static stp_status read_scan(void *context, stp_point *points, size_t capacity, s
     return stp_scan_read(context, points, capacity, count, err);
 }
 
-/* Of level 0 of the leaves, each sample's normal points to the side of the sheet on which its
- * station stands, which its intensity tells. */
+/* At level 0 of the leaves, each sample's normal must point to the side of the sheet where its
+ * station stands. The intensity names the station. */
 static void expect_facing(const surface_cloud *s)
 {
     uint32_t found = 0, facing = 0;
@@ -199,8 +200,8 @@ static void expect_facing(const surface_cloud *s)
     assert_true(facing >= 0.999 * found);
 }
 
-/* A sheet whose two sides are one spacing apart, seen from both sides: nothing but the stations
- * says which normal points where. */
+/* A sheet with two sides one spacing apart, seen from both sides: only the stations say which way
+ * each normal points. */
 static void normals_face_the_stations(void **state)
 {
     (void)state;

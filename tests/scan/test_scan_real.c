@@ -1,5 +1,5 @@
-/* Real scans, where a folder of them is named by STIPPLE_SCANS: counts, boxes, attributes.
- * Skipped elsewhere: the scans are not the project's to give. */
+/* Tests real scans: counts, boxes, attributes. Skips unless STIPPLE_SCANS names a folder of scans:
+ * the project may not distribute them. */
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
@@ -172,7 +172,7 @@ static void all_scans(void **state)
     }
 }
 
-/* Named as points in text, and nothing of the kind. */
+/* A file with the name of points in text but other content. */
 static void surfels_are_refused(void **state)
 {
     (void)state;

@@ -1,4 +1,5 @@
-/* Where scanners stood and which one saw a point: written, read back, and lied about. */
+/* Tests the positions of scanners and which one saw a point: written, read back, and wrong in the
+ * file. */
 #include "formats/scan/ply/ply_write.h"
 #include "tests/fixtures/scan_fixture.h"
 
@@ -12,7 +13,7 @@ typedef struct stations_read {
     stp_scan_info info;
 } stations_read;
 
-/* All of a file; free with release. */
+/* Reads all of a file; free it with release. */
 static stations_read read_all(const char *path, const stp_scan_params *params)
 {
     stations_read r = {0};
@@ -36,7 +37,7 @@ static void release(stations_read *r)
     free(r->stations);
 }
 
-/* Not a number of few digits, and different from its neighbours. */
+/* A position that needs many digits and differs from its neighbours. */
 static stp_dvec3 place(uint32_t i)
 {
     return (stp_dvec3){500000.1 + (double)i / 3.0, -1e-7 * (double)i, 1e9 / (i + 1.0)};
@@ -54,7 +55,7 @@ static bool header_has(const char *path, const char *line)
     return found;
 }
 
-/* Every number that there is, and every seventh point of an unknown station. */
+/* Uses every station number; every seventh point has an unknown station. */
 static void round_trip(uint32_t station_count, uint32_t attributes, const char *property)
 {
     enum { COUNT = 70000 };
@@ -116,8 +117,8 @@ static void what_cannot_be_written(void **state)
     free((void *)(uintptr_t)params.stations);
 }
 
-/* A header's comments and a property's type with the numbers of four points, and what they mean:
- * the x of each point's station, 0 if it is unknown. */
+/* The comments of a header, a property's type, the numbers of four points, and the meaning: the x
+ * of each point's station, 0 if it is unknown. */
 typedef struct meaning {
     const char *comments, *property, *numbers[4];
     uint32_t station_count;
@@ -155,7 +156,7 @@ static void numbers_name_positions(void **state)
          {"0", "1", "1", "0"},
          2,
          {10, 11, 11, 10}},
-        /* in any order, with any numbers, among other comments, in any type */
+        /* in any order, with any numbers, among other comments, of any type */
         {"comment station 205 12.5 -3 0.25\ncomment by hand\ncomment station 7 1e1 0 0\n"
          "comment   station\t4294967295  13 0 +0  \nobj_info station 6 99 0 0\n",
          "uint station",
@@ -167,7 +168,7 @@ static void numbers_name_positions(void **state)
          {"1", "0", "1.0", "0e5"},
          2,
          {11, 10, 11, 10}},
-        /* one position, and nothing to say which points are meant: all */
+        /* one position: without a property it is every point's */
         {"comment station 3 10 0 0\n", NULL, {"", "", "", ""}, 1, {10, 10, 10, 10}},
         {"comment station 3 10 0 0\n", "uchar station", {"3", "0", "3", "1"}, 1, {10, 0, 10, 0}},
     };
@@ -179,7 +180,7 @@ static void lies_make_stations_unknown(void **state)
 {
     (void)state;
     const meaning cases[] = {
-        /* numbers out of range, negative, fractional, not numbers */
+        /* numbers out of range, negative, fractional, or not numbers */
         {"comment station 0 10 0 0\n", "uchar station", {"0", "1", "255", "0"}, 1, {10, 0, 0, 10}},
         {"comment station 0 10 0 0\n", "char station", {"0", "-1", "-128", "0"}, 1, {10, 0, 0, 10}},
         {"comment station 0 10 0 0\ncomment station 1 11 0 0\n",
@@ -192,7 +193,7 @@ static void lies_make_stations_unknown(void **state)
          {"4294967296", "-0", "1e-300", "0"},
          1,
          {0, 10, 0, 10}},
-        /* positions missing, and positions of stations that no point names */
+        /* missing positions, and positions of stations that no point names */
         {"", "uchar station", {"0", "1", "2", "3"}, 0, {0, 0, 0, 0}},
         {"comment station 1 11 0 0\n", "uchar station", {"0", "1", "2", "1"}, 1, {0, 11, 0, 11}},
         {"comment station 0 10 0 0\ncomment station 1 11 0 0\n",
@@ -211,7 +212,7 @@ static void lies_make_stations_unknown(void **state)
          {"0", "1", "2", "3"},
          0,
          {0, 0, 0, 0}},
-        /* said twice: the same is no lie, another position leaves none */
+        /* a position given twice is valid if equal; otherwise the station has none */
         {"comment station 0 10 0 0\ncomment station 1 11 0 0\ncomment station 0 10 0 0\n"
          "comment station 1 11 0 0.5\n",
          "uchar station",
@@ -223,7 +224,7 @@ static void lies_make_stations_unknown(void **state)
         check_meaning(&cases[i]);
 }
 
-/* A list is no number of a station, and the data behind a lie is read as ever. */
+/* A list is no station number, and the data after a wrong property is read as usual. */
 static void other_properties(void **state)
 {
     (void)state;
@@ -242,7 +243,7 @@ static void other_properties(void **state)
     scan_fixture_fails("cut.ply", NULL, STP_CORRUPT, "declares 2 vertices");
 }
 
-/* Vertices of a mesh keep their stations; no scanner saw the samples of its faces. */
+/* Vertices of a mesh keep their stations; samples of its faces have none. */
 static void meshes(void **state)
 {
     (void)state;

@@ -1,11 +1,11 @@
-/* The step of coordinates that are decimals stored as floats. */
+/* Tests finding the step of coordinates that are decimals stored as floats. */
 #include "formats/scan/coordinate_step.h"
 #include "tests/fixtures/byte_fixture.h"
 #include "tests/fixtures/las_fixture.h"
 
 #include <math.h>
 
-/* A binary PLY file of count points, three floats or three doubles each. */
+/* Writes a binary PLY file of count points, each three floats or three doubles. */
 static void write_ply(const char *path, const double *xyz, size_t count, bool is_double)
 {
     byte_row file = {0};
@@ -50,7 +50,8 @@ static void expect(double expected, const double *xyz, size_t count, bool is_dou
 static void decimals(void **state)
 {
     (void)state;
-    /* At UTM's coordinates a float holds steps of 1/32 and 1/2: the third says what was meant. */
+    /* at UTM's coordinates floats have steps of 1/32 and 1/2: the third coordinate shows the
+     * step */
     expect(0.01, (double[]){513449.69, 5402650.17, 248.41, 513449.7, 5402651.2, 248.05}, 2, false);
     expect(0.01, (double[]){513449.69, 5402650.17, 248.41}, 1, true);
     expect(0.001, (double[]){513449.69, 5402650.17, 248.413}, 1, true);
@@ -61,13 +62,13 @@ static void decimals(void **state)
     expect(0.0, (double[]){513449.69, 5402650.17, 248.4133}, 1, true);
     expect(0.0, (double[]){513449.69, 5402650.1733, 248.41}, 1, true);
     expect(0.0, (double[]){0.37, M_PI, 1.0}, 1, false);
-    /* As LAS readers compute it, an ulp beside the decimal. */
+    /* an ulp off the decimal, as LAS readers compute it */
     const double computed = 63600176 * 0.01 + 1e-10;
     assert_true(computed != 636001.76);
     expect(0.01, (double[]){computed, 1.0, 2.0}, 1, true);
 }
 
-/* The last of many points decides; what is no point has no say. */
+/* The last of many points decides; a point that is not finite does not count. */
 static void many_points(void **state)
 {
     (void)state;
@@ -83,7 +84,7 @@ static void many_points(void **state)
     expect(0.1, xyz, COUNT, true);
 }
 
-/* A value that stands for `none` is no reason to refuse the others: see the header. */
+/* A value that stands for `none` must not spoil the step of the others; see the header. */
 static void far_apart(void **state)
 {
     (void)state;
@@ -101,7 +102,7 @@ static void other_formats(void **state)
     las_set_count(&f, 1);
     las_add_point(&f, 1, 1, 1);
     las_save(&f, "step.las");
-    assert_true(step_of("step.las") == 0.125); /* the header's; the point is at 1000.5 -1999.75 */
+    assert_true(step_of("step.las") == 0.125); /* the header's; the point: 1000.5 -1999.75 */
     scan_fixture_text("step.obj", "v 0.5 1 2\nv 1 2 3.25\n");
     assert_true(step_of("step.obj") == 0.01);
     scan_fixture_text("none.ply", "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\n"

@@ -1,7 +1,8 @@
-/* Every real scan through the program, where a folder of them is named by STIPPLE_SCANS: read or
- * refused with the right sentence, counts as the file's own header and another reader say, and
- * surveys back by `export` as they were, point by point. Headers, records and exported points are
- * read here anew, by their formats' tables. Skipped elsewhere: the scans are not the project's. */
+/* Runs every real scan through the program. It must be read, or refused with the right sentence.
+ * Counts must equal those of the file's own header and of another reader. `export` must give
+ * surveys back point by point. This test reads headers, records and exported points itself, by the
+ * formats' tables. Skips unless STIPPLE_SCANS names a folder of scans: the project may not
+ * distribute them. */
 #include "tests/fixtures/byte_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 
@@ -9,22 +10,22 @@
 #include <stdbool.h>
 #include <sys/wait.h>
 
-/* Surveys, whose points are compared one by one. */
+/* How the points of a survey are compared, one by one. */
 typedef enum survey {
     NO_SURVEY,
-    LAS_EXACT,     /* rounded to the header's scale the points are the records */
+    LAS_EXACT,     /* rounded to the header's scale, the points equal the records */
     LAS_NEAR,      /* each point is less than the scale from a record of its own (SPEC: bounds) */
     PCD_HUNDREDTHS /* floats that are hundredths */
 } survey;
 
 typedef struct real_file {
     const char *name;
-    uint64_t points, no_return, not_finite; /* by another reader */
+    uint64_t points, no_return, not_finite; /* counted by another reader */
     survey survey;
-    const char *refused; /* part of the sentence; NULL: it is read */
+    const char *refused; /* part of the sentence; NULL: the file is read */
 } real_file;
 
-#define LARGE_POINTS 5000000 /* files of more are left to long_scan_table.sh */
+#define LARGE_POINTS 5000000 /* larger files are left to long_scan_table.sh */
 #define PICTURE "write what it shows as points, PLY or XYZ"
 
 static const real_file files[] = {
@@ -67,7 +68,7 @@ static const real_file files[] = {
     {"grids/tum_depth16.png", 0, 0, 0, NO_SURVEY, "(PNG), which is not read here: " PICTURE},
 };
 
-/* A point on its survey's own grid, with its colour of 8 bits. */
+/* A point on its survey's own grid, with a colour of 8 bits. */
 typedef struct grid_point {
     int32_t at[3];
     uint8_t rgb[4]; /* the last is zero */
@@ -113,7 +114,7 @@ static double double_at(const byte_row *file, size_t at)
     return value;
 }
 
-/* Where the text begins in the file's header; NULL: nowhere. */
+/* Finds a text in the file's header; NULL: it is not there. */
 static const char *find(const byte_row *file, const char *text)
 {
     const size_t look = file->size < 4000 ? file->size : 4000;
@@ -143,7 +144,7 @@ static uint64_t count_lines_of(const byte_row *file, const char *begin)
     return count;
 }
 
-/* The XML that the header names, without the checksums of the pages it lies in. */
+/* Counts the records in the XML that the header names, without the checksums of the XML's pages. */
 static uint64_t count_e57(const byte_row *file)
 {
     static const char attribute[] = "recordCount=\"";
@@ -163,7 +164,7 @@ static uint64_t count_e57(const byte_row *file)
     return count;
 }
 
-/* What the file says itself. */
+/* The number of points by the file's own header. */
 static uint64_t own_count(const char *path, const byte_row *file)
 {
     if (ends_with(path, ".ply"))
@@ -179,7 +180,7 @@ static uint64_t own_count(const char *path, const byte_row *file)
     return strtoull((const char *)file->data, NULL, 10); /* PTS */
 }
 
-/* 8 bits of each colour: all above 255 were stored times 256. */
+/* Reads the records; colours have 8 bits: values above 255 are stored times 256. */
 static grid_points las_records(const byte_row *file)
 {
     static const size_t rgb_at[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
@@ -203,7 +204,7 @@ static grid_points las_records(const byte_row *file)
     return out;
 }
 
-/* LZF: a literal run, or a copy of what came before. */
+/* Decodes LZF: runs of literals, and copies of what came before. */
 static byte_row decode_lzf(const unsigned char *in, size_t in_size, size_t out_size)
 {
     byte_row out = {.data = calloc(out_size + 300, 1)};
@@ -229,7 +230,7 @@ static byte_row decode_lzf(const unsigned char *in, size_t in_size, size_t out_s
     return out;
 }
 
-/* Floats of x, y and z, one after the other, compressed: their bits. */
+/* Reads compressed floats of all x, then all y, then all z; keeps their bits. */
 static grid_points pcd_floats(const byte_row *file)
 {
     static const char data[] = "\nDATA binary_compressed\n";
@@ -247,7 +248,7 @@ static grid_points pcd_floats(const byte_row *file)
     return out;
 }
 
-/* The exported PLY file, whose vertices begin with their position; colours where it has them. */
+/* The exported PLY file. Its vertices begin with the position; colours are optional. */
 typedef struct exported {
     byte_row file;
     bool is_double;
@@ -290,7 +291,7 @@ static double coordinate(const exported *e, size_t point, int axis)
     return (double)value;
 }
 
-/* The exported points on the source's grid. */
+/* Puts the exported points on the source's grid. */
 static grid_points on_grid(const char *name, const exported *e, const byte_row *source, survey kind)
 {
     grid_points out = {calloc(e->count, sizeof *out.list), e->count};
@@ -331,7 +332,7 @@ static void expect_same(const char *name, grid_points *a, grid_points *b)
             fail_msg("%s: of the exported points the %zuth, sorted, is not the source's", name, i);
 }
 
-/* Each exported point takes a record of its colour that is less than a step away. */
+/* Each exported point must find a record of its colour less than a step away; takes the record. */
 static void expect_near(const char *name, const exported *e, const byte_row *source,
                         grid_points *records)
 {
@@ -372,7 +373,7 @@ static void check_survey(const real_file *expected, const byte_row *source, cons
     free(records.list);
 }
 
-/* The program's exit code; what it says is in the file `said`. */
+/* Returns the program's exit code; its output goes into the file `said`. */
 static int run(const char *arguments, const char *path)
 {
     char command[10000];
@@ -434,7 +435,7 @@ static void every_file(void **state)
     }
 }
 
-/* With the argument `large` the large files alone, else all others. */
+/* With the argument `large` tests the large files alone, otherwise all others. */
 int main(int argc, char **argv)
 {
     bool large = argc > 1 && strcmp(argv[1], "large") == 0;

@@ -1,9 +1,9 @@
-/* Lines of numbers: separators, headers, guessed and given columns, depths, odd files. */
+/* Tests lines of numbers: separators, headers, guessed and given columns, depths, odd files. */
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
 
-/* The text of a note of a file, "" where it has none. */
+/* Returns the text of a file's note; "" if there is none. */
 static const char *note(const char *path, const stp_scan_params *params, const char *name)
 {
     static char text[1024];
@@ -20,7 +20,7 @@ static const char *note(const char *path, const stp_scan_params *params, const c
     return text;
 }
 
-/* The columns that are found in this text. */
+/* The reader must find these columns in this text. */
 static void expect_columns(const char *text, const char *columns)
 {
     scan_fixture_text("columns.txt", text);
@@ -134,7 +134,7 @@ static void as_given(void **state)
                         "column 1, column 5, column 8, column 9");
     assert_string_equal(note("given.txt", &params, "columns"),
                         "_,z,y,x,_,intensity,class (as given)");
-    /* A header that says otherwise is passed over. */
+    /* given columns overrule the header */
     scan_fixture_text("given.csv", "x,y,z\n1,2,3\n4,5,6\n");
     points = scan_fixture_read("given.csv", &(stp_scan_params){.columns = "y,x,z"}, &info);
     assert_int_equal(info.point_count, 2);
@@ -164,7 +164,7 @@ static void as_given(void **state)
     scan_fixture_fails("given.obj", &params, STP_INVALID_ARGUMENT, "--columns");
 }
 
-/* One colour or intensity of a file whose depth follows from all of it. */
+/* A colour or intensity whose depth follows from the whole file. */
 static void depths(void **state)
 {
     (void)state;
@@ -194,7 +194,7 @@ static void depths(void **state)
     }
 }
 
-/* Coordinates of a survey have a step, floats do not. */
+/* Coordinates of a survey have a step; floats have none. */
 static void coordinate_steps(void **state)
 {
     (void)state;
@@ -221,7 +221,7 @@ static void coordinate_steps(void **state)
     }
 }
 
-/* Deep values far behind the first lines are found: 1 in 4096 lines, in a file of 12 MB. */
+/* Deep values far behind the first lines must be found: 1 in 4096 lines, in a file of 12 MB. */
 static void depth_of_large_file(void **state)
 {
     (void)state;
@@ -294,7 +294,8 @@ static void million_equal_lines(void **state)
     free(points);
 }
 
-/* A line of 1 MiB: as a comment it is one, as a point it is wrong, as the first it is refused. */
+/* A line of 1 MiB: as a comment it is valid, as a point it is wrong, as the first line it is
+ * refused. */
 static void long_line(void **state)
 {
     (void)state;
@@ -356,7 +357,7 @@ static void malformed(void **state)
     scan_fixture_fails("binary.xyz", NULL, STP_FORMAT, "no known format");
 }
 
-/* Content decides, and a name where it does not. */
+/* The content decides the format; if it cannot, the name does. */
 static void detected(void **state)
 {
     (void)state;
@@ -377,7 +378,7 @@ static void detected(void **state)
         free(scan_fixture_points(cases[i].name, cases[i].content, &info));
         assert_string_equal(info.format, cases[i].format);
     }
-    /* A mesh without its first word is no points. */
+    /* a mesh without its first word must not be read as points */
     scan_fixture_text("i.off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     scan_fixture_fails("i.off", NULL, STP_UNSUPPORTED, "OFF");
 }
@@ -398,7 +399,7 @@ static void pts(void **state)
     scan_fixture_scalars(&points[1], 65535, 0);
     scan_fixture_scalars(&points[2], (2048 * 65535 + 2047) / 4095, 0);
     free(points);
-    /* The order is the format's even where the numbers say otherwise. */
+    /* the format fixes the order, even if the numbers suggest another */
     points = scan_fixture_points("b.pts", "2\n1 2 3 10 12 14 90\n1 2 3 100 103 101 80\n", &info);
     scan_fixture_scalars(&points[0], 10 * 257, 0);
     scan_fixture_rgb(&points[0], 12 * 257, 14 * 257, 90 * 257);

@@ -1,4 +1,4 @@
-/* The PLY writer: what it writes is read back, its files appear whole or not at all. */
+/* Tests the PLY writer: its files are read back, and they appear whole or not at all. */
 #include "formats/scan/mesh/mesh.h"
 #include "formats/scan/ply/ply_write.h"
 #include "tests/fixtures/scan_fixture.h"

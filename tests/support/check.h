@@ -1,4 +1,4 @@
-/* What the tests of pictures share: cmocka's headers, views made by hand, figures compared. */
+/* Helpers for tests of pictures: cmocka's headers, views made by hand, comparison of numbers. */
 #ifndef STP_TESTS_SUPPORT_CHECK_H
 #define STP_TESTS_SUPPORT_CHECK_H
 
@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Looks along -z from the origin; f in pixels (a unit, where orthographic). */
+/* A view from the origin along -z; f in pixels (per unit, if orthographic). */
 static inline stp_view check_view(int width, int height, double f, bool orthographic)
 {
     return (stp_view){.right = {1.0, 0.0, 0.0},

@@ -1,4 +1,4 @@
-/* Holes and outlines. */
+/* Finds holes and compares outlines. */
 #include "tests/support/coverage.h"
 
 #include "base/memory.h"
@@ -10,8 +10,8 @@
 
 /* ---- distance ---- */
 
-/* Lower envelope of the parabolas f[i] + (x - i)^2, at every x: squared distances along one line.
- * place and from are scratch of n and n + 1. */
+/* The lower envelope of the parabolas f[i] + (x - i)^2 at every x: the squared distances along one
+ * line. place and from are scratch memory of n and n + 1 values. */
 static void envelope(const double *f, double *out, int n, int *place, double *from)
 {
     int last = -1;
@@ -78,8 +78,8 @@ done:
 typedef struct judge {
     const uint8_t *picture, *silhouette;
     int width, height;
-    uint8_t *work; /* marks of the floods, then outlines */
-    size_t *stack; /* a place a pixel */
+    uint8_t *work; /* marks of the floods, later outlines */
+    size_t *stack; /* one place per pixel */
     double *distance;
 } judge;
 
@@ -88,8 +88,8 @@ static size_t pixel_count(const judge *j)
     return (size_t)j->width * (size_t)j->height;
 }
 
-/* Spreads from a pixel over those whose mark is `from`, marking them `to`; over corners too where
- * asked. Returns how many. */
+/* Floods from a pixel over pixels marked `from` and marks them `to`; corners: also across corners.
+ * Returns how many pixels it marked. */
 static size_t flood(const judge *j, size_t start, uint8_t from, uint8_t to, bool corners)
 {
     size_t depth = 0, count = 0;
@@ -114,7 +114,8 @@ static size_t flood(const judge *j, size_t start, uint8_t from, uint8_t to, bool
     return count;
 }
 
-/* True if the mask holds the pixel's neighbourhood; what lies beyond the picture counts as held. */
+/* Whether the mask contains the pixel and its eight neighbours; pixels beyond the picture count as
+ * contained. */
 static bool holds_neighbours(const judge *j, const uint8_t *mask, size_t at)
 {
     int x = (int)(at % (size_t)j->width), y = (int)(at / (size_t)j->width);
@@ -169,7 +170,7 @@ static bool on_outline(const judge *j, const uint8_t *mask, size_t at)
            !mask[at + 1] || !mask[at - (size_t)j->width] || !mask[at + (size_t)j->width];
 }
 
-/* Distances of a's outline pixels to b's outline: appended to list. */
+/* Appends the distances from a's outline pixels to b's outline to list. */
 static stp_status outline_distances(const judge *j, const uint8_t *a, const uint8_t *b,
                                     double *list, size_t *list_count, stp_error *err)
 {

@@ -1,4 +1,4 @@
-/* A virtual display: Xvfb as a process, xdotool to ask for titles. */
+/* Runs Xvfb as a virtual display and asks xdotool for titles. */
 #include "tests/support/display.h"
 
 #include <fcntl.h>
@@ -13,7 +13,7 @@
 
 #define START_MS 20000
 
-static pid_t process; /* Xvfb's; 0: there is none */
+static pid_t process; /* Xvfb's; 0: not running */
 
 static void become_display(int told)
 {
@@ -23,13 +23,13 @@ static void become_display(int told)
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (nowhere >= 0)
         (void)dup2(nowhere, 2);
-    /* -noreset: without it Xvfb begins anew each time that the last window goes */
+    /* without -noreset Xvfb starts anew whenever the last window closes */
     execlp("Xvfb", "Xvfb", "-displayfd", descriptor, "-screen", "0", "640x480x24", "-nocursor",
            "-noreset", "-nolisten", "tcp", (char *)NULL);
     _exit(127);
 }
 
-/* The display's number, which Xvfb writes with a line's end once it is ready. */
+/* Reads the display's number; Xvfb writes it and a line's end when it is ready. */
 static bool read_number(int from, char number[16])
 {
     size_t got = 0;

@@ -1,4 +1,4 @@
-// Draco's point cloud decoder behind a C function.
+// Wraps Draco's point cloud decoder as a C function.
 #include "tests/support/draco_cloud_shim.h"
 
 #include <draco/compression/decode.h>

@@ -1,4 +1,4 @@
-/* A whole Draco decoder, to read what our streams say they are: point clouds. */
+/* A complete Draco decoder, to check that our streams are point clouds. */
 #ifndef STP_TESTS_SUPPORT_DRACO_CLOUD_SHIM_H
 #define STP_TESTS_SUPPORT_DRACO_CLOUD_SHIM_H
 
@@ -9,8 +9,8 @@
 extern "C" {
 #endif
 
-/* The only attribute of a point cloud of exactly count points, in order. 0, or -1 where the bytes
- * are none such. */
+/* Reads the only attribute of a point cloud of exactly count points, in order. Returns 0, or -1 if
+ * the bytes are no such cloud. */
 int draco_cloud_read(const void *bytes, size_t size, int16_t *values, uint32_t count);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-// An image of floats through OpenImageIO, as C.
+// Reads an image of floats with OpenImageIO, as a C function.
 #include "tests/support/exr_shim.h"
 
 #include <OpenImageIO/imageio.h>

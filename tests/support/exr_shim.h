@@ -1,4 +1,4 @@
-/* Floats out of an image file by a reader that is not ours (OpenImageIO's). */
+/* Reads floats from an image file with another reader than ours (OpenImageIO's). */
 #ifndef STP_TESTS_SUPPORT_EXR_SHIM_H
 #define STP_TESTS_SUPPORT_EXR_SHIM_H
 
@@ -12,12 +12,12 @@ extern "C" {
 
 typedef struct exr_image {
     int width, height, channel_count;
-    char channels[64];           /* names with spaces between */
+    char channels[64];           /* names, separated by spaces */
     char camera[EXR_TEXT_BYTES]; /* the note stipple:camera */
     float *values;               /* free with free(); top row first */
 } exr_image;
 
-/* 0, or -1 where the file is no image of 32-bit floats. */
+/* Returns 0, or -1 if the file is no image of 32-bit floats. */
 int exr_image_read(const char *path, exr_image *out);
 
 #ifdef __cplusplus

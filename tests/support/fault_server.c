@@ -1,4 +1,5 @@
-/* The tests' web server: one process that accepts, one for each connection. */
+/* Implements the tests' web server: one process accepts, and each connection has its own
+ * process. */
 #include "tests/support/fault_server.h"
 
 #include <arpa/inet.h>
@@ -24,7 +25,7 @@ typedef struct fault_shared {
     atomic_uint requests;
     atomic_uint_fast64_t bytes;
     atomic_bool changed;
-    fault_orders orders; /* written while no request runs */
+    fault_orders orders; /* written while no request is running */
     size_t size;
     uint8_t file[];
 } fault_shared;
@@ -33,7 +34,7 @@ typedef struct answer {
     fault_shared *shared;
     int socket;
     fault_kind kind;
-    uint64_t begin, last; /* what is sent */
+    uint64_t begin, last; /* the bytes to send */
     uint8_t *body;
     size_t body_bytes;
 } answer;
@@ -144,7 +145,8 @@ static void write_length(const answer *a, char *out, size_t room)
         snprintf(out, room, "Connection: close\r\n");
 }
 
-/* A 206 with its body, as far as the fault lets it; false: the connection is to be closed. */
+/* Sends a 206 with its body, as far as the fault lets it. Returns false if the connection must be
+ * closed. */
 static bool send_part(const answer *a)
 {
     char validators[200], range[200], length[100], headers[700];
@@ -216,7 +218,7 @@ static bool send_away(const answer *a)
 
 /* ---- a connection ---- */
 
-/* What is sent of the file; a changed one has all its bits turned. */
+/* Chooses the bytes to send; a changed file has all its bits flipped. */
 static void fill_body(answer *a, uint64_t begin, uint64_t last)
 {
     const fault_shared *s = a->shared;
@@ -237,7 +239,7 @@ static void fill_body(answer *a, uint64_t begin, uint64_t last)
         a->body[a->body_bytes / 2] ^= 4;
 }
 
-/* The range asked for is not there. */
+/* Answers that the requested range does not exist. */
 static bool send_past(const answer *a)
 {
     char headers[200];
@@ -301,7 +303,7 @@ static void serve(fault_shared *s, int client)
 {
     char request[REQUEST_LIMIT];
     bool open = true;
-    int at_once = 1; /* headers and body are sent one by one */
+    int at_once = 1; /* headers and body are sent separately */
     (void)setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
     while (open) {
         size_t got = 0;
@@ -367,7 +369,7 @@ bool fault_server_create(fault_server *out, const void *bytes, size_t size)
         mmap(NULL, out->shared_bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (listener < 0 || out->shared == MAP_FAILED)
         return false;
-    (void)setenv("no_proxy", "127.0.0.1", 1); /* whatever the environment says */
+    (void)setenv("no_proxy", "127.0.0.1", 1); /* overrules the environment */
     out->shared->size = size;
     memcpy(out->shared->file, bytes, size);
     snprintf(out->address, sizeof out->address, "http://127.0.0.1:%u/model.stipple", port);
@@ -377,7 +379,7 @@ bool fault_server_create(fault_server *out, const void *bytes, size_t size)
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         accept_all(out->shared, listener);
     }
-    setpgid(out->process, out->process); /* whoever comes first */
+    setpgid(out->process, out->process); /* whichever process is first */
     close(listener);
     return out->process > 0;
 }
@@ -385,7 +387,7 @@ bool fault_server_create(fault_server *out, const void *bytes, size_t size)
 void fault_server_destroy(fault_server *server)
 {
     if (server->process > 0) {
-        kill(-server->process, SIGKILL); /* its connections are of its group */
+        kill(-server->process, SIGKILL); /* includes its connections */
         waitpid(server->process, NULL, 0);
     }
     munmap(server->shared, server->shared_bytes);

@@ -1,4 +1,4 @@
-/* Nearest points on the union of many discs, and the promise measured with them. */
+/* Finds nearest points on a union of many discs, and measures the promise with them. */
 #include "tests/support/promise.h"
 
 #include "base/memory.h"
@@ -8,19 +8,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Cells are about as many as discs, on a surface: so each holds a few. */
+/* On a surface there are about as many cells as discs, so each cell has a few discs. */
 #define CELLS_LIMIT 4000000.0
 
 struct promise_index {
-    promise_disc *discs; /* by cell */
-    size_t *source;      /* the caller's index of each */
+    promise_disc *discs; /* sorted by cell */
+    size_t *source;      /* the caller's index of each disc */
     size_t *cell_begin;  /* cells + 1 */
-    double *cell_radius; /* greatest of the cell */
+    double *cell_radius; /* greatest radius in the cell */
     size_t count;
     stp_dbox box;
     double cell;
     long size[3];
-    double radius; /* greatest of all */
+    double radius; /* greatest radius of all */
 };
 
 /* ---- one disc ---- */
@@ -102,7 +102,7 @@ stp_status promise_index_create(promise_index **out, const promise_disc *discs, 
     STP_TRY(stp_alloc(&index->source, count, sizeof *index->source, "an index", err));
     STP_TRY(stp_alloc(&index->cell_begin, cells + 2, sizeof *index->cell_begin, "an index", err));
     STP_TRY(stp_alloc(&index->cell_radius, cells, sizeof *index->cell_radius, "an index", err));
-    /* Counting sort by cell: begin[c + 2] counts, then begin[c + 1] is the next place in c. */
+    /* counting sort by cell: begin[c + 2] counts, then begin[c + 1] is the next place in c */
     for (size_t i = 0; i < count; i++) {
         long c[3];
         cell_of(index, discs[i].centre, c);
@@ -160,7 +160,8 @@ static void search_cell(const promise_index *index, size_t cell, search *s)
     }
 }
 
-/* Distance from x to a cell's box. Centres lie in it, up to rounding. */
+/* The distance from x to a cell's box. The centres of the cell's discs lie in the box, except for
+ * rounding. */
 static double cell_distance(const promise_index *index, stp_dvec3 x, const long c[3])
 {
     double p[3] = {x.x, x.y, x.z};
@@ -174,7 +175,7 @@ static double cell_distance(const promise_index *index, stp_dvec3 x, const long 
     return sqrt(sum) - 1e-9 * index->cell;
 }
 
-/* Cells of a cube's surface, ring cells from the middle. */
+/* Searches the cells on the surface of a cube, `ring` cells from the middle. */
 static void search_ring(const promise_index *index, const long middle[3], long ring, search *s)
 {
     long low[3], high[3], c[3];
@@ -204,7 +205,7 @@ stp_dvec3 promise_nearest(const promise_index *index, stp_dvec3 x, size_t *disc)
     cell_of(index, x, middle);
     long rings = index->size[0] + index->size[1] + index->size[2];
     for (long ring = 0; ring < rings; ring++) {
-        /* Whatever lies beyond is at least so far from x, also if x is outside the box. */
+        /* everything beyond is at least this far from x, even if x is outside the box */
         double beyond = ((double)ring - 1.0) * index->cell;
         if (beyond - index->radius > s.distance)
             break;

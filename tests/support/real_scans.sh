@@ -1,11 +1,11 @@
 # shellcheck shell=bash disable=SC2154
-# What test_real_scans.sh and long_real_scans.sh share: every file of the folder STIPPLE_SCANS is prepared, verified and
-# drawn, or refused with the right sentence. Sourced after shell.sh.
+# Helpers of test_real_scans.sh and long_real_scans.sh: every file of the folder STIPPLE_SCANS must be
+# prepared, verified and drawn, or refused with the right sentence. Source it after shell.sh.
 
 model=$FOLDER/model.stipple
 picture=$FOLDER/picture.png
 
-# A part of the sentence with which prep refuses this file; empty: prep reads it.
+# Prints a part of the sentence with which prep refuses this file; empty: prep reads it.
 refusal_of() { # name within the folder
     case $1 in
         odd/empty.ply | odd/pdal_no-points.las) echo 'has no points: there is nothing to write' ;;
@@ -34,8 +34,8 @@ draw() { # options
     grep -q '"cut_complete":[[:space:]]*true' "$FOLDER/stats.json" || fail "$command: the cut is not complete"
 }
 
-# The default view shows something, no sample is coarser than the threshold allows unless there is none finer, and every
-# sample makes the same picture by either road.
+# The default view must show something. No sample may be coarser than the threshold allows unless
+# there is no finer one. Every sample must make the same picture by either road.
 check_picture() { # name
     local error
     draw
@@ -50,8 +50,9 @@ check_picture() { # name
     cmp -s "$picture" "$FOLDER/every.png" || fail "$1: --lod full and --threshold 0 differ"
 }
 
-# Cameras as a path of `fly`, a second each: $directions of the 26 about the box (faces, edges and corners of a cube), then
-# three eyes inside. A clip box that ends in the middle.
+# Writes cameras as a path of `fly`, one second each: $directions of the 26 around the box (faces,
+# edges and corners of a cube), then three eyes inside. Writes also a clip box that ends in the
+# middle.
 write_views() {
     "$STIPPLE" info --json "$model" | tr -d '[]' | awk -F '[:,]' -v count="$directions" -v clip="$FOLDER/clip" '
         function point(x, y, z) { return sprintf("[%.12g, %.12g, %.12g]", x, y, z) }
@@ -90,17 +91,17 @@ fly() { # model, folder, options
     expect_code 0
 }
 
-# Of the surface of a mesh, four million samples say what a picture must cover.
+# Four million samples of a mesh's surface say what a picture must cover.
 fly_truth() { # name
     local mesh=$1
-    [ "$1" != odd/bunny_nan_inf_dup.ply ] || mesh=stanford/bun_zipper.ply # whose vertices these are
+    [ "$1" != odd/bunny_nan_inf_dup.ply ] || mesh=stanford/bun_zipper.ply # has its vertices
     [ -d "$FOLDER/truth" ] && return
     "$STIPPLE" prep "$STIPPLE_SCANS/$mesh" --sample 4M -o "$FOLDER/dense.stipple" --force --quiet 2>/dev/null || return
     fly "$FOLDER/dense.stipple" truth --cull none --threshold 0
 }
 
-# Whether `--cull auto` covers as much as 99.9 % of the true surface, and of what lies within its outline: discs of backs reach beyond that, which is why
-# `none` may cover more.
+# Whether `--cull auto` covers 99.9 % of the true surface and of the pixels within its outline.
+# `none` may cover more, since the discs of backs reach beyond the outline.
 is_true() { # name, frame
     fly_truth "$1" || return
     "$STIPPLE" compare "$FOLDER/auto/$2" "$FOLDER/truth/$2" --json |
@@ -109,9 +110,9 @@ is_true() { # name, frame
             END { exit bad }'
 }
 
-# Leaving out what cannot be seen leaves out no pixel: in each view `--cull auto` covers 99.9 % of what `--cull none`
-# covers, or of a mesh of the true surface. Outlines may differ by a pixel in small pictures, where they are more
-# than that share of all pixels.
+# Culling must not uncover a pixel: in each view `--cull auto` must cover 99.9 % of what `--cull
+# none` covers, or, for a mesh, of the true surface. In small pictures outlines may differ by a
+# pixel, because that is a larger share of all pixels.
 check_cull() { # name, options
     local name=$1 cull frame figures
     shift

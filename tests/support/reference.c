@@ -1,4 +1,4 @@
-/* The reconstruction on the CPU; every function is one section of shaders/README.md. */
+/* Implements the reconstruction on the CPU; every function is one section of shaders/README.md. */
 #include "tests/support/reference_parts.h"
 
 #include "base/memory.h"
@@ -8,9 +8,9 @@
 #include <stdlib.h>
 
 #define EXTENT_FLOOR_PX 1.25
-/* Least minor semi-axis at an outline. */
+/* The least minor semi-axis at an outline. */
 #define OUTLINE_FLOOR_PX 0.6
-/* What is drawn of a disc's radius where a pixel sees all ellipses around it. */
+/* The share of a disc's radius that is drawn if a pixel sees all ellipses around it. */
 #define SEEN_PART 0.85
 #define SLOPE_LIMIT 5.0
 /* How far an ellipse reaches into a gap. */
@@ -18,7 +18,7 @@
 #define GAP_Q_4 4.0
 #define TEMPLATE_GAP_Q_3 3.0
 #define TEMPLATE_GAP_Q_4 6.0
-/* Ellipses whose centres are no farther apart are one disc's. */
+/* Ellipses whose centres are at most this far apart belong to one disc. */
 #define SAME_PX 0.1
 
 /* ---- spaces ---- */
@@ -92,7 +92,7 @@ static int tag_with_source(int tag, int source)
 
 /* ---- projection ---- */
 
-/* How deep the interval of a pixel is. */
+/* The depth of a pixel's interval. */
 static double depth_extent(const stp_view *view, double radius, double cosine, double depth)
 {
     double k = fmin(1.0, fabs(cosine));
@@ -104,7 +104,7 @@ bool reference_sample(const reference_pyramid *pyramid, const reference_disc *di
                       reference_pixel *out)
 {
     const stp_view *view = &pyramid->view;
-    bool alone = pyramid->filter == REFERENCE_SPLAT && !disc->wide; /* a vertex: of no kind */
+    bool alone = pyramid->filter == REFERENCE_SPLAT && !disc->wide; /* a vertex is a point */
     bool faces = !disc->has_normal || (alone && disc->kind == STP_KIND_TUBE);
     unsigned kind = alone && disc->kind != STP_KIND_POLYGON ? STP_KIND_SURFACE : disc->kind;
     bool tube = kind == STP_KIND_TUBE, point = kind == STP_KIND_SURFACE;
@@ -178,19 +178,20 @@ static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, 
     return 2.0 * reference_radius_px(pyramid, p) > ((int)pyramid->filter - 1) * exp2(level);
 }
 
-/* ---- merging what meets ---- */
+/* ---- merging pixels that meet ---- */
 
-/* Four pixels, or those of 7 x 7 of each level. */
+/* Four pixels, or 7 x 7 pixels of each level. */
 #define MEETING_LIMIT (49 * (REFERENCE_LEVELS_LIMIT + 1))
 
-/* Pixels that may reach one place: d is from that place to their ellipses' centres. */
+/* Pixels that may reach one place; (dx, dy) leads from the place to the centres of their
+ * ellipses. */
 typedef struct meeting {
     reference_pixel pixels[MEETING_LIMIT];
     double weights[MEETING_LIMIT], q[MEETING_LIMIT];
     int count;
 } meeting;
 
-/* Adds pixel (i, j) of a level to what meets at window (u, v), if it is there and valid. */
+/* Adds pixel (i, j) of a level to what meets at window (u, v), if it exists and is valid. */
 static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels, int level, int i,
                  int j, double u, double v, double weight, meeting *m)
 {
@@ -208,8 +209,8 @@ static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels
     m->pixels[m->count++] = p;
 }
 
-/* Measures again what meets at window (u, v), by ellipses whose minor semi-axis is least_px at
- * least. */
+/* Computes q again for what meets at window (u, v), with ellipses of a minor semi-axis of at least
+ * least_px. */
 static void meet_again(const reference_pyramid *pyramid, double u, double v, double least_px,
                        meeting *m)
 {
@@ -220,7 +221,7 @@ static void meet_again(const reference_pyramid *pyramid, double u, double v, dou
     }
 }
 
-/* Leaves those whose ellipse reaches the place. */
+/* Keeps the pixels whose ellipse reaches the place. */
 static void keep_reaching(meeting *m, double greatest_q)
 {
     int kept = 0;
@@ -234,7 +235,7 @@ static void keep_reaching(meeting *m, double greatest_q)
     m->count = kept;
 }
 
-/* The pixel of least z_min, the first of equals, or NULL. */
+/* The pixel with the least z_min, the first among equals, or NULL. */
 static const reference_pixel *front_of(const meeting *m)
 {
     const reference_pixel *front = NULL;
@@ -244,7 +245,7 @@ static const reference_pixel *front_of(const meeting *m)
     return front;
 }
 
-/* Leaves those whose interval meets the front's. */
+/* Keeps the pixels whose interval meets the front's. */
 static void keep_surface(meeting *m, const reference_pixel *front)
 {
     int kept = 0;
@@ -291,7 +292,7 @@ reference_pixel reference_mean(const reference_pixel *pixels, const double *weig
     return sum;
 }
 
-/* The mean of the squared radii, weighted. */
+/* The weighted mean of the squared radii. */
 static double square_radius(const meeting *m)
 {
     double sum = 0.0, total = 0.0;
@@ -304,7 +305,7 @@ static double square_radius(const meeting *m)
 
 /* ---- pull ---- */
 
-/* Leaves those that go on from a level. */
+/* Keeps the pixels that are carried on from a level. */
 static void keep_carried(const reference_pyramid *pyramid, int level, meeting *m)
 {
     int kept = 0;
@@ -316,7 +317,8 @@ static void keep_carried(const reference_pyramid *pyramid, int level, meeting *m
     m->count = kept;
 }
 
-/* Of the disc with the second moment of those it stands for, whose mean is given. */
+/* The radius of the disc that has the second moment of the pixels it stands for; `mean` is their
+ * mean. */
 static double moment_radius(const reference_pyramid *pyramid, const meeting *m,
                             const reference_pixel *mean)
 {
@@ -339,7 +341,7 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
     if (pyramid->filter >= REFERENCE_TEMPLATE3)
         keep_carried(pyramid, level - 1, &m);
-    else /* a box asks only for an ellipse */
+    else /* a box only asks for an ellipse */
         keep_reaching(&m, pyramid->filter == REFERENCE_GAUSS ? 1.0 : 1e300);
     if (m.count == 0)
         return (reference_pixel){0};
@@ -368,8 +370,8 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be: 1, but where three or four lie around the place, not all of one disc, and
- * none reaches it, the nearest may. */
+/* How large q may be. If three or four pixels, not all of one disc, lie around the place and none
+ * reaches it: the q of the nearest. Otherwise: 1. */
 static double push_reach(const meeting *m)
 {
     double least = INFINITY, apart = 0.0;
@@ -386,8 +388,8 @@ static double push_reach(const meeting *m)
     return least > 1.0 && least <= most ? least : 1.0;
 }
 
-/* Whether the place lies outside of an outline: some of the four are invalid, and of the others it
- * lies on the side to which their normals point in the image. */
+/* Whether the place lies outside an outline: some of the four pixels are invalid, and the place
+ * lies on the side to which the normals of the others point in the picture. */
 static bool beyond_outline(const meeting *m)
 {
     for (int k = 0; k < m->count; k++) {
@@ -452,8 +454,8 @@ static void miss(const reference_pixel *p, double q, gap *g)
     }
 }
 
-/* Adds the ellipse of pixel (i, j) of a level to those that cover window (u, v), the middle of the
- * pixel called own, or that come near; its depths become those at that place. */
+/* Adds the ellipse of pixel (i, j) of a level to `m` if it covers window (u, v), the centre of the
+ * pixel `own`, or to `g` if it comes near. Its depths become those at that place. */
 static void cover(const reference_pyramid *pyramid, int level, int i, int j, double u, double v,
                   const reference_pixel *own, meeting *m, gap *g)
 {
@@ -488,7 +490,7 @@ static void cover(const reference_pyramid *pyramid, int level, int i, int j, dou
     m->pixels[m->count++] = p;
 }
 
-/* The lesser of a source and a pixel's, but that is at least 1. */
+/* The lesser of `source` and the pixel's source, which counts as at least 1. */
 static int least_source(int source, const reference_pixel *p)
 {
     int own = (p->tag - 1) >> 4 > 1 ? (p->tag - 1) >> 4 : 1;
@@ -500,7 +502,7 @@ static unsigned count_sides(unsigned sides)
     return (sides & 1) + (sides >> 1 & 1) + (sides >> 2 & 1) + (sides >> 3);
 }
 
-/* The nearest, where some lie on three sides or four. */
+/* The nearest pixel, if pixels lie on three or four sides. */
 static reference_pixel close_gap(const gap *g)
 {
     reference_pixel p = g->nearest;
@@ -530,7 +532,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     if (m.count == 0)
         return close_gap(&g);
     reference_pixel front = *front_of(&m);
-    for (int k = 0; k < m.count; k++) /* those that begin before the first end all meet */
+    for (int k = 0; k < m.count; k++) /* if they begin before the first ends, all meet */
         front.z_max = fmin(front.z_max, m.pixels[k].z_max);
     keep_surface(&m, &front);
     int source = REFERENCE_LEVELS_LIMIT;

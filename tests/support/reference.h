@@ -1,7 +1,7 @@
-/* The reconstruction on the CPU, written from shaders/README.md: slow, plain, in double.
+/* Implements the reconstruction on the CPU, written from shaders/README.md: slow, plain, in double.
  *
- * What the shaders are judged by. Projection, pull, push and shading, one function each. Does not
- * choose levels and reads no files: the caller gives the discs that are drawn.
+ * The shaders are judged by it. It has one function each for projection, pull, push and shading. It
+ * does not choose levels and reads no files: the caller gives the discs to draw.
  * Axes: eye space (x right, y up, z towards the viewer); pictures have their bottom row first.
  * Threads: any (no state but the caller's). */
 #ifndef STP_TESTS_SUPPORT_REFERENCE_H
@@ -17,33 +17,33 @@
 
 #define REFERENCE_LEVELS_LIMIT 16
 
-/* Whether a pixel of a segment or a triangle is there: rasterisers round vertices, and those of
- * segments may differ at their ends. */
+/* Whether a pixel of a segment or a triangle is drawn. Rasterisers round vertices, and they may
+ * differ at the ends of segments. */
 typedef enum reference_presence {
     REFERENCE_SURE = 0,
-    REFERENCE_THERE,  /* but may be missing */
-    REFERENCE_MISSING /* but may be there */
+    REFERENCE_THERE,  /* drawn, but may be missing */
+    REFERENCE_MISSING /* not drawn, but may be there */
 } reference_presence;
 
-/* From how steeply behind a hidden back is not drawn. */
+/* A hidden back is not drawn from this cosine to the ray on. */
 #define REFERENCE_CULL_COSINE 0.1
 
 /* A sample as it is drawn. */
 typedef struct reference_disc {
     stp_dvec3 position; /* eye space */
-    stp_dvec3 normal;   /* eye space, unit; meaningless where not has_normal */
+    stp_dvec3 normal;   /* eye space, unit; meaningless without has_normal */
     double radius;      /* world units */
     double rgb[3];      /* 0..1 */
     unsigned kind;
     bool has_normal, oriented;
     bool culled;       /* not drawn from behind, */
-    bool seen_through; /* but through an opening */
+    bool seen_through; /* except through an opening */
     reference_presence presence;
-    bool wide;    /* what one pixel sees of a segment, wherever in the picture its centre is */
+    bool wide;    /* one pixel's part of a segment; its centre may be anywhere in the picture */
     int pixel[2]; /* that pixel */
 } reference_disc;
 
-/* Zero is empty. */
+/* A zeroed list is empty. */
 typedef struct reference_disc_list {
     reference_disc *items;
     size_t count, capacity;
@@ -64,17 +64,17 @@ typedef struct reference_level {
     reference_pixel *pulled, *finished;
 } reference_level;
 
-/* How level 0 is finished; templates have the side of their window as number. */
+/* How level 0 is finished. The value of a template is the side of its window. */
 typedef enum reference_filter {
     REFERENCE_GAUSS = 0, /* MKC08 */
     REFERENCE_BOX = 1,   /* MKC07 */
-    REFERENCE_SPLAT = 2, /* not out of levels at all: reference_splat */
+    REFERENCE_SPLAT = 2, /* without levels: reference_splat */
     REFERENCE_TEMPLATE3 = 3,
     REFERENCE_TEMPLATE5 = 5,
     REFERENCE_TEMPLATE7 = 7
 } reference_filter;
 
-/* Levels 0..level_count; the last one's finished pixels are its pulled ones. */
+/* Levels 0..level_count; the finished pixels of the last one are its pulled pixels. */
 typedef struct reference_pyramid {
     stp_view view;
     reference_filter filter;
@@ -90,29 +90,30 @@ typedef enum reference_shade {
     REFERENCE_DEPTH
 } reference_shade;
 
-/* L of README for a greatest projected radius, pixels (may be infinite). */
+/* L of README for a greatest projected radius in pixels (may be infinite). */
 int reference_level_count(double radius_px, int width, int height);
 
-/* A position or a direction of the world in eye space. */
+/* Turns a position or a direction of the world into eye space. */
 stp_dvec3 reference_to_eye(const stp_view *view, stp_dvec3 p);
 stp_dvec3 reference_turn_to_eye(const stp_view *view, stp_dvec3 d);
 
-/* Errors: OUT_OF_MEMORY. */
+/* Appends a disc. Errors: OUT_OF_MEMORY. */
 stp_status reference_append(reference_disc_list *list, const reference_disc *disc, stp_error *err);
 void reference_disc_list_clear(reference_disc_list *list);
-/* Appends what the pixels see of a segment, or of a triangle: a disc each, that falls into the
- * pixel. Errors: OUT_OF_MEMORY. */
+/* Appends a disc for each pixel of a segment or of a triangle; each disc falls into its pixel.
+ * Errors: OUT_OF_MEMORY. */
 stp_status reference_segment(const stp_view *view, const reference_disc *a, const reference_disc *b,
                              reference_disc_list *out, stp_error *err);
-/* With splats, of a segment as wide as it is: a disc for each pixel that it may cover. */
+/* For splats, which draw a segment in its full width: appends a disc for each pixel that the
+ * segment may cover. */
 stp_status reference_segment_wide(const stp_view *view, const reference_disc *a,
                                   const reference_disc *b, reference_disc_list *out,
                                   stp_error *err);
 stp_status reference_triangle(const stp_view *view, const reference_disc corners[3],
                               reference_disc_list *out, stp_error *err);
 
-/* Whether a segment is drawn as a flat piece of a ribbon, and what the pixels see of the piece from
- * vertex i of a line to the next. Errors: OUT_OF_MEMORY. */
+/* Whether a segment is drawn as a flat piece of a ribbon; and the discs for the pixels of the piece
+ * from vertex i of a line to the next. Errors: OUT_OF_MEMORY. */
 bool reference_ribbon_is_flat(const stp_view *view, const reference_disc *a,
                               const reference_disc *b);
 stp_status reference_ribbon(const stp_view *view, const reference_disc *vertices, unsigned count,
@@ -123,50 +124,51 @@ stp_status reference_create(reference_pyramid *out, const stp_view *view, refere
                             int level_count, stp_error *err);
 void reference_destroy(reference_pyramid *pyramid);
 
-/* Projects discs[0..count) in this order over what is there: one pixel each, nearest wins. */
+/* Projects discs[0..count) in this order over the existing pixels: one pixel each, the nearest
+ * wins. */
 void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count);
-/* Levels 1..level_count as pulled. */
+/* Pulls levels 1..level_count. */
 void reference_pull(reference_pyramid *pyramid);
-/* Levels level_count..0 as finished; with templates level 0 alone. */
+/* Finishes levels level_count..0; templates finish level 0 alone. */
 void reference_push(reference_pyramid *pyramid);
-/* Finished level 0 as width * height RGBA, 0..1, into the caller's memory. */
+/* Writes finished level 0 as width * height RGBA, 0..1, into the caller's memory. */
 void reference_shade_picture(const reference_pyramid *pyramid, reference_shade shade, double *rgba);
 
-/* Projects discs[0..count) as splats, adds them up, and so finishes level 0; another level is not
- * needed. Errors: OUT_OF_MEMORY. */
+/* Projects discs[0..count) as splats, adds them up, and so finishes level 0. Needs no other level.
+ * Errors: OUT_OF_MEMORY. */
 stp_status reference_splat(reference_pyramid *pyramid, const reference_disc *discs, size_t count,
                            stp_error *err);
 
-/* A disc as a pixel of level 0, with (dx, dy) the window coordinates of its centre; false if it is
- * not drawn. */
+/* Turns a disc into a pixel of level 0; (dx, dy) are the window coordinates of its centre. Returns
+ * false if the disc is not drawn. */
 bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
                       reference_pixel *out);
-/* Where the ray through window (u, v) meets the disc of p, whose ellipse is centred at (cx, cy): q,
- * and the depth there. */
+/* Returns q at the point where the ray through window (u, v) meets the disc of p, whose ellipse has
+ * its centre at (cx, cy); *depth is the depth there. */
 double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
                       double cy, double u, double v, double *depth);
-/* Weighted means of count pixels whose (dx, dy) are from one place; tag, and the side of normals,
- * are the front's. */
+/* The weighted mean of count pixels whose (dx, dy) start at one place. The tag and the side of
+ * normals are the front's. */
 reference_pixel reference_mean(const reference_pixel *pixels, const double *weights, int count,
                                const reference_pixel *front);
-/* Projected radius, at least the floor. */
+/* The projected radius, at least the floor. */
 double reference_radius_px(const reference_pyramid *pyramid, const reference_pixel *p);
 
-/* The ellipse's quadratic form, 1 at the rim: p's ellipse, centred at window (cx, cy), at the
- * offset (x, y) from there. */
+/* The ellipse's quadratic form, 1 at the rim: for p's ellipse with its centre at window (cx, cy),
+ * at the offset (x, y) from there. */
 double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
                          double cy, double x, double y);
 
-/* What smooth edges are made from: a picture without them, premultiplied, and its pixels. */
+/* The input of smooth edges: a picture without them, premultiplied, and its pixels. */
 typedef struct reference_rough {
     stp_view view;
     const uint8_t *rgba;
-    const float *depth;             /* 0 where nothing is */
-    const reference_pixel *level_0; /* as pulled */
-    const reference_pixel *level_1; /* as finished; NULL: there is none */
+    const float *depth;             /* 0: nothing there */
+    const reference_pixel *level_0; /* pulled */
+    const reference_pixel *level_1; /* finished; NULL: no level 1 */
 } reference_rough;
 
-/* The picture with smooth edges, 0..255, into the caller's width * height * 4. */
+/* Writes the picture with smooth edges, 0..255, into the caller's width * height * 4 values. */
 void reference_edges(const reference_rough *rough, double *rgba);
 
 #endif

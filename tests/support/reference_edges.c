@@ -1,20 +1,20 @@
-/* Smooth edges on the CPU ("Smooth edges" in shaders/README.md). */
+/* Smooths edges on the CPU ("Smooth edges" in shaders/README.md). */
 #include "tests/support/reference_parts.h"
 
 #include <math.h>
 
-/* Another surface lies so many pixels deeper; least radius, pixels; least cosine to the ray; what
- * samples that were lost reach farther, pixels. */
+/* STEP: another surface lies this many pixels deeper. RADIUS: the least radius in pixels. COSINE:
+ * the least cosine to the ray. LOST: how much farther lost samples reach, in pixels. */
 #define STEP 64.0
 #define RADIUS 0.75
 #define COSINE 1e-3
 #define LOST 0.4
 
-/* A pixel whose edge is looked for. */
+/* A pixel whose edge is wanted. */
 typedef struct place {
     int x, y;
     double outward[2];
-    double near, far; /* depths between which its surface lies */
+    double near, far; /* its surface lies between these depths */
     stp_dvec3 ray;
     double reach;
 } place;
@@ -37,8 +37,8 @@ static bool lies_behind(const reference_rough *rough, const place *p, int x, int
     return depth <= 0.0 || depth > p->far;
 }
 
-/* Where the ray through the window's (u, v) meets the plane of a disc, from its centre (cu, cv), in
- * its radii. */
+/* The point where the ray through window (u, v) meets the disc's plane, relative to the disc's
+ * centre (cu, cv), in radii of the disc. */
 static stp_dvec3 on_disc(const stp_view *view, const reference_pixel *disc, stp_dvec3 ray, double u,
                          double v, double cu, double cv)
 {
@@ -50,7 +50,8 @@ static stp_dvec3 on_disc(const stp_view *view, const reference_pixel *disc, stp_
     return stp_dvec3_sub(delta, stp_dvec3_scale(ray, stp_dvec3_dot(delta, n) / k));
 }
 
-/* Goes on to the end of a disc centred at window (cu, cv), if the line outward meets it. */
+/* If the line outward meets the disc with its centre at window (cu, cv), extends to the disc's
+ * end. */
 static void reach_disc(const stp_view *view, place *p, const reference_pixel *disc, double cu,
                        double cv)
 {
@@ -85,7 +86,7 @@ static void reach_all(const reference_rough *rough, place *p)
     }
 }
 
-/* Finds the direction outward; false where the surface goes on all around. */
+/* Finds the direction outward; returns false if the surface goes on all around. */
 static bool find_edge(const reference_rough *rough, place *p)
 {
     static const int around[8][2] = {{2, 0},  {1, 1},   {0, 2},  {-1, 1},

@@ -1,9 +1,9 @@
-/* The ellipses of pixels: "The ellipse" of shaders/README.md. */
+/* Computes the ellipses of pixels: "The ellipse" of shaders/README.md. */
 #include "tests/support/reference_parts.h"
 
 #include <math.h>
 
-/* Least semi-axes. */
+/* The least semi-axes. */
 static double floor_px(const reference_pyramid *pyramid, const reference_pixel *p)
 {
     if (reference_is_line(p))
@@ -17,8 +17,9 @@ double reference_radius_px(const reference_pyramid *pyramid, const reference_pix
                 floor_px(pyramid, p));
 }
 
-/* s: where the ray meets the disc's plane, in radii from its centre; aside of it where that is
- * behind the eye (orthographic: where depths are asked for). */
+/* Returns s, the point where the ray meets the disc's plane, in radii from the disc's centre. If
+ * that point is behind the eye, s is infinite; in orthographic views this holds only for filters
+ * that ask for depths. */
 static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference_pixel *p,
                                double cx, double cy, double x, double y, double least_px)
 {
@@ -36,7 +37,7 @@ static stp_dvec3 ellipse_place(const reference_pyramid *pyramid, const reference
                : (stp_dvec3){INFINITY, INFINITY, 0.0};
 }
 
-/* q of an ellipse whose minor semi-axis is least_px at least. */
+/* The q of an ellipse whose minor semi-axis is at least least_px. */
 double reference_ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p,
                                double cx, double cy, double x, double y, double least_px)
 {

@@ -1,11 +1,11 @@
-/* What the files of the reference share. */
+/* Helpers that the files of the reference share. */
 #ifndef STP_TESTS_SUPPORT_REFERENCE_PARTS_H
 #define STP_TESTS_SUPPORT_REFERENCE_PARTS_H
 
 #include "formats/chunk/sample.h"
 #include "tests/support/reference.h"
 
-/* Unit, through window coordinates. */
+/* The ray through window coordinates, a unit vector. */
 static inline stp_dvec3 reference_ray(const stp_view *view, double u, double v)
 {
     if (view->orthographic)
@@ -14,19 +14,19 @@ static inline stp_dvec3 reference_ray(const stp_view *view, double u, double v)
                                            (v - stp_view_axis_y(view)) / view->f, -1.0});
 }
 
-/* Pixels a world unit covers. */
+/* How many pixels a world unit covers. */
 static inline double reference_pixels_per_unit(const stp_view *view, double depth)
 {
     return view->orthographic ? view->f : view->f / depth;
 }
 
-/* Splats and templates. */
+/* True for splats and templates. */
 static inline bool reference_sees_all(const reference_pyramid *pyramid)
 {
     return pyramid->filter == REFERENCE_SPLAT || pyramid->filter >= REFERENCE_TEMPLATE3;
 }
 
-/* Of the tag. */
+/* By the tag. */
 static inline bool reference_two_sided(const reference_pixel *p)
 {
     return p->tag != 0 && ((p->tag - 1) & 8) != 0;
@@ -50,7 +50,7 @@ static inline bool reference_is_polygon(const reference_pixel *p)
     return p->tag != 0 && ((p->tag - 1) & 3) == STP_KIND_POLYGON;
 }
 
-/* reference_ellipse of an ellipse whose minor semi-axis is least_px at least. */
+/* reference_ellipse, for an ellipse whose minor semi-axis is at least least_px. */
 double reference_ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p,
                                double cx, double cy, double x, double y, double least_px);
 

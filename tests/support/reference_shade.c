@@ -1,4 +1,4 @@
-/* Shading on the CPU ("Shading" in shaders/README.md). */
+/* Shades on the CPU ("Shading" in shaders/README.md). */
 #include "tests/support/reference_parts.h"
 
 #include <math.h>
@@ -14,7 +14,7 @@ static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, doub
         out[k] = p->rgb[k] * light + gloss;
 }
 
-/* Across the tangent: the one that is lit most, or faces the eye most. */
+/* The normal at right angles to the tangent that is lit most or faces the eye most. */
 static stp_dvec3 tube_normal(stp_dvec3 tangent, reference_shade shade, stp_dvec3 v)
 {
     stp_dvec3 towards = v;

@@ -1,4 +1,4 @@
-/* Segments and triangles on the CPU: "Segments and triangles" of shaders/README.md. */
+/* Draws segments and triangles on the CPU: "Segments and triangles" of shaders/README.md. */
 #include "tests/support/reference.h"
 
 #include "base/memory.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a rasteriser may move a vertex by: its positions are fixed-point numbers. */
+/* How far a rasteriser may move a vertex: its positions are fixed-point numbers. */
 #define ROUNDING_PX 0.01
 
 void reference_disc_list_clear(reference_disc_list *list)
@@ -36,7 +36,7 @@ static stp_dvec3 mean_place(stp_dvec3 a, stp_dvec3 b, double t)
     return stp_dvec3_add(stp_dvec3_scale(a, 1.0 - t), stp_dvec3_scale(b, t));
 }
 
-/* t of it b; seen from both sides. */
+/* Mixes two discs, with the share t of b; visible from both sides. */
 static reference_disc mean_disc(const reference_disc *a, const reference_disc *b, double t)
 {
     reference_disc out = *a;
@@ -54,12 +54,12 @@ static reference_disc mean_disc(const reference_disc *a, const reference_disc *b
 
 /* ---- segments ---- */
 
-/* The image of the part before the near plane. */
+/* The image of the part of a segment before the near plane. */
 typedef struct image {
     const stp_view *view;
-    double begin, end; /* of the segment, 0 to 1 */
+    double begin, end; /* along the segment, 0 to 1 */
     double from[2], way[2];
-    double depth[2]; /* of its ends */
+    double depth[2]; /* at its ends */
 } image;
 
 static void place(const stp_view *view, stp_dvec3 p, double out[2])
@@ -105,7 +105,8 @@ static double aside(const image *m, double s, int x, int y)
     return fabs(m->from[0] + s * m->way[0] - x - 0.5) + fabs(m->from[1] + s * m->way[1] - y - 0.5);
 }
 
-/* OpenGL 4.5, 14.5.1: whether it leaves the diamond in the middle of a pixel, of this size. */
+/* OpenGL 4.5, 14.5.1: whether the segment leaves the diamond of this size in the middle of a
+ * pixel. */
 static bool leaves_diamond(const image *m, int x, int y, double size)
 {
     double least = fmin(aside(m, 0.0, x, y), aside(m, 1.0, x, y));
@@ -129,7 +130,7 @@ static bool ends_in(const image *m, int x, int y)
     return false;
 }
 
-/* Appends the pixel, if the segment has it or may have it. */
+/* Appends the pixel if the segment draws it or may draw it. */
 static stp_status visit(const image *m, const reference_disc *a, const reference_disc *b, int x,
                         int y, reference_disc_list *out, stp_error *err)
 {
@@ -166,7 +167,7 @@ done:
     return status;
 }
 
-/* How far the image of a ball reaches at most from its centre's, pixels. */
+/* The greatest distance in pixels that the image of a ball reaches from the image of its centre. */
 static double ball_reach(const stp_view *view, stp_dvec3 centre, double radius)
 {
     double depth = -centre.z;
@@ -210,8 +211,8 @@ done:
 
 /* ---- triangles ---- */
 
-/* Where the ray through window coordinates meets a triangle's plane: the parts of the second and
- * third corner. Whether it meets the triangle. */
+/* Finds where the ray through window coordinates meets a triangle's plane: `parts` are the shares
+ * of the second and third corner. Returns whether the point is in the triangle. */
 static bool meets(const stp_view *view, const reference_disc corners[3], const double window[2],
                   double parts[2])
 {
@@ -231,7 +232,8 @@ static bool meets(const stp_view *view, const reference_disc corners[3], const d
     return parts[0] >= 0.0 && parts[1] >= 0.0 && parts[0] + parts[1] <= 1.0;
 }
 
-/* The parts where a triangle has a pixel, and how surely it has it; false if it does not. */
+/* Finds the parts at which a triangle draws a pixel, and how surely it does; returns false if it
+ * does not. */
 static bool touches(const stp_view *view, const reference_disc corners[3], int x, int y,
                     double parts[2], reference_presence *presence)
 {
@@ -254,7 +256,7 @@ static bool touches(const stp_view *view, const reference_disc corners[3], int x
     return met > 0;
 }
 
-/* Appends the pixel, if the triangle has it. */
+/* Appends the pixel if the triangle draws it. */
 static stp_status visit_triangle(const stp_view *view, const reference_disc corners[3], int x,
                                  int y, reference_disc_list *out, stp_error *err)
 {
@@ -269,7 +271,7 @@ static stp_status visit_triangle(const stp_view *view, const reference_disc corn
     return reference_append(out, &disc, err);
 }
 
-/* Columns and rows that may see a triangle: all if it reaches behind the near plane. */
+/* Columns and rows that may show a triangle; all of them if it reaches behind the near plane. */
 static void bound(const stp_view *view, const reference_disc corners[3], int low[2], int high[2])
 {
     const int size[2] = {view->width, view->height};
@@ -317,7 +319,7 @@ bool reference_ribbon_is_flat(const stp_view *view, const reference_disc *a,
     return a->kind == STP_KIND_RIBBON && a->has_normal && b->has_normal && width > 0.5;
 }
 
-/* From the line to the edge at vertex i. */
+/* The vector from the line to the ribbon's edge at vertex i. */
 static stp_dvec3 ribbon_half(const reference_disc *vertices, unsigned count, unsigned i)
 {
     const reference_disc *v = &vertices[i];
@@ -328,8 +330,8 @@ static stp_dvec3 ribbon_half(const reference_disc *vertices, unsigned count, uns
     return length > 0.0 ? stp_dvec3_scale(side, v->radius / length) : (stp_dvec3){0.0, 0.0, 0.0};
 }
 
-/* Appends the pixel, if one of the piece's two triangles has it; of the one, the first corner is
- * the segment's second end's. */
+/* Appends the pixel if one of the piece's two triangles draws it. The first corner of the turned
+ * triangle is at the segment's second end. */
 static stp_status visit_piece(const stp_view *view, const reference_disc ends[2],
                               const reference_disc corners[3], bool turned, const int pixel[2],
                               reference_disc_list *out, stp_error *err)
@@ -346,7 +348,7 @@ static stp_status visit_piece(const stp_view *view, const reference_disc ends[2]
             stp_dvec3_scale(stp_dvec3_sub(corners[k + 1].position, corners[0].position), parts[k]));
     disc.radius = 0.0;
     disc.presence = presence;
-    disc.wide = true; /* with splats no vertex that stands alone */
+    disc.wide = true; /* splats: not a vertex by itself */
     memcpy(disc.pixel, pixel, sizeof disc.pixel);
     return reference_append(out, &disc, err);
 }

@@ -1,4 +1,4 @@
-/* Splatting on the CPU ("Splatting" in shaders/README.md). */
+/* Splats on the CPU ("Splatting" in shaders/README.md). */
 #include "tests/support/reference_parts.h"
 
 #include "base/memory.h"
@@ -6,15 +6,15 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What a pixel has of the splats that cover it. */
+/* What a pixel collects from the splats that cover it. */
 typedef struct sums {
-    reference_pixel front; /* of the one whose interval ends first */
-    double end;            /* where it does */
+    reference_pixel front; /* the splat whose interval ends first */
+    double end;            /* the end of that interval */
     stp_dvec3 normal;
     double rgb[3], depth, total;
 } sums;
 
-/* One splat at pixel (i, j): its q and the interval that begins at the depth there. */
+/* One splat at pixel (i, j): its q, and its interval from the depth there. */
 typedef struct covering {
     const reference_pixel *sample;
     double q, depth, end;
@@ -44,7 +44,7 @@ static void add(sums *pixel, const covering *c, int i, int j)
     (void)j;
     if (c->depth > pixel->end)
         return;
-    if (is_shape(c->sample)) { /* it is the front, or does not count */
+    if (is_shape(c->sample)) { /* it is the front or does not count */
         pixel->total += is_shape(&pixel->front) ? 1.0 : 0.0;
         return;
     }
@@ -64,14 +64,14 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
     reference_pixel p;
     if (disc->presence == REFERENCE_MISSING || !reference_sample(pyramid, disc, &p))
         return;
-    /* twice the radius holds the ellipse, but for one that comes near the eye */
+    /* twice the radius contains the ellipse, unless it comes near the eye */
     double ppu = view->orthographic ? view->f : view->f / p.z_min;
     double radius = reference_radius_px(pyramid, &p);
     double near = view->orthographic ? 1.0 : 1.0 - radius / ppu / p.z_min;
     double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
     int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
     int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
-    bool own = !(p.radius > 0.0) || reference_is_polygon(&p); /* its own pixel alone */
+    bool own = !(p.radius > 0.0) || reference_is_polygon(&p); /* covers its own pixel alone */
     if (disc->wide) {
         x0 = x1 = disc->pixel[0];
         y0 = y1 = disc->pixel[1];

@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2034
-# What the script tests share; sourced with the stipple program's path as $1.
-# A check that fails is printed and counted; end_test gives the exit code.
+# Helpers of the script tests; source it with the stipple program's path as $1.
+# A failed check is printed and counted; end_test gives the exit code.
 STIPPLE=${1:-${STIPPLE:-}}
 SOURCE=${STIPPLE_SOURCE:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)}
 FOLDER=$(mktemp -d)
@@ -25,7 +25,7 @@ end_test() {
     exit 0
 }
 
-# run COMMAND...: its exit code, stdout and stderr in $code, $FOLDER/out and $FOLDER/err.
+# run COMMAND...: puts the exit code into $code, stdout and stderr into $FOLDER/out and $FOLDER/err.
 run() {
     code=0
     "$@" >"$FOLDER/out" 2>"$FOLDER/err" </dev/null || code=$?
@@ -54,7 +54,7 @@ expect_text() { # out or err, a fixed text in it
     grep -qF -- "$2" "$FOLDER/$1" || fail "$command: no '$2' on std$1: $(head -3 "$FOLDER/$1")"
 }
 
-# Wrong usage: exit 2, nothing on stdout, one line on stderr that holds the text.
+# Expects wrong usage: exit 2, nothing on stdout, one line on stderr with the text.
 expect_usage() {
     expect_code 2
     expect_empty out
@@ -62,7 +62,7 @@ expect_usage() {
     expect_text err "$1"
 }
 
-# Failure: exit 1, nothing on stdout, one line on stderr that holds the text.
+# Expects a failure: exit 1, nothing on stdout, one line on stderr with the text.
 expect_failure() {
     expect_code 1
     expect_empty out

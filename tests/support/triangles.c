@@ -1,4 +1,4 @@
-/* A triangle rasteriser in double. */
+/* Rasterises triangles in double. */
 #include "tests/support/triangles.h"
 
 #include "base/memory.h"
@@ -6,12 +6,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A vertex in eye space, and where it falls on the window. */
+/* A vertex in eye space, and its place on the window. */
 typedef struct corner {
     stp_dvec3 position, normal;
     double u, v;
     double depth;
-    double w; /* 1 / depth, or 1 where orthographic: linear on the window */
+    double w; /* 1 / depth, or 1 if orthographic: linear on the window */
 } corner;
 
 static stp_dvec3 turn(const stp_view *view, stp_dvec3 d)
@@ -29,7 +29,7 @@ static void place(const stp_view *view, corner *c)
     c->w = view->orthographic ? 1.0 : 1.0 / c->depth;
 }
 
-/* Where the edge from a to b meets the near plane. */
+/* The point where the edge from a to b meets the near plane. */
 static corner cut_edge(const corner *a, const corner *b, double near_depth)
 {
     double da = -a->position.z - near_depth, db = -b->position.z - near_depth;
@@ -62,15 +62,15 @@ static double side_from(const corner *a, const corner *b, double u, double v)
     return (b->u - a->u) * (v - a->v) - (b->v - a->v) * (u - a->u);
 }
 
-/* Twice the area of (a, b, p), positive where p lies left of a to b. Exactly the negative of the
- * edge's other direction, so that two triangles never both miss a pixel of their edge. */
+/* Twice the area of (a, b, p), positive if p lies left of a to b. Swapping a and b gives exactly
+ * the negative, so two triangles never both miss a pixel of their common edge. */
 static double side_of(const corner *a, const corner *b, double u, double v)
 {
     bool swap = b->u < a->u || (b->u == a->u && b->v < a->v);
     return swap ? -side_from(b, a, u, v) : side_from(a, b, u, v);
 }
 
-/* Of a counter-clockwise triangle, y up: left edges go down, top edges go left. */
+/* For a counter-clockwise triangle, y up: left edges go down, top edges go left. */
 static bool owns_edge(const corner *a, const corner *b)
 {
     return b->v < a->v || (b->v == a->v && b->u < a->u);
@@ -98,7 +98,7 @@ static void cover(triangles_pixel *pixel, const corner c[3], const double share[
     pixel->triangle = triangle;
 }
 
-/* First and last pixel whose centre may lie in [low, high]. */
+/* The first and the last pixel whose centre may lie in [low, high]. */
 static void pixel_range(double low, double high, int size, int *first, int *last)
 {
     low = fmin(fmax(low, 0.0), size);
@@ -162,7 +162,7 @@ static void draw_triangle(triangles_picture *picture, const triangles_mesh *mesh
     }
 }
 
-/* Turns normals to the eye that look away from it. */
+/* Turns over normals that point away from the eye. */
 static void face_the_eye(triangles_picture *picture, const stp_view *view)
 {
     for (int y = 0; y < picture->height; y++)

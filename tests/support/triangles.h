@@ -1,7 +1,7 @@
-/* A true mesh drawn on the CPU: the judge of coverage, normals and silhouettes.
+/* Draws a true mesh on the CPU. Coverage, normals and silhouettes are judged by it.
  *
- * Pixels are covered where their centre lies inside a triangle; on an edge the top-left rule gives
- * them to one triangle. All in double; depth and normal are perspective-correct. Triangles are
+ * A pixel is covered if its centre lies inside a triangle; the top-left rule gives a pixel on an
+ * edge to one triangle. All in double; depth and normal are perspective-correct. Triangles are
  * clipped at the near plane and drawn from both sides. Pictures have their bottom row first.
  * Threads: any. */
 #ifndef STP_TESTS_SUPPORT_TRIANGLES_H
@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Borrowed. normals may be NULL: then the faces'. */
+/* Borrowed. normals may be NULL: then the faces' normals are used. */
 typedef struct triangles_mesh {
     size_t vertex_count, triangle_count;
     const stp_dvec3 *positions; /* world */
@@ -23,10 +23,10 @@ typedef struct triangles_mesh {
 } triangles_mesh;
 
 typedef struct triangles_pixel {
-    double depth;     /* of the nearest triangle at the pixel's centre */
-    stp_dvec3 normal; /* eye space, unit, turned to the eye; zero for a degenerate triangle's */
+    double depth;     /* of the nearest triangle, at the pixel's centre */
+    stp_dvec3 normal; /* eye space, unit, turned to the eye; zero if the triangle is degenerate */
     uint32_t triangle;
-    uint32_t layers; /* triangles that cover it, so 0: not covered */
+    uint32_t layers; /* the number of triangles that cover the pixel; 0: not covered */
 } triangles_pixel;
 
 typedef struct triangles_picture {
@@ -34,12 +34,12 @@ typedef struct triangles_picture {
     triangles_pixel *pixels;
 } triangles_picture;
 
-/* Errors: OUT_OF_MEMORY. */
+/* Draws a mesh. Errors: OUT_OF_MEMORY. */
 stp_status triangles_draw(triangles_picture *out, const triangles_mesh *mesh, const stp_view *view,
                           stp_error *err);
 void triangles_destroy(triangles_picture *picture);
 
-/* One byte a pixel, 1 where covered, into the caller's width * height bytes. */
+/* Writes one byte per pixel, 1 if covered, into the caller's width * height bytes. */
 void triangles_mask(const triangles_picture *picture, uint8_t *mask);
 
 #endif

@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2034
-# Sourced by tests of the viewer, after shell.sh: a virtual display with nothing else on it, the
-# viewer in it, its title and its pixels.
+# Helpers for tests of the viewer; source it after shell.sh. They start a virtual display with nothing
+# else on it and the viewer in it, and read the viewer's title and pixels.
 
 for tool in Xvfb xdotool; do
     command -v $tool >/dev/null || skip_test "$tool is not installed"
@@ -23,7 +23,8 @@ trap stop EXIT
 start_display() { # width height
     SCREEN_WIDTH=$1
     SCREEN_HEIGHT=$2
-    # -noreset: without it the server begins anew, and refuses a viewer, each time the last one leaves
+    # without -noreset the server starts anew whenever the last viewer leaves, and then refuses
+    # viewers
     Xvfb -displayfd 3 -screen 0 ${SCREEN_WIDTH}x${SCREEN_HEIGHT}x24 -fbdir "$FOLDER" -nocursor \
         -noreset -nolisten tcp 3>"$FOLDER/display" 2>"$FOLDER/xvfb.log" &
     server=$!
@@ -36,7 +37,7 @@ start_display() { # width height
     export DISPLAY
 }
 
-# wait_for SECONDS COMMAND...: until it succeeds.
+# wait_for SECONDS COMMAND...: repeats the command until it succeeds.
 wait_for() {
     local end=$((SECONDS + $1))
     shift
@@ -58,14 +59,14 @@ find_window() {
 window_or_end() { find_window || has_ended; }
 has_ended() { ! kill -0 "$viewer" 2>/dev/null; }
 
-# The screen as hexadecimal pixels, one a line; Xvfb keeps it as an XWD file.
+# Prints the screen as hexadecimal pixels, one per line; Xvfb keeps it as an XWD file.
 screen_pixels() {
     local header colours
     header=$(od -An -tu4 --endian=big -N4 "$screen")
     colours=$(od -An -tu4 --endian=big -j76 -N4 "$screen")
     tail -c +$((header + 12 * colours + 1)) "$screen" | od -An -v -tx4 -w4
 }
-# Pixels that are not black in a rectangle of the screen: x0 y0 x1 y1.
+# Counts the pixels that are not black in a rectangle of the screen: x0 y0 x1 y1.
 lit_pixels() {
     screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" -v x1="$3" -v y1="$4" '
         { i = NR - 1; x = i % w; y = int(i / w) }
@@ -78,7 +79,8 @@ screen_is() { [ "$(screen_sum)" = "$1" ]; }
 
 is_still() { ! title_has missing; }
 
-# run_viewer ARGUMENTS...: begins it in the test's folder, its window in the screen's corner.
+# run_viewer ARGUMENTS...: starts the viewer in the test's folder, with its window in the screen's
+# corner.
 run_viewer() {
     (cd "$FOLDER" && exec "$STIPPLE" view "$@") >"$FOLDER/out" 2>"$FOLDER/err" </dev/null &
     viewer=$!
@@ -86,7 +88,7 @@ run_viewer() {
     wait_for 60 window_or_end && find_window ||
         { fail "no window: $(head -3 "$FOLDER/err")"; return 1; }
     xdotool windowmove "$window" 0 0 windowfocus --sync "$window"
-    # every chunk is there, and the position known to the window
+    # every chunk is loaded, and the window knows its position
     wait_for 60 is_still || fail "chunks stay missing: $(title)"
 }
 

@@ -1,4 +1,4 @@
-/* Views over a model. */
+/* Makes views of a model. */
 #include "tests/support/views.h"
 
 #include <math.h>
@@ -25,7 +25,7 @@ stp_view views_look(stp_dvec3 eye, stp_dvec3 look, double fovy_deg, const stp_ba
 
 static stp_dvec3 direction(int i)
 {
-    int place = i < 13 ? i : i + 1; /* the cube's 27 places without its middle */
+    int place = i < 13 ? i : i + 1; /* 26 of the cube's 27 places: not the middle */
     return stp_dvec3_normalize((stp_dvec3){place % 3 - 1.0, place / 3 % 3 - 1.0, place / 9 - 1.0});
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every real scan, large ones too, is prepared, verified and drawn as by test_real_scans.sh, from more sides and larger.
-# Skipped where STIPPLE_SCANS names no folder.
+# Prepares, verifies and draws every real scan as test_real_scans.sh does, large scans too, from
+# more sides and in larger pictures. Skips unless STIPPLE_SCANS names a folder.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/../support/real_scans.sh"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# stipple-bench: needs libstipple alone, and prints one table.
+# Tests stipple-bench: it needs libstipple alone and prints one table.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -26,7 +26,7 @@ expect_code 0
 expect_empty err
 expect_text out "5000 points"
 expect_text out "64x48, 2 rounds"
-# Every road drew something in some time; a coarser threshold draws no more.
+# Every road must draw something in some time; a coarser threshold must not draw more.
 awk '
     NF == 0 { exit }
     /^(points|full|geometry|compute|cpu|splat) / {
@@ -41,8 +41,8 @@ awk '
 stage_rows=$(sed '1,/^$/d' "$FOLDER/out" | grep -cE '^(points|full|geometry|compute|cpu|splat) ')
 [ "$stage_rows" = 18 ] || fail "the GPU's clock: $stage_rows rows: $(cat "$FOLDER/out")"
 
-# Some roads, as CSV. Each stage is timed where there is one, and all of them take no longer than they
-# are waited for: the GPU's clock is another, hence 2 % and 0.1 ms.
+# Some roads, as CSV. Each stage must have a time, and all stages together may not take longer than
+# the whole. The GPU's clock differs from the CPU's, hence 2 % and 0.1 ms.
 run "$bench" "$FOLDER/model.stipple" --size 64x48 --repeat 3 --csv --roads compute,full,splat:1
 expect_code 0
 expect_empty err
@@ -70,7 +70,7 @@ awk -F, '
 run "$bench" "$FOLDER/model.stipple" --roads full,compute:3
 expect_usage "--roads"
 
-# The first picture: every stage once, and something is in it.
+# The first picture: every stage once, and the picture is not empty.
 run "$bench" "$FOLDER/model.stipple" --first --size 64x48
 expect_code 0
 expect_empty err
@@ -80,7 +80,7 @@ stages=$(awk '{ printf "%s ", $1 } $1 == "covered" && $2 < 1 { print "nothing" }
 run "$bench" "$FOLDER/none.stipple" --first
 expect_failure "none.stipple"
 
-# The table of ratios. What is drawn needs stipple-bench alone.
+# The table of ratios. Topics that draw need stipple-bench alone.
 table() { run bash "$SOURCE/tools/bench/table" --output "$FOLDER/ratios" --size 64x48 --memory 256M "$@"; }
 mkdir "$FOLDER/alone"
 ln -s "$(realpath "$bench")" "$FOLDER/alone/stipple-bench"
@@ -96,8 +96,8 @@ for topic in levels:12 roads:26 splat:8 size:4; do
 done
 [ "$(rows_of stages)" -ge 30 ] || fail "rows of stages: $(cat "$FOLDER/out")"
 
-# Its files: as many rows, every one with a ratio between its least and greatest, and so the ratio of
-# the medians; no folder of this machine.
+# The table's files must have this number of rows. Each row has a ratio between its least and its
+# greatest, and so has the ratio of the medians. No row may name a folder of this machine.
 check_csv() { # topic, rows
     awk -F'","' -v rows="$2" '
         NR == 1 { if (split($0, names, ",") != 14) { print "head: " $0; bad = 1 }; next }
@@ -120,7 +120,7 @@ table --build "$FOLDER/alone" --topics splat --repeat 1 "$FOLDER/model.stipple"
 expect_code 0
 check_csv splat 12
 
-# Codecs and prep, by their own scripts.
+# Codecs and prep have scripts of their own.
 table --build "$(dirname "$STIPPLE")" --topics codecs,prep --repeat 1 --sizes 0.005 --shape sphere "$FOLDER/model.stipple"
 expect_code 0
 check_csv codecs 4

@@ -1,4 +1,4 @@
-/* Picture comparison: figures known by hand, and images through files byte for byte. */
+/* Tests picture comparison: figures known by hand, and images through files byte for byte. */
 #include "formats/image/image.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tools/compare/compare_metrics.h"
@@ -59,7 +59,7 @@ static void identical(void **state)
     assert_null(a.rgba);
 }
 
-/* A difference of 10 everywhere; what is not covered is black, whatever its bytes say. */
+/* A difference of 10 everywhere. An uncovered pixel counts as black, whatever its bytes. */
 static void known_psnr(void **state)
 {
     (void)state;
@@ -71,7 +71,7 @@ static void known_psnr(void **state)
     compare_metrics m = compare(&a, &b);
     near(m.psnr_db, 20.0 * log10(255.0 / 10.0));
     near(m.psnr_inside_db, m.psnr_db);
-    fill(&b, 0, 8, 16, 16, 100); /* the other half is missing in A */
+    fill(&b, 0, 8, 16, 16, 100); /* A lacks the other half */
     m = compare(&a, &b);
     near(m.psnr_db, 10.0 * log10(255.0 * 255.0 / ((100.0 + 10000.0) / 2.0)));
     near(m.psnr_inside_db, 20.0 * log10(255.0 / 10.0));
@@ -82,7 +82,8 @@ static void known_psnr(void **state)
     stp_image_destroy(&b);
 }
 
-/* Two even pictures: variances are 0, and SSIM is its luminance term, edges of the picture too. */
+/* Two uniform pictures: variances are 0, and SSIM is its luminance term, also at the picture's
+ * edges. */
 static void known_ssim(void **state)
 {
     (void)state;
@@ -95,7 +96,7 @@ static void known_ssim(void **state)
     stp_image_destroy(&b);
 }
 
-/* The formula again without rows, rings and separable windows. */
+/* The same formula without rows, rings and separable windows. */
 static double slow_ssim(const stp_image *a, const stp_image *b, int x, int y)
 {
     double weight = 0.0, s[5] = {0.0};
@@ -146,7 +147,7 @@ static void holes_and_spill(void **state)
     fill(&a, 8, 8, 24, 24, 90);
     fill(&b, 8, 8, 24, 24, 90);
     set(&a, 12, 12, 0, 0);    /* a hole */
-    set(&a, 8, 15, 0, 0);     /* on the border of the silhouette: not one */
+    set(&a, 8, 15, 0, 0);     /* on the silhouette's border: no hole */
     set(&a, 7, 10, 90, 255);  /* one pixel outside: no spill */
     set(&a, 6, 10, 90, 255);  /* two: spill */
     set(&a, 31, 31, 90, 255); /* far away, in the corner */
@@ -179,7 +180,7 @@ static void nothing_in_common(void **state)
     stp_image_destroy(&c);
 }
 
-/* Straight alpha: colours under any alpha come back as they were, also under 0. */
+/* Straight alpha: colours must come back as they were under any alpha, even 0. */
 static void images_keep_their_bytes(void **state)
 {
     (void)state;
@@ -219,7 +220,7 @@ static void images_that_fail(void **state)
     assert_non_null(file);
     const size_t size = fread(bytes, 1, sizeof bytes, file);
     fclose(file);
-    /* No PNG here: libpng leaves OpenImageIO's reader by longjmp, which leaks what it holds. */
+    /* no PNG here: libpng leaves OpenImageIO's reader by longjmp, which leaks memory */
     scan_fixture_bytes("cut.tif", bytes, size / 2);
     const stp_status status = stp_image_load(&b, "cut.tif", &err);
     assert_true(status == STP_CORRUPT || status == STP_FORMAT);

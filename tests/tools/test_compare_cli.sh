@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# `stipple compare`: what it prints, in both forms, and how it fails.
+# Tests `stipple compare`: what it prints, in both forms, and how it fails.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
 
-# An 8x4 picture as uncompressed TIFF, RGBA 8: the grey of the left and right halves, and the alpha
-# of the right half.
+# Writes an 8x4 picture as uncompressed TIFF, RGBA 8, with the greys of the left and the right half
+# and the alpha of the right half.
 tiff() { # file left right alpha
     local pixel left right row='' image='' i
     hex() { printf '\\x%02x' "$1"; }
@@ -72,7 +72,7 @@ expect_code 0
 expect_text out "spill 12"
 expect_text out "holes 0"
 
-# Failures are one sentence on stderr and exit 1; usage is exit 2.
+# A failure is one sentence on stderr and exit 1. Wrong usage is exit 2.
 expect_failure() { # text
     expect_code 1
     expect_empty out
@@ -89,7 +89,7 @@ run "$STIPPLE" compare text.png a.tif
 expect_failure "text.png"
 tiff black.tif 0 0 0
 run "$STIPPLE" compare black.tif empty.tif
-expect_code 0 # the left half is covered in both, and black
+expect_code 0 # both cover the left half, in black
 expect_text out "psnr_db 999.0000"
 
 run "$STIPPLE" compare a.tif

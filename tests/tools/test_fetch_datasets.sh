@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tools/fetch-datasets against file:// addresses: resume, checks, unpacking, what is missing.
+# Tests tools/fetch-datasets with file:// addresses: resuming, checks, unpacking, missing files.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 command -v curl >/dev/null || skip_test "curl is not installed"
@@ -37,7 +37,7 @@ get() {
 }
 
 expect_same() { # file under the folder, the original
-    cmp -s "$local_/$1" "$2" || fail "$1 is not what was offered"
+    cmp -s "$local_/$1" "$2" || fail "$1 differs from the file offered"
 }
 
 expect_no_litter() {
@@ -91,7 +91,8 @@ test_good() {
     fi
 }
 
-# A cut download is taken up where it ended: the first half is not what the server would send.
+# A cut download must continue where it ended. The first half differs from the server's, which shows
+# that it was kept.
 test_resume() {
     rm -rf "$local_"
     mkdir -p "$local_"
@@ -124,7 +125,7 @@ test_bad() {
         expect_code 1
         expect_lines err 1
         expect_text err "${name#*:}"
-        [ ! -e "$local_/${name%%:*}" ] || fail "$name came in spite of its fault"
+        [ ! -e "$local_/${name%%:*}" ] || fail "$name was kept in spite of its fault"
         expect_no_litter
     done
     : >"$FOLDER/file"
@@ -133,7 +134,7 @@ test_bad() {
     expect_text err "cannot be made"
 }
 
-# The project's own list has seven columns, names once, addresses and numbers that look like such.
+# The project's own list must have seven columns, unique names, and plausible addresses and numbers.
 test_rows() {
     local bad
     bad=$(grep -vE '^\s*(#|$)' "$SOURCE/datasets.txt" |

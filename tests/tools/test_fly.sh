@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# stipple fly: frames that are render's, films that ffprobe understands, runs that end early and go on,
-# and what it says when it cannot.
+# Tests stipple fly: its frames equal render's, ffprobe understands its films, runs that end early
+# can continue, and failures are explained.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -9,7 +9,7 @@ model="$FOLDER/módel a.stipple"
 path="$FOLDER/path.json"
 frames="$FOLDER/frames"
 
-# A walk of 13 frames at 10 a second; its third keyframe is frame 13.
+# Makes a walk of 13 frames at 10 per second; the third keyframe is frame 13.
 make_inputs() {
     "$STIPPLE" gen bumpy -n 100000 -o "$FOLDER/scan.ply" --quiet &&
         "$STIPPLE" prep "$FOLDER/scan.ply" -o "$model" --quiet ||
@@ -22,7 +22,7 @@ make_inputs() {
 END
 }
 
-# run without the progress that a slow machine shows.
+# As run, but removes the progress that appears on slow machines.
 run_fly() { # command
     run "$@"
     sed -i '/^frames: /d' "$FOLDER/err"
@@ -41,7 +41,7 @@ count() { # files of a pattern in a folder
 same_frames() { # folder: holds what $frames holds
     local name
     for name in "$frames"/frame_*; do
-        cmp -s "$name" "$1/${name##*/}" || fail "$command: ${name##*/} is not that of one run"
+        cmp -s "$name" "$1/${name##*/}" || fail "$command: ${name##*/} differs from the frame of a single run"
     done
     [ "$(count "$1" 'frame_*')" = "$(count "$frames" 'frame_*')" ] || fail "$command: more frames"
     [ "$(count "$1" '*.part')" = 0 ] || fail "$command: litter in $(ls "$1")"
@@ -57,15 +57,15 @@ test_frames() {
     for key in seconds frame_ms project_ms points_drawn cut_complete max_error_px gl_renderer; do
         grep -q "\"$key\":" "$FOLDER/stats.json" || fail "$command: no \"$key\" in the stats"
     done
-    # the last keyframe is render's picture, depth and normals
+    # the last keyframe must equal render's picture, depth and normals
     run "$STIPPLE" render "$model" --eye=-1.5,-0.5,0.5 --look 0,0.25,0 --up 0,0,1 --fovy 60 \
         --size 96x64 -o "$FOLDER/last.png" --depth "$FOLDER/d.exr" --normals "$FOLDER/n.exr"
     expect_code 0
     cmp -s "$FOLDER/last.png" "$frames/frame_000013.png" || fail "not the picture of render"
     cmp -s "$FOLDER/d.exr" "$frames/frame_000013_depth.exr" || fail "not the depths of render"
     cmp -s "$FOLDER/n.exr" "$frames/frame_000013_normals.exr" || fail "not the normals of render"
-    cmp -s "$frames/frame_000001.png" "$frames/frame_000002.png" && fail "the camera rests"
-    # everything is there: nothing is made, nothing is said but that
+    cmp -s "$frames/frame_000001.png" "$frames/frame_000002.png" && fail "the camera does not move"
+    # everything is there: fly must make nothing and say so
     fly "$frames" --depth --normals
     expect_code 0
     expect_text err "13 frames were there already, 0 are new"
@@ -74,7 +74,7 @@ test_frames() {
     expect_empty err
 }
 
-# Parts of the film, in any order, are those of the whole.
+# Parts of the film, made in any order, must equal those of the whole.
 test_parts() {
     fly "$FOLDER/parts" --frames 9: --depth --normals
     expect_code 0
@@ -84,14 +84,14 @@ test_parts() {
     fly "$FOLDER/parts" --depth --normals
     expect_text err "6 frames were there already, 7 are new"
     same_frames "$FOLDER/parts"
-    # a frame that lost a part is made again
+    # a frame that lost a part must be made again
     rm "$FOLDER/parts/frame_000005_depth.exr"
     fly "$FOLDER/parts" --depth --normals --frames :6
     expect_text err "5 frames were there already, 1 are new"
     same_frames "$FOLDER/parts"
 }
 
-# Waits until a folder has so many frames; false after a minute.
+# Waits until a folder has this number of frames; fails after a minute.
 wait_for_frames() { # folder, number
     local i
     for ((i = 0; i < 600; i++)); do
@@ -101,8 +101,8 @@ wait_for_frames() { # folder, number
     return 1
 }
 
-# Ended by a signal in its midst, then run again: the bytes of one run. A run that was through before
-# the signal came proves nothing and is not counted.
+# A signal ends the run in its middle; the next run must complete it to the same bytes. A run that
+# was complete before the signal proves nothing and does not count.
 test_ended() { # signal
     local process folder="$FOLDER/ended $1" before
     "$STIPPLE" fly "$model" --path "$path" --rate 10 --size 96x64 -o "$folder" --depth --normals \
@@ -118,7 +118,7 @@ test_ended() { # signal
         expect_code 1
         expect_text err "$before of 13 frames done: the same command goes on"
     fi
-    [ "$code" = 0 ] && echo "not interrupted: it was through"
+    [ "$code" = 0 ] && echo "not interrupted: the run had ended before"
     fly "$folder" --depth --normals
     expect_code 0
     [ "$before" = 13 ] || expect_text err "$before frames were there already"
@@ -136,7 +136,7 @@ test_other_job() {
     "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/other.stipple" --quiet --neighbours 8
     run_fly "$STIPPLE" fly "$FOLDER/other.stipple" --path "$path" --rate 10 --size 96x64 -o "$frames"
     expect_failure "another job (model"
-    # budgets, threads and the names of things change no pixel
+    # budgets, threads and file names may not change a pixel
     cp "$model" "$FOLDER/same.stipple"
     run_fly "$STIPPLE" fly "$FOLDER/same.stipple" --path "$path" --rate 10 --size 96x64 -o "$frames" \
         --gpu-memory 64M --threads 1
@@ -182,7 +182,7 @@ test_films() {
     (cd "$FOLDER" && "$STIPPLE" fly "$model" --turntable 1 --rate 10 --size 16x16 -o -film.MOV) ||
         fail "a name that begins with a minus"
     [ -s "$FOLDER/-film.MOV" ] || fail "no film of a name that begins with a minus"
-    # the colours of frame 5, as far as compression leaves them
+    # the colours of frame 5, as far as compression keeps them
     ffmpeg -v error -nostdin -i "$FOLDER/film é.mp4" -vf 'select=eq(n\,4)' -frames:v 1 \
         "$FOLDER/five.png" </dev/null
     run "$STIPPLE" compare "$FOLDER/five.png" "$frames/frame_000005.png" --json
@@ -190,7 +190,7 @@ test_films() {
         fail "the film's fifth frame is another: $(cat "$FOLDER/out")"
 }
 
-# Without ffmpeg, and with one that fails at once, after a while, or at the end.
+# Tests fly without ffmpeg, and with an ffmpeg that fails at once, after a while, or at the end.
 test_no_film() {
     local empty="$FOLDER/bin" script
     mkdir "$empty"
@@ -211,7 +211,7 @@ test_no_film() {
 # Ctrl-C while ffmpeg hangs.
 test_film_ended() {
     local process
-    # it says that it runs, and then takes no frame
+    # this ffmpeg says that it runs, and then takes no frame
     # shellcheck disable=SC2016
     printf '#!/bin/sh\nPATH=%s\n: >"$STARTED"\nexec sleep 600\n' "$PATH" >"$FOLDER/bin/ffmpeg"
     STARTED="$FOLDER/started" PATH="$FOLDER/bin" "$STIPPLE" fly "$model" --path "$path" \
@@ -249,7 +249,7 @@ test_paths() {
     expect_failure "frames 1 to 13"
     fly "$FOLDER/none" --rate 0.5 --frames 7:
     expect_failure "frames 1 to 2"
-    [ ! -e "$FOLDER/none" ] || fail "a folder of nothing"
+    [ ! -e "$FOLDER/none" ] || fail "a folder was made without frames"
 }
 
 test_usage() {
@@ -281,7 +281,8 @@ test_usage() {
     expect_failure "written twice"
 }
 
-# Frames to a small file system, mounted so; what is left there goes to $FOLDER/out.
+# Writes frames to a small file system mounted with these options; lists what is left there in
+# $FOLDER/out.
 fly_mounted() { # mount options
     # shellcheck disable=SC2016
     run_fly unshare -rm sh -c 'mount -t tmpfs -o "$1" none "$0" && shift && "$@" && exit 0
@@ -291,7 +292,7 @@ fly_mounted() { # mount options
     expect_lines err 1
 }
 
-# A folder that cannot be written to, and a disk without room.
+# A read-only folder, and a full disk.
 test_no_room() {
     mkdir "$FOLDER/mounted"
     # shellcheck disable=SC2016
@@ -309,7 +310,7 @@ test_no_room() {
     expect_empty out
 }
 
-# A damaged chunk costs that chunk only: its parent is drawn, and it is said.
+# If a chunk is damaged, only that chunk is lost: its parent is drawn, and fly says so.
 test_damage() {
     local size at said
     size=$(stat -c %s "$model")
@@ -322,7 +323,7 @@ test_damage() {
     run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
         -o "$FOLDER/damaged" --quiet
     expect_failure "--allow-damage"
-    [ "$(count "$FOLDER/damaged" '*.png')" -lt 4 ] || fail "$command: whole though damaged"
+    [ "$(count "$FOLDER/damaged" '*.png')" -lt 4 ] || fail "$command: all frames were drawn though the model is damaged"
     run_fly "$STIPPLE" fly "$FOLDER/damaged.stipple" --turntable 1 --rate 4 --size 64x64 --threshold 0 \
         -o "$FOLDER/damaged" --allow-damage --quiet
     expect_code 0

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# tools/gallery: counts, pictures, command lines and sentences of good, damaged and unreadable scans; folders and
-# files with spaces, quotes and accents.
+# Tests tools/gallery: counts, pictures, command lines and sentences for good, damaged and
+# unreadable scans, and folders and files with spaces, quotes and accents.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -72,7 +72,7 @@ test_page() {
     fi
 }
 
-# The command lines on the page make the pictures that are on it.
+# The command lines on the page must make the pictures on the page.
 test_commands() {
     local line picture="$out/pictures/2/first.png"
     stipple() { "$STIPPLE" "$@" --quiet; }
@@ -83,7 +83,7 @@ test_commands() {
     cmp -s "$picture" "$FOLDER/kept.png" || fail "not the page's picture: $line"
 }
 
-# A model is used again unless its scan is newer; a damaged model is found.
+# A model is used again unless its scan is newer. A damaged model must be found.
 test_again() {
     local kept="$out/models/six.xyz.stipple" before
     before=$(stat -c %y "$kept" "$model")
@@ -100,7 +100,8 @@ test_again() {
     [ "$(grep -c '<td>damaged</td>' "$page")" = 1 ] || fail "the page does not say that a model is damaged"
 }
 
-# A prep that crashes is no refusal: a program stands in for it.
+# If prep crashes, the gallery may not count it as a refusal. Another program stands in for the
+# crashing prep.
 test_crash() {
     mkdir -p "$FOLDER/stand-in" "$FOLDER/one"
     printf '%s\n' '#!/bin/sh' '[ "$1" != prep ] || kill -SEGV $$' >"$FOLDER/stand-in/stipple"
@@ -112,7 +113,7 @@ test_crash() {
     grep -qF '<td>not prepared</td>' "$FOLDER/crashed/index.html" || fail "the page does not say that prep crashed"
 }
 
-# The gallery takes what prep takes of a folder.
+# The gallery must take the same files of a folder as prep.
 test_endings() {
     local ending count=0
     while read -r ending; do

@@ -1,5 +1,5 @@
-/* The known surfaces and their sampling: points on the surface, true normals, noise, order, seeds,
- * even density, bounded memory. */
+/* Tests the known surfaces and their sampling: points on the surface, true normals, noise, order,
+ * seeds, even density, bounded memory. */
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/sort.h"
@@ -29,11 +29,12 @@ typedef struct cloud {
 } cloud;
 
 static stp_pool *pool;
-/* Made once, as it takes seconds; in random order, so that its first points are a fair choice. */
+/* Made once, since it takes seconds. In random order, so that its first points are a fair
+ * sample. */
 static cloud statue;
 enum { STATUE_POINTS = TEST_SIZE(300000, 60000) };
 
-/* surface and point_count are filled in here. */
+/* Fills in params' surface and point_count. */
 static void make_cloud(cloud *c, gen_shape shape, size_t count, gen_sampler_params params)
 {
     gen_surface_init(&c->surface, shape, count, params.seed);
@@ -73,7 +74,7 @@ static int tear_down(void **state)
     return 0;
 }
 
-/* How far a point is off the surface, by a formula of the test's own; -1 where it has none. */
+/* How far a point is off the surface, by the test's own formula; -1 if there is none. */
 static double residual(const gen_surface *surface, stp_dvec3 p)
 {
     switch (surface->shape) {
@@ -96,8 +97,8 @@ static double residual(const gen_surface *surface, stp_dvec3 p)
     }
 }
 
-/* The surface moves within its tangent plane: n is at right angles to how the nearest point moves
- * when the start does. Returns the sine of the angle n is wrong by. */
+/* The surface moves within its tangent plane: if the start moves, the nearest point must move at
+ * right angles to n. Returns the sine of n's error. */
 static double normal_fault(const gen_surface *surface, const gen_hit *hit, double step)
 {
     stp_dvec3 n = stp_dvec3_from_float(hit->normal), worst = {0.0, 0.0, 0.0};
@@ -136,9 +137,9 @@ static void test_points_and_normals_are_true(void **state)
             faults[i] = residual(&c.surface, hit->position);
         }
         stp_sort_doubles(faults, c.count);
-        /* The statue is computed in floats. */
+        /* the statue is computed in floats */
         assert_true(faults[c.count - 1] < (shape == GEN_STATUE ? 1e-5 : 1e-12));
-        /* The tree is flat triangles: its normals are judged in test_gen_tree. */
+        /* the tree has flat triangles: test_gen_tree judges its normals */
         for (size_t i = 0; i < c.count && c.surface.project != NULL; i++)
             faults[i] = normal_fault(&c.surface, &c.truth[i], 2e-4 * size);
         stp_sort_doubles(faults, c.count);
@@ -169,7 +170,8 @@ static const statue_part *const statue_parts[] = {
 #undef X
 };
 
-/* A part may be left out beyond its box: on the box it is further away than any fillet is wide. */
+/* Outside its box a part may be ignored: at the box it must be farther away than any fillet is
+ * wide. */
 static void test_statue_parts_keep_to_their_boxes(void **state)
 {
     (void)state;
@@ -200,7 +202,7 @@ static void test_seed_and_pieces(void **state)
     make_cloud(&a, GEN_BUMPY, COUNT, params);
     make_cloud(&b, GEN_BUMPY, COUNT, params);
     assert_memory_equal(a.points, b.points, COUNT * sizeof *a.points);
-    /* However the points are asked for. */
+    /* however the points are requested */
     memset(b.points, 0, COUNT * sizeof *b.points);
     for (size_t first = 0; first < COUNT; first += 777) {
         size_t count = COUNT - first < 777 ? COUNT - first : 777;
@@ -281,10 +283,10 @@ static void test_noise_is_normal_and_as_large_as_asked(void **state)
         sum += away;
         square += away * away;
         within += fabs(away) < sigma;
-        /* Along the normal and nowhere else. */
+        /* along the normal and nowhere else */
         assert_true(stp_dvec3_dot(off, off) - away * away <= 1e-6 * away * away);
     }
-    /* Five standard errors. */
+    /* within five standard errors */
     assert_true(fabs(sum / COUNT) < 5.0 * sigma / sqrt(COUNT));
     assert_true(fabs(sqrt(square / COUNT) / sigma - 1.0) < 5.0 / sqrt(2.0 * COUNT));
     assert_true(fabs((double)within / COUNT - 0.682689) < 5.0 * 0.4654 / sqrt(COUNT));
@@ -350,12 +352,13 @@ static void test_torus_is_sampled_evenly(void **state)
     }
     double excess = chi_square_excess(counts, areas, AROUND * TUBE);
     assert_true(excess < 4.0);
-    /* Evenly spaced, not merely random: far fewer ups and downs than independent points have. */
+    /* evenly spaced, not just random: counts vary far less than those of independent points */
     assert_true(excess < -20.0);
     end_cloud(&c);
 }
 
-/* Cells of space; their shares of the area from a finer mesh than the one sampled. */
+/* Counts points in cells of space; the cells' shares of the area come from a finer mesh than the
+ * sampled one. */
 static void test_statue_is_sampled_evenly(void **state)
 {
     (void)state;
@@ -409,7 +412,7 @@ static long peak_kib(void)
     return usage.ru_maxrss;
 }
 
-/* 10^9 points: any of them at once, and no memory for the rest. */
+/* 10^9 points: any of them can be made at once, without memory for the rest. */
 static void test_a_billion_points_need_no_memory(void **state)
 {
     (void)state;
@@ -435,7 +438,7 @@ static void test_a_billion_points_need_no_memory(void **state)
                 assert_true(length > 0.0);
                 jumps += length > 8.0 * spacing;
             }
-            /* In scan order only between two triangles of the proxy. */
+            /* in scan order, jumps occur only between two triangles of the proxy */
             assert_true(random == 1 ? jumps > 900 : jumps < 3);
         }
         gen_sampler_destroy(&sampler);

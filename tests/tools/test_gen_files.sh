@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# stipple gen writes as many points as asked for, the same bytes for the same seed and any number of
-# threads, and says in one sentence what is wrong with a request.
+# Tests that stipple gen writes the requested number of points, and the same bytes for the same seed
+# and any number of threads. A sentence must say what is wrong with a request.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -13,7 +13,7 @@ header_bytes() { # file
 }
 
 for shape in bumpy terrain sphere plane torus sheet tree; do
-    stride=15 # three floats, three bytes; the sheet has a class too
+    stride=15 # three floats, three bytes; the sheet also has a class
     [ $shape = sheet ] && stride=16
     for count in 1 2 1000; do
         run "$STIPPLE" gen $shape -n $count -o "$FOLDER/p.ply" --force --quiet
@@ -25,7 +25,8 @@ for shape in bumpy terrain sphere plane torus sheet tree; do
     done
 done
 
-# Where the stations are and which one saw a point is told, and prep turns normals to them.
+# The file must say where the stations are and which one saw a point, and prep must turn normals to
+# them.
 header_line() { # file, line
     LC_ALL=C sed '/^end_header/q' "$1" | grep -qx "$2"
 }
@@ -41,8 +42,8 @@ prep() { # input... and options
     run "$STIPPLE" prep "$@" -o "$FOLDER/s.stipple" --force
     expect_code 0
 }
-# Points of the sheet whose normal points to their own side: class 1 lies above, 2 below. Behind the
-# export's header a point is six floats, three bytes of colour and the class.
+# Counts the points of the sheet whose normal points to their own side: class 1 lies above, class 2
+# below. After the export's header a point is six floats, three bytes of colour and the class.
 right_sides() {
     run "$STIPPLE" export "$FOLDER/s.stipple" -o "$FOLDER/s.out.ply" --force --quiet
     expect_code 0
@@ -73,7 +74,7 @@ prep "$FOLDER/s.ply" --orient propagate --quiet
     fail "--orient propagate does not win over stations"
 
 
-# The same bytes for any number of threads.
+# Any number of threads must give the same bytes.
 run "$STIPPLE" gen sheet -n 200000 --stations 3 --noise 0.1 -o "$FOLDER/a.ply" --threads 1 --force --quiet
 run "$STIPPLE" gen sheet -n 200000 --stations 3 --noise 0.1 -o "$FOLDER/b.ply" --threads 3 --force --quiet
 expect_code 0
@@ -83,16 +84,16 @@ mv "$FOLDER/s.stipple" "$FOLDER/one.stipple"
 prep "$FOLDER/a.ply" --threads 3 --quiet
 cmp -s "$FOLDER/one.stipple" "$FOLDER/s.stipple" || fail "other threads, other normals"
 
-# Positions that are lost are said to be.
+# prep must say that positions are lost.
 LC_ALL=C sed '/^comment/d' "$FOLDER/s.ply" >"$FOLDER/lost.ply"
 prep "$FOLDER/lost.ply"
 expect_text err "; 20000 points name no scanner whose position is known"
 [[ $(orientation)/$(stations) != position/* && $(stations) = 0 ]] || fail "oriented by lost positions"
 
-# A lone station sees one side of the sheet, and needs no property to be known.
+# A single station sees one side of the sheet and needs no property.
 run "$STIPPLE" gen sheet -n 20000 --stations 1 -o "$FOLDER/one.ply" --force --quiet
 expect_code 0
-header_line "$FOLDER/one.ply" 'property .* station' && fail "a property that says nothing"
+header_line "$FOLDER/one.ply" 'property .* station' && fail "a property of stations, though there is just one station"
 place=$(sed -n '/^end_header/q; s/^comment station 0 //p' "$FOLDER/one.ply" | tr ' ' ,)
 [[ $place == *,*,* ]] || fail "the station's place is not told: '$place'"
 for how in auto "$place"; do
@@ -101,7 +102,8 @@ for how in auto "$place"; do
     [ "$(orientation)/$(stations)" = position/1 ] || fail "--orient $how: not turned to the station"
 done
 
-# Several inputs keep their stations apart: the second one's second sees what the first one's does not.
+# Several inputs keep their stations apart: the second station of the second input sees what the
+# first input's station does not.
 for count in 1 2; do
     run "$STIPPLE" gen sphere -n 20000 --no-colour --stations $count --seed $count \
         -o "$FOLDER/ball$count.ply" --force --quiet
@@ -120,7 +122,8 @@ expect_code 0
 prep "$FOLDER/n.ply" --quiet
 [ "$(orientation)/$(stations)" = file/0 ] || fail "stations win over the file's normals"
 
-# LAS: header and records as long as the standard says, the same points as PLY's within its step.
+# LAS: header and records must have the standard's lengths, and the points must be PLY's within a
+# step.
 las_number() { # file, offset, bytes
     od -An -v -tu"$3" -j "$2" -N "$3" "$1" | tr -d ' '
 }
@@ -182,7 +185,7 @@ options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 cmp -s "$FOLDER/a.ply" "$FOLDER/b.ply" || fail "same seed, other threads: other bytes"
 cmp -s "$FOLDER/a.ply" "$FOLDER/c.ply" && fail "another seed: the same bytes"
 
-# The camera's file: its size counts unless --size is given; what is no camera is refused.
+# The camera's file: its size is used unless --size is given. An invalid camera is refused.
 picture_size() { # file.png
     od -An -t u1 -j 16 -N 8 "$1" | awk '{print ($3 * 256 + $4) "x" ($7 * 256 + $8)}'
 }
@@ -203,7 +206,7 @@ for text in '' '[]' '{"eye": [0, 0]}' '{"up": "y"}' '{"fovy_deg": "40"}' '{"size
     expect_failure "c.json"
 done
 
-# The tree's mesh has about as many vertices as points are asked for, and is the same each time.
+# The tree's mesh must have about as many vertices as requested, and be the same each time.
 for file in a b; do
     run "$STIPPLE" gen tree -n 30000 --seed 4 --mesh "$FOLDER/$file.ply" --threads 2 --force --quiet
     expect_code 0

@@ -1,5 +1,5 @@
-/* The true meshes of the known surfaces (closed, of one piece, of the right volume, near enough to
- * the surface), what scanner stations see, and the exact picture. */
+/* Tests the true meshes of the known surfaces (closed, in one piece, of the right volume, near
+ * enough to the surface), what scanner stations see, and the exact picture. */
 #include "base/random.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/statue.h"
@@ -38,7 +38,8 @@ static int compare_edges(const void *a, const void *b)
     return p < q ? -1 : p > q;
 }
 
-/* Every directed edge once, and its opposite once: closed, manifold along edges, oriented. */
+/* Every directed edge must occur once, and its opposite once: the mesh is closed, manifold along
+ * edges, and oriented. */
 static void assert_closed(const gen_mesh *mesh)
 {
     size_t count = 3 * mesh->triangle_count;
@@ -91,7 +92,7 @@ static stp_dvec3 corner(const gen_mesh *mesh, size_t triangle, int k)
     return stp_dvec3_from_float(mesh->positions[mesh->triangles[triangle][k]]);
 }
 
-/* Gauss's theorem. */
+/* The volume by Gauss's theorem. */
 static double volume(const gen_mesh *mesh)
 {
     double sum = 0.0;
@@ -133,7 +134,7 @@ static float slope(gen_dual f)
     return sqrtf(f[1] * f[1] + f[2] * f[2] + f[3] * f[3]);
 }
 
-/* The statue's volume by counting random points inside it. */
+/* The statue's volume, estimated by counting random points inside. */
 static double counted_volume(double *standard_error)
 {
     enum { COUNT = 1000000 };
@@ -161,8 +162,8 @@ static void test_statue_mesh(void **state)
     assert_int_equal(count_pieces(&mesh), 1);
     double standard_error, counted = counted_volume(&standard_error);
     assert_true(fabs(volume(&mesh) - counted) < 5.0 * standard_error);
-    /* Corners lie on the surface, and triangles' middles leave it by a fiftieth of the spacing of a
-     * million samples on average, and but for one in a hundred by less than a quarter of it. */
+    /* Corners must lie on the surface. The centres of triangles may be off by a fiftieth of the
+     * spacing of a million samples on average, and 99 % of them by less than a quarter of it. */
     const double spacing = 3.687e-3;
     double sum = 0.0;
     size_t far = 0;
@@ -184,7 +185,7 @@ static void test_statue_mesh(void **state)
     gen_mesh_clear(&mesh);
 }
 
-/* Signed distance: exact for the torus, no more than twice too large for the statue. */
+/* The signed distance: exact for the torus, and at most twice too large for the statue. */
 static double distance(gen_shape shape, stp_dvec3 p)
 {
     if (shape == GEN_TORUS)
@@ -192,9 +193,9 @@ static double distance(gen_shape shape, stp_dvec3 p)
     return (double)gen_statue_distance(stp_dvec3_to_float(p), NULL)[0];
 }
 
-/* True if the segment from a point of the surface to a station goes deeper into the solid than
- * depth, or, with a negative depth, comes nearer to it than -depth. The first bit of the way, 0.02,
- * is left out. */
+/* Whether the segment from a point of the surface to a station goes deeper into the solid than
+ * depth. With a negative depth: whether it comes nearer to the solid than -depth. The first 0.02 of
+ * the way is ignored. */
 static bool is_hidden(gen_shape shape, stp_dvec3 from, stp_dvec3 to, double depth)
 {
     stp_dvec3 way = stp_dvec3_sub(to, from);
@@ -211,7 +212,7 @@ static bool is_hidden(gen_shape shape, stp_dvec3 from, stp_dvec3 to, double dept
     return false;
 }
 
-/* Whether a station sees a point, with leeway in depth. */
+/* Whether a station sees a point, with some tolerance in depth. */
 static bool sees(gen_shape shape, stp_dvec3 station, const gen_hit *hit, double grazing,
                  double depth)
 {
@@ -221,7 +222,7 @@ static bool sees(gen_shape shape, stp_dvec3 station, const gen_hit *hit, double 
            !is_hidden(shape, hit->position, station, depth);
 }
 
-/* Whether some station does. */
+/* Whether any station sees the point. */
 static bool is_seen(gen_shape shape, const gen_sampler *sampler, size_t stations,
                     const gen_hit *hit, double grazing, double depth)
 {
@@ -231,7 +232,7 @@ static bool is_seen(gen_shape shape, const gen_sampler *sampler, size_t stations
     return false;
 }
 
-/* Every point is seen by the station it names, and where two see it, either may be named. */
+/* The station that a point names must see it. If two see it, either may be named. */
 static void check_named_stations(gen_shape shape, const stp_dvec3 *stations, size_t station_count,
                                  const stp_point *points, const gen_hit *hits, size_t count)
 {
@@ -272,13 +273,14 @@ static void test_stations_see_what_nothing_hides(void **state)
         params.station_count = STATIONS;
         assert_int_equal(gen_sampler_create(&some, &params, pool, NULL), STP_OK);
         gen_sampler_fill(some, 0, COUNT, points, seen);
-        /* Nothing that is plainly hidden is in the scan. */
+        /* the scan may contain nothing that is plainly hidden */
         size_t hidden = 0;
         for (size_t j = 0; j < COUNT; j++)
             hidden += !is_seen(shapes[i], some, STATIONS, &seen[j], 0.079, 0.003);
         assert_true(hidden == 0);
         check_named_stations(shapes[i], gen_sampler_stations(some), STATIONS, points, seen, COUNT);
-        /* As much of the surface is in it as rays of our own say, between strict and lenient. */
+        /* the scan must contain as much of the surface as the test's own rays see, between a strict
+         * and a lenient count */
         size_t least = 0, most = 0;
         for (size_t j = 0; j < COUNT; j++) {
             least += is_seen(shapes[i], some, STATIONS, &all[j], 0.081, -0.003);
@@ -307,7 +309,7 @@ static double bumpy_outside(const gen_surface *surface, stp_dvec3 p)
     return stp_dvec3_length(p) - bumpy_radius(surface, p);
 }
 
-/* First root along a ray by small steps and bisection; false if there is none. */
+/* The first root along a ray, by small steps and bisection; false if there is none. */
 static bool bumpy_root(const gen_surface *surface, stp_dvec3 eye, stp_dvec3 direction,
                        stp_dvec3 *root)
 {
@@ -331,7 +333,7 @@ static bool bumpy_root(const gen_surface *surface, stp_dvec3 eye, stp_dvec3 dire
     return false;
 }
 
-/* Gradient by differences. */
+/* The gradient, by differences. */
 static stp_dvec3 bumpy_normal(const gen_surface *surface, stp_dvec3 p)
 {
     const double h = 1e-5;
@@ -344,8 +346,8 @@ static stp_dvec3 bumpy_normal(const gen_surface *surface, stp_dvec3 p)
     return stp_dvec3_normalize((stp_dvec3){g[0], g[1], g[2]});
 }
 
-/* From +x, so that the image's axes are plain: right is -z, up is y. Perspective, or orthographic
- * where height, in world units, is positive. */
+/* Looks from +x, so that the image's axes are simple: right is -z, up is y. Perspective, or
+ * orthographic if height (in world units) is positive. */
 static void check_truth(double fovy_deg, double height)
 {
     const stp_dvec3 eye = {3.5, 0.0, 0.0};

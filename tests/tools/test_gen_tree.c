@@ -1,6 +1,6 @@
-/* The plant of `stipple gen tree`: as many vertices as asked for, leaves of four triangles over six
- * vertices, branches whose rings are where the plan says, the same for the same seed; points of its
- * scan lie on its triangles. */
+/* Tests the plant of `stipple gen tree`: the requested number of vertices, leaves of four triangles
+ * over six vertices, branches whose rings are where the plan says, the same plant for the same
+ * seed, and a scan whose points lie on the triangles. */
 #include "tests/support/check.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/tree.h"
@@ -65,7 +65,8 @@ static void test_tubes_and_leaves_are_all(void **state)
     assert_int_equal(tree.mesh.triangle_count, triangles + 4 * tree.leaf_count);
 }
 
-/* Its own six vertices, all of them; both pairs symmetric about the line between the ends. */
+/* A leaf must use its own six vertices and all of them; both pairs are symmetric about the line
+ * between the ends. */
 static void test_leaves(void **state)
 {
     (void)state;
@@ -111,7 +112,7 @@ static void test_rings(void **state)
     }
 }
 
-/* How often a directed edge is in triangles begin .. end - 1. */
+/* How often a directed edge occurs in triangles begin .. end - 1. */
 static int count_edge(size_t begin, size_t end, uint32_t from, uint32_t to)
 {
     int count = 0;
@@ -121,7 +122,8 @@ static int count_edge(size_t begin, size_t end, uint32_t from, uint32_t to)
     return count;
 }
 
-/* Each edge once, and once the other way round, but for the open ring at the begin: a disc. */
+/* Each edge must occur once in each direction, except in the open ring at the beginning:
+ * topologically a disc. */
 static void test_tubes_are_manifold(void **state)
 {
     (void)state;
@@ -182,7 +184,8 @@ static void test_seed(void **state)
     gen_tree_clear(&other);
 }
 
-/* The distance from a triangle's plane where the point lies within it; else INFINITY. */
+/* The distance from a triangle's plane if the point lies within the triangle; otherwise
+ * INFINITY. */
 static double distance(size_t triangle, stp_dvec3 p)
 {
     const uint32_t *c = tree.mesh.triangles[triangle];
@@ -221,7 +224,7 @@ static void test_scan_lies_on_the_mesh(void **state)
     }
     for (size_t i = 0; i < COUNT; i++)
         green += points[i].rgb[1] > points[i].rgb[0];
-    /* As much of it as leaves have of the area. */
+    /* leaves must get their share of the area */
     double area[2] = {0.0, 0.0};
     for (size_t t = 0; t < tree.mesh.triangle_count; t++) {
         const uint32_t *c = tree.mesh.triangles[t];

@@ -1,5 +1,5 @@
-/* The judges themselves: triangles, coverage and nearest points against what is known by hand or by
- * trying everything. */
+/* Tests the judges themselves: triangles, coverage and nearest points against results known by hand
+ * or by exhaustive search. */
 #include "tests/support/check.h"
 #include "tests/support/coverage.h"
 #include "tests/support/promise.h"
@@ -7,7 +7,7 @@
 
 /* ---- triangles ---- */
 
-/* A fan around a point inside, with corners on pixel centres: no pixel is missed, none is covered
+/* A fan around an inner point, with corners on pixel centres: no pixel may be missed or covered
  * twice. */
 static void fan_covers_once(void **state)
 {
@@ -19,7 +19,7 @@ static void fan_covers_once(void **state)
         double x[8] = {1, 1, 0, -1, -1, -1, 0, 1}, y[8] = {0, 1, 1, 1, 0, -1, -1, -1};
         positions[i + 1] = (stp_dvec3){12.0 * x[i], 12.0 * y[i], -2.0};
         triangles[i][0] = 0;
-        triangles[i][1] = i % 3 ? i + 1 : (i + 1) % 8 + 1; /* either way round */
+        triangles[i][1] = i % 3 ? i + 1 : (i + 1) % 8 + 1; /* either orientation */
         triangles[i][2] = i % 3 ? (i + 1) % 8 + 1 : i + 1;
     }
     triangles_mesh mesh = {9, 8, positions, NULL, (const uint32_t(*)[3])triangles};
@@ -34,13 +34,13 @@ static void fan_covers_once(void **state)
     triangles_destroy(&picture);
 }
 
-/* A slanted plane in perspective: depth and normal at every pixel, the near plane cuts it. */
+/* A slanted plane in perspective, cut by the near plane: checks depth and normal at every pixel. */
 static void perspective_plane(void **state)
 {
     (void)state;
     stp_view view = check_view(64, 64, 40.0, false);
     view.near_depth = 0.5;
-    /* the floor y = -1, from behind the eye to far away; the normals are not the faces' */
+    /* the floor y = -1, from behind the eye to far away; its normals are not the faces' */
     stp_dvec3 positions[4] = {{-50, -1, 5}, {50, -1, 5}, {50, -1, -70}, {-50, -1, -70}};
     stp_dvec3 normals[4];
     for (int i = 0; i < 4; i++)
@@ -67,7 +67,7 @@ static void perspective_plane(void **state)
     }
 }
 
-/* Depth decides, not order; a sphere's silhouette is its disc. */
+/* Depth decides, not the order; a sphere's silhouette must be a disc. */
 static void nearest_triangle_and_sphere(void **state)
 {
     (void)state;
@@ -104,7 +104,7 @@ static void nearest_triangle_and_sphere(void **state)
                 assert_int_equal(p->layers, 0);
             if (p->layers == 0)
                 continue;
-            /* the near hit of the ray with the unit ball */
+            /* the nearer point where the ray meets the unit ball */
             double a = 1.0 + r * r * 1e-4, depth = (3.0 - sqrt(fmax(0.0, 9.0 - 8.0 * a))) / a;
             if (r < radius - 2.0)
                 check_near(p->depth, depth, 3e-3);
@@ -136,14 +136,14 @@ static void holes_are_found(void **state)
     (void)state;
     uint8_t truth[W * H] = {0}, picture[W * H] = {0};
     rectangle(truth, 10, 10, 50, 40, 1);
-    rectangle(truth, 25, 20, 30, 25, 0); /* the model's own opening */
+    rectangle(truth, 25, 20, 30, 25, 0); /* an opening of the model itself */
     memcpy(picture, truth, sizeof picture);
     coverage_verdict v = judged(picture, truth, 2.0);
     assert_int_equal(v.silhouette, 40 * 30 - 25);
     assert_int_equal(v.hole_pixels + v.spill + v.outline_far, 0);
     check_near(v.outline_max_px, 0.0, 0.0);
     picture[12 * W + 12] = 0;                        /* alone */
-    picture[15 * W + 20] = picture[16 * W + 21] = 0; /* over a corner: one hole of two */
+    picture[15 * W + 20] = picture[16 * W + 21] = 0; /* across a corner: one hole of two pixels */
     rectangle(picture, 40, 30, 43, 32, 0);
     v = judged(picture, truth, 2.0);
     assert_int_equal(v.hole_pixels, 1 + 2 + 6);
@@ -156,19 +156,19 @@ static void what_is_eaten_away_is_outline(void **state)
     (void)state;
     uint8_t truth[W * H] = {0}, picture[W * H] = {0};
     rectangle(truth, 10, 10, 50, 40, 1);
-    rectangle(picture, 12, 10, 50, 40, 1); /* two columns short */
+    rectangle(picture, 12, 10, 50, 40, 1); /* two columns too narrow */
     coverage_verdict v = judged(picture, truth, 2.0);
     assert_int_equal(v.hole_pixels, 0);
     assert_int_equal(v.outline_far, 0);
     check_near(v.outline_max_px, 2.0, 0.0);
     v = judged(picture, truth, 1.5);
     assert_true(v.outline_far > 30);
-    /* pixels that are inside, with a whole neighbourhood, and deeper than the outline may be off */
+    /* pixels inside, with all neighbours, and deeper than the outline's tolerance */
     rectangle(picture, 12, 24, 30, 25, 0);
     v = judged(picture, truth, 3.0);
     assert_int_equal(v.hole_count, 1);
     assert_int_equal(v.hole_pixels, 30 - 13);
-    /* a lone pixel on the border is no hole; one shut in beside it is */
+    /* a single pixel on the border is no hole; an enclosed one beside it is */
     memcpy(picture, truth, sizeof picture);
     picture[10 * W + 20] = 0;
     assert_int_equal(judged(picture, truth, 2.0).hole_pixels, 0);
@@ -240,7 +240,7 @@ static void nearest_on_one_disc(void **state)
     y = promise_nearest_on(&disc, (stp_dvec3){1.0, 9.0, -1.0});
     check_near(y.y, 4.0, 1e-15);
     check_near(y.z, 3.0, 1e-15);
-    /* against points of the disc by the thousand */
+    /* compares with thousands of points of the disc */
     unsigned seed = 3;
     for (int k = 0; k < 50; k++) {
         promise_disc d = {random_point(&seed), stp_dvec3_normalize(random_point(&seed)), 0.4};
@@ -272,7 +272,7 @@ static void grid_agrees_with_trying_all(void **state)
             stp_dvec3 p = random_point(&seed);
             if (kind == 1) /* a flat sheet, so that the grid is one cell high */
                 p.z = 0.0;
-            if (kind == 2) /* far from the origin, with one disc larger than all */
+            if (kind == 2) /* far from the origin, with one disc larger than the others */
                 p = stp_dvec3_add(stp_dvec3_scale(p, 100.0), (stp_dvec3){1e6, -2e6, 10.0});
             discs[i] = (promise_disc){p, stp_dvec3_normalize(random_point(&seed)),
                                       (kind == 2 ? 3.0 : 0.03) * random_unit(&seed)};
@@ -305,8 +305,8 @@ static void grid_agrees_with_trying_all(void **state)
     assert_int_equal(promise_index_create(&index, discs, 0, NULL), STP_EMPTY);
 }
 
-/* A drawn disc lifted by h off a plane of small ones, seen from the side: every point is off by the
- * same h f / z; the rim lies on the rim. */
+/* A drawn disc lifted by h off a plane of small discs, seen from the side: every point is off by
+ * the same h f / z. The rim points lie on the rim. */
 static void displacement_is_known(void **state)
 {
     (void)state;
@@ -337,7 +337,7 @@ static void displacement_is_known(void **state)
     view.orthographic = false;
     check_near(promise_displacement_px(&view, (stp_dvec3){0, 0, -2}, (stp_dvec3){0.03, 0.04, -2}),
                2.5, 1e-12);
-    /* one without normal faces the eye: its rim is round as seen from there */
+    /* a disc without normal faces the eye: its rim looks round from there */
     drawn.normal = (stp_dvec3){0.0, 0.0, 0.0};
     promise_trace(index, &drawn, view.eye, &pairs);
     for (int i = 1; i < PROMISE_POINTS; i++)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every real scan but the large ones is prepared, verified and drawn. Skipped where STIPPLE_SCANS names no folder: the
-# scans are not the project's.
+# Prepares, verifies and draws every real scan except the large ones. Skips unless STIPPLE_SCANS
+# names a folder: the project may not distribute the scans.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/../support/real_scans.sh"

@@ -1,8 +1,8 @@
-/* The CPU reference of the reconstruction against what can be known by hand. */
+/* Tests the CPU reference of the reconstruction against results known by hand. */
 #include "tests/support/check.h"
 #include "tests/support/reference.h"
 
-/* Draws discs with all levels there can be, or with L for the greatest radius in pixels. */
+/* Draws discs with all possible levels, or with L for the greatest radius in pixels. */
 static reference_pyramid draw(const stp_view *view, bool box, const reference_disc *discs,
                               size_t count, double radius_px)
 {
@@ -39,8 +39,8 @@ static reference_disc disc_at(double x, double y, double depth, double radius)
                             .culled = true};
 }
 
-/* One disc facing the eye: box filters cover all pixels inside the circle, none outside, and so
- * pi r^2. */
+/* One disc that faces the eye: box filters must cover all pixels inside the circle and none
+ * outside, about pi r^2. */
 static void one_disc_is_a_circle(void **state)
 {
     (void)state;
@@ -69,7 +69,7 @@ static void one_disc_is_a_circle(void **state)
     }
 }
 
-/* MKC08 asks in the pull too whether the ellipse reaches, so a disc alone may lose its rim; it
+/* MKC08 also asks in the pull whether the ellipse reaches, so a lone disc may lose its rim. It
  * never covers more than the circle, and always a circle of half the radius. */
 static void gauss_stays_inside_box(void **state)
 {
@@ -91,7 +91,7 @@ static void gauss_stays_inside_box(void **state)
     }
 }
 
-/* A disc turned by 60 degrees about y: a half-axis of r / 2 along x, r along y. */
+/* A disc turned by 60 degrees about y: its half-axes are r / 2 along x and r along y. */
 static void ellipse_axes(void **state)
 {
     (void)state;
@@ -100,7 +100,7 @@ static void ellipse_axes(void **state)
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 10.0, 0.0), 1.0, 1e-12);
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 5.0, 0.0), 0.25, 1e-12);
-    /* edge on, and too small: the floor of 1.25 pixels */
+    /* edge on, and too small: the floor is 1.25 pixels */
     p.normal = (stp_dvec3){1.0, 0.0, 0.0};
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 1.25, 0.0), 1.0, 1e-2);
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 20.0), 1.0, 1e-12);
@@ -114,7 +114,8 @@ static void ellipse_axes(void **state)
     check_near(reference_ellipse(&pyramid, &p, 50.5, 50.5, 0.0, 0.0), 0.0, 0.0);
 }
 
-/* In perspective a disc's rim, projected point by point, is the form's rim, on the axis and off. */
+/* In perspective, the rim of a disc, projected point by point, must be the rim of the form, on the
+ * axis and off it. */
 static void projected_rim(void **state)
 {
     (void)state;
@@ -136,7 +137,7 @@ static void projected_rim(void **state)
     }
 }
 
-/* The nearer of two discs hides the other where they overlap, whichever is drawn first. */
+/* The nearer of two discs hides the other where they overlap, in either order of drawing. */
 static void front_wins(void **state)
 {
     (void)state;
@@ -151,7 +152,7 @@ static void front_wins(void **state)
         check_near(middle->rgb[0], order ? 0.0 : 1.0, 1e-9);
         reference_destroy(&p);
     }
-    /* in one pixel: the nearer; of equals the first */
+    /* in one pixel the nearer disc wins; among equals the first */
     reference_disc same[3] = {disc_at(0.01, 0.01, 2.0, 0.0), disc_at(0.01, 0.01, 1.5, 0.0),
                               disc_at(0.012, 0.01, 1.5, 0.0)};
     same[1].rgb[2] = 0.75;
@@ -161,7 +162,7 @@ static void front_wins(void **state)
     reference_destroy(&p);
 }
 
-/* A grid of discs on a plane z(x); every pixel's depth is then known. */
+/* Makes a grid of discs on a plane z(x), so that every pixel's depth is known. */
 static size_t plane_discs(reference_disc *out, int n, double spacing, double slope, double depth,
                           const double rgb[3])
 {
@@ -178,7 +179,7 @@ static size_t plane_discs(reference_disc *out, int n, double spacing, double slo
     return count;
 }
 
-/* A plane at 45 degrees is closed, and its depth, normal and colour are right everywhere. */
+/* A plane at 45 degrees must be closed, with the right depth, normal and colour everywhere. */
 static void slanted_plane_is_closed(void **state)
 {
     (void)state;
@@ -198,7 +199,7 @@ static void slanted_plane_is_closed(void **state)
                 double depth = view.orthographic ? 3.5 + u : 3.5 / (1.0 - u);
                 if (q->tag == 0)
                     fail_msg("mode %d: a hole at %d %d", mode, x, y);
-                /* a disc reaches so far, and its centre is a pixel's */
+                /* within the disc's reach, and its centre's distance from the pixel's */
                 check_near(q->z_min, depth, 1.7 * spacing + depth * depth / 3.5 / view.f);
                 check_near(q->normal.x, sqrt(0.5), 1e-9);
                 for (int k = 0; k < 3; k++)
@@ -209,8 +210,8 @@ static void slanted_plane_is_closed(void **state)
     }
 }
 
-/* A sparse layer in front of a dense one, a radius and more apart: the front one is closed, and
- * nothing is mixed. */
+/* A sparse layer lies a radius and more in front of a dense one: the front layer must be closed,
+ * and the two may not mix. */
 static void two_layers_stay_apart(void **state)
 {
     (void)state;
@@ -231,8 +232,8 @@ static void two_layers_stay_apart(void **state)
     }
 }
 
-/* Known orientation culls; unknown normals face the eye and are two-sided; opposed two-sided
- * normals do not cancel. */
+/* Known orientation culls. Unknown normals face the eye and are two-sided. Opposed two-sided
+ * normals must not cancel. */
 static void sides(void **state)
 {
     (void)state;
@@ -242,7 +243,7 @@ static void sides(void **state)
     reference_pyramid p = draw(&view, false, &disc, 1, 5.0);
     assert_int_equal(covered(&p), 0);
     reference_destroy(&p);
-    disc.culled = false; /* known, but seen from behind: the side that is seen */
+    disc.culled = false; /* known, but seen from behind: shows the visible side */
     p = draw(&view, false, &disc, 1, 5.0);
     assert_true(covered(&p) > 20);
     check_near(at(&p, 16, 16)->normal.z, 0.8, 1e-12);
@@ -277,7 +278,7 @@ static void all_finite(const reference_pyramid *p)
         }
 }
 
-/* Any viewport, and discs that try to break it: no NaN, and what should be dropped is. */
+/* Any viewport, and extreme discs: no NaN may occur, and invalid discs are dropped. */
 static void odd_viewports_and_odd_discs(void **state)
 {
     (void)state;
@@ -301,21 +302,21 @@ static void odd_viewports_and_odd_discs(void **state)
             all_finite(&p);
             assert_true(covered(&p) > 0);
             reference_destroy(&p);
-            /* the disc larger than the screen fills it */
+            /* the disc larger than the screen must fill it */
             p = draw(&view, mode & 2, &discs[4], 1, INFINITY);
             assert_int_equal(covered(&p), sizes[s][0] * sizes[s][1]);
             reference_destroy(&p);
         }
 }
 
-/* Four small discs on the corners of a pixel of level 1: the disc that stands for them has their
- * second moment, with box (MKC07) the mean of their radii, and their centre. */
+/* Four small discs on the corners of a pixel of level 1: the disc that stands for them must have
+ * their centre and their second moment. With box (MKC07) its radius is their mean radius. */
 static void pulled_radii(void **state)
 {
     (void)state;
     stp_view view = check_view(8, 8, 1.0, true);
     reference_disc discs[4];
-    const double a = 0.25, r = 3.0; /* pixels from the middle along each axis; pixels */
+    const double a = 0.25, r = 3.0; /* from the middle along each axis; radius; pixels */
     for (int k = 0; k < 4; k++)
         discs[k] =
             disc_at(k & 1 ? 1.0 + a : 1.0 - a, k & 2 ? 1.0 + a : 1.0 - a, 2.0 + 0.1 * k, r + k);
@@ -340,7 +341,8 @@ static void pulled_radii(void **state)
         assert_int_equal(q->tag, 1 + 16);
         reference_destroy(&p);
     }
-    /* a grazing disc's interval is what its plane descends over 1.25 pixels, at most 5 a pixel */
+    /* a grazing disc's interval is the descent of its plane over 1.25 pixels, at most 5 per
+     * pixel */
     reference_disc disc = disc_at(0.3, 0.2, 2.0, 0.1);
     disc.normal = (stp_dvec3){0.6, 0.0, 0.8};
     reference_pyramid p = draw(&view, false, &disc, 1, 0.0);
@@ -354,7 +356,7 @@ static void pulled_radii(void **state)
     reference_destroy(&p);
 }
 
-/* The averaged values name their pyramid level; measured pixels have 0. */
+/* Averaged values must name their pyramid level; measured pixels have 0. */
 static void source_levels(void **state)
 {
     (void)state;
@@ -370,7 +372,7 @@ static void source_levels(void **state)
     assert_int_equal(reference_level_count(1e9, 1, 1), 0);
 }
 
-/* Shading by hand for one pixel on the axis. */
+/* Shading of one pixel on the axis, computed by hand. */
 static void shading(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# stipple render: pictures, figures, budgets, cameras, damage, and what it says when it cannot.
+# Tests stipple render: pictures, figures, budgets, cameras, damage, and messages of failures.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -21,9 +21,9 @@ expect_picture() { # width, height: of $picture, from its PNG header
     [ "$size" = " $1 $2" ] || fail "$command: the picture is$size, expected $1 $2"
 }
 
-# Share of covered pixels of $picture, in millionths.
+# Prints the share of covered pixels of $picture, in millionths.
 coverage() {
-    "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | # says so where nothing is covered
+    "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | # reports an empty picture on stderr
         sed -n 's/.*"coverage_a": \([0-9.]*\).*/\1/p' | awk '{ printf "%d\n", 1e6 * $1 + 0.5 }'
 }
 
@@ -50,7 +50,8 @@ make_models() {
         { fail "no model"; end_test; }
 }
 
-# A sphere that fills the smaller side of its ball's picture: the box's ball is sqrt(3) times larger.
+# A sphere must fill the smaller side of its ball's picture; the ball of the box is sqrt(3) times
+# larger.
 test_pictures() {
     render "$model"
     expect_picture 1024 1024
@@ -120,7 +121,7 @@ test_roads() {
     done
 }
 
-# A budget that holds a part of the model: more passes, the same picture.
+# A budget that holds only a part of the model: more passes, the same picture.
 test_budget() {
     local passes
     render "$model" --size 256x256 --lod full --stats "$FOLDER/stats.json"
@@ -170,7 +171,7 @@ test_cameras() {    local text
         >"$FOLDER/camera.json"
     render "$model" --camera "$FOLDER/camera.json"
     expect_picture 96 64
-    # a unit sphere, 16 pixels a unit: pi * 16 * 16 of 96 * 64 pixels
+    # a unit sphere, 16 pixels per unit: pi * 16 * 16 of 96 * 64 pixels
     expect_coverage 115000 150000
     render "$model" --camera "$FOLDER/camera.json" --size 64x64
     expect_picture 64 64
@@ -207,7 +208,7 @@ test_cameras() {    local text
     expect_failure "none.json"
 }
 
-# Clip box, classes, eye-dome lighting, overlays: what is left of the picture, and what is refused.
+# Clip box, classes, eye-dome lighting, overlays: what remains of the picture, and what is refused.
 test_filters() {
     local text whole
     render "$model" --size 64x64
@@ -215,7 +216,7 @@ test_filters() {
     render "$model" --size 64x64 --clip -2,-2,-2,2,0,2
     expect_picture 64 64
     expect_coverage $((whole * 2 / 5)) $((whole * 3 / 5))
-    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --cull back # the far half of it shows its back
+    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --cull back # the far half shows its back
     expect_coverage 0 $((whole / 2))
     render "$model" --size 64x64 --clip -2,-2,-2,2,2,0
     expect_coverage $((whole * 8 / 10)) "$whole"
@@ -247,7 +248,7 @@ test_classes() {
     local sheet="$FOLDER/sheet.stipple" whole
     "$STIPPLE" gen sheet -n 20000 --normals -o "$FOLDER/sheet.ply" --quiet &&
         "$STIPPLE" prep "$FOLDER/sheet.ply" -o "$sheet" --quiet || fail "no sheet"
-    render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 # sees class 1; class 2 is the other side
+    render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 # shows class 1; class 2 is the other side
     whole=$(coverage)
     for words in "--classes 1" "--classes unclassified,ground" "--hide-classes ground" \
         "--hide-classes 2,Low-Vegetation"; do
@@ -304,7 +305,7 @@ damage() { # byte, of damaged.stipple
         dd of="$FOLDER/damaged.stipple" bs=1 seek="$1" conv=notrunc status=none
 }
 
-# The chunk's number that verify finds damaged.
+# Prints the number of the chunk that verify finds damaged.
 damaged_chunk() {
     "$STIPPLE" verify "$FOLDER/damaged.stipple" 2>&1 | sed -n 's/.*: chunk \([0-9]*\): .*/\1/p'
 }
@@ -337,9 +338,9 @@ test_damage() {
         expect_lines err 1
         expect_text err "warning"
         expect_text err "parent"
-        # the whole sphere is still there, but not as it was
+        # the whole sphere is still there, but changed
         expect_coverage 200000 320000
-        cmp -s "$picture" "$FOLDER/every.png" && fail "$command: as if nothing were damaged"
+        cmp -s "$picture" "$FOLDER/every.png" && fail "$command: the picture does not show the damage"
         [ $lod = full ] && keep damaged
         same_picture damaged
     done
@@ -351,7 +352,7 @@ test_damage() {
     expect_failure "damaged.stipple"
 }
 
-# Scans of next to nothing.
+# Scans of very few points.
 test_tiny() {
     local name points
     declare -A scans=(

@@ -1,4 +1,4 @@
-/* What `tune` measures with: known outlines, normals, changes; known nearest points; solvers of
+/* Tests the measures of `tune`: known outlines, normals, changes and nearest points, and solvers of
  * known functions. */
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -32,7 +32,7 @@ static void set(const stp_image *image, int x, int y, int grey, int alpha)
     p[3] = (uint8_t)alpha;
 }
 
-/* A disc whose rim covers its pixels in part, of 16 x 16 samples each. */
+/* A disc whose rim covers its pixels in part, by 16 x 16 samples in each. */
 static stp_image disc(double radius)
 {
     stp_image image = blank();
@@ -88,11 +88,11 @@ static void outlines(void **state)
     s = shift(blank(), blank());
     assert_int_equal(s.points, 0);
     near(s.max_px, 0.0, 0.0);
-    s = shift(square(20, 20, 40), blank()); /* what is not there is as far as can be */
+    s = shift(square(20, 20, 40), blank()); /* a missing outline counts as farthest */
     near(s.mean_px, TUNE_OUTLINE_LIMIT_PX, 0.0);
 }
 
-/* Small gaps are holes and no outlines, whatever touches the rim is none. */
+/* Small gaps are holes and no outlines; anything that touches the rim is no hole. */
 static void outlines_without_holes(void **state)
 {
     (void)state;
@@ -116,7 +116,7 @@ static void angles(void **state)
     (void)state;
     enum { COUNT = 100 };
     float a[3 * COUNT] = {0.0f}, b[3 * COUNT] = {0.0f};
-    for (int i = 0; i < COUNT; i++) { /* 10 degrees, but for ten pixels of 90 and ten of none */
+    for (int i = 0; i < COUNT; i++) { /* 10 degrees, ten pixels 90, ten without normal */
         double angle = (i < 10 ? 90.0 : 10.0) * M_PI / 180.0;
         a[3 * i + 2] = i < 90 ? 1.0f : 0.0f;
         b[3 * i] = (float)sin(angle);
@@ -132,7 +132,8 @@ static void angles(void **state)
     near(found.p95_deg, 0.0, 0.0);
 }
 
-/* A hole of two pixels opens, then closes; and what both change alike is no extra change. */
+/* Two single pixels open as holes, then close. A change that both pictures share is no extra
+ * change. */
 static void changes(void **state)
 {
     (void)state;
@@ -165,8 +166,8 @@ static void changes(void **state)
     stp_image_destroy(&dark);
 }
 
-/* The nearest points are those that the promise's own judge finds, which has all discs in memory.
- */
+/* The nearest points must be those that the promise's own judge finds; it has all discs in
+ * memory. */
 static void nearest(void **state)
 {
     (void)state;
@@ -215,7 +216,7 @@ static void nearest(void **state)
 enum { LADDER = 8 };
 static const double ladder[LADDER] = {0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
 
-/* Frames a second, decibels, bytes: smooth in the threshold, and bytes in steps. */
+/* Frames per second, decibels, bytes as functions of the threshold: smooth, but bytes in steps. */
 static double function_of(tune_goal_kind kind, double t)
 {
     return kind == TUNE_GOAL_FPS    ? 10.0 + 20.0 * sqrt(t)
@@ -284,7 +285,7 @@ static void refused(void **state)
     assert_true(s.threshold_px == -7.0); /* untouched */
 }
 
-/* The greatest threshold up to which pictures look like the finest one is recommended. */
+/* tune must recommend the greatest threshold up to which pictures look like the finest one. */
 static void advised(void **state)
 {
     (void)state;
@@ -292,7 +293,7 @@ static void advised(void **state)
                              {0.5, 40.2, 4000.0, 10.0},
                              {1.0, 39.6, 2000.0, 8.0},
                              {2.0, 37.0, 1000.0, 7.0},
-                             {4.0, 39.9, 500.0, 6.0}}; /* by chance: one before it does not do */
+                             {4.0, 39.9, 500.0, 6.0}}; /* by chance: an earlier one fails */
     char words[240];
     tune_advice a;
     assert_false(tune_advise(choices, 1, &a));

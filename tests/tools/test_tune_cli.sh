@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# stipple tune: a report whose figures hold together, files that are well formed, solvers that land
-# where they were asked to, and what it says when it cannot.
+# Tests stipple tune: a report with consistent figures, well-formed files, solvers that reach their
+# goals, and messages of failures.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -17,7 +17,7 @@ tune() { # output, options
         --thresholds 0,0.5,2,8 --quiet "$@"
 }
 
-# number of a key of a threshold in tune.json; a file that has a number a line, as cJSON writes it
+# Prints the number of a key of a threshold in tune.json. cJSON writes one number per line.
 figure() { # threshold's place from 1, key
     grep -o "\"$2\":[[:space:]]*[-0-9.e+]*" "$report/tune.json" | sed -n "$1s/.*:[[:space:]]*//p"
 }
@@ -36,12 +36,12 @@ test_report() {
     [ "$(find "$FOLDER" -name '*.part' -o -name '*.old' | wc -l)" = 0 ] || fail "litter"
     [ "$(wc -l <"$report/tune.csv")" = 13 ] || fail "$(wc -l <"$report/tune.csv") lines of CSV"
     awk -F, 'NR == 1 { n = NF } NF != n || n != 29 { exit 1 }' "$report/tune.csv" ||
-        fail "a row of the CSV has other fields than its head"
+        fail "a row of the CSV does not have the fields of its head"
     [ "$(grep -c '^ *[0-9]' "$FOLDER/out")" = 4 ] || fail "the table: $(cat "$FOLDER/out")"
     [ "$(grep -c '^recommended: --threshold [0-9.]*: ' "$FOLDER/out")" = 1 ] || fail "no threshold is recommended"
     grep -q '<strong>recommended: --threshold ' "$report/index.html" || fail "the page recommends no threshold"
-    # points fall as the threshold rises, and quality is best with all of them, but for what
-    # merging smooths
+    # points fall as the threshold rises; quality is best with all points, apart from the smoothing
+    # of merging
     for place in 2 3 4; do
         holds "points" "$(figure $place points) <= 1.01 * $(figure $((place - 1)) points)"
         holds "quality" "$(figure $place psnr_db) <= $(figure 1 psnr_db) + 0.3"
@@ -51,7 +51,7 @@ test_report() {
         holds "discs" "$(figure $place discs_measured) > 100 && $(figure $place measured_px) > 0"
         holds "discs beyond" "$(figure $place discs_beyond_threshold) == 0"
     done
-    # every sample is every sample, and changes as it does
+    # the row of every sample has no error and no extra change
     holds "every sample's normals" "$(figure 1 normal_mean_deg) < 0.01"
     holds "every sample's change" "$(figure 1 frame_change_extra) < 0.01"
     holds "a change" "$(figure 4 frame_change_extra) > 0.1"
@@ -60,7 +60,7 @@ test_report() {
 test_well_formed() {
     local svg
     if command -v python3 >/dev/null; then
-        python3 - "$report" <<'END' || fail "what python reads of the report"
+        python3 - "$report" <<'END' || fail "python finds errors in the report"
 import csv, html.parser, json, sys, xml.dom.minidom
 folder = sys.argv[1]
 with open(folder + "/tune.json") as f:
@@ -93,7 +93,8 @@ END
     fi
 }
 
-# The quality and the memory of a threshold of the sweep are found again; impossible ones named.
+# The solvers must reach a quality between two thresholds of the sweep and a given memory, and name
+# impossible goals.
 test_solvers() {
     local psnr bytes
     psnr=$(figure 3 psnr_db)
@@ -111,7 +112,7 @@ test_solvers() {
     expect_failure "--psnr: 90.00 dB cannot be reached with these views: thresholds from 0 to"
     tune "$FOLDER/none" --fps 1e9 --views 1
     expect_failure "frames a second cannot be reached"
-    [ ! -e "$FOLDER/none" ] || fail "a report without an answer"
+    [ ! -e "$FOLDER/none" ] || fail "a report was written though the goal cannot be reached"
 }
 
 test_settings() {
@@ -135,7 +136,7 @@ test_views() {
     grep -q ',path at 0.50 s,' "$FOLDER/path/tune.csv" || fail "no view in the middle of the path"
     tune "$FOLDER/eye" --eye 3,1,1 --look 0,0,0 --thresholds 1
     expect_code 0
-    [ "$(wc -l <"$FOLDER/eye/tune.csv")" = 2 ] || fail "more views than the camera's"
+    [ "$(wc -l <"$FOLDER/eye/tune.csv")" = 2 ] || fail "tune used other views than the given camera's"
 }
 
 test_refusals() {
@@ -177,7 +178,7 @@ test_refusals() {
     [ ! -e "$FOLDER/x" ] || fail "a refused request wrote"
 }
 
-# What is solved for becomes what render draws with.
+# With --save, render must draw with the solved threshold.
 test_save() {
     local psnr
     psnr=$(awk "BEGIN { print ($(figure 3 psnr_db) + $(figure 4 psnr_db)) / 2 }")
@@ -191,7 +192,7 @@ test_save() {
     expect_code 0
 }
 
-# A point; lines alone, of which no disc is measured.
+# A model of one point, and a model of lines alone, where no disc is measured.
 test_small() {
     printf '%s\n' '0 0 0' >"$FOLDER/point.xyz"
     "$STIPPLE" prep "$FOLDER/point.xyz" -o "$FOLDER/point.stipple" --quiet || fail "no point"
@@ -208,14 +209,14 @@ test_small() {
         fail "a line was measured: $(cat "$FOLDER/out")"
     [ "$(grep -c '"measured_px":[[:space:]]*null' "$FOLDER/line/tune.json")" -gt 0 ] &&
         ! grep -q '"measured_px":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" ||
-        fail "measured_px is a number"
-    ! grep -q '"median":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" || fail "a ratio of nothing"
+        fail "measured_px is a number without discs"
+    ! grep -q '"median":[[:space:]]*[0-9]' "$FOLDER/line/tune.json" || fail "a ratio was computed without discs"
     [ "$(tail -1 "$FOLDER/line/tune.csv" | cut -d, -f27-29)" = "0,," ] ||
         fail "$(tail -1 "$FOLDER/line/tune.csv")"
-    grep -q '<td>-</td>' "$FOLDER/line/index.html" || fail "the page has a number"
+    grep -q '<td>-</td>' "$FOLDER/line/index.html" || fail "the page has a number without discs"
 }
 
-# Ctrl-C leaves nothing.
+# Ctrl-C must leave nothing behind.
 test_interrupted() {
     "$STIPPLE" tune "$model" -o "$FOLDER/cut" --quiet 2>"$FOLDER/err" &
     local pid=$!

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The viewer in a virtual display: keys, mouse, sizes, pictures, ways to end.
+# Tests the viewer on a virtual display: keys, mouse, sizes, pictures, ways to end.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/../support/viewer.sh"
@@ -107,7 +107,7 @@ about_lit() {
     [ "$now" -gt $(($1 * 9 / 10)) ] && [ "$now" -lt $(($1 * 11 / 10)) ]
 }
 
-# A window at rest must not go on drawing: its threads use next to no time.
+# A window at rest must not go on drawing: its threads may use next to no time.
 test_rest() {
     open_viewer || return
     sleep 1
@@ -115,7 +115,7 @@ test_rest() {
     used=$(cpu_ticks)
     sleep 2
     used=$(($(cpu_ticks) - used))
-    [ "$used" -lt $(($(getconf CLK_TCK) / 2)) ] || fail "at rest for 2 s it worked for $used ticks"
+    [ "$used" -lt $(($(getconf CLK_TCK) / 2)) ] || fail "the viewer at rest used $used ticks in 2 s"
     expect_kill_by_key q
 }
 cpu_ticks() { awk '{ sub(/.*\) /, ""); print $12 + $13 }' "/proc/$viewer/stat"; }
@@ -124,7 +124,7 @@ test_shaders() {
     cp -r "$SOURCE/shaders" "$FOLDER/shaders"
     open_viewer --shaders "$FOLDER/shaders" || return
     before=$(screen_sum)
-    # the passes that write the picture make it green
+    # makes the passes that write the picture paint it green
     mapfile -t passes < <(grep -lE '^ *(picture = |imageStore\(picture,)' "$SOURCE"/shaders/*/*.{frag,comp})
     for name in "${passes[@]}"; do
         sed -E -e 's/^( *)picture = .*/\1picture = vec4(0.0, 1.0, 0.0, 1.0);/' \

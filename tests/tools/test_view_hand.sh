@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# The viewer by hand, with events of a real display: navigation, panels, clip box, measuring, kept
-# views, paths, screenshots, files dropped, full screen.
+# Tests the viewer with the events of a real display: navigation, panels, clip box, measuring,
+# bookmarks, paths, screenshots, dropped files, full screen.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/../support/viewer.sh"
 
 DROP="$PWD/xdrop"
-# The sphere of radius 1, seen from 4 away: f = 600 / (2 tan 22.5 degrees) = 724.3 pixels.
+# The sphere of radius 1, seen from a distance of 4: f = 600 / (2 tan 22.5 degrees) = 724.3 pixels.
 WIDTH=900 HEIGHT=600
 VIEW=(--eye 0,0,4 --look 0,0,0 --up 0,1,0 --fovy 45)
 
-# Each viewer begins as the first one: panels that were hidden are remembered.
+# Each viewer must start like the first one; hidden panels would be remembered.
 open_viewer() { # options
     rm -rf "$XDG_STATE_HOME"
     run_viewer "$@" --size ${WIDTH}x$HEIGHT "${VIEW[@]}" || return 1
@@ -43,7 +43,7 @@ test_panels() {
     has_ended && fail "Esc in the help ends the viewer"
     press Tab
     wait_for 30 panel_is_back || fail "Tab does not show the panel again"
-    # the button over the panels is theirs: a drag there turns nothing
+    # the mouse button over the panels belongs to them: a drag there turns nothing
     settle
     xdotool mousemove $((WIDTH - 150)) 10 mousedown 1 mousemove $((WIDTH - 300)) 100 mouseup 1
     settle
@@ -52,7 +52,7 @@ test_panels() {
     press Tab
     settle
     expect_kill_by_key q
-    grep -q '"panels":.*false' "$XDG_STATE_HOME/stipple/view.json" || fail "that panels are off is forgotten"
+    grep -q '"panels":.*false' "$XDG_STATE_HOME/stipple/view.json" || fail "the viewer forgets that panels are hidden"
 }
 panel_is_gone() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" = 0 ]; }
 panel_is_back() { [ "$(lit_pixels $((WIDTH - 20)) 0 $WIDTH $HEIGHT)" -gt $((15 * HEIGHT)) ]; }
@@ -89,7 +89,7 @@ test_navigation() {
 }
 more_lit() { [ "$(lit_pixels 0 0 $WIDTH $HEIGHT)" -gt $(($1 * 11 / 10)) ]; }
 
-# The walker stands on the terrain's ground, not in the air.
+# The walker must stand on the terrain's ground, not in the air.
 test_walk() {
     rm -rf "$XDG_STATE_HOME"
     run_viewer terrain.stipple --size 500x400 || return
@@ -115,8 +115,8 @@ test_clip() {
     press x
     expect_title ", clipped" x
     settle
-    # the picture is narrower by the panel; its height is the window's: the middle of the high y
-    # face stands 724.3 * 1 / 4 pixels above the middle
+    # the panel narrows the picture, but its height is the window's: the centre of the high y face
+    # stands 724.3 * 1 / 4 pixels above the middle
     local middle=$(((WIDTH - 330) / 2)) full half
     full=$(lit_pixels 20 0 $((WIDTH - 340)) $((HEIGHT / 2 - 40)))
     xdotool mousemove $middle 119 mousedown 1 sleep 0.2 mousemove $middle 150 sleep 0.2 \
@@ -140,7 +140,7 @@ test_measure() {
     expect_title ", measuring 0.8" "two clicks"
     press Escape
     expect_no_title measuring "Esc while measuring"
-    # a pivot, then a turn about it
+    # sets a pivot, then turns about it
     settle
     before=$(screen_sum)
     xdotool mousemove 450 300 click 1 sleep 0.1 click 1
@@ -164,8 +164,8 @@ test_keeping() {
     settle
     press 1
     sleep 7
-    wait_for 30 screen_is "$first" || fail "1 does not lead back to the view kept"
-    # where the file cannot be written, the folder of states has it
+    wait_for 30 screen_is "$first" || fail "key 1 does not lead back to the bookmark"
+    # if the file cannot be written, the views go to the folder of states
     rm "$FOLDER/model.stipple.views.json"
     mkdir "$FOLDER/model.stipple.views.json"
     press b

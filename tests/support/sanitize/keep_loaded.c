@@ -1,7 +1,7 @@
-/* Part of every program built with sanitizers: libraries stay loaded until the process has ended.
+/* Linked into every program with sanitizers: libraries stay loaded until the process ends.
  *
- * OpenGL drivers are unloaded when a context goes; what they still hold would then be reported from
- * nowhere, and no suppression could name them. */
+ * OpenGL drivers are unloaded with their context. A leak in them would then be reported without a
+ * library's name, and no suppression could match it. */
 #include <dlfcn.h>
 
 int dlclose(void *handle)

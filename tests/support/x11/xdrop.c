@@ -1,5 +1,5 @@
-/* xdrop WINDOW URI...: drags files onto a window as a file manager does (XDND 5) and drops them in
- * its middle. Exit 0 once the window says that it took them. */
+/* xdrop WINDOW URI...: drags files to a window as a file manager does (XDND 5) and drops them in
+ * its middle. Exits with 0 once the window confirms. */
 #include <X11/Xatom.h>
 #include <X11/Xlib.h>
 
@@ -35,7 +35,7 @@ static void tell(const drop *d, Atom type, const long data[5])
     XFlush(d->display);
 }
 
-/* The target asks for the names. */
+/* Answers the target's request for the names. */
 static void answer(const drop *d, const XSelectionRequestEvent *request)
 {
     XEvent event = {.xselection = {.type = SelectionNotify,
@@ -51,7 +51,7 @@ static void answer(const drop *d, const XSelectionRequestEvent *request)
     XFlush(d->display);
 }
 
-/* Waits for a message of the target; 0 if none comes in time. */
+/* Waits for a message of the target; returns 0 if none comes in time. */
 static int await(const drop *d, Atom type)
 {
     struct pollfd ready = {.fd = ConnectionNumber(d->display), .events = POLLIN};
