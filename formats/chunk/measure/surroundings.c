@@ -133,6 +133,21 @@ bool stp_surroundings_full(const stp_surroundings *s)
     return s->count >= STP_SURROUNDINGS_LIMIT;
 }
 
+stp_status stp_surroundings_find(stp_surroundings *out, const stp_placed_chunk *middle,
+                                 uint32_t self, const stp_surrounding_chunks *chunks,
+                                 stp_error *err)
+{
+    stp_status status = stp_surroundings_begin(out, middle, err);
+    for (uint32_t i = 0; status == STP_OK && !stp_surroundings_full(out); i++) {
+        i = stp_chunk_boxes_next(chunks->boxes, &out->box, i);
+        if (i == STP_CHUNK_NONE)
+            break;
+        if (i != self)
+            status = chunks->add(chunks->context, i, out, err);
+    }
+    return status;
+}
+
 void stp_surroundings_clear(stp_surroundings *s)
 {
     free(s->balls);

@@ -77,12 +77,6 @@ static void renumber(const cJSON *json, const stp_repair_plan *plan)
         }
 }
 
-static stp_dbox world_box(const stp_chunk_entry *e)
-{
-    return (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
-                      stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
-}
-
 static void say_lost(const stp_repair_plan *plan, uint32_t id, uint64_t points, const stp_dbox *box)
 {
     const stp_repair_node *node = &plan->nodes[id];
@@ -106,7 +100,7 @@ static void add_lost(cJSON *list, const stp_repair_plan *plan, uint32_t id)
     const stp_repair_node *node = &plan->nodes[id];
     const stp_chunk_entry *e = &plan->damaged->entries[id];
     bool known = plan->damaged->known[id], leaf = known && e->child_count == 0;
-    stp_dbox world = known ? world_box(e) : stp_dbox_empty();
+    stp_dbox world = known ? stp_chunk_entry_box(e) : stp_dbox_empty();
     uint64_t points = leaf ? e->sample_count[0] : 0;
     cJSON *record = cJSON_CreateObject();
     cJSON_AddItemToArray(list, record);
