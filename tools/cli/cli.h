@@ -60,6 +60,11 @@ int cli_parse(const cli_command *command, const cli_option *options, size_t opti
               char **argv, const char **positional, size_t positional_min, size_t positional_max,
               size_t *positional_count, cli_common *common);
 
+/* The bytes of the control character that begins `text`, in UTF-8: 1 (C0, delete) or 2 (C1, U+0080
+ * to U+009F). 0 if another character begins it. A terminal may obey such a character, so none that
+ * a file or a name brings is printed. */
+size_t cli_control_bytes(const char *text, size_t length);
+
 /* Prints "stipple NAME: MESSAGE" on stderr; returns CLI_FAILED. */
 int cli_fail(const cli_command *command, const stp_error *err);
 /* Prints "stipple NAME: FORMAT (try stipple NAME --help)"; returns CLI_USAGE. */

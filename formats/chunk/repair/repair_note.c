@@ -140,9 +140,8 @@ static void add_rebuilt(cJSON *repair, const stp_repair_plan *plan)
         }
     }
     if (cJSON_GetArraySize(raised) > 0)
-        stp_damaged_say(plan->damaged,
-                        "%d chunks: errors raised for what changed beside or under them",
-                        cJSON_GetArraySize(raised));
+        stp_damaged_say(plan->damaged, "%d chunk%s: errors raised for changes beside or below",
+                        cJSON_GetArraySize(raised), cJSON_GetArraySize(raised) == 1 ? "" : "s");
 }
 
 /* Adds the damaged metadata as found, as far as it is plain text. */
