@@ -110,6 +110,10 @@ else
     run "$STIPPLE" render M.stipple -o x.png
     expect_failure "STIPPLE_RUNTIME"
 fi
+run "$STIPPLE" info "$FOLDER/empty.stipple" --timeout 86401
+expect_usage "--timeout takes seconds from 0 to 86400"
+run "$STIPPLE" info "$FOLDER/empty.stipple" --timeout=-1
+expect_usage "--timeout takes seconds from 0 to 86400"
 
 # A file's name stands in the model's metadata. No control character of it reaches the terminal.
 scan="$FOLDER/one"$'\xc2\x9b'"two.ply"

@@ -17,16 +17,19 @@
 enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2, CLI_CONTINUE = -1 };
 
 typedef enum cli_kind {
-    CLI_FLAG,   /* bool: present or not */
-    CLI_STRING, /* const char * */
-    CLI_CHOICE, /* int: index in choices, "a|b|c" */
-    CLI_UINT,   /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
-    CLI_BYTES,  /* uint64_t; 256M, 1G (powers of 1024) */
-    CLI_NUMBER, /* double, finite */
-    CLI_AMOUNT, /* double, finite; if the number is missing, it is 1 */
-    CLI_VEC3,   /* double[3]; x,y,z */
-    CLI_EXTENT  /* int[2]; WxH, each 1..16384 */
+    CLI_FLAG,    /* bool: present or not */
+    CLI_STRING,  /* const char * */
+    CLI_CHOICE,  /* int: index in choices, "a|b|c" */
+    CLI_UINT,    /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
+    CLI_BYTES,   /* uint64_t; 256M, 1G (powers of 1024) */
+    CLI_NUMBER,  /* double, finite */
+    CLI_AMOUNT,  /* double, finite; if the number is missing, it is 1 */
+    CLI_SECONDS, /* double, 0 to CLI_SECONDS_MOST */
+    CLI_VEC3,    /* double[3]; x,y,z */
+    CLI_EXTENT   /* int[2]; WxH, each 1..16384 */
 } cli_kind;
+
+#define CLI_SECONDS_MOST 86400.0
 
 typedef struct cli_option {
     const char *name; /* "--threshold" */
