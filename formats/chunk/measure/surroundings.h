@@ -76,13 +76,9 @@ typedef struct stp_surrounding_chunks {
 stp_status stp_surroundings_find(stp_surroundings *out, const stp_placed_chunk *middle,
                                  uint32_t self, const stp_surrounding_chunks *chunks,
                                  stp_error *err);
-/* Begins without any disc around `middle`, which is borrowed. Errors: OUT_OF_MEMORY. */
-stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,
-                                  stp_error *err);
 /* Adds the discs of those patches of `other` whose bound meets that of a patch of `middle`, as long
  * as there is room; leaves out strips and triangles. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *other, stp_error *err);
-bool stp_surroundings_full(const stp_surroundings *s);
 void stp_surroundings_clear(stp_surroundings *s);
 
 #endif
