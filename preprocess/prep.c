@@ -38,6 +38,33 @@ enum {
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
 
+/* The leaves of lines and of triangles; they are never in temporary files. */
+typedef struct shapes {
+    stp_line_leaves lines;
+    stp_triangle_leaves triangles;
+} shapes;
+
+/* One run of all stages: what is given, what is decided from it, and what the stages make. */
+typedef struct prep_job {
+    const char *path;
+    const stp_prep_source *source;
+    const stp_prep_params *params;
+    stp_pool *pool;
+    const stp_progress *progress;
+    stp_prep_stats *stats;
+
+    unsigned k;
+    stp_prep_plan plan;
+    stp_tree_params tree;
+    stp_orient_params orient;
+
+    stp_spill *spill;
+    stp_cloud cloud;
+    shapes shapes;
+    stp_outside outside;
+    double since; /* when the stage began, as stp_clock_seconds */
+} prep_job;
+
 /* Counts a stored point in the statistics. */
 static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
 {
@@ -110,16 +137,17 @@ static bool leave_out(const stp_prep_source *source, const stp_error *why, const
     return true;
 }
 
-/* Reads all points. one_station: all points belong to station 1. */
-static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool one_station,
-                           stp_spill *spill, const stp_progress *progress, stp_prep_stats *stats,
-                           stp_error *err)
+/* Reads all points. If the scanner's position is given, they all belong to station 1. */
+static stp_status read_all(prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_cloud *cloud = &job->cloud;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
     stp_point *points = NULL;
     stp_error own = {0}, *why = err ? err : &own;
     read_mark mark = {.file = SIZE_MAX};
-    STP_TRY(stp_cloud_create(cloud, (uint32_t)source->point_count, spill, err));
+    STP_TRY(stp_cloud_create(cloud, (uint32_t)source->point_count, job->spill, err));
     STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
     for (;;) {
         size_t count = 0;
@@ -133,12 +161,13 @@ static stp_status read_all(stp_cloud *cloud, const stp_prep_source *source, bool
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
-            if (one_station)
+            if (job->orient.mode == STP_ORIENT_POSITION)
                 points[i].station = 1;
             STP_TRY(add_point(cloud, source, &points[i], stats, err));
         }
-        stp_spill_relieve(spill);
-        STP_TRY(stp_progress_update(progress, "read", stats->points_in, source->point_count, err));
+        stp_spill_relieve(job->spill);
+        STP_TRY(
+            stp_progress_update(job->progress, "read", stats->points_in, source->point_count, err));
     }
     if (status != STP_OK)
         goto done;
@@ -184,49 +213,54 @@ static bool is_left_out(int stage, const stp_prep_stats *stats)
 }
 
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
-static stp_status end_stage(stp_prep_stats *stats, int stage, double *since,
-                            const stp_progress *progress, stp_error *err)
+static stp_status end_stage(prep_job *job, int stage, stp_error *err)
 {
+    stp_prep_stats *stats = job->stats;
     double now = stp_clock_seconds();
-    stats->stage_seconds[stage] = now - *since;
+    stats->stage_seconds[stage] = now - job->since;
     stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
-    *since = now;
+    job->since = now;
     int next = stage + 1;
     while (is_left_out(next, stats))
         next++;
     if (next == STP_PREP_STAGE_COUNT)
         return STP_OK;
-    return stp_progress_update(progress, stp_prep_stage_names[next], 0, stats->points_out, err);
+    return stp_progress_update(job->progress, stp_prep_stage_names[next], 0, stats->points_out,
+                               err);
 }
 
 /* Marks outliers, or drops them and tells the source. */
-static stp_status treat_outliers(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
-                                 stp_pool *pool, const stp_progress *progress,
-                                 stp_prep_stats *stats, double *since, stp_error *err)
+static stp_status treat_outliers(prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_cloud *cloud = &job->cloud;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
     uint32_t count = 0, *sources = NULL;
     if (stats->outliers == STP_OUTLIERS_KEEP)
         return STP_OK;
-    STP_TRY(stp_outliers_find(cloud, k, stats->outlier_distance, pool, progress, &count, err));
+    STP_TRY(stp_outliers_find(cloud, job->k, stats->outlier_distance, job->pool, job->progress,
+                              &count, err));
     stats->outlier_count = count;
     if (stats->outliers == STP_OUTLIERS_DROP && count > 0) {
-        STP_TRY(stp_outliers_drop(cloud, count, pool, &sources, err));
+        STP_TRY(stp_outliers_drop(cloud, count, job->pool, &sources, err));
         stats->rejected[STP_REJECT_OUTLIER] = count;
         for (uint32_t i = 0; source->rejected && i < count; i++)
             STP_TRY(source->rejected(source->context, sources[i], STP_REJECT_OUTLIER, err));
         recount(cloud, stats);
     }
-    STP_TRY(end_stage(stats, STAGE_OUTLIERS, since, progress, err));
+    STP_TRY(end_stage(job, STAGE_OUTLIERS, err));
 done:
     stp_spill_free(cloud->spill, sources);
     return status;
 }
 
 /* Chooses the stations that normals will be turned to, if any. */
-static void choose_stations(stp_orient_params *orient, const stp_prep_source *source,
-                            stp_prep_stats *stats)
+static void choose_stations(prep_job *job)
 {
+    stp_orient_params *orient = &job->orient;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
     bool named = source->attributes & STP_POINT_HAS_STATION || source->station_count > 0;
     if (orient->mode == STP_ORIENT_POSITION)
         stats->station_count = 1;
@@ -240,65 +274,66 @@ static void choose_stations(stp_orient_params *orient, const stp_prep_source *so
     }
 }
 
-static stp_status write_tree(const char *path, stp_cloud *cloud, const stp_prep_source *source,
-                             const stp_prep_params *params, const stp_tree_params *tree,
-                             const stp_outside *outside, unsigned k, stp_pool *pool,
-                             const stp_progress *progress, stp_prep_stats *stats, stp_error *err)
+static stp_status write_tree(prep_job *job, stp_error *err)
 {
+    const stp_prep_source *source = job->source;
+    const stp_prep_params *params = job->params;
+    const stp_tree_params *tree = &job->tree;
+    stp_prep_stats *stats = job->stats;
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
                                    .codec = params->codec,
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
-    stp_status status = stp_chunk_writer_create(&writer, path, &out, err);
+    stp_status status = stp_chunk_writer_create(&writer, job->path, &out, err);
     if (status != STP_OK)
         return status;
     const stp_dvec3 *stations =
         params->orient == STP_ORIENT_POSITION ? &params->orient_position : source->stations;
-    stp_prep_facts about = {source, stats, stations, outside, k, tree->lambda, params->unlit};
-    status = stp_tree_write(&writer, cloud, tree, stp_prep_metadata, &about, pool, progress,
-                            &stats->tree, err);
+    stp_prep_facts about = {source, stats,        stations,     &job->outside,
+                            job->k, tree->lambda, params->unlit};
+    status = stp_tree_write(&writer, &job->cloud, tree, stp_prep_metadata, &about, job->pool,
+                            job->progress, &stats->tree, err);
     stp_chunk_writer_destroy(&writer);
     return status;
 }
 
 /* Points of a unit: all units must fit in memory beside everything else, and each thread should
  * have enough units. */
-static uint32_t unit_points(const stp_prep_plan *plan, const stp_cloud *cloud, unsigned threads)
+static uint32_t unit_points(const prep_job *job)
 {
-    uint64_t room = plan->memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
-    uint64_t share = cloud->count / (UNITS_BY_THREAD * threads);
+    const unsigned threads = stp_pool_thread_count(job->pool);
+    uint64_t room = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
+    uint64_t share = job->cloud.count / (UNITS_BY_THREAD * threads);
     uint64_t points = room < share ? room : share;
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }
 
-static stp_surface_params surface_params(const stp_cloud *cloud, unsigned k,
-                                         const stp_orient_params *orient, const stp_prep_plan *plan,
-                                         const stp_pool *pool)
+static stp_surface_params surface_params(const prep_job *job)
 {
-    return (stp_surface_params){.k = k,
-                                .pieces = !stp_orient_by_file(orient),
-                                .stations = stp_orient_stations(orient),
-                                .unit_points =
-                                    unit_points(plan, cloud, stp_pool_thread_count(pool))};
+    return (stp_surface_params){.k = job->k,
+                                .pieces = !stp_orient_by_file(&job->orient),
+                                .stations = stp_orient_stations(&job->orient),
+                                .unit_points = unit_points(job)};
 }
 
 /* Finds spacings, normals, their signs, and sheets. */
-static stp_status find_surface(stp_cloud *cloud, unsigned k, const stp_orient_params *orient,
-                               const stp_prep_plan *plan, stp_pool *pool,
-                               const stp_progress *progress, stp_prep_stats *stats, double *since,
-                               stp_error *err)
+static stp_status find_surface(prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graphs = NULL;
-    const stp_surface_params params = surface_params(cloud, k, orient, plan, pool);
-    STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, pool, progress, err));
-    STP_TRY(end_stage(stats, STAGE_SURFACE, since, progress, err));
-    STP_TRY(stp_orientation_find(cloud, k, &graphs, orient, pool, &stats->orientation, err));
+    stp_cloud *cloud = &job->cloud;
+    stp_prep_stats *stats = job->stats;
+    const stp_surface_params params = surface_params(job);
+    STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, job->pool,
+                             job->progress, err));
+    STP_TRY(end_stage(job, STAGE_SURFACE, err));
+    STP_TRY(stp_orientation_find(cloud, job->k, &graphs, &job->orient, job->pool,
+                                 &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* no normal was turned */
-    STP_TRY(end_stage(stats, STAGE_ORIENTATION, since, progress, err));
+    STP_TRY(end_stage(job, STAGE_ORIENTATION, err));
 done:
     stp_surface_clear(&graphs, cloud);
     return status;
@@ -306,48 +341,47 @@ done:
 
 /* Finds points whose backs nobody sees. If signs were guessed, they are known only for these
  * points. */
-static stp_status find_closed(stp_cloud *cloud, const stp_orient_params *orient, double lambda,
-                              const stp_prep_plan *plan, stp_pool *pool,
-                              const stp_progress *progress, stp_prep_stats *stats,
-                              stp_outside *outside, double *since, stp_error *err)
+static stp_status find_closed(prep_job *job, stp_error *err)
 {
-    bool guessed = stats->orientation == STP_ORIENTATION_PROPAGATED ||
-                   (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(orient));
+    stp_prep_stats *stats = job->stats;
+    bool guessed =
+        stats->orientation == STP_ORIENTATION_PROPAGATED ||
+        (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(&job->orient));
     const stp_enclosure_params params = {
-        .lambda = lambda,
-        .memory_bytes = plan->memory_bytes / CLOSED_ROOM,
+        .lambda = job->tree.lambda,
+        .memory_bytes = job->plan.memory_bytes / CLOSED_ROOM,
         .guessed = guessed,
     };
-    stp_status status = stp_enclosure_find(outside, cloud, &params, pool, err);
+    stp_status status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
         return status;
-    stats->closed_count = outside->point_count;
+    stats->closed_count = job->outside.point_count;
     if (guessed)
-        stats->orientation = stats->closed_count == 0             ? STP_ORIENTATION_UNKNOWN
-                             : stats->closed_count < cloud->count ? STP_ORIENTATION_MIXED
-                                                                  : STP_ORIENTATION_PROPAGATED;
-    return end_stage(stats, STAGE_CLOSED, since, progress, err);
+        stats->orientation = stats->closed_count == 0                 ? STP_ORIENTATION_UNKNOWN
+                             : stats->closed_count < job->cloud.count ? STP_ORIENTATION_MIXED
+                                                                      : STP_ORIENTATION_PROPAGATED;
+    return end_stage(job, STAGE_CLOSED, err);
 }
 
-/* Runs all stages from sorting to the first view. */
-static stp_status treat_points(stp_cloud *cloud, unsigned k, const stp_prep_source *source,
-                               stp_orient_params *orient, double lambda, const stp_prep_plan *plan,
-                               stp_pool *pool, const stp_progress *progress, stp_prep_stats *stats,
-                               stp_outside *outside, double *since, stp_error *err)
+/* Runs all stages from the stations that files claim to the first view. */
+static stp_status treat_points(prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_cloud_sort(cloud, pool, err));
-    STP_TRY(end_stage(stats, STAGE_SORT, since, progress, err));
+    stp_prep_stats *stats = job->stats;
+    STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
+    STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
+    STP_TRY(end_stage(job, STAGE_SORT, err));
     if (stats->join_layers) {
-        const stp_surface_params surface = surface_params(cloud, k, orient, plan, pool);
-        STP_TRY(stp_layers_join(&stats->joined, cloud, &surface, pool, progress, err));
-        STP_TRY(end_stage(stats, STAGE_LAYERS, since, progress, err));
+        const stp_surface_params surface = surface_params(job);
+        STP_TRY(
+            stp_layers_join(&stats->joined, &job->cloud, &surface, job->pool, job->progress, err));
+        STP_TRY(end_stage(job, STAGE_LAYERS, err));
     }
-    STP_TRY(treat_outliers(cloud, k, source, pool, progress, stats, since, err));
-    choose_stations(orient, source, stats);
-    STP_TRY(find_surface(cloud, k, orient, plan, pool, progress, stats, since, err));
-    STP_TRY(find_closed(cloud, orient, lambda, plan, pool, progress, stats, outside, since, err));
-    STP_TRY(stp_first_view_of_points(&stats->first, cloud, source, err));
+    STP_TRY(treat_outliers(job, err));
+    choose_stations(job);
+    STP_TRY(find_surface(job, err));
+    STP_TRY(find_closed(job, err));
+    STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
 done:
     return status;
 }
@@ -364,22 +398,24 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
                             .floats = source->floats};
 }
 
-static void set_defaults(stp_tree_params *tree, stp_orient_params *orient,
-                         const stp_prep_source *source, const stp_prep_params *params)
+static void set_defaults(prep_job *job)
 {
-    *tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-                              .resolution = resolution_of(source, params),
-                              .codec = params->codec};
-    *orient = (stp_orient_params){.mode = params->orient,
-                                  .position = params->orient_position,
-                                  .from_file = source->attributes & STP_POINT_HAS_NORMAL};
+    const stp_prep_params *params = job->params;
+    job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
+    job->tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+                                  .resolution = resolution_of(job->source, params),
+                                  .codec = params->codec};
+    job->orient = (stp_orient_params){.mode = params->orient,
+                                      .position = params->orient_position,
+                                      .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};
+    *job->stats = (stp_prep_stats){.box = stp_dbox_empty(),
+                                   .resolution = job->tree.resolution,
+                                   .join_layers = params->join_layers,
+                                   .outliers = params->outliers,
+                                   .outlier_distance = params->outlier_distance > 0.0
+                                                           ? params->outlier_distance
+                                                           : STP_OUTLIER_DISTANCE};
 }
-
-/* The leaves of lines and of triangles; they are never in temporary files. */
-typedef struct shapes {
-    stp_line_leaves lines;
-    stp_triangle_leaves triangles;
-} shapes;
 
 static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles)
 {
@@ -429,19 +465,22 @@ static stp_status measure_side(double *out, const stp_prep_source *source,
     return STP_OK;
 }
 
-/* Cuts lines and triangles into leaves. They are never in temporary files. */
-static stp_status cut_shapes(shapes *out, const stp_prep_source *source, const stp_prep_plan *plan,
-                             stp_tree_params *tree, stp_prep_stats *stats, stp_error *err)
+/* Cuts lines and triangles into leaves. */
+static stp_status cut_shapes(prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
+    shapes *out = &job->shapes;
+    const stp_prep_source *source = job->source;
+    stp_tree_params *tree = &job->tree;
+    stp_prep_stats *stats = job->stats;
     const char *name = source->files[0].name;
     const uint64_t bytes = shape_bytes(source->lines, source->triangles);
-    if (bytes > plan->memory_bytes / 2)
+    if (bytes > job->plan.memory_bytes / 2)
         return stp_error_set(err, STP_LIMIT,
                              "%s: its lines and triangles take %.0f MB, and no more than half of "
                              "%.0f MB may be theirs: give more memory (--memory) or split the "
                              "model",
-                             name, 1e-6 * (double)bytes, 1e-6 * (double)plan->memory_bytes);
+                             name, 1e-6 * (double)bytes, 1e-6 * (double)job->plan.memory_bytes);
     double side = 0.0;
     STP_TRY(measure_side(&side, source, stats, err));
     if (source->lines)
@@ -479,62 +518,57 @@ static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
     tree->intensity_max = stats->intensity_max;
 }
 
+static stp_status run(prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
+    STP_TRY(stp_prep_plan_make(&job->plan, job->path, source->point_count, job->params,
+                               stp_pool_thread_count(job->pool), err));
+    if (job->params->planned)
+        job->params->planned(&job->plan);
+    const stp_spill_params room = {.memory_bytes =
+                                       job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
+                                   .folder = job->plan.folder};
+    STP_TRY(stp_spill_create(&job->spill, &room, err));
+    STP_TRY(read_all(job, err));
+    if (!(source->attributes & STP_POINT_HAS_COLOUR))
+        default_colour(&job->cloud);
+    STP_TRY(cut_shapes(job, err));
+    STP_TRY(end_stage(job, STAGE_READ, err));
+    if (job->cloud.count > 0)
+        STP_TRY(treat_points(job, err));
+    decide_intensity(&job->tree, stats);
+    STP_TRY(write_tree(job, err));
+    STP_TRY(end_stage(job, STAGE_PATCHES, err));
+    stats->temporary_bytes = stp_spill_most_file_bytes(job->spill);
+done:
+    return status;
+}
+
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_cloud cloud = {0};
-    stp_spill *spill = NULL;
-    stp_prep_plan plan = {0};
-    stp_tree_params tree;
-    stp_orient_params orient;
-    shapes others = {0};
-    stp_outside outside = {0};
-    unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    double start = stp_clock_seconds();
-    double since = start;
-    *stats = (stp_prep_stats){.box = stp_dbox_empty(),
-                              .join_layers = params->join_layers,
-                              .outliers = params->outliers,
-                              .outlier_distance = params->outlier_distance > 0.0
-                                                      ? params->outlier_distance
-                                                      : STP_OUTLIER_DISTANCE};
+    const double start = stp_clock_seconds();
+    prep_job job = {.path = path,
+                    .source = source,
+                    .params = params,
+                    .pool = pool,
+                    .progress = progress,
+                    .stats = stats,
+                    .since = start};
+    set_defaults(&job);
     if (source->point_count >= UINT32_MAX - 1)
         return stp_error_set(err, STP_LIMIT,
                              "%s: more than %u points: split the input into several models",
                              source->files[0].name, UINT32_MAX - 1);
-    set_defaults(&tree, &orient, source, params);
-    stats->resolution = tree.resolution;
-    STP_TRY(stp_prep_plan_make(&plan, path, source->point_count, params,
-                               stp_pool_thread_count(pool), err));
-    if (params->planned)
-        params->planned(&plan);
-    const stp_spill_params room = {.memory_bytes = plan.temporary_bytes ? plan.memory_bytes : 0,
-                                   .folder = plan.folder};
-    STP_TRY(stp_spill_create(&spill, &room, err));
-    bool one_station = orient.mode == STP_ORIENT_POSITION;
-    STP_TRY(read_all(&cloud, source, one_station, spill, progress, stats, err));
-    if (!(source->attributes & STP_POINT_HAS_COLOUR))
-        default_colour(&cloud);
-    STP_TRY(cut_shapes(&others, source, &plan, &tree, stats, err));
-    STP_TRY(end_stage(stats, STAGE_READ, &since, progress, err));
-    if (cloud.count > 0)
-        STP_TRY(stp_claims_check(&stats->first, &cloud, source, pool, stats, err));
-    if (cloud.count > 0)
-        STP_TRY(treat_points(&cloud, k, source, &orient, tree.lambda, &plan, pool, progress, stats,
-                             &outside, &since, err));
-    decide_intensity(&tree, stats);
-    STP_TRY(
-        write_tree(path, &cloud, source, params, &tree, &outside, k, pool, progress, stats, err));
-    STP_TRY(end_stage(stats, STAGE_PATCHES, &since, progress, err));
-    stats->seconds = since - start;
-    stats->temporary_bytes = stp_spill_most_file_bytes(spill);
-done:
-    stp_outside_clear(&outside);
-    clear_shapes(&others);
-    stp_cloud_clear(&cloud);
-    stp_spill_destroy(&spill);
-    stp_prep_plan_clear(&plan);
+    const stp_status status = run(&job, err);
+    stats->seconds = job.since - start;
+    stp_outside_clear(&job.outside);
+    clear_shapes(&job.shapes);
+    stp_cloud_clear(&job.cloud);
+    stp_spill_destroy(&job.spill);
+    stp_prep_plan_clear(&job.plan);
     return status;
 }

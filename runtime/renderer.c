@@ -7,12 +7,12 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "runtime/draw/draw_params.h"
 #include "runtime/draw/filter.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/gl/gl_state.h"
 
 #include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 /* Invocations of the geometry shader for each patch. */
@@ -242,28 +242,6 @@ void stp_renderer_bind_frame(const stp_renderer *r)
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
 }
 
-static bool clips_equal(const stp_clip *a, const stp_clip *b)
-{
-    return a->enabled == b->enabled && stp_dvec3_equal(a->box.min, b->box.min) &&
-           stp_dvec3_equal(a->box.max, b->box.max);
-}
-
-/* Whether two frames ask for the same picture. The speed of fading does not matter. */
-static bool same_params(const stp_draw_params *a, const stp_draw_params *b)
-{
-    return a->lod == b->lod && a->reconstruct == b->reconstruct && a->shade == b->shade &&
-           a->threshold_px == b->threshold_px && a->radius_cap_px == b->radius_cap_px &&
-           a->terms == b->terms && a->every_sample == b->every_sample && a->cull == b->cull &&
-           a->colour == b->colour && a->palette == b->palette &&
-           a->colour_range[0] == b->colour_range[0] && a->colour_range[1] == b->colour_range[1] &&
-           a->overlay == b->overlay && a->edl == b->edl && a->smooth_edges == b->smooth_edges &&
-           clips_equal(&a->clip, &b->clip) &&
-           memcmp(a->hidden_classes, b->hidden_classes, sizeof a->hidden_classes) == 0 &&
-           a->stream == b->stream && a->refine == b->refine &&
-           a->hidden_models == b->hidden_models && a->keep_pixels == b->keep_pixels &&
-           a->timed == b->timed && (a->fade > 0.0) == (b->fade > 0.0);
-}
-
 /* Draws a picture by the road that the parameters name: a frame, or a step of a settling
  * picture. */
 static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
@@ -280,7 +258,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         return status; /* the last picture stays */
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
-    r->still = same && same_params(params, &r->drawn);
+    r->still = same && stp_draw_params_equal(params, &r->drawn);
     if (!r->still)
         r->settling = (stp_settling){0};
     bool settles = stp_settle_wanted(r, d);

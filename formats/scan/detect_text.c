@@ -17,7 +17,8 @@ typedef struct first_lines {
     size_t count;
 } first_lines;
 
-bool stp_is_text(const char *bytes, size_t length)
+/* True if no byte is one that text does not have. */
+static bool is_text(const char *bytes, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
         const unsigned char c = (unsigned char)bytes[i];
@@ -85,7 +86,7 @@ static bool is_header(const first_lines *f)
 
 bool stp_detect_text(const char *bytes, size_t length, stp_scan_format *format)
 {
-    if (!stp_is_text(bytes, length))
+    if (!is_text(bytes, length))
         return false;
     const first_lines f = find_lines(bytes, length);
     const bool one_line = f.count == 1 && is_numbers(&f, 0);
@@ -123,7 +124,7 @@ bool stp_detect_text_name(const char *path, const char *bytes, size_t length,
             const first_lines f = find_lines(bytes, length);
             *format = is_row(&f, 0) ? STP_SCAN_XYZ : STP_SCAN_PTS;
         }
-        return stp_is_text(bytes, length);
+        return is_text(bytes, length);
     }
     return false;
 }

@@ -7,8 +7,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* True if no byte is one that text does not have. */
-bool stp_is_text(const char *bytes, size_t length);
 /* By content. PTX: two lines of one whole number, four lines of three numbers and one line of four.
  * PTS: a line of one whole number, then a line of at least three. XYZ: the first two lines have
  * equally many numbers, at least three, or the first has names of columns and the second at least

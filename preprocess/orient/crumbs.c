@@ -1,7 +1,7 @@
 /* Crumbs between the sheets. */
 #include "preprocess/orient/crumbs.h"
 
-#include "preprocess/orient/place_list.h"
+#include "preprocess/orient/kept_walk.h"
 
 #include <string.h>
 
@@ -38,16 +38,11 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
 {
     const crumb_vote *vote = context;
     const stp_sheets *s = vote->sheets;
-    const stp_graph *graph = &s->graphs[index];
-    const uint8_t *at = graph->lists;
-    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
-    for (uint32_t i = 0; i < graph->kept_count; i++) {
-        uint32_t self = graph->kept[i];
-        at = stp_place_list_next(at, self, s->k, list);
-        vote->odds[s->kept_begin[index] + i] = is_asked(s, self) ? odds_of(s, self, list) : 0.0f;
-    }
+    for (stp_kept_walk kept = stp_kept_begin(s, index); stp_kept_next(&kept);)
+        vote->odds[kept.number] =
+            is_asked(s, kept.self) ? odds_of(s, kept.self, kept.neighbours) : 0.0f;
     return STP_OK;
 }
 

@@ -1,7 +1,7 @@
 /* Turns normals to the stations that saw their points. */
 #include "preprocess/orient/facing.h"
 
-#include "preprocess/orient/place_list.h"
+#include "preprocess/orient/kept_walk.h"
 
 /* Log odds that a normal leans to its station, per unit of cosine. Measured on the statue and the
  * sheet, 1 M points each, with several stations. */
@@ -57,19 +57,14 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
 {
     facing_check *check = context;
     const stp_sheets *s = check->sheets;
-    const stp_graph *graph = &s->graphs[index];
-    const uint8_t *at = graph->lists;
-    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
-    for (uint32_t i = 0; i < graph->kept_count; i++) {
-        uint32_t self = graph->kept[i];
-        at = stp_place_list_next(at, self, s->k, list);
-        float sum = own_odds(check, self);
-        bool asked = !is_plain(sum) && s->cloud->marks[self] & STP_MARK_ORIENTED;
-        for (unsigned n = 0; asked && n < s->k && list[n] != STP_NEIGHBOUR_NONE; n++)
-            sum += said_odds(check, self, list[n]);
-        check->wrong[s->kept_begin[index] + i] = asked && sum < 0.0f;
+    for (stp_kept_walk kept = stp_kept_begin(s, index); stp_kept_next(&kept);) {
+        float sum = own_odds(check, kept.self);
+        bool asked = !is_plain(sum) && s->cloud->marks[kept.self] & STP_MARK_ORIENTED;
+        for (unsigned n = 0; asked && n < s->k && kept.neighbours[n] != STP_NEIGHBOUR_NONE; n++)
+            sum += said_odds(check, kept.self, kept.neighbours[n]);
+        check->wrong[kept.number] = asked && sum < 0.0f;
     }
     return STP_OK;
 }

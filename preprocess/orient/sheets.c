@@ -2,7 +2,7 @@
 #include "preprocess/orient/sheets.h"
 
 #include "base/memory.h"
-#include "preprocess/orient/place_list.h"
+#include "preprocess/orient/kept_walk.h"
 
 #include <stdlib.h>
 
@@ -166,17 +166,12 @@ static stp_status adopt_cell(void *context, size_t index, unsigned worker, stp_e
 {
     const adoption *adopted = context;
     const stp_sheets *s = adopted->sheets;
-    const stp_graph *graph = &s->graphs[index];
-    const uint8_t *at = graph->lists;
-    uint32_t list[STP_NEIGHBOURS_LIMIT];
     (void)worker;
     (void)err;
-    for (uint32_t i = 0; i < graph->kept_count; i++) {
-        uint32_t self = graph->kept[i];
-        at = stp_place_list_next(at, self, s->k, list);
-        adopted->sheets_of[s->kept_begin[index] + i] =
-            stp_sheets_on_crumb(s, self) ? adopt(s, self, list) : stp_sheets_root(s, self);
-    }
+    for (stp_kept_walk kept = stp_kept_begin(s, index); stp_kept_next(&kept);)
+        adopted->sheets_of[kept.number] = stp_sheets_on_crumb(s, kept.self)
+                                              ? adopt(s, kept.self, kept.neighbours)
+                                              : stp_sheets_root(s, kept.self);
     return STP_OK;
 }
 

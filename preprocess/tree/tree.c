@@ -60,6 +60,7 @@ typedef struct tree {
     span *spans;
     uint32_t span_count;
     built *tier; /* all chunks of the tier, in order; each is measured with those around it */
+    stp_chunk_boxes reaches; /* of the tier's chunks */
     uint32_t tier_count, wave_begin;
 
     uint32_t **children; /* by handle */
@@ -142,18 +143,12 @@ done:
     return status;
 }
 
-static stp_status find_surroundings(const tree *t, size_t index, stp_surroundings *out,
-                                    stp_error *err)
+static stp_status add_surrounding(void *context, uint32_t index, stp_surroundings *out,
+                                  stp_error *err)
 {
-    stp_placed_chunk middle = stp_built_chunk_place(&t->tier[index].chunk);
-    stp_status status = stp_surroundings_begin(out, &middle, err);
-    for (uint32_t i = 0; i < t->tier_count && status == STP_OK && !stp_surroundings_full(out);
-         i++) {
-        stp_placed_chunk other = stp_built_chunk_place(&t->tier[i].chunk);
-        if (i != index && stp_dbox_meet(&out->box, &t->tier[i].reach))
-            status = stp_surroundings_add(out, &other, err);
-    }
-    return status;
+    const tree *t = context;
+    const stp_placed_chunk other = stp_built_chunk_place(&t->tier[index].chunk);
+    return stp_surroundings_add(out, &other, err);
 }
 
 /* Measures and encodes a chunk of the wave. */
@@ -161,10 +156,13 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
 {
     stp_status status = STP_OK;
     tree *t = context;
-    built *out = &t->tier[t->wave_begin + index];
+    const uint32_t self = t->wave_begin + (uint32_t)index;
+    built *out = &t->tier[self];
+    const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
+    const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
     stp_surroundings around = {0};
     (void)worker;
-    STP_TRY(find_surroundings(t, t->wave_begin + index, &around, err));
+    STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
     STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
     out->entry.origin = out->chunk.origin;
@@ -182,6 +180,7 @@ static void clear_tier(tree *t)
     }
     free(t->tier);
     t->tier = NULL;
+    stp_chunk_boxes_clear(&t->reaches);
 }
 
 /* Appends a finished chunk and keeps its vertices as a node. */
@@ -229,7 +228,10 @@ static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *er
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
     t->tier_count = count;
+    STP_TRY(stp_chunk_boxes_create(&t->reaches, count, err));
     STP_TRY(stp_cloud_run(t->cloud, t->pool, count, build_one, t, err));
+    for (uint32_t i = 0; i < count; i++)
+        stp_chunk_boxes_set(&t->reaches, i, &t->tier[i].reach);
     for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
         uint32_t left = count - t->wave_begin;
         uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;

@@ -197,11 +197,6 @@ double stp_path_duration_s(const stp_path *path)
                            : path->turntable.seconds;
 }
 
-bool stp_path_loops(const stp_path *path)
-{
-    return path->loop;
-}
-
 static stp_camera turntable_camera(const stp_path *path, double time_s)
 {
     const stp_turntable *t = &path->turntable;

@@ -75,8 +75,6 @@ stp_status stp_path_save(const stp_path_params *params, const char *file, bool f
 /* Time of the first keyframe (turntable: 0), and the time from there to the end. */
 double stp_path_begin_s(const stp_path *path);
 double stp_path_duration_s(const stp_path *path);
-/* Whether the end is the beginning: a loop, or a turntable of whole turns. */
-bool stp_path_loops(const stp_path *path);
 
 /* The camera at a time. At a keyframe's time exactly the keyframe's camera. Before the first and
  * after the last keyframe, the camera stays; a loop repeats. */

@@ -148,7 +148,8 @@ static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp
     return STP_OK;
 }
 
-bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *e)
+/* Whether each child of a chunk is drawn or out of sight. */
+static bool passes(const stp_draw *draw, const stp_chunk_entry *e)
 {
     uint64_t all = e->child_count >= 64 ? UINT64_MAX : (UINT64_C(1) << e->child_count) - 1;
     return e->child_count > 0 && draw->drawn_children == all;
@@ -246,7 +247,7 @@ static stp_status take_passed(stp_cut *cut, const stp_scene *scene, stp_error *e
     size_t kept = 0;
     for (size_t i = 0; i < cut->draw_count; i++) {
         const stp_draw *draw = &cut->draws[i];
-        if (!stp_draw_passes(draw, &scene->entries[draw->chunk]) || draw->linked_children != 0) {
+        if (!passes(draw, &scene->entries[draw->chunk]) || draw->linked_children != 0) {
             cut->draws[kept++] = *draw;
             continue;
         }

@@ -72,9 +72,6 @@ typedef struct stp_cut_params {
     uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
 } stp_cut_params;
 
-/* Whether each child of a chunk is drawn or out of sight. */
-bool stp_draw_passes(const stp_draw *draw, const stp_chunk_entry *entry);
-
 /* The chunk record that shaders and the CPU read for one draw of an entry. */
 stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *entry, const stp_draw *draw,
                                       stp_dvec3 eye);

@@ -91,9 +91,11 @@ static stp_status read_text(char **text, const char *name, const char *folder, s
 }
 
 /* Takes the name from a line #include "name"; false if the line is something else. */
-static bool parse_include(const char *line, char name[NAME_LIMIT])
+static bool parse_include(const char *line, size_t length, char name[NAME_LIMIT])
 {
-    return sscanf(line, " # include \"%63[^\"\n]\"", name) == 1;
+    char begin[2 * NAME_LIMIT]; /* of this line alone: sscanf reads past a line's end */
+    snprintf(begin, sizeof begin, "%.*s", (int)length, line);
+    return sscanf(begin, " # include \"%63[^\"\n]\"", name) == 1;
 }
 
 static stp_status append_file(assembly *a, const char *name, stp_error *err)
@@ -115,7 +117,7 @@ static stp_status append_file(assembly *a, const char *name, stp_error *err)
         const char *end = strchr(line, '\n');
         size_t length = end != NULL ? (size_t)(end - line) + 1 : strlen(line);
         char included[NAME_LIMIT];
-        if (parse_include(line, included)) {
+        if (parse_include(line, length, included)) {
             STP_TRY(append_file(a, included, err));
             STP_TRY(append_line_mark(a, number + 1, file, err));
         } else {

@@ -88,6 +88,8 @@ test_reader() {
     run "$STIPPLE" "$name" "$FOLDER/line
 break" "$@"
     expect_failure "line?break"
+    run "$STIPPLE" "$name" "$FOLDER/line"$'\xc2\x9b'"break" "$@" # U+009B begins a command
+    expect_failure "line?break"
 }
 
 [ -x "$STIPPLE" ] || { echo "no program: $STIPPLE" >&2; exit 1; }
@@ -109,6 +111,20 @@ else
     run "$STIPPLE" render M.stipple -o x.png
     expect_failure "STIPPLE_RUNTIME"
 fi
+run "$STIPPLE" info "$FOLDER/empty.stipple" --timeout 86401
+expect_usage "--timeout takes seconds from 0 to 86400"
+run "$STIPPLE" info "$FOLDER/empty.stipple" --timeout=-1
+expect_usage "--timeout takes seconds from 0 to 86400"
+
+# A file's name stands in the model's metadata. No control character of it reaches the terminal.
+scan="$FOLDER/one"$'\xc2\x9b'"two.ply"
+"$STIPPLE" gen plane -n 2000 -o "$scan" -q || fail "gen failed"
+run "$STIPPLE" prep "$scan" -o "$FOLDER/control.stipple" -q
+expect_code 0
+run "$STIPPLE" info "$FOLDER/control.stipple"
+expect_text out "one two.ply"
+expect_text out "in 1 level"
+LC_ALL=C grep -q $'\xc2\x9b' "$FOLDER/out" && fail "info passes U+009B to the terminal"
 run bash -c "'$STIPPLE' --help >/dev/full"
 expect_failure "standard output could not be written"
 end_test

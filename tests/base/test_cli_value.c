@@ -95,6 +95,22 @@ static void test_number(void **state)
     assert_true(value == 0.5);
 }
 
+static void test_seconds(void **state)
+{
+    (void)state;
+    static const char *const bad[] = {"", "-1", "86400.5", "1e9", "inf", "1s"};
+    double value = 7.0;
+    const cli_option option = {"--x", 0, CLI_SECONDS, &value, "S", "", NULL};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        assert_false(cli_value_store(&option, bad[i]));
+        assert_true(value == 7.0);
+    }
+    assert_true(cli_value_store(&option, "86400"));
+    assert_true(value == CLI_SECONDS_MOST);
+    assert_true(cli_value_store(&option, "0"));
+    assert_true(value == 0.0);
+}
+
 static void test_vec3(void **state)
 {
     (void)state;
@@ -169,9 +185,13 @@ static void test_distance(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_uint),     cmocka_unit_test(test_bytes),
-        cmocka_unit_test(test_number),   cmocka_unit_test(test_vec3),
-        cmocka_unit_test(test_extent),   cmocka_unit_test(test_choice_and_string),
+        cmocka_unit_test(test_uint),
+        cmocka_unit_test(test_bytes),
+        cmocka_unit_test(test_number),
+        cmocka_unit_test(test_vec3),
+        cmocka_unit_test(test_seconds),
+        cmocka_unit_test(test_extent),
+        cmocka_unit_test(test_choice_and_string),
         cmocka_unit_test(test_distance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

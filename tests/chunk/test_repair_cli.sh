@@ -90,7 +90,7 @@ expect_text err "but $leaf_points points are lost"
 run "$STIPPLE" verify repaired.stipple --quiet
 expect_code 0
 run "$STIPPLE" info repaired.stipple
-expect_text out "repaired       1 times: $leaf_points points are lost"
+expect_text out "repaired       1 time: $leaf_points points are lost"
 run "$STIPPLE" export repaired.stipple -o left.ply
 expect_code 0
 expect_text err "stand in for lost points are left out"

@@ -265,11 +265,27 @@ static void shaders_read_what_c_writes(void **state)
     glDeleteProgram(program);
 }
 
+/* An include stands on one line: nothing of the lines before or after it belongs to it. */
+static void includes_are_lines(void **state)
+{
+    char *text = NULL;
+    (void)state;
+    mkdir(FOLDER, 0777);
+    scan_fixture_text(FOLDER "/inner.glsl", "inner\n");
+    scan_fixture_text(FOLDER "/outer.glsl",
+                      "first\n\n#include \"inner.glsl\"\n#\ninclude \"none.glsl\"\nlast");
+    check_ok(stp_shader_text(&text, "outer.glsl", NULL, FOLDER, err));
+    assert_string_equal(text, "#version 450 core\n#line 1 0\nfirst\n\n#line 1 1\ninner\n\n"
+                              "#line 4 0\n#\ninclude \"none.glsl\"\nlast\n");
+    free(text);
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shaders_read_what_c_writes),
+        cmocka_unit_test(includes_are_lines),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);

@@ -286,7 +286,7 @@ static void test_stations_see_what_nothing_hides(void **state)
             least += is_seen(shapes[i], some, STATIONS, &all[j], 0.081, -0.003);
             most += is_seen(shapes[i], some, STATIONS, &all[j], 0.079, 0.003);
         }
-        double share = gen_sampler_area(some) / gen_sampler_area(whole);
+        double share = pow(gen_sampler_spacing(some) / gen_sampler_spacing(whole), 2.0);
         double error = 4.0 * 0.5 / sqrt(COUNT);
         assert_true(share > (double)least / COUNT - error);
         assert_true(share < (double)most / COUNT + error);

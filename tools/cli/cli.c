@@ -24,13 +24,24 @@ static const char *command_name(const cli_command *command)
     return command->program ? command->program : command->name;
 }
 
+size_t cli_control_bytes(const char *text, size_t length)
+{
+    const unsigned char *c = (const unsigned char *)text;
+    if (length > 0 && (c[0] < ' ' || c[0] == 0x7f))
+        return 1;
+    return length > 1 && c[0] == 0xc2 && c[1] >= 0x80 && c[1] <= 0x9f ? 2 : 0;
+}
+
 /* Prints one line on stderr. A line break in a file name must not make two messages. */
 static void print_line(const cli_command *command, const char *text)
 {
     cli_progress_end();
     fprintf(stderr, "%s%s: ", command->program ? "" : "stipple ", command_name(command));
-    for (; *text; text++)
-        fputc(iscntrl((unsigned char)*text) ? '?' : *text, stderr);
+    while (*text) {
+        const size_t control = cli_control_bytes(text, strlen(text));
+        fputc(control > 0 ? '?' : *text, stderr);
+        text += control > 0 ? control : 1;
+    }
     fputc('\n', stderr);
 }
 

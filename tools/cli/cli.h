@@ -17,16 +17,19 @@
 enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2, CLI_CONTINUE = -1 };
 
 typedef enum cli_kind {
-    CLI_FLAG,   /* bool: present or not */
-    CLI_STRING, /* const char * */
-    CLI_CHOICE, /* int: index in choices, "a|b|c" */
-    CLI_UINT,   /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
-    CLI_BYTES,  /* uint64_t; 256M, 1G (powers of 1024) */
-    CLI_NUMBER, /* double, finite */
-    CLI_AMOUNT, /* double, finite; if the number is missing, it is 1 */
-    CLI_VEC3,   /* double[3]; x,y,z */
-    CLI_EXTENT  /* int[2]; WxH, each 1..16384 */
+    CLI_FLAG,    /* bool: present or not */
+    CLI_STRING,  /* const char * */
+    CLI_CHOICE,  /* int: index in choices, "a|b|c" */
+    CLI_UINT,    /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
+    CLI_BYTES,   /* uint64_t; 256M, 1G (powers of 1024) */
+    CLI_NUMBER,  /* double, finite */
+    CLI_AMOUNT,  /* double, finite; if the number is missing, it is 1 */
+    CLI_SECONDS, /* double, 0 to CLI_SECONDS_MOST */
+    CLI_VEC3,    /* double[3]; x,y,z */
+    CLI_EXTENT   /* int[2]; WxH, each 1..16384 */
 } cli_kind;
+
+#define CLI_SECONDS_MOST 86400.0
 
 typedef struct cli_option {
     const char *name; /* "--threshold" */
@@ -59,6 +62,11 @@ typedef struct cli_command {
 int cli_parse(const cli_command *command, const cli_option *options, size_t option_count, int argc,
               char **argv, const char **positional, size_t positional_min, size_t positional_max,
               size_t *positional_count, cli_common *common);
+
+/* The bytes of the control character that begins `text`, in UTF-8: 1 (C0, delete) or 2 (C1, U+0080
+ * to U+009F). 0 if another character begins it. A terminal may obey such a character, so none that
+ * a file or a name brings is printed. */
+size_t cli_control_bytes(const char *text, size_t length);
 
 /* Prints "stipple NAME: MESSAGE" on stderr; returns CLI_FAILED. */
 int cli_fail(const cli_command *command, const stp_error *err);

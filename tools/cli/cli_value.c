@@ -139,6 +139,15 @@ static bool parse_finite(const char *text, double *out)
     return true;
 }
 
+static bool parse_seconds(const char *text, double *out)
+{
+    double value = 0.0;
+    if (!parse_finite(text, &value) || value < 0.0 || value > CLI_SECONDS_MOST)
+        return false;
+    *out = value;
+    return true;
+}
+
 static bool store(const cli_option *option, const char *text)
 {
     switch (option->kind) {
@@ -158,6 +167,8 @@ static bool store(const cli_option *option, const char *text)
     case CLI_NUMBER:
     case CLI_AMOUNT:
         return parse_finite(text, option->target);
+    case CLI_SECONDS:
+        return parse_seconds(text, option->target);
     case CLI_VEC3:
         return parse_vec3(text, option->target);
     case CLI_EXTENT:
@@ -191,6 +202,7 @@ const char *cli_value_kind_text(cli_kind kind)
         [CLI_BYTES] = "a size in bytes, like 512M or 2G",
         [CLI_NUMBER] = "a number",
         [CLI_AMOUNT] = "a number or nothing",
+        [CLI_SECONDS] = "seconds from 0 to 86400 (a day)",
         [CLI_VEC3] = "three numbers, like 1,0,-2.5",
         [CLI_EXTENT] = "width x height from 1x1 to 16384x16384, like 1024x768",
     };

@@ -48,6 +48,7 @@ static void value_text(const cli_option *option, char out[TEXT_BYTES])
         break;
     case CLI_NUMBER:
     case CLI_AMOUNT:
+    case CLI_SECONDS:
         snprintf(out, TEXT_BYTES, "%.17g", v[0]);
         break;
     case CLI_VEC3:

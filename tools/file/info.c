@@ -161,14 +161,20 @@ static void print_depths(const depth_summary *depths, uint32_t count)
         "leaves\n");
 }
 
-/* Prints metadata. It comes from the file, so control characters are not passed to the terminal. */
+/* Prints text of the file. Control characters but line breaks are not passed to the terminal. */
+static void print_foreign(const char *text, size_t length)
+{
+    for (size_t i = 0; i < length;) {
+        const size_t control = text[i] == '\n' ? 0 : cli_control_bytes(text + i, length - i);
+        putchar(control > 0 ? ' ' : text[i]);
+        i += control > 0 ? control : 1;
+    }
+}
+
 static void print_metadata(const stp_chunk_file_info *info)
 {
     printf("\nmetadata       ");
-    for (size_t i = 0; i < info->metadata_bytes; i++) {
-        unsigned char c = (unsigned char)info->metadata_json[i];
-        putchar((c < 32 && c != '\n') || c == 127 ? ' ' : c);
-    }
+    print_foreign(info->metadata_json, info->metadata_bytes);
     putchar('\n');
 }
 
@@ -220,9 +226,9 @@ static void print_repairs(const stp_chunk_file_info *info)
     stp_repair_sum sum = stp_repair_note_sum(info->metadata_json);
     if (sum.repairs > 0)
         printf("repaired       %" PRIu32
-               " times: %.0f points are lost, %.0f of the points stand in "
+               " time%s: %.0f points are lost, %.0f of the points stand in "
                "for such\n",
-               sum.repairs, sum.points_lost, sum.stand_ins);
+               sum.repairs, sum.repairs == 1 ? "" : "s", sum.points_lost, sum.stand_ins);
 }
 
 static void print_text(const char *path, const stp_chunk_file_info *info,
@@ -234,7 +240,8 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("points         %" PRIu64 "\n", info->point_count);
     print_shapes(info);
     print_repairs(info);
-    printf("chunks         %" PRIu32 " in %" PRIu32 " levels\n", info->chunk_count, info->depth);
+    printf("chunks         %" PRIu32 " in %" PRIu32 " level%s\n", info->chunk_count, info->depth,
+           info->depth == 1 ? "" : "s");
     name_codecs(depths, info->depth, codecs);
     printf("codec          %s\n", codecs);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,

@@ -17,7 +17,7 @@ cli_option source_options_timeout(double *seconds)
 {
     return (cli_option){
         "--timeout", 0,
-        CLI_NUMBER,  seconds,
+        CLI_SECONDS, seconds,
         "S",         "seconds to wait in total for an almost silent server (60; view: no limit)",
         NULL};
 }

@@ -259,11 +259,6 @@ void gen_sampler_destroy(gen_sampler **sampler)
     *sampler = NULL;
 }
 
-double gen_sampler_area(const gen_sampler *sampler)
-{
-    return sampler->area;
-}
-
 double gen_sampler_spacing(const gen_sampler *sampler)
 {
     return sqrt(sampler->area / (double)sampler->point_count);

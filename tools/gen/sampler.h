@@ -33,9 +33,7 @@ typedef struct gen_sampler_params {
 stp_status gen_sampler_create(gen_sampler **out, const gen_sampler_params *params, stp_pool *pool,
                               stp_error *err);
 void gen_sampler_destroy(gen_sampler **sampler);
-/* The sampled area: the whole surface, or what the stations see. */
-double gen_sampler_area(const gen_sampler *sampler);
-/* sqrt(area / count). */
+/* sqrt(area / count). The area is the whole surface's, or of what the stations see. */
 double gen_sampler_spacing(const gen_sampler *sampler);
 /* The station_count stations. */
 const stp_dvec3 *gen_sampler_stations(const gen_sampler *sampler);

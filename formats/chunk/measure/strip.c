@@ -38,7 +38,8 @@ static void lose(const stp_disc *vertex, const stp_disc *a, const stp_disc *b, s
     }
 }
 
-stp_strip_loss stp_strip_lost(const stp_disc *vertices, unsigned from, unsigned to)
+/* What a segment from vertex `from` to vertex `to` loses of the vertices between. */
+static stp_strip_loss lost_between(const stp_disc *vertices, unsigned from, unsigned to)
 {
     stp_strip_loss out = {0};
     for (unsigned i = from + 1; i < to; i++)
@@ -57,7 +58,7 @@ stp_strip_loss stp_strip_choose(const stp_disc *vertices, const stp_strip_choice
             least[j][k] = INFINITY;
             for (unsigned i = 0; i < choices[j - 1].count; i++) {
                 stp_strip_loss e =
-                    stp_strip_lost(vertices, choices[j - 1].vertex[i], choices[j].vertex[k]);
+                    lost_between(vertices, choices[j - 1].vertex[i], choices[j].vertex[k]);
                 double error = stp_max(least[j - 1][i], e.error);
                 if (error < least[j][k]) {
                     least[j][k] = error;
@@ -72,7 +73,7 @@ stp_strip_loss stp_strip_choose(const stp_disc *vertices, const stp_strip_choice
     for (unsigned j = count; j-- > 0; at = before[j][at])
         chosen[j] = choices[j].vertex[at];
     for (unsigned j = 1; j < count; j++) {
-        stp_strip_loss e = stp_strip_lost(vertices, chosen[j - 1], chosen[j]);
+        stp_strip_loss e = lost_between(vertices, chosen[j - 1], chosen[j]);
         out.error = stp_max(out.error, e.error);
         out.colour_error = stp_max(out.colour_error, e.colour_error);
     }

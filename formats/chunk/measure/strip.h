@@ -29,9 +29,6 @@ typedef struct stp_strip_choice {
     uint8_t vertex[STP_STRIP_CANDIDATES];
 } stp_strip_choice;
 
-/* What a segment from vertex `from` to vertex `to` loses of the vertices between. */
-stp_strip_loss stp_strip_lost(const stp_disc *vertices, unsigned from, unsigned to);
-
 /* Chooses one vertex of each choice (2 to 16 choices, in rising order) so that the greatest error
  * between two neighbours is least. Ties: the first of each. Returns the greatest loss. */
 stp_strip_loss stp_strip_choose(const stp_disc *vertices, const stp_strip_choice *choices,

@@ -44,8 +44,8 @@ stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed)
     return box;
 }
 
-stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,
-                                  stp_error *err)
+/* Begins without any disc. */
+static stp_status begin(stp_surroundings *out, const stp_placed_chunk *middle, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_surroundings s = {.middle = *middle, .box = stp_dbox_empty()};
@@ -104,6 +104,11 @@ done:
     return status;
 }
 
+static bool is_full(const stp_surroundings *s)
+{
+    return s->count >= STP_SURROUNDINGS_LIMIT;
+}
+
 stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *other, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -112,7 +117,7 @@ stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *oth
     stp_dvec3 offset = stp_dvec3_sub(other->origin, s->middle.origin);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch_ball ball = ball_of(other, p);
-        if (stp_surroundings_full(s))
+        if (is_full(s))
             break;
         if (chunk->patches[p].flags & STP_PATCH_SHAPES || !touches(s, &ball))
             continue;
@@ -128,9 +133,19 @@ done:
     return status;
 }
 
-bool stp_surroundings_full(const stp_surroundings *s)
+stp_status stp_surroundings_find(stp_surroundings *out, const stp_placed_chunk *middle,
+                                 uint32_t self, const stp_surrounding_chunks *chunks,
+                                 stp_error *err)
 {
-    return s->count >= STP_SURROUNDINGS_LIMIT;
+    stp_status status = begin(out, middle, err);
+    for (uint32_t i = 0; status == STP_OK && !is_full(out); i++) {
+        i = stp_chunk_boxes_next(chunks->boxes, &out->box, i);
+        if (i == STP_CHUNK_NONE)
+            break;
+        if (i != self)
+            status = chunks->add(chunks->context, i, out, err);
+    }
+    return status;
 }
 
 void stp_surroundings_clear(stp_surroundings *s)

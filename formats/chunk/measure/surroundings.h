@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_MEASURE_SURROUNDINGS_H
 #define STP_FORMATS_CHUNK_MEASURE_SURROUNDINGS_H
 
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/measure/chunk_boxes.h"
 
 /* A disc in the coordinates of the surrounded chunk. A zero normal makes it a ball. */
 typedef struct stp_flat_disc {
@@ -61,14 +61,24 @@ static inline stp_flat_disc stp_flat_disc_from_lanes(const stp_sample_lanes *l, 
 /* World box of the bounds of all its patches. */
 stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);
 
-/* Begins without any disc around `middle`, which is borrowed. Errors: OUT_OF_MEMORY. */
-stp_status stp_surroundings_begin(stp_surroundings *out, const stp_placed_chunk *middle,
-                                  stp_error *err);
+/* The chunks among which surroundings are sought. add(context, index, out, err) calls
+ * stp_surroundings_add for the chunk of this index, or does nothing if it has another depth. */
+typedef struct stp_surrounding_chunks {
+    const stp_chunk_boxes *boxes; /* of their patches' bounds, world */
+    stp_status (*add)(void *context, uint32_t index, stp_surroundings *out, stp_error *err);
+    void *context;
+} stp_surrounding_chunks;
+
+/* Finds the surroundings of `middle`, which is borrowed: adds every chunk but its own (`self`)
+ * whose box meets the bounds of its patches, by index, as long as there is room. Whoever wants to
+ * measure the same errors must add the same chunks in the same order. Clear *out also after a
+ * failure. Errors: OUT_OF_MEMORY; those of `add`. */
+stp_status stp_surroundings_find(stp_surroundings *out, const stp_placed_chunk *middle,
+                                 uint32_t self, const stp_surrounding_chunks *chunks,
+                                 stp_error *err);
 /* Adds the discs of those patches of `other` whose bound meets that of a patch of `middle`, as long
- * as there is room; leaves out strips and triangles. Whoever wants to measure the same errors must
- * add the same chunks in the same order. Errors: OUT_OF_MEMORY. */
+ * as there is room; leaves out strips and triangles. Errors: OUT_OF_MEMORY. */
 stp_status stp_surroundings_add(stp_surroundings *s, const stp_placed_chunk *other, stp_error *err);
-bool stp_surroundings_full(const stp_surroundings *s);
 void stp_surroundings_clear(stp_surroundings *s);
 
 #endif

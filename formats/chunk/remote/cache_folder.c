@@ -58,7 +58,8 @@ static uint64_t hexadecimal(const char *text, size_t digits)
     return strtoull(copy, NULL, 16);
 }
 
-bool stp_cache_name_read(const char *text, stp_cache_name *out)
+/* False if the file is no range. */
+static bool read_name(const char *text, stp_cache_name *out)
 {
     char again[STP_CACHE_NAME_BYTES];
     if (strlen(text) != STP_CACHE_NAME_BYTES - 1)
@@ -111,7 +112,7 @@ void stp_cache_folder_list(const stp_cache_folder *f,
         return;
     }
     for (struct dirent *e = readdir(folder); e != NULL; e = readdir(folder))
-        if (stp_cache_name_read(e->d_name, &name))
+        if (read_name(e->d_name, &name))
             take(context, &name);
     closedir(folder);
 }

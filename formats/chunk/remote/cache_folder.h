@@ -23,8 +23,6 @@ typedef struct stp_cache_name {
 } stp_cache_name;
 
 void stp_cache_name_write(const stp_cache_name *name, char out[STP_CACHE_NAME_BYTES]);
-/* False if the file is no range. */
-bool stp_cache_name_read(const char *text, stp_cache_name *out);
 
 typedef struct stp_cache_folder {
     int folder; /* descriptors; -1: cannot be opened */

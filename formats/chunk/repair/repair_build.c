@@ -42,6 +42,8 @@ static stp_status keep(stp_repair_plan *plan, uint32_t id, stp_chunk *chunk, stp
     node->chunk = chunk;
     node->origin = origin;
     chunk->id = id;
+    const stp_dbox box = stp_placed_chunk_box(&(stp_placed_chunk){chunk, origin, NULL});
+    stp_chunk_boxes_set(&plan->boxes, id, &box);
     plan->replaced_bytes += chunk->memory_bytes;
     if (plan->replaced_bytes > REPLACED_BYTES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
@@ -226,42 +228,38 @@ done:
     return status;
 }
 
-static stp_dbox box_of(const stp_repair_plan *plan, uint32_t id)
+/* Whose surroundings are sought. */
+typedef struct seeker {
+    const stp_repair_plan *plan;
+    uint32_t id;
+    bool with_carry; /* also the errors that the samples around carry */
+} seeker;
+
+static stp_status add_surrounding(void *context, uint32_t id, stp_surroundings *out, stp_error *err)
 {
-    const stp_repair_node *node = &plan->nodes[id];
-    const stp_chunk_entry *e = &plan->damaged->entries[id];
-    if (node->chunk)
-        return stp_placed_chunk_box(&(stp_placed_chunk){node->chunk, node->origin, NULL});
-    return (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
-                      stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
+    stp_status status = STP_OK;
+    const seeker *s = context;
+    loan other = {0};
+    stp_carry *carry = NULL;
+    if (s->plan->nodes[id].depth != s->plan->nodes[s->id].depth)
+        return STP_OK;
+    STP_TRY(borrow(s->plan, id, 0, &other, err));
+    if (s->with_carry)
+        STP_TRY(told_carry(other.chunk, &carry, err));
+    STP_TRY(stp_surroundings_add(out, &(stp_placed_chunk){other.chunk, other.origin, carry}, err));
+done:
+    free(carry);
+    give_back(&other);
+    return status;
 }
 
-/* Finds surroundings as verify does: from all chunks of the same depth, in the output's order.
- * with_carry: also the errors that their samples carry. */
-static stp_status find_surroundings(const stp_repair_plan *plan, uint32_t id, const loan *middle,
-                                    bool with_carry, stp_surroundings *out, stp_error *err)
+/* Finds surroundings as verify does: from all chunks of the same depth, in the output's order. */
+static stp_status find_surroundings(seeker *s, const loan *middle, stp_surroundings *out,
+                                    stp_error *err)
 {
     const stp_placed_chunk placed = {middle->chunk, middle->origin, NULL};
-    stp_status status = stp_surroundings_begin(out, &placed, err);
-    for (uint32_t i = 0; i < plan->count && status == STP_OK && !stp_surroundings_full(out); i++) {
-        const stp_repair_node *node = &plan->nodes[i];
-        loan other = {0};
-        stp_carry *carry = NULL;
-        if (i == id || node->fate == STP_FATE_GONE || node->depth != plan->nodes[id].depth)
-            continue;
-        stp_dbox box = box_of(plan, i);
-        if (!stp_dbox_meet(&out->box, &box))
-            continue;
-        status = borrow(plan, i, 0, &other, err);
-        if (status == STP_OK && with_carry)
-            status = told_carry(other.chunk, &carry, err);
-        if (status == STP_OK)
-            status = stp_surroundings_add(
-                out, &(stp_placed_chunk){other.chunk, other.origin, carry}, err);
-        free(carry);
-        give_back(&other);
-    }
-    return status;
+    const stp_surrounding_chunks chunks = {&s->plan->boxes, add_surrounding, s};
+    return stp_surroundings_find(out, &placed, s->id, &chunks, err);
 }
 
 static uint8_t greater(uint8_t a, uint8_t b)
@@ -290,7 +288,7 @@ static stp_status measure(const stp_repair_plan *plan, uint32_t id, stp_chunk *c
     stp_overhang *measured = NULL;
     stp_surroundings around = {0};
     const loan middle = {chunk, NULL, origin};
-    STP_TRY(find_surroundings(plan, id, &middle, carry != NULL, &around, err));
+    STP_TRY(find_surroundings(&(seeker){plan, id, carry != NULL}, &middle, &around, err));
     STP_TRY(stp_alloc(&measured, chunk->patch_count, sizeof *measured, "errors", err));
     STP_TRY(stp_overhang_measure(measured, chunk, carry, &around, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++)
@@ -308,7 +306,7 @@ static stp_status is_refuted(const stp_repair_plan *plan, uint32_t id, const loa
     stp_status status = STP_OK;
     stp_surroundings around = {0};
     uint32_t patch = STP_CHUNK_NONE;
-    STP_TRY(find_surroundings(plan, id, l, false, &around, err));
+    STP_TRY(find_surroundings(&(seeker){plan, id, false}, l, &around, err));
     STP_TRY(stp_overhang_check(&patch, l->chunk, &around, err));
     *out = patch != STP_CHUNK_NONE;
 done:
@@ -354,18 +352,15 @@ static stp_status find_changed(const stp_repair_plan *plan, uint32_t depth, stp_
     for (uint32_t id = 0; id < plan->count; id++) {
         const stp_repair_node *node = &plan->nodes[id];
         bool lost = node->fate == STP_FATE_GONE && node->parent == STP_CHUNK_NONE;
-        const stp_chunk_entry *e = &plan->damaged->entries[id];
         if ((node->depth != depth && !lost) || node->fate == STP_FATE_KEPT)
             continue;
         STP_TRY(stp_grow(boxes, &capacity, *count + 2, sizeof **boxes, "boxes", err));
         if (!plan->damaged->known[id]) /* unknown place: the chunk may have been anywhere */
             (*boxes)[(*count)++] = everywhere;
         if (node->chunk)
-            (*boxes)[(*count)++] = box_of(plan, id);
+            (*boxes)[(*count)++] = plan->boxes.boxes[id];
         if (plan->damaged->known[id])
-            (*boxes)[(*count)++] =
-                (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
-                           stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
+            (*boxes)[(*count)++] = stp_chunk_entry_box(&plan->damaged->entries[id]);
     }
 done:
     return status;
@@ -418,11 +413,8 @@ static stp_status measure_tier(stp_repair_plan *plan, uint32_t depth, stp_error 
     }
     STP_TRY(find_changed(plan, depth, &changed, &count, err));
     for (uint32_t id = 0; id < plan->count && count > 0; id++) {
-        stp_dbox box;
-        if (plan->nodes[id].depth != depth || plan->nodes[id].fate != STP_FATE_KEPT)
-            continue;
-        box = box_of(plan, id);
-        if (meets_any(&box, changed, count))
+        if (plan->nodes[id].depth == depth && plan->nodes[id].fate == STP_FATE_KEPT &&
+            meets_any(&plan->boxes.boxes[id], changed, count))
             STP_TRY(recheck(plan, id, err));
     }
 done:

@@ -77,12 +77,6 @@ static void renumber(const cJSON *json, const stp_repair_plan *plan)
         }
 }
 
-static stp_dbox world_box(const stp_chunk_entry *e)
-{
-    return (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
-                      stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
-}
-
 static void say_lost(const stp_repair_plan *plan, uint32_t id, uint64_t points, const stp_dbox *box)
 {
     const stp_repair_node *node = &plan->nodes[id];
@@ -106,7 +100,7 @@ static void add_lost(cJSON *list, const stp_repair_plan *plan, uint32_t id)
     const stp_repair_node *node = &plan->nodes[id];
     const stp_chunk_entry *e = &plan->damaged->entries[id];
     bool known = plan->damaged->known[id], leaf = known && e->child_count == 0;
-    stp_dbox world = known ? world_box(e) : stp_dbox_empty();
+    stp_dbox world = known ? stp_chunk_entry_box(e) : stp_dbox_empty();
     uint64_t points = leaf ? e->sample_count[0] : 0;
     cJSON *record = cJSON_CreateObject();
     cJSON_AddItemToArray(list, record);
@@ -146,9 +140,8 @@ static void add_rebuilt(cJSON *repair, const stp_repair_plan *plan)
         }
     }
     if (cJSON_GetArraySize(raised) > 0)
-        stp_damaged_say(plan->damaged,
-                        "%d chunks: errors raised for what changed beside or under them",
-                        cJSON_GetArraySize(raised));
+        stp_damaged_say(plan->damaged, "%d chunk%s: errors raised for changes beside or below",
+                        cJSON_GetArraySize(raised), cJSON_GetArraySize(raised) == 1 ? "" : "s");
 }
 
 /* Adds the damaged metadata as found, as far as it is plain text. */

@@ -105,6 +105,17 @@ static void choose_fates(stp_repair_plan *plan, bool *child_rebuilt)
     }
 }
 
+static stp_status place_boxes(stp_repair_plan *plan, stp_error *err)
+{
+    stp_status status = stp_chunk_boxes_create(&plan->boxes, plan->count, err);
+    for (uint32_t id = 0; id < plan->count && status == STP_OK; id++) {
+        const stp_dbox box = stp_chunk_entry_box(&plan->damaged->entries[id]);
+        if (plan->nodes[id].fate != STP_FATE_GONE)
+            stp_chunk_boxes_set(&plan->boxes, id, &box);
+    }
+    return status;
+}
+
 stp_status stp_repair_plan_make(stp_repair_plan *out, const stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -120,6 +131,7 @@ stp_status stp_repair_plan_make(stp_repair_plan *out, const stp_damaged *d, stp_
     link_between(&plan);
     cut_wrong_links(&plan);
     choose_fates(&plan, child_rebuilt);
+    STP_TRY(place_boxes(&plan, err));
     if (plan.nodes[0].fate == STP_FATE_GONE)
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: cannot be repaired: neither the root nor any chunk under it "
@@ -140,5 +152,6 @@ void stp_repair_plan_clear(stp_repair_plan *plan)
         free(plan->nodes[id].carry);
     }
     free(plan->nodes);
+    stp_chunk_boxes_clear(&plan->boxes);
     *plan = (stp_repair_plan){0};
 }

@@ -33,6 +33,7 @@ typedef struct stp_repair_plan {
     uint32_t count;         /* of nodes: chunks of the damaged file */
     uint32_t depth;         /* levels of the tree */
     stp_repair_node *nodes; /* by id */
+    stp_chunk_boxes boxes;  /* by id; of a chunk that is gone: empty */
     size_t replaced_bytes;
 } stp_repair_plan;
 

@@ -20,6 +20,7 @@ typedef struct verification {
     const stp_chunk_file_info *info;
     stp_chunk_entry *entries;
     stp_shelf *shelf;
+    stp_chunk_boxes boxes; /* by id */
     const stp_progress *progress;
     atomic_uint_fast64_t done_count;
     atomic_uint_fast64_t joints; /* of strips: 0 if all joints meet */
@@ -46,41 +47,29 @@ static stp_status fault(const place *at, uint32_t patch, const char *what, stp_e
                          at->chunk->id, at->entry->offset, patch, what);
 }
 
-static stp_dbox world_box(const stp_chunk_entry *e)
+static stp_status add_surrounding(void *context, uint32_t id, stp_surroundings *out, stp_error *err)
 {
-    return (stp_dbox){stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_min)),
-                      stp_dvec3_add(e->origin, stp_dvec3_from_float(e->box_max))};
-}
-
-/* Surroundings from all chunks of the same depth, in the order of ids. */
-static stp_status find_surroundings(const place *at, stp_surroundings *out, stp_error *err)
-{
-    const verification *v = at->v;
-    const stp_placed_chunk middle = {at->chunk, at->entry->origin, NULL};
-    stp_status status = stp_surroundings_begin(out, &middle, err);
-    uint32_t count = v->info->chunk_count;
-    for (uint32_t id = 0; id < count && status == STP_OK && !stp_surroundings_full(out); id++) {
-        const stp_chunk_entry *e = &v->entries[id];
-        const stp_chunk *chunk = NULL;
-        stp_dbox other = world_box(e);
-        if (id == at->chunk->id || e->depth != at->entry->depth ||
-            !stp_dbox_meet(&out->box, &other))
-            continue;
-        status = stp_shelf_take(v->shelf, id, &chunk, err);
-        if (status != STP_OK)
-            break;
-        status = stp_surroundings_add(out, &(stp_placed_chunk){chunk, e->origin, NULL}, err);
-        stp_shelf_give(v->shelf, id);
-    }
+    stp_status status = STP_OK;
+    const place *at = context;
+    const stp_chunk_entry *e = &at->v->entries[id];
+    const stp_chunk *chunk = NULL;
+    if (e->depth != at->entry->depth)
+        return STP_OK;
+    STP_TRY(stp_shelf_take(at->v->shelf, id, &chunk, err));
+    status = stp_surroundings_add(out, &(stp_placed_chunk){chunk, e->origin, NULL}, err);
+    stp_shelf_give(at->v->shelf, id);
+done:
     return status;
 }
 
 /* Recomputes perpendicular and colour errors, cones and bounds of every patch; then tangential
  * errors, which depend on the patch's neighbours. */
-static stp_status verify_errors(const place *at, stp_error *err)
+static stp_status verify_errors(place *at, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk *chunk = at->chunk;
+    const stp_placed_chunk middle = {chunk, at->entry->origin, NULL};
+    const stp_surrounding_chunks chunks = {&at->v->boxes, add_surrounding, at};
     uint32_t refuted = STP_CHUNK_NONE;
     stp_surroundings around = {0};
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
@@ -88,7 +77,7 @@ static stp_status verify_errors(const place *at, stp_error *err)
         if (what)
             return fault(at, i, what, err);
     }
-    STP_TRY(find_surroundings(at, &around, err));
+    STP_TRY(stp_surroundings_find(&around, &middle, chunk->id, &chunks, err));
     STP_TRY(stp_overhang_check(&refuted, chunk, &around, err));
     if (refuted != STP_CHUNK_NONE)
         status = fault(at, refuted,
@@ -319,11 +308,17 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     STP_TRY(check_closed(file, err));
     STP_TRY(stp_verify_tree(file, &v.entries, err));
     STP_TRY(check_stand_ins(&v, err));
+    STP_TRY(stp_chunk_boxes_create(&v.boxes, v.info->chunk_count, err));
+    for (uint32_t id = 0; id < v.info->chunk_count; id++) {
+        const stp_dbox box = stp_chunk_entry_box(&v.entries[id]);
+        stp_chunk_boxes_set(&v.boxes, id, &box);
+    }
     STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
     STP_TRY(check_joints(&v, err));
 done:
     stp_shelf_destroy(&v.shelf);
+    stp_chunk_boxes_clear(&v.boxes);
     free(v.entries);
     return status;
 }
