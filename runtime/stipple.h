@@ -386,7 +386,8 @@ stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_err
  * keep_pixels), OUT_OF_MEMORY, GL. */
 stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
-/* Copies the last picture to the lower left corner of a framebuffer (0: the window's). */
+/* Copies the last picture to the lower left corner of a framebuffer (0: the window's), as width x
+ * height pixels. A picture of another size is stretched. */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);
 
 /* Recomputes the levels chosen for the last frame. Not for STP_LOD_FULL with several passes. */

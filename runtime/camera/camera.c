@@ -142,15 +142,15 @@ bool stp_camera_equal(const stp_camera *a, const stp_camera *b)
            stp_dvec3_equal(a->up, b->up) && a->fovy_deg == b->fovy_deg && a->height == b->height;
 }
 
-stp_view stp_view_finer(const stp_view *view, int times)
+stp_view stp_view_scaled(const stp_view *view, double times)
 {
-    stp_view finer = *view;
-    finer.width *= times;
-    finer.height *= times;
-    finer.f *= times;
-    finer.offset[0] *= times;
-    finer.offset[1] *= times;
-    return finer;
+    stp_view scaled = *view;
+    scaled.width = (int)fmax(round(times * view->width), 1.0);
+    scaled.height = (int)fmax(round(times * view->height), 1.0);
+    scaled.f *= times;
+    scaled.offset[0] *= times;
+    scaled.offset[1] *= times;
+    return scaled;
 }
 
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height)

@@ -108,8 +108,8 @@ static inline double stp_view_axis_y(const stp_view *view)
     return 0.5 * view->height + view->offset[1];
 }
 
-/* The same view with `times` as many pixels along each side. */
-stp_view stp_view_finer(const stp_view *view, int times);
+/* The same view with `times` as many pixels along each side, rounded; at least 1. */
+stp_view stp_view_scaled(const stp_view *view, double times);
 /* The part of a view of this size that begins at pixel (x, y): a picture of its own in the same
  * perspective. It may reach over the view's rim. Where the two overlap, they show the same. */
 stp_view stp_view_part(const stp_view *view, int x, int y, int width, int height);

@@ -90,7 +90,7 @@ static void follow_the_reference(void **state)
 static size_t true_parts(const triangles_mesh *mesh, const stp_view *view, double *part)
 {
     enum { TIMES = 4 };
-    stp_view finer = stp_view_finer(view, TIMES);
+    stp_view finer = stp_view_scaled(view, TIMES);
     triangles_picture picture = {0};
     size_t count = 0;
     check_ok(triangles_draw(&picture, mesh, &finer, err));

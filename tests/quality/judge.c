@@ -60,7 +60,7 @@ static stp_status draw_smooth(quality_truth *t, const triangles_mesh *mesh, cons
 {
     stp_status status = STP_OK;
     triangles_picture picture = {0};
-    stp_view all = stp_view_finer(view, PARTS);
+    stp_view all = stp_view_scaled(view, PARTS);
     for (int y0 = 0; y0 < t->height; y0 += TILE_PX)
         for (int x0 = 0; x0 < t->width; x0 += TILE_PX) {
             int width = t->width - x0 < TILE_PX ? t->width - x0 : TILE_PX;

@@ -140,6 +140,32 @@ test_shaders() {
     expect_kill_by_key q
 }
 
+# A rate that nothing holds: while the view moves, the picture has a quarter of the width and is at
+# most 4 px coarse; at rest it is full again. Pauses between the events of a drag are no rest.
+test_fps() {
+    open_viewer --fps 1000 || return
+    expect_title ", every sample, auto" "--fps at rest"
+    local start drag said
+    start=$(screen_sum)
+    xdotool mousedown 1
+    # shellcheck disable=SC2046
+    xdotool $(for x in $(seq 100); do echo "mousemove $((200 + x)) 200 sleep 0.04"; done) &
+    drag=$!
+    expect_title " px at 100 x 100, auto" "a drag with --fps"
+    said=$(while kill -0 $drag 2>/dev/null; do title; done | head -n -1 |
+        sed 's/.*points, \(.*\), auto.*/\1/')
+    awk '!/^threshold [0-9.]+ px at / || $2 > 4 { exit 1 }' <<<"$said" ||
+        fail "in a drag with --fps: $(sort -u <<<"$said")"
+    wait $drag
+    xdotool mouseup 1
+    expect_title ", every sample, auto" "a drag that ended"
+    said=$(for _ in $(seq 10); do title; sleep 0.1; done)
+    [[ $said != *" at "* ]] || fail "a view at rest goes back to fewer pixels"
+    xdotool key h
+    wait_for 30 screen_is "$start" || fail "at rest the picture is not the full one"
+    expect_kill_by_key q
+}
+
 test_failures() {
     run env -u DISPLAY -u WAYLAND_DISPLAY "$STIPPLE" view "$FOLDER/model.stipple"
     expect_failure "stipple render"
@@ -159,6 +185,7 @@ test_keys
 test_mouse
 test_sizes
 test_rest
+test_fps
 test_shaders
 test_failures
 end_test

@@ -88,10 +88,11 @@ static stp_status bench_pace(const bench_state *s, const options *o, stp_error *
                                                     .height = o->size[1]},
                                  &r, err);
     if (status == STP_OK)
-        printf("%s: %.1f fps wanted, %.2f held (%+.0f %%) at %.3g px, %.1f ms a frame; %.1f ms "
-               "without a choice%s\n",
+        printf("%s: %.1f fps wanted, %.2f held (%+.0f %%) at %.3g px and %.0f %% of the width, "
+               "%.1f ms a frame; %.1f ms without a choice%s\n",
                stp_chunk_file_path(s->model->file), o->fps, r.fps, 100.0 * (r.fps / o->fps - 1.0),
-               r.threshold_px, r.frame_ms, r.bare_ms, r.holds ? "" : "; cannot be held");
+               r.threshold_px, 100.0 * r.scale, r.frame_ms, r.bare_ms,
+               r.holds ? "" : "; cannot be held");
     return status;
 }
 

@@ -40,7 +40,7 @@ static void sleep_until(double time_s)
         nanosleep(&(struct timespec){(time_t)left, (long)(1e9 * (left - floor(left)))}, NULL);
 }
 
-/* Measures the part of a frame's cost that no threshold reduces. */
+/* Measures the part of a frame's cost that no threshold of the pace reduces. */
 static stp_status measure_bare(const pace_run_params *p, double *out, stp_error *err)
 {
     double ms[BARE_FRAMES];
@@ -62,11 +62,13 @@ static stp_status measure_bare(const pace_run_params *p, double *out, stp_error 
 stp_status pace_run(const pace_run_params *p, pace_run_result *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    double *ms = NULL, *px = NULL;
+    double *ms = NULL, *px = NULL, *scales = NULL;
     size_t count = 0;
-    stp_pace pace = stp_pace_begin(p->fps, 1.0);
+    stp_pace pace = {0};
+    stp_pace_ask(&pace, p->fps, 1.0);
     STP_TRY(stp_alloc(&ms, FRAMES_LIMIT, sizeof *ms, "times", err));
     STP_TRY(stp_alloc(&px, FRAMES_LIMIT, sizeof *px, "times", err));
+    STP_TRY(stp_alloc(&scales, FRAMES_LIMIT, sizeof *scales, "times", err));
     STP_TRY(measure_bare(p, &out->bare_ms, err));
     double begun = stp_clock_seconds(), due = begun, first = begun, now = begun;
     while (now - begun < SETTLE_S + p->seconds && count < FRAMES_LIMIT) {
@@ -74,13 +76,15 @@ stp_status pace_run(const pace_run_params *p, pace_run_result *out, stp_error *e
         stp_draw_stats stats;
         stp_view view;
         STP_TRY(view_at(p, now - begun, &view, err));
+        view = stp_view_scaled(&view, pace.scale);
         STP_TRY(stp_renderer_draw(p->renderer, &view, &params, &stats, err));
         bool measured = now - begun >= SETTLE_S;
         first = measured && count == 0 ? now : first;
         ms[count] = stats.frame_ms;
         px[count] = params.threshold_px;
+        scales[count] = pace.scale;
         count += measured;
-        stp_pace_follow(&pace, stats.frame_ms);
+        stp_pace_follow(&pace, stats.frame_ms, stats.points_drawn);
         due = fmax(due + 1.0 / p->fps, stp_clock_seconds());
         sleep_until(due);
         now = stp_clock_seconds();
@@ -88,9 +92,11 @@ stp_status pace_run(const pace_run_params *p, pace_run_result *out, stp_error *e
     out->fps = (double)count / (now - first);
     out->frame_ms = bench_median(ms, count);
     out->threshold_px = bench_median(px, count);
+    out->scale = bench_median(scales, count);
     out->holds = stp_pace_holds(&pace);
 done:
     free(ms);
     free(px);
+    free(scales);
     return status;
 }

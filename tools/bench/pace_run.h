@@ -1,5 +1,5 @@
-/* Measures how well a frame rate is held. Flies around the model with the threshold that
- * runtime/camera/pace.h finds, while chunks stream. Threads: the render thread. */
+/* Measures how well a frame rate is held. Flies around the model with the threshold and the
+ * resolution that runtime/camera/pace.h finds, while chunks stream. Threads: the render thread. */
 #ifndef STP_TOOLS_BENCH_PACE_RUN_H
 #define STP_TOOLS_BENCH_PACE_RUN_H
 
@@ -14,8 +14,8 @@ typedef struct pace_run_params {
 } pace_run_params;
 
 typedef struct pace_run_result {
-    double fps, frame_ms, threshold_px; /* medians; fps is frames over time */
-    double bare_ms; /* of a frame at the coarsest threshold, the part that no threshold can save */
+    double fps, frame_ms, threshold_px, scale; /* medians; fps is frames over time */
+    double bare_ms; /* of a full frame at the coarsest threshold: what only fewer pixels can save */
     bool holds;     /* result of stp_pace_holds at the end */
 } pace_run_result;
 

@@ -71,7 +71,7 @@ stp_status draw_fine(stp_renderer *renderer, const stp_view *view, const stp_dra
     stp_status status = STP_OK;
     stp_draw_stats sum = {.cut_complete = true, .every_sample = true};
     int side_px = times * PART_PX + 2 * RIM_PX;
-    stp_view all = stp_view_finer(view, times);
+    stp_view all = stp_view_scaled(view, times);
     uint8_t *pixels = NULL;
     STP_TRY(stp_alloc(&pixels, (size_t)side_px * (size_t)side_px, 4, "a part of a picture", err));
     for (int y = 0; y < view->height; y += PART_PX)

@@ -32,6 +32,7 @@ static double depth_under(void *context, int x, int y)
 {
     const viewer *v = context;
     float depth = 0.0f; /* stays 0 outside the picture */
+    view_drawn_pixel(v, &x, &y);
     stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
     return (double)depth;
 }
@@ -306,9 +307,11 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     double fps = 0.0;
     cli_option list[DRAW_OPTION_COUNT + 1] = {
-        [DRAW_OPTION_COUNT] = {"--fps", 0, CLI_NUMBER, &fps, "N",
-                               "hold N frames a second while the camera moves; finer at rest",
-                               NULL},
+        [DRAW_OPTION_COUNT] =
+            {"--fps", 0, CLI_NUMBER, &fps, "N",
+             "hold N frames a second while the camera moves, by a coarser threshold "
+             "and fewer pixels; finer at rest",
+             NULL},
     };
     draw_options_fill(&o, list);
     o.timeout_s = INFINITY; /* the viewer waits until the server answers again */

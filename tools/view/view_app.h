@@ -17,6 +17,8 @@
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
 
+#include <math.h>
+
 /* Number of frames in the charts. */
 #define VIEW_HISTORY 240
 #define VIEW_NOTE_BYTES 1100
@@ -100,9 +102,11 @@ typedef struct viewer {
     int ui_turns;    /* how many more times to draw the panels, until they settle */
     double fps;      /* frame rate to hold while the camera moves; 0: no limit */
     stp_pace pace;   /* holds fps */
+    double moved_s;  /* when something changed last */
+    stp_view drawn;  /* of the last frame: control.view, perhaps with fewer pixels */
     double drawn_px; /* threshold of the last frame; 0: every sample */
     bool loading;    /* chunks are on their way */
-    bool resting;    /* nothing moves, but more frames come, which refine */
+    bool resting;    /* nothing moves, but more frames come: finer ones */
     double last_frame_s;
     bool said_damage, quits;
     uint64_t shader_state;
@@ -110,6 +114,19 @@ typedef struct viewer {
 
 #define VIEW_SHOT_SIZE_COUNT 6
 #define VIEW_SHOT_SIZES "as the window|2 x|4 x|4096 px|8192 px|16384 px"
+
+/* Whether the last frame has fewer pixels than the window shows. */
+static inline bool view_is_small(const viewer *v)
+{
+    return v->drawn.width < v->control.view.width || v->drawn.height < v->control.view.height;
+}
+
+/* Takes a pixel of the window to the pixel of the last frame that is shown there. */
+static inline void view_drawn_pixel(const viewer *v, int *x, int *y)
+{
+    *x = (int)floor((*x + 0.5) * v->drawn.width / v->layout.picture_width);
+    *y = (int)floor((*y + 0.5) * v->drawn.height / v->layout.picture_height);
+}
 
 /* Says something in the status line for some seconds. */
 void view_note(viewer *v, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -7,9 +7,13 @@
 
 #define TITLE_BYTES 1024
 #define LOD_BYTES 36
+#define THRESHOLD_BYTES 64
 /* After this time a level change has faded to a third. */
 #define FADE_S 0.12
 #define FADE_LEAST 0.05
+/* With --fps, a view rests after this time without a change: pauses between two events of a drag
+ * are shorter. */
+#define REST_S 0.25
 
 /* Writes the colour mode; nothing for the samples' own colours. */
 static void colour_words(const stp_draw_params *p, char out[40])
@@ -51,19 +55,28 @@ static void lod_words(const viewer *v, char text[LOD_BYTES])
         snprintf(text, LOD_BYTES, "%s", asked);
 }
 
+/* Writes what the frame on the screen was drawn with. */
+static void threshold_words(const viewer *v, char text[THRESHOLD_BYTES])
+{
+    int used = v->drawn_px > 0.0 && !v->stats.every_sample
+                   ? snprintf(text, THRESHOLD_BYTES, "threshold %.4g px", v->drawn_px)
+                   : snprintf(text, THRESHOLD_BYTES, "every sample");
+    if (view_is_small(v))
+        snprintf(text + used, THRESHOLD_BYTES - (size_t)used, " at %d x %d", v->drawn.width,
+                 v->drawn.height);
+}
+
 static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
-    char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[32], colour[40],
-        modes[120], missing[40] = "", more[40] = "";
+    char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[THRESHOLD_BYTES],
+        colour[40], modes[120], missing[40] = "", more[40] = "";
     lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
     colour_words(p, colour);
     mode_words(v, modes);
-    snprintf(threshold, sizeof threshold, "threshold %.4g px", p->threshold_px);
-    if (p->every_sample || p->lod == STP_LOD_FULL)
-        snprintf(threshold, sizeof threshold, "every sample");
+    threshold_words(v, threshold);
     if (v->stats.chunks_missing > 0)
         snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
     if (v->said_damage)
@@ -96,8 +109,7 @@ static void note_frame(viewer *v)
     chart->count += chart->count < VIEW_HISTORY;
 }
 
-/* While frames follow each other, the threshold is the one that holds --fps. At rest it is the
- * requested one. */
+/* At rest the threshold is the requested one. */
 static stp_draw_params params_of(viewer *v, bool moving)
 {
     stp_draw_params p = v->control.params;
@@ -106,14 +118,18 @@ static stp_draw_params params_of(viewer *v, bool moving)
     for (size_t i = 0; i < v->scene.count; i++)
         p.hidden_models |= v->scene.models[i].hidden ? 1u << i : 0u;
     p.refine = v->fps > 0.0 && !moving;
+    p.every_sample |= p.lod == STP_LOD_FULL;
     p.fade = fmax(exp(-(v->now_s - v->last_frame_s) / FADE_S), FADE_LEAST);
     v->last_frame_s = v->now_s;
-    if (v->fps > 0.0 && moving && !p.every_sample) {
-        if (v->pace.fps != v->fps || v->pace.asked_px != p.threshold_px)
-            v->pace = stp_pace_begin(v->fps, p.threshold_px);
-        p.threshold_px = v->pace.threshold_px;
-    }
     return p;
+}
+
+/* Makes threshold and resolution those that hold --fps. */
+static void keep_pace(viewer *v, stp_draw_params *params)
+{
+    stp_pace_ask(&v->pace, v->fps, params->threshold_px);
+    params->threshold_px = v->pace.threshold_px;
+    v->drawn = stp_view_scaled(&v->drawn, v->pace.scale);
 }
 
 /* Makes the view. A camera that sees nothing, for whatever reason, goes home. */
@@ -135,15 +151,20 @@ static stp_status draw_scene(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
     view_control *c = &v->control;
-    bool moving = c->changed;
-    const stp_draw_params params = params_of(v, moving);
+    v->moved_s = c->changed ? v->now_s : v->moved_s;
+    bool moving = v->fps > 0.0 && v->now_s - v->moved_s < REST_S;
+    stp_draw_params params = params_of(v, moving);
+    bool paced = moving && !params.every_sample;
     STP_TRY(make_view(v, err));
-    STP_TRY(stp_renderer_draw(v->renderer, &c->view, &params, &v->stats, err));
-    if (v->fps > 0.0 && moving)
-        stp_pace_follow(&v->pace, v->stats.frame_ms);
+    v->drawn = c->view;
+    if (paced)
+        keep_pace(v, &params);
+    STP_TRY(stp_renderer_draw(v->renderer, &v->drawn, &params, &v->stats, err));
+    if (paced && c->changed)
+        stp_pace_follow(&v->pace, v->stats.frame_ms, v->stats.points_drawn);
     v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
     v->loading = v->stats.chunks_loading > 0 || stp_renderer_trouble(v->renderer)[0] != '\0';
-    v->resting = v->stats.more;
+    v->resting = v->stats.more || moving;
     note_frame(v);
     show_damage(v);
     c->changed = false;
@@ -155,18 +176,19 @@ done:
 /* Finds what is under the cursor, if the cursor is over the picture. */
 static void look_under(viewer *v)
 {
-    int x = (int)floor(v->control.x), y = (int)floor(v->control.y);
+    int x = (int)floor(v->control.x), y = (int)floor(v->control.y), column = x, row = y;
     bool inside = x >= 0 && y >= 0 && x < v->layout.picture_width && y < v->layout.picture_height;
     v->under = (stp_pick){0};
     if (!inside || v->control.drag != VIEW_REST)
         return;
+    view_drawn_pixel(v, &column, &row);
     if (!v->resting && !v->loading) {
-        stp_renderer_pick(v->renderer, x, y, &v->under, NULL);
+        stp_renderer_pick(v->renderer, column, row, &v->under, NULL);
         return;
     }
     /* picking would restart the refinement */
     float depth = 0.0f;
-    stp_renderer_depth_at(v->renderer, x, y, &depth, NULL);
+    stp_renderer_depth_at(v->renderer, column, row, &depth, NULL);
     v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
     v->under.position = stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth);
 }

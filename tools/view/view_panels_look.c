@@ -18,12 +18,16 @@ static void pace_rows(viewer *v)
         v->fps = holds ? FPS_AT_FIRST : 0.0;
         v->control.changed = true;
     }
-    stp_ui_hint("coarser while the camera moves; at rest finer, up to every sample");
+    stp_ui_hint("coarser and with fewer pixels while the camera moves; at rest finer, up to every "
+                "sample");
     if (holds)
         stp_ui_slider("frames a second", &v->fps, 5.0, 120.0, "%.0f", true);
     if (holds && v->pace.fps > 0.0 && !stp_pace_holds(&v->pace))
-        stp_ui_note("Closing gaps alone takes longer than that: make the window smaller.");
-    if (v->loading)
+        stp_ui_note("This rate cannot be held: nothing coarser or smaller is drawn faster.");
+    if (view_is_small(v))
+        snprintf(text, sizeof text, "%d x %d, at %.3g px", v->drawn.width, v->drawn.height,
+                 v->drawn_px);
+    else if (v->loading)
         snprintf(text, sizeof text, "loading");
     else if (v->resting)
         snprintf(text, sizeof text, "being refined");

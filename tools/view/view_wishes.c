@@ -285,7 +285,9 @@ static void pick(viewer *v)
 {
     const double *at = v->control.click;
     stp_pick found = {0};
-    stp_renderer_pick(v->renderer, (int)floor(at[0]), (int)floor(at[1]), &found, NULL);
+    int x = (int)floor(at[0]), y = (int)floor(at[1]);
+    view_drawn_pixel(v, &x, &y);
+    stp_renderer_pick(v->renderer, x, y, &found, NULL);
     v->clicked = found;
     if (!v->control.measuring)
         return;
