@@ -439,7 +439,9 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     stp_stage_begin(clock);
     stp_reconstruct_pull_push(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks, clock);
     double pulled = stp_clock_seconds();
-    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks, clock);
+    /* while a picture moves, smooth edges cost more time than they are worth */
+    stp_reconstruct_finish(&r->reconstruct, &r->pyramid, levels, &r->tiles, blocks,
+                           r->still || !d->params->stream, clock);
     bool finishes = stp_reconstruct_finishes(&r->reconstruct, levels);
     if (d->params->keep_pixels && finishes) {
         stp_reconstruct_keep_level_0(&r->reconstruct, &r->pyramid, levels, &r->tiles);

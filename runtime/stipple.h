@@ -203,7 +203,9 @@ typedef struct stp_draw_params {
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn. A
                                    merged sample has the class of one sample that it stands for */
     /* Silhouettes cover their pixels in part, as far as their discs reach, over what lies behind.
-     * Not with POINTS, nor in a host's framebuffer. Depths and picks stay the same. */
+     * Not with POINTS, nor in a host's framebuffer. While streaming, only views at rest have them:
+     * they take one more pass. Depths and picks stay the same. Zero is without, so alpha is 0 or 1:
+     * set it if you blend the picture over another by its alpha. */
     bool smooth_edges;
     stp_cull cull;
     bool every_sample; /* as threshold zero: all level-0 samples, with any lod */

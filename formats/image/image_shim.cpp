@@ -11,6 +11,7 @@ extern "C" {
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace
 {
@@ -119,8 +120,14 @@ extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_na
             return STP_OIIO_UNKNOWN_FORMAT;
         OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
         spec["oiio:UnassociatedAlpha"] = 1;
-        if (!output->supports("alpha"))
+        std::vector<uint8_t> shown;
+        if (!output->supports("alpha")) {
             spec.nchannels = 3;
+            shown.assign(rgba, rgba + 4 * spec.image_pixels());
+            for (size_t i = 0; i < shown.size(); i++)
+                shown[i] = static_cast<uint8_t>((shown[i] * rgba[i | 3] + 127) / 255);
+            rgba = shown.data();
+        }
         const OIIO::stride_t pixel = 4;
         return write(*output, spec, path, OIIO::TypeDesc::UINT8, rgba, pixel, message,
                      message_bytes);

@@ -165,10 +165,9 @@ static void push_levels(const stp_reconstruct_programs *programs, const stp_pyra
 
 /* Does the last push and the shading by a compute shader. Writes every pixel of the tiles. */
 static void finish_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                           int levels, const stp_blocks *blocks)
+                           int levels, const stp_blocks *blocks, GLuint picture)
 {
-    const GLuint images[3] = {programs->edge != 0 ? pyramid->rough : pyramid->picture,
-                              pyramid->picture_depth, pyramid->picture_mark};
+    const GLuint images[3] = {picture, pyramid->picture_depth, pyramid->picture_mark};
     static const GLenum formats[3] = {GL_R32UI, GL_R32F, GL_R8UI};
     glUseProgram(programs->finish_columns);
     bind_push(pyramid, 0, levels, glBindImageTextures);
@@ -292,19 +291,21 @@ static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyr
 
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles, const stp_blocks *blocks,
-                            stp_stage_clock *clock)
+                            bool smooth, stp_stage_clock *clock)
 {
-    const GLuint *frames = programs->edge != 0 ? pyramid->rough_frames : pyramid->picture_frames;
+    smooth = smooth && programs->edge != 0;
+    const GLuint *frames = smooth ? pyramid->rough_frames : pyramid->picture_frames;
     if (blocks != NULL)
-        finish_columns(programs, pyramid, levels, blocks);
+        finish_columns(programs, pyramid, levels, blocks,
+                       smooth ? pyramid->rough : pyramid->picture);
     else
         draw_picture(programs, pyramid, levels, tiles, frames);
     stp_stage_end(clock, STP_STAGE_FINISH);
     if (programs->edl != 0)
         darken(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
-    if (programs->edge != 0)
+    if (smooth)
         smooth_edges(programs, pyramid, levels, tiles);
-    if (programs->edl != 0 || programs->edge != 0)
+    if (programs->edl != 0 || smooth)
         stp_stage_end(clock, STP_STAGE_EFFECTS);
 }
 

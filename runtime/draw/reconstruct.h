@@ -46,10 +46,11 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
                                int levels, const stp_tiles *tiles, const stp_blocks *blocks,
                                stp_stage_clock *clock);
 /* Makes the pyramid's picture: finishes level 0 if needed, shades it, and adds eye-dome lighting if
- * the variant has it. clock: as in stp_reconstruct_pull_push. */
+ * the variant has it, and smooth edges if it has them and `smooth` is set. clock: as in
+ * stp_reconstruct_pull_push. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles, const stp_blocks *blocks,
-                            stp_stage_clock *clock);
+                            bool smooth, stp_stage_clock *clock);
 /* Writes level 0 as finished, for readers of its pixels; the picture does not need it. Call only if
  * stp_reconstruct_finishes. */
 void stp_reconstruct_keep_level_0(const stp_reconstruct_programs *programs,

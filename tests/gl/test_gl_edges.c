@@ -1,6 +1,6 @@
 /* Tests smooth edges: the pass must equal the CPU reference. Outlines must be at least 3 dB nearer
- * to a picture of four times the resolution. Depths and picks must stay the same, and nothing of
- * the last frame may remain. */
+ * to a picture of four times as many pixels each way. Depths and picks must stay the same, and
+ * nothing of the last frame may remain. While streaming, only a view at rest has them. */
 #include "tests/fixtures/gl_model.h"
 #include "tests/support/triangles.h"
 #include "tests/support/views.h"
@@ -202,13 +202,47 @@ static void nothing_stays(void **state)
     assert_memory_equal(before, after, sizeof before);
 }
 
+/* Streams until the view rests. */
+static void rest(gl_fixture *f, const stp_view *view, const stp_draw_params *params, uint8_t *rgba)
+{
+    stp_draw_stats stats = {.more = true};
+    for (int i = 0; i < 10000 && (stats.more || stats.chunks_loading > 0); i++)
+        check_ok(stp_renderer_draw(f->renderer, view, params, &stats, err));
+    assert_true(stats.cut_complete && !stats.more);
+    check_ok(stp_renderer_read(f->renderer, rgba, err));
+}
+
+/* While streaming, a view at rest has smooth edges, and a moving one has none. */
+static void only_at_rest(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t rough[4 * PIXELS], smooth[4 * PIXELS], streamed[4 * PIXELS];
+    static float depth[PIXELS];
+    const stp_view view = view_of(f, 5, false), other = view_of(f, 17, false);
+    for (int lod = STP_LOD_GEOMETRY; lod <= STP_LOD_COMPUTE; lod++) {
+        stp_draw_params params = {.lod = (stp_lod)lod};
+        draw(f, &view, &params, rough, depth);
+        params.smooth_edges = true;
+        draw(f, &view, &params, smooth, depth);
+        params.stream = true;
+        rest(f, &view, &params, streamed);
+        assert_memory_equal(streamed, smooth, sizeof smooth);
+        rest(f, &other, &params, streamed);
+        check_ok(stp_renderer_draw(f->renderer, &view, &params, NULL, err));
+        check_ok(stp_renderer_read(f->renderer, streamed, err));
+        assert_memory_equal(streamed, rough, sizeof rough);
+        rest(f, &view, &params, streamed);
+        assert_memory_equal(streamed, smooth, sizeof smooth);
+    }
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(follow_the_reference), cmocka_unit_test(near_the_true_outline),
         cmocka_unit_test(finer_pictures),       cmocka_unit_test(picks_stay),
-        cmocka_unit_test(nothing_stays),
+        cmocka_unit_test(nothing_stays),        cmocka_unit_test(only_at_rest),
     };
     int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);

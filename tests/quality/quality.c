@@ -196,7 +196,7 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3, .only = -1}};
     const cli_option list[] = {
-        {"--aa", 0, CLI_CHOICE, &s.options.aa, DRAW_AA, "how edges are smoothed (off)", NULL},
+        {"--aa", 0, CLI_CHOICE, &s.options.aa, DRAW_AA, "how edges are smoothed (none)", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &s.options.only, DRAW_RECONSTRUCTIONS, "this one only",
          NULL},
         {"--size", 0, CLI_EXTENT, s.options.size, "WxH", "of the pictures (1024x1024)", NULL},

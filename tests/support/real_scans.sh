@@ -29,7 +29,7 @@ check_prep() { # name: every point is stored or rejected by name, and the model 
 }
 
 draw() { # options
-    run "$STIPPLE" render "$model" -o "$picture" --force --quiet --size 256x256 --stats "$FOLDER/stats.json" "$@"
+    run "$STIPPLE" render "$model" -o "$picture" --force --quiet --aa none --size 256x256 --stats "$FOLDER/stats.json" "$@"
     expect_code 0
     grep -q '"cut_complete":[[:space:]]*true' "$FOLDER/stats.json" || fail "$command: the cut is not complete"
 }
@@ -87,7 +87,7 @@ fly() { # model, folder, options
     local from=$1 to=$2
     shift 2
     run "$STIPPLE" fly "$from" --path "$FOLDER/views.json" --rate 1 -o "$FOLDER/$to" --force --quiet \
-        --size "${width}x$width" "$@"
+        --aa none --size "${width}x$width" "$@"
     expect_code 0
 }
 

@@ -36,6 +36,45 @@ field() { # number of a field in $FOLDER/stats.json, as --stats writes it
     sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json" | head -1
 }
 
+# Numbers of pixels of a PNG of 8-bit RGBA that are covered in part, and in whole.
+alphas() { # picture
+    python3 - "$1" <<'END'
+import struct, sys, zlib
+data, at, packed = open(sys.argv[1], "rb").read(), 8, b""
+while at < len(data):
+    size, kind = struct.unpack(">I4s", data[at:at + 8])
+    body = data[at + 8:at + 8 + size]
+    if kind == b"IHDR":
+        width, height, depth, colours = struct.unpack(">IIBB", body[:10])
+        assert (depth, colours) == (8, 6)
+    packed += body if kind == b"IDAT" else b""
+    at += 12 + size
+raw, row, counts = zlib.decompress(packed), bytearray(4 * width), [0] * 256
+for y in range(height):
+    line = raw[y * (4 * width + 1):(y + 1) * (4 * width + 1)]
+    above, row = row, bytearray(4 * width)
+    for x in range(3, 4 * width, 4): # only alphas are undone
+        a, b, c = row[x - 4] if x > 3 else 0, above[x], above[x - 4] if x > 3 else 0
+        near = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
+        row[x] = line[x + 1] + (0, a, b, (a + b) // 2, near)[line[0]] & 255
+        counts[row[x]] += 1
+print(sum(counts[1:255]), counts[255])
+END
+}
+
+# The picture's outline is covered in part (smooth) or has only pixels of alpha 0 and 255 (hard).
+expect_outline() { # picture, smooth or hard
+    local part whole
+    command -v python3 >/dev/null || return 0
+    read -r part whole < <(alphas "$1")
+    [ "${whole:-0}" -gt 0 ] || fail "$command: nothing of $1 is covered"
+    if [ "$2" = smooth ]; then
+        [ "${part:-0}" -gt 10 ] || fail "$command: ${part:-no} pixels of $1 are covered in part"
+    else
+        [ "${part:-1}" = 0 ] || fail "$command: ${part:-no} pixels of $1 are covered in part"
+    fi
+}
+
 expect_code() {
     [ "$code" = "$1" ] || fail "$command: exit $code, expected $1: $(head -3 "$FOLDER/err")"
 }

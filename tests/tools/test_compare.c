@@ -228,6 +228,22 @@ static void images_that_fail(void **state)
     stp_image_destroy(&a);
 }
 
+/* JPEG has no alpha: what is covered in part is darker by as much as over black. */
+static void jpeg_is_over_black(void **state)
+{
+    (void)state;
+    stp_error err = {0};
+    stp_image a = blank(16, 16), b = {0};
+    for (int i = 0; i < 16 * 16; i++)
+        set(&a, i % 16, i / 16, 200, 128);
+    assert_int_equal(stp_image_save(&a, "half.jpg", false, &err), STP_OK);
+    assert_int_equal(stp_image_load(&b, "half.jpg", &err), STP_OK);
+    assert_in_range(b.rgba[0], 97, 103);
+    assert_int_equal(b.rgba[3], 255);
+    stp_image_destroy(&a);
+    stp_image_destroy(&b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -239,6 +255,7 @@ int main(void)
         cmocka_unit_test(nothing_in_common),
         cmocka_unit_test(images_keep_their_bytes),
         cmocka_unit_test(images_that_fail),
+        cmocka_unit_test(jpeg_is_over_black),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -65,6 +65,9 @@ test_frames() {
     cmp -s "$FOLDER/d.exr" "$frames/frame_000013_depth.exr" || fail "not the depths of render"
     cmp -s "$FOLDER/n.exr" "$frames/frame_000013_normals.exr" || fail "not the normals of render"
     cmp -s "$frames/frame_000001.png" "$frames/frame_000002.png" && fail "the camera does not move"
+    expect_outline "$frames/frame_000001.png" smooth
+    fly "$FOLDER/hard" --aa none --frames 1
+    expect_outline "$FOLDER/hard/frame_000001.png" hard
     # everything is there: fly must make nothing and say so
     fly "$frames" --depth --normals
     expect_code 0

@@ -84,22 +84,24 @@ test_pictures() {
 }
 
 test_smooth_edges() {
-    local before=plain
+    local before=default
     render "$model" --size 64x64
-    keep plain
-    for aa in off edges 2 3 4; do
+    expect_outline "$picture" smooth
+    keep default
+    for aa in edges none 2 3 4; do
         render "$model" --size 64x64 --aa $aa --stats "$FOLDER/stats.json"
         expect_picture 64 64
         expect_coverage 100000 320000
-        [ $aa = off ] && same_picture plain
-        if [ $aa != off ] && cmp -s "$picture" "$FOLDER/$before.png"; then
+        [ $aa = edges ] && same_picture default
+        [ $aa = none ] && expect_outline "$picture" hard
+        if [ $aa != edges ] && cmp -s "$picture" "$FOLDER/$before.png"; then
             fail "$command: the picture of $before"
         fi
         before=$aa
         keep "$aa"
     done
     render "$model" --size 64x64 --aa 5
-    expect_usage "--aa takes off, edges, 2, 3 or 4"
+    expect_usage "--aa takes one of none|edges|2|3|4"
 }
 
 test_roads() {
@@ -390,6 +392,7 @@ test_no_gl() {
 
 make_models
 test_pictures
+test_smooth_edges
 test_roads
 test_budget
 test_stats

@@ -22,6 +22,9 @@ figure() { # threshold's place from 1, key
     grep -o "\"$2\":[[:space:]]*[-0-9.e+]*" "$report/tune.json" | sed -n "$1s/.*:[[:space:]]*//p"
 }
 
+thousands() { sed -E ':more; s/^([0-9]+)([0-9]{3})/\1,\2/; t more' <<<"$1"; }
+drawn() { printf '%.0f' "$(figure "$1" points)"; } # mean points of a threshold's place
+
 holds() { # what, awk's condition
     awk "BEGIN { exit !($2) }" || fail "$1: not $2"
 }
@@ -40,6 +43,12 @@ test_report() {
     [ "$(grep -c '^ *[0-9]' "$FOLDER/out")" = 4 ] || fail "the table: $(cat "$FOLDER/out")"
     [ "$(grep -c '^recommended: --threshold [0-9.]*: ' "$FOLDER/out")" = 1 ] || fail "no threshold is recommended"
     grep -q '<strong>recommended: --threshold ' "$report/index.html" || fail "the page recommends no threshold"
+    for text in 'popping     what changes' 'Why 0 px may score below 0.5 px: ' " $(thousands "$(drawn 1)") "; do
+        expect_text out "$text"
+    done
+    for text in '<strong>popping</strong>: what' 'Why 0 px may score below' "<td>$(thousands "$(drawn 1)")<"; do
+        grep -qF -- "$text" "$report/index.html" || fail "no '$text' on the page"
+    done
     # points fall as the threshold rises; quality is best with all points, apart from the smoothing
     # of merging
     for place in 2 3 4; do
@@ -106,13 +115,21 @@ test_solvers() {
     bytes=$(figure 1 gpu_bytes)
     tune "$FOLDER/solved" --force --bytes $((2 * bytes)) --thresholds 0,2
     expect_code 0
-    expect_text out "threshold 0 px: bytes $bytes, asked for $((2 * bytes))"
+    expect_text out "threshold 0 px: bytes $(thousands "$bytes"), asked for $(thousands $((2 * bytes)))"
     grep -q '"solved"' "$FOLDER/solved/tune.json" || fail "no answer in the JSON"
     tune "$FOLDER/none" --psnr 90 --views 1
     expect_failure "--psnr: 90.00 dB cannot be reached with these views: thresholds from 0 to"
     tune "$FOLDER/none" --fps 1e9 --views 1
     expect_failure "frames a second cannot be reached"
     [ ! -e "$FOLDER/none" ] || fail "a report was written though the goal cannot be reached"
+}
+
+test_default() {
+    tune "$FOLDER/marked" --thresholds 0,1 --views 1
+    expect_code 0
+    [ "$(grep -c 'default$' "$FOLDER/out")" = 1 ] && grep -q '^ *1 .* default$' "$FOLDER/out" ||
+        fail "the default is not marked: $(cat "$FOLDER/out")"
+    grep -qF '<td>1 (default)<' "$FOLDER/marked/index.html" || fail "the page marks no default"
 }
 
 test_settings() {
@@ -231,6 +248,7 @@ test_interrupted() {
 test_report
 test_well_formed
 test_solvers
+test_default
 test_settings
 test_views
 test_refusals

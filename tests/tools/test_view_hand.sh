@@ -202,6 +202,7 @@ test_screenshot() {
     settle
     press p
     wait_for 60 test -s "$FOLDER/model-2.png" || fail "the second picture has not the next name"
+    expect_outline "$FOLDER/model-1.png" smooth
     cmp -s "$FOLDER/model-1.png" "$FOLDER/model-2.png" || fail "two pictures of a view differ"
     expect_kill_by_key q
     run "$STIPPLE" render "$FOLDER/model.stipple" "${VIEW[@]}" --size ${WIDTH}x$HEIGHT \

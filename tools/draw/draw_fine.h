@@ -6,8 +6,9 @@
 #include "formats/image/image.h"
 #include "runtime/stipple.h"
 
-/* The words of --aa, and the index of "edges". */
-#define DRAW_AA "off|edges|2|3|4"
+/* The words of --aa, and the indices of two. */
+#define DRAW_AA "none|edges|2|3|4"
+#define DRAW_AA_NONE 0
 #define DRAW_AA_EDGES 1
 
 /* How many times finer --aa draws pictures; 1 if it does not. */

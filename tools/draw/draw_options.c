@@ -14,6 +14,7 @@ draw_options draw_options_default(void)
 {
     return (draw_options){.camera = camera_options_default(),
                           .threshold_px = 1.0,
+                          .aa = DRAW_AA_EDGES,
                           .radius_cap_px = STP_RADIUS_CAP_PX,
                           .timeout_s = SOURCE_TIMEOUT_S,
                           .gpu_memory = UINT64_C(1) << 30,
@@ -44,7 +45,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--reconstruct", 0, CLI_CHOICE, &o->reconstruct, DRAW_RECONSTRUCTIONS,
          "method that closes gaps between samples (gauss)", NULL},
         {"--aa", 0, CLI_CHOICE, &o->aa, DRAW_AA,
-         "edges: smooth edges by how far discs reach; N: average N x N pixels (off)", NULL},
+         "edges: smooth edges by how far discs reach; N: average N x N pixels (edges)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
         {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "what colours the samples (rgb)",

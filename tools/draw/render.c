@@ -21,8 +21,8 @@ const cli_command cli_render = {
         "whole,\n"
         "the picture shows the whole model, which fills the smaller side. The picture's alpha "
         "says\n"
-        "where the model covers it. --repeat N draws N more times and --stats says how long each\n"
-        "picture took.",
+        "how much of a pixel the model covers; with --aa none, all or nothing. --repeat N draws N\n"
+        "more times and --stats says how long each picture took.",
     .run = run,
 };
 

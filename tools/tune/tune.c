@@ -434,9 +434,13 @@ static int run(int argc, char **argv)
     draw_options_fill(&o.draw, list);
     o.draw.camera.size[0] = o.draw.camera.size[1] = 512;
     o.draw.home = STP_HOME_WHOLE;
+    o.draw.aa = DRAW_AA_NONE; /* smooth edges would hide what a threshold does to outlines */
     for (size_t i = 0; i < DRAW_OPTION_COUNT; i++) {
         if (strcmp(list[i].name, "--size") == 0)
             list[i].help = "size of the pictures in pixels (512x512)";
+        if (strcmp(list[i].name, "--aa") == 0)
+            list[i].help =
+                "as render draws edges: none, smooth, or the mean of N x N pixels (none)";
         if (strcmp(list[i].name, "--threshold") == 0)
             list[i].help = NULL; /* parsed, so that check() can refuse it with a message */
         if (strcmp(list[i].name, "--view") == 0) {

@@ -150,9 +150,9 @@ static stp_status add_view(const tune_report *r, tune_folder *folder, size_t vie
             if (shot == NULL)
                 continue;
             snprintf(caption, sizeof caption,
-                     pass == 0 ? "%g px: %.2f dB, %llu points" : "%g px: differences, times 4",
+                     pass == 0 ? "%g px: %.2f dB, %s points" : "%g px: differences, times 4",
                      p->thresholds[p->shown[i]], row->compared.psnr_db,
-                     (unsigned long long)row->cut.points);
+                     tune_figure_count((double)row->cut.points).text);
             if (pass == 0) {
                 STP_TRY(add_picture(folder, &shot->image, caption, out, err));
                 continue;
@@ -181,15 +181,17 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
              "<th>flicker a frame</th></tr>\n");
     for (size_t t = 0; t < p->threshold_count; t++) {
         tune_summary s = tune_summarise(r->sweep, setting, t);
-        tune_text_add(out,
-                      "<tr><td>%g</td><td>%.2f</td><td>%.4f</td><td>%.2f / %.2f</td>"
-                      "<td>%.3f / %.2f / %.1f</td><td>%.1f</td><td>%.1f</td><td>%.0f</td>"
-                      "<td>%.0f</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td>%.3f</td>"
-                      "<td>%s</td><td>%.2f</td><td>%.2f</td></tr>\n",
-                      s.threshold_px, s.psnr_db, s.ssim, s.angle_mean_deg, s.angle_p95_deg,
-                      s.shift_mean_px, s.shift_p95_px, s.shift_max_px, s.holes, s.spill, s.points,
-                      s.patches, s.file_bytes / 1048576.0, s.gpu_bytes / 1048576.0, s.ms,
-                      s.predicted_px, tune_figure_write(s.measured_px, 3).text, s.extra, s.flicker);
+        tune_text_add(
+            out,
+            "<tr><td>%g%s</td><td>%.2f</td><td>%.4f</td><td>%.2f / %.2f</td>"
+            "<td>%.3f / %.2f / %.1f</td><td>%.1f</td><td>%.1f</td><td>%s</td>"
+            "<td>%s</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td>%.3f</td>"
+            "<td>%s</td><td>%.2f</td><td>%.2f</td></tr>\n",
+            s.threshold_px, tune_is_default(r->sweep, setting, s.threshold_px) ? " (default)" : "",
+            s.psnr_db, s.ssim, s.angle_mean_deg, s.angle_p95_deg, s.shift_mean_px, s.shift_p95_px,
+            s.shift_max_px, s.holes, s.spill, tune_figure_count(s.points).text,
+            tune_figure_count(s.patches).text, s.file_bytes / 1048576.0, s.gpu_bytes / 1048576.0,
+            s.ms, s.predicted_px, tune_figure_write(s.measured_px, 3).text, s.extra, s.flicker);
     }
     tune_text_add(out, "</table></div>\n<h3>What stands between predicted and measured</h3>\n"
                        "<div class=\"wide\"><table>\n<tr><th>threshold px</th><th>discs</th>"
@@ -202,8 +204,9 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
         tune_summary s = tune_summarise(r->sweep, setting, t);
         if (s.discs == 0)
             continue;
-        tune_text_add(out, "<tr><td>%g</td><td>%llu</td><td>%zu</td>", s.threshold_px,
-                      (unsigned long long)s.discs, s.ratios.broken);
+        tune_text_add(out, "<tr><td>%g</td><td>%s</td><td>%s</td>", s.threshold_px,
+                      tune_figure_count((double)s.discs).text,
+                      tune_figure_count((double)s.ratios.broken).text);
         const double of_ratio[] = {s.ratios.p10, s.ratios.median, s.ratios.p90, s.view_ratio};
         for (int k = 0; k < 4; k++)
             tune_text_add(out, "<td>%s</td>", tune_figure_write(of_ratio[k], 2).text);
@@ -233,10 +236,20 @@ static void add_intro(const tune_report *r, tune_text *out)
         tune_text_add(out, "<p><strong>%s.</strong></p>\n", advice);
     if (r->answer->kind != TUNE_GOAL_NONE)
         tune_text_add(out,
-                      "<p><strong>Solved: threshold %.4g px</strong> gives %s %.4g; asked "
-                      "for was %.4g.</p>\n",
+                      "<p><strong>Solved: threshold %.4g px</strong> gives %s %s; asked "
+                      "for was %s.</p>\n",
                       r->answer->found.threshold_px, tune_goal_word(r->answer->kind),
-                      r->answer->found.value, r->answer->target);
+                      tune_figure_goal(r->answer->kind, r->answer->found.value).text,
+                      tune_figure_goal(r->answer->kind, r->answer->target).text);
+}
+
+static void add_legend(tune_text *out)
+{
+    tune_text_add(out, "<h2>What the columns say</h2>\n<ul>\n");
+    for (size_t i = 0; i < TUNE_LEGEND_COUNT; i++)
+        tune_text_add(out, "<li><strong>%s</strong>: %s</li>\n", tune_legend[i].name,
+                      tune_legend[i].meaning);
+    tune_text_add(out, "</ul>\n<p>%s</p>\n", tune_legend_zero);
 }
 
 static const char notes[] =
@@ -267,6 +280,7 @@ stp_status tune_report_page(const tune_report *r, tune_folder *folder, tune_text
         tune_text_add(out, "<h2>%s</h2>\n", p->settings[k].name);
         add_table(r, k, out);
     }
+    add_legend(out);
     tune_text_add(out, "<h2>Charts</h2>\n<div class=\"charts\">\n");
     for (int i = 0; i < TUNE_CHARTS; i++)
         STP_TRY(tune_report_chart(r, i, out, err));

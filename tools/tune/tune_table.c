@@ -18,16 +18,72 @@ tune_figure tune_figure_write(double value, int decimals)
     return out;
 }
 
+tune_figure tune_figure_count(double value)
+{
+    tune_figure digits = tune_figure_write(value, 0), out = {""};
+    size_t length = strlen(digits.text), used = 0;
+    for (size_t i = 0; i < length; i++) {
+        if (i > 0 && (length - i) % 3 == 0)
+            out.text[used++] = ',';
+        out.text[used++] = digits.text[i];
+    }
+    return out;
+}
+
+tune_figure tune_figure_goal(tune_goal_kind kind, double value)
+{
+    return kind == TUNE_GOAL_BYTES ? tune_figure_count(value) : tune_figure_write(value, 2);
+}
+
+/* ---- the legend ---- */
+
+const tune_term tune_legend[TUNE_LEGEND_COUNT] = {
+    {"threshold", "greatest error that a picture may have on the screen; 0: every sample is drawn"},
+    {"PSNR, SSIM", "likeness to every sample, drawn with more pixels; higher is better"},
+    {"normals", "angle between the normals of the picture and those of every sample"},
+    {"outline", "distance of outlines from those of every sample"},
+    {"holes", "covered pixels that are missing"},
+    {"points", "samples that are drawn"},
+    {"ms", "time that a picture takes"},
+    {"GPU MiB", "memory that the samples of a view take on the GPU"},
+    {"predicted", "error on the screen by the level rule; never above the threshold"},
+    {"measured", "how far drawn discs really lie from the surface on the screen"},
+    {"ratio", "predicted / measured; the nearer to 1, the less is drawn in vain"},
+    {"popping",
+     "what changes from frame to frame beyond the change of every sample; of 255 levels"},
+    {"spill", "pixels that are covered, but not in the reference"},
+    {"patches", "groups of up to 64 samples that are drawn"},
+    {"file MiB", "size of what a view reads of the model's file"},
+    {"flicker", "holes that open or close from frame to frame"},
+};
+
+const char tune_legend_zero[] =
+    "Why 0 px may score below 0.5 px: of several samples in one pixel, only the nearest is seen.\n"
+    "A coarser sample is their mean, and so is a pixel of what pictures are judged against.";
+
+bool tune_is_default(const tune_sweep *sweep, size_t setting, double threshold_px)
+{
+    return threshold_px == sweep->params->settings[setting].params.threshold_px;
+}
+
 /* ---- stdout ---- */
+
+static void print_legend(FILE *out)
+{
+    fprintf(out, "\n");
+    for (size_t i = 0; i < TUNE_LEGEND_PRINTED; i++)
+        fprintf(out, "%-10s  %s\n", tune_legend[i].name, tune_legend[i].meaning);
+    fprintf(out, "\n%s\n", tune_legend_zero);
+}
 
 static void print_answer(const tune_answer *answer, FILE *out)
 {
     if (answer->kind == TUNE_GOAL_NONE)
         return;
-    fprintf(out, "\nthreshold %.4g px: %s %.*f, asked for %.*f (%u thresholds measured besides)\n",
+    fprintf(out, "\nthreshold %.4g px: %s %s, asked for %s (%u thresholds measured besides)\n",
             answer->found.threshold_px, tune_goal_word(answer->kind),
-            answer->kind == TUNE_GOAL_BYTES ? 0 : 2, answer->found.value,
-            answer->kind == TUNE_GOAL_BYTES ? 0 : 2, answer->target, answer->found.measured);
+            tune_figure_goal(answer->kind, answer->found.value).text,
+            tune_figure_goal(answer->kind, answer->target).text, answer->found.measured);
 }
 
 static void print_equal(const tune_sweep *sweep, FILE *out)
@@ -43,9 +99,9 @@ static void print_equal(const tune_sweep *sweep, FILE *out)
             tune_summary s;
             if (!tune_at_points(sweep, k, points, &s))
                 continue;
-            fprintf(out, "%15.0f %14s %10.4g %6.2f %8.4f %8.3f %8.3f %8.1f\n", points,
-                    p->settings[k].name, s.threshold_px, s.psnr_db, s.ssim, s.angle_mean_deg,
-                    s.shift_mean_px, s.ms);
+            fprintf(out, "%15s %14s %10.4g %6.2f %8.4f %8.3f %8.3f %8.1f\n",
+                    tune_figure_count(points).text, p->settings[k].name, s.threshold_px, s.psnr_db,
+                    s.ssim, s.angle_mean_deg, s.shift_mean_px, s.ms);
         }
     }
 }
@@ -56,22 +112,26 @@ void tune_table_print(const tune_sweep *sweep, const tune_answer *answer, FILE *
     for (size_t k = 0; k < p->setting_count; k++) {
         if (p->setting_count > 1)
             fprintf(out, "%s%s\n", k > 0 ? "\n" : "", p->settings[k].name);
-        fprintf(out, "threshold   PSNR    SSIM normals outline   holes     points       ms  GPU MiB"
-                     " predicted measured  ratio  popping\n");
-        fprintf(out, "       px     dB             deg      px  a view     a view  a frame     most"
-                     "   most px  most px median   levels\n");
+        fprintf(out,
+                "threshold   PSNR    SSIM normals outline   holes      points       ms  GPU MiB"
+                " predicted measured  ratio  popping\n");
+        fprintf(out,
+                "       px     dB             deg      px  a view      a view  a frame     most"
+                "   most px  most px median   levels\n");
         for (size_t t = 0; t < p->threshold_count; t++) {
             tune_summary s = tune_summarise(sweep, k, t);
             fprintf(out,
-                    "%9.4g %6.2f %7.4f %7.3f %7.3f %7.1f %10.0f %8.1f %8.1f %9.3f %8s %6s "
-                    "%8.2f\n",
+                    "%9.4g %6.2f %7.4f %7.3f %7.3f %7.1f %11s %8.1f %8.1f %9.3f %8s %6s "
+                    "%8.2f%s\n",
                     s.threshold_px, s.psnr_db, s.ssim, s.angle_mean_deg, s.shift_mean_px, s.holes,
-                    s.points, s.ms, s.gpu_bytes / 1048576.0, s.predicted_px,
+                    tune_figure_count(s.points).text, s.ms, s.gpu_bytes / 1048576.0, s.predicted_px,
                     tune_figure_write(s.measured_px, 3).text,
-                    tune_figure_write(s.ratios.median, 2).text, s.extra);
+                    tune_figure_write(s.ratios.median, 2).text, s.extra,
+                    tune_is_default(sweep, k, s.threshold_px) ? "  default" : "");
         }
     }
     print_equal(sweep, out);
+    print_legend(out);
     char advice[240];
     tune_advice_of(sweep, advice);
     if (advice[0] != '\0')

@@ -54,9 +54,26 @@ double tune_greatest_bytes(const tune_row *rows, size_t count);
 
 /* A figure as text, "-" for NaN. */
 typedef struct tune_figure {
-    char text[24];
+    char text[32];
 } tune_figure;
 tune_figure tune_figure_write(double value, int decimals);
+/* A whole number with its digits grouped: 12,345,678. Rounds; values from 0 to 1e18. */
+tune_figure tune_figure_count(double value);
+/* The value that a goal was given or reached; bytes are grouped. */
+tune_figure tune_figure_goal(tune_goal_kind kind, double value);
+
+/* What the columns of the tables mean. Those of the page alone come last. */
+#define TUNE_LEGEND_PRINTED 12
+#define TUNE_LEGEND_COUNT 16
+typedef struct tune_term {
+    const char *name, *meaning;
+} tune_term;
+extern const tune_term tune_legend[TUNE_LEGEND_COUNT];
+/* Why every sample may score below a threshold. */
+extern const char tune_legend_zero[];
+
+/* Whether a row is of the threshold that drawing commands take if they are given none. */
+bool tune_is_default(const tune_sweep *sweep, size_t setting, double threshold_px);
 
 void tune_table_print(const tune_sweep *sweep, const tune_answer *answer, FILE *out);
 /* Errors: IO. */

@@ -324,7 +324,7 @@ static int run(int argc, char **argv)
         return code;
     if (draw_aa_times(o.aa) > 1)
         return cli_usage(&cli_view,
-                         "--aa is off or edges here: render and fly draw finer pictures");
+                         "--aa is none or edges here: render and fly draw finer pictures");
     if (fps < 0.0 || fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* from here on, Ctrl-C is checked between frames */

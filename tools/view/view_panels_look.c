@@ -170,7 +170,7 @@ void view_panel_surface(viewer *v)
     stp_ui_disable_begin(p->reconstruct == STP_RECONSTRUCT_POINTS);
     changed |= stp_ui_check("smooth edges", &p->smooth_edges);
     stp_ui_disable_end();
-    stp_ui_hint("outlines cover their pixels in part, as far as the discs reach");
+    stp_ui_hint("at rest, outlines cover their pixels in part, as far as the discs reach");
     if (stp_ui_choice("shows", &shade, DRAW_SHADES, ALL)) {
         p->shade = (stp_shade)shade;
         changed = true;
