@@ -212,21 +212,34 @@ static void draw_measure(const viewer *v)
 
 /* ---- text ---- */
 
-static void draw_status(const viewer *v)
+/* Says at the top of the picture why chunks do not arrive. Returns the height that this takes. */
+static double draw_trouble(const viewer *v, const stp_ui_rect *picture)
+{
+    char text[640];
+    const char *why = stp_renderer_trouble(v->renderer);
+    if (why[0] == '\0')
+        return 0.0;
+    snprintf(text, sizeof text, "Parts of the model cannot be read. The viewer goes on trying.\n%s",
+             why);
+    return stp_ui_draw_bar(picture, text);
+}
+
+/* below: height that is taken at the top of the picture. */
+static void draw_status(const viewer *v, double below)
 {
     char text[320], position[160], how[80] = "";
     double line = stp_ui_text_height() + 8.0 * stp_ui_scale(v->ui);
-    double x = 6.0 * stp_ui_scale(v->ui), y = v->layout.height - line - x;
+    double x = 6.0 * stp_ui_scale(v->ui), y = v->layout.height - line - x, top = below + x;
     if (v->note[0] != '\0')
         stp_ui_draw_label(x, y - 1.2 * line, v->note, WHITE, false);
     if (!v->panels)
         return;
     if (v->control.measuring && v->measure.count != 1)
-        stp_ui_draw_label(x, x, "measuring: click the first point, Esc ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "measuring: click the first point, Esc ends it", ORANGE, false);
     else if (v->control.measuring)
-        stp_ui_draw_label(x, x, "measuring: click the second point, Esc ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "measuring: click the second point, Esc ends it", ORANGE, false);
     else if (v->record.on)
-        stp_ui_draw_label(x, x, "recording the path, Ctrl+R ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "recording the path, Ctrl+R ends it", ORANGE, false);
     if (!v->under.hit) {
         stp_ui_draw_label(x, y, "F1 lists mouse and keys", DIM, false);
         return;
@@ -274,7 +287,7 @@ void view_marks_draw(viewer *v)
     draw_clip(v);
     draw_measure(v);
     draw_pivot(v);
-    draw_status(v);
+    draw_status(v, draw_trouble(v, &picture));
     stp_ui_clip_pop();
     draw_help(v);
 }
