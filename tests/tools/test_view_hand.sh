@@ -138,6 +138,14 @@ test_measure() {
     settle
     xdotool mousemove 350 300 sleep 0.3 click 1 sleep 0.8 mousemove 550 300 sleep 0.3 click 1
     expect_title ", measuring 0.8" "two clicks"
+    # a second line: it follows the cursor, and the first one stays
+    xdotool mousemove 350 360 sleep 0.3 click 1 sleep 0.8 mousemove 550 360
+    wait_for 30 is_orange 425 360 || fail "no line follows the cursor"
+    is_orange 350 300 || fail "a second measurement removes the first one's mark"
+    xdotool click 1
+    expect_title ", measuring 0.8" "four clicks"
+    settle
+    is_orange 425 300 && is_orange 425 360 || fail "measured lines do not stay"
     press Escape
     expect_no_title measuring "Esc while measuring"
     # a pivot, then a turn about it
@@ -148,6 +156,14 @@ test_measure() {
     xdotool mousedown 1 mousemove 480 300 mousemove 560 320 mouseup 1
     wait_for 30 screen_changed || fail "no turn about the pivot"
     expect_kill_by_key q
+}
+
+# Whether a mark of the measuring is drawn about a place.
+is_orange() { # x y
+    screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" '
+        { i = NR - 1; x = i % w - x0; y = int(i / w) - y0 }
+        x * x < 26 && y * y < 26 && substr($1, 3) == "ffb347" { n++ }
+        END { exit !n }'
 }
 
 test_keeping() {

@@ -13,6 +13,7 @@
 #include "tools/view/view_bookmarks.h"
 #include "tools/view/view_control.h"
 #include "tools/view/view_ground.h"
+#include "tools/view/view_measure.h"
 #include "tools/view/view_record.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
@@ -42,12 +43,6 @@ typedef enum view_section {
 #undef X
         VIEW_SECTION_COUNT
 } view_section;
-
-/* The last two points measured. */
-typedef struct view_measure {
-    stp_dvec3 points[2];
-    int count;
-} view_measure;
 
 /* A clip box that is dragged by one of its faces: 0 to 5, low x, high x, low y... -1: none. */
 typedef struct view_clip {
@@ -154,7 +149,7 @@ void view_panel_measure(viewer *v);
 void view_panel_kept(viewer *v);
 void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
-/* Draws the pivot, the clip box, the measured line, the status line and the help. */
+/* Draws the pivot, the clip box, the measured lines, the status line and the help. */
 void view_marks_draw(viewer *v);
 /* A press on a handle of the clip box takes the handle; later events move it. True if the clip box
  * used the event. */

@@ -1,4 +1,4 @@
-/* Draws marks over the picture: pivot, clip box and its handles, measured line, status line, help.
+/* Draws marks over the picture: pivot, clip box and its handles, measured lines, status line, help.
  */
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
@@ -184,30 +184,45 @@ bool view_clip_handle(viewer *v, const stp_window_event *e)
     return true;
 }
 
-/* ---- measured line ---- */
+/* ---- measured lines ---- */
 
+/* Gets the window position, too. False if it is behind the eye. */
+static bool draw_point(const viewer *v, stp_dvec3 point, double at[2])
+{
+    double s = stp_ui_scale(v->ui);
+    if (!place(v, point, at))
+        return false;
+    stp_ui_draw_disc(at[0], at[1], 5.0 * s, 0x000000a0);
+    stp_ui_draw_disc(at[0], at[1], 3.5 * s, ORANGE);
+    return true;
+}
+
+/* Draws a line with its ends and its length. */
+static void draw_measured(const viewer *v, const stp_dvec3 ends[2])
+{
+    double at[2][2];
+    char text[80];
+    world_line(v, ends[0], ends[1], ORANGE, 2.0);
+    bool first = draw_point(v, ends[0], at[0]), second = draw_point(v, ends[1], at[1]);
+    if (!first || !second)
+        return;
+    snprintf(text, sizeof text, "%.*f", view_digits(v), view_measure_length(ends));
+    stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]),
+                      0.5 * (at[0][1] + at[1][1]) - 14.0 * stp_ui_scale(v->ui), text, WHITE, true);
+}
+
+/* Draws all lines. A line that was begun ends under the cursor. */
 static void draw_measure(const viewer *v)
 {
     const view_measure *m = &v->measure;
-    double s = stp_ui_scale(v->ui), at[2][2];
-    char text[80];
-    bool seen = m->count == 2;
-    if (m->count == 2)
-        world_line(v, m->points[0], m->points[1], ORANGE, 2.0);
-    for (int i = 0; i < m->count; i++) {
-        bool here = place(v, m->points[i], at[i]);
-        seen = seen && here;
-        if (here) {
-            stp_ui_draw_disc(at[i][0], at[i][1], 5.0 * s, 0x000000a0);
-            stp_ui_draw_disc(at[i][0], at[i][1], 3.5 * s, ORANGE);
-        }
-    }
-    if (!seen)
-        return;
-    snprintf(text, sizeof text, "%.*f", view_digits(v),
-             stp_dvec3_length(stp_dvec3_sub(m->points[1], m->points[0])));
-    stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]), 0.5 * (at[0][1] + at[1][1]) - 14.0 * s, text,
-                      WHITE, true);
+    const stp_dvec3 begun[2] = {m->points[0], v->under.position};
+    double at[2];
+    for (int i = 0; i < m->line_count; i++)
+        draw_measured(v, m->lines[i]);
+    if (m->count == 1 && v->control.measuring && v->under.hit)
+        draw_measured(v, begun);
+    else if (m->count == 1)
+        draw_point(v, begun[0], at);
 }
 
 /* ---- text ---- */
