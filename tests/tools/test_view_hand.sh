@@ -166,6 +166,24 @@ is_orange() { # x y
         END { exit !n }'
 }
 
+# The bar of colours at the left of the picture, beside the sphere.
+test_legend() {
+    open_viewer model.stipple || return
+    press Tab
+    settle
+    [ "$(bar_pixels)" = 0 ] || fail "a colour bar though samples have colours of their own"
+    press c c
+    expect_title ", elevation in auto" "c twice"
+    wait_for 30 bar_is_there || fail "no colour bar: $(bar_pixels) pixels"
+    press shift+s
+    expect_title "confidence" "shift and s"
+    wait_for 30 bar_is_gone || fail "a colour bar though other colours are shown"
+    expect_kill_by_key q
+}
+bar_pixels() { lit_pixels 14 $((HEIGHT / 2 - 80)) 26 $((HEIGHT / 2 + 80)); }
+bar_is_there() { [ "$(bar_pixels)" = $((12 * 160)) ]; }
+bar_is_gone() { [ "$(bar_pixels)" = 0 ]; }
+
 test_keeping() {
     open_viewer model.stipple || return
     press Tab
@@ -267,7 +285,7 @@ start_display 1100 750
     "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/model.stipple" --quiet &&
     hills >"$FOLDER/ground.xyz" &&
     "$STIPPLE" prep "$FOLDER/ground.xyz" -o "$FOLDER/terrain.stipple" --quiet || fail "no models"
-for name in ${ONLY:-panels navigation walk clip measure keeping path screenshot drop full_screen}; do
+for name in ${ONLY:-panels navigation walk clip measure legend keeping path screenshot drop full_screen}; do
     "test_$name"
 done
 end_test

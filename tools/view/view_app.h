@@ -136,7 +136,7 @@ stp_status view_scene_changed(viewer *v, stp_error *err);
 /* Draws the picture if it changed, and the panels if they changed. Errors: those of drawing. */
 stp_status view_draw(viewer *v, stp_error *err);
 
-/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c ---- */
+/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c, view_legend.c ---- */
 
 void view_panels_draw(viewer *v);
 void view_panel_models(viewer *v);
@@ -151,6 +151,8 @@ void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
 /* Draws the pivot, the clip box, the measured lines, the status line and the help. */
 void view_marks_draw(viewer *v);
+/* Draws the colour bar of elevation and intensity; nothing if other colours are shown. */
+void view_legend_draw(const viewer *v);
 /* A press on a handle of the clip box takes the handle; later events move it. True if the clip box
  * used the event. */
 bool view_clip_handle(viewer *v, const stp_window_event *event);

@@ -299,6 +299,7 @@ void view_marks_draw(viewer *v)
     const stp_ui_rect picture = {0.0, v->layout.height - v->layout.picture_height,
                                  v->layout.picture_width, v->layout.picture_height};
     stp_ui_clip_push(&picture);
+    view_legend_draw(v);
     draw_clip(v);
     draw_measure(v);
     draw_pivot(v);

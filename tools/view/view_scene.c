@@ -17,6 +17,18 @@ static void read_system(const char *wkt, char *out, size_t bytes)
         snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
 }
 
+/* Gets the last unit of well-known text, which is the one of heights: UNIT["metre",1], or
+ * LENGTHUNIT. None if it is an angle. */
+static void read_unit(const char *wkt, char *out, size_t bytes)
+{
+    static const char mark[] = "UNIT[\"";
+    const char *last = NULL;
+    for (const char *at = wkt; (at = strstr(at, mark)) != NULL; last = at)
+        at += sizeof mark - 1;
+    if (last != NULL && strncmp(last, "degree", 6) != 0)
+        snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
+}
+
 /* Reads metadata: "a.las and 3 more", and the coordinate system. */
 static void read_metadata(view_model *m)
 {
@@ -31,8 +43,10 @@ static void read_metadata(view_model *m)
         snprintf(m->sources, sizeof m->sources, "%.120s and %d more", name->valuestring, more);
     else if (cJSON_IsString(name))
         snprintf(m->sources, sizeof m->sources, "%.150s", name->valuestring);
-    if (cJSON_IsString(wkt))
+    if (cJSON_IsString(wkt)) {
         read_system(wkt->valuestring, m->system, sizeof m->system);
+        read_unit(wkt->valuestring, m->unit, sizeof m->unit);
+    }
     cJSON_Delete(json);
 }
 

@@ -17,6 +17,7 @@ typedef struct view_model {
     bool hidden;
     char sources[160]; /* the files that the model was made of */
     char system[160];  /* coordinate system; "" if unknown */
+    char unit[32];     /* of heights; "" if unknown */
 } view_model;
 
 /* Zero is empty. */
