@@ -1,6 +1,7 @@
 /* The viewer's parts that need no window: kept views, recorded paths, moving on the ground. */
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
+#include "tools/view/view_app.h"
 #include "tools/view/view_bookmarks.h"
 #include "tools/view/view_measure.h"
 #include "tools/view/view_move.h"
@@ -373,6 +374,24 @@ static void empty_pixels_have_a_depth(void **state)
     }
 }
 
+static void intensities_are_as_in_the_scans(void **state)
+{
+    (void)state;
+    char text[64];
+    for (int number = 0; number <= 200; number++) { /* each number of 8 bits comes back */
+        char expected[16];
+        snprintf(expected, sizeof expected, "%d", number);
+        view_format_intensity(200.0, floor(number * 255.0 / 200.0 + 0.5) / 255.0, text);
+        assert_string_equal(text, expected);
+    }
+    view_format_intensity(51000.0, 110.0 / 255.0, text);
+    assert_string_equal(text, "about 22000, in steps of 200");
+    view_format_intensity(0.5, 110.0 / 255.0, text);
+    assert_string_equal(text, "0.216");
+    view_format_intensity(0.0, 110.0 / 255.0, text);
+    assert_string_equal(text, "43 % of the greatest");
+}
+
 static void measured_lines_stay(void **state)
 {
     (void)state;
@@ -410,6 +429,7 @@ int main(void)
         cmocka_unit_test(repeats_of_a_key_share_a_turn),
         cmocka_unit_test(projections_keep_sizes),
         cmocka_unit_test(empty_pixels_have_a_depth),
+        cmocka_unit_test(intensities_are_as_in_the_scans),
         cmocka_unit_test(measured_lines_stay),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

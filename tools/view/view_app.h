@@ -151,6 +151,9 @@ void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
 /* Draws the pivot, the clip box, the measured lines, the status line and the help. */
 void view_marks_draw(viewer *v);
+/* Formats an intensity from 0 to 1 in the scans' own numbers, rounded as far as it is known, or in
+ * per cent if they are not known. top: view_scene.intensity_top. */
+void view_format_intensity(double top, double intensity, char out[64]);
 /* Draws the colour bar of elevation and intensity; nothing if other colours are shown. */
 void view_legend_draw(const viewer *v);
 /* A press on a handle of the clip box takes the handle; later events move it. True if the clip box

@@ -21,14 +21,35 @@ static uint32_t colour_at(stp_palette palette, double value)
     return rgba << 8 | 0xffu;
 }
 
+/* Whether intensities are whole numbers in the scans. */
+static bool are_whole(double top)
+{
+    return top >= 255.0 || fabs(top - nearbyint(top)) < 1e-6;
+}
+
+void view_format_intensity(double top, double intensity, char out[64])
+{
+    const double step = top / 255.0; /* samples have 8 bits */
+    if (!(top > 0.0))
+        snprintf(out, 64, "%.0f %% of the greatest", 100.0 * intensity);
+    else if (!are_whole(top))
+        snprintf(out, 64, "%.3g", intensity * top);
+    else
+        snprintf(out, 64, step > 1.0 ? "about %.0f, in steps of %.0f" : "%.0f", intensity * top,
+                 ceil(step));
+}
+
 /* Writes a value of the palette's range. */
 static void value_words(const viewer *v, double value, char out[64])
 {
     const char *unit = v->scene.models[0].unit;
+    const double top = v->scene.intensity_top;
     if (v->control.params.colour == STP_COLOUR_ELEVATION)
         snprintf(out, 64, "%.6g%s%s", value, unit[0] != '\0' ? " " : "", unit);
+    else if (top > 0.0)
+        snprintf(out, 64, are_whole(top) ? "%.0f" : "%.3g", value * top);
     else
-        snprintf(out, 64, "%.3f", value);
+        snprintf(out, 64, "%.0f %%", 100.0 * value);
 }
 
 /* Whether the picture shows colours of the palette. */

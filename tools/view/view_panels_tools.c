@@ -86,7 +86,7 @@ static void clicked_rows(const viewer *v)
         stp_ui_row("chunk", text);
     }
     if (v->scene.attributes & STP_HAS_INTENSITY) {
-        snprintf(text, sizeof text, "%.3f", pick->intensity);
+        view_format_intensity(v->scene.intensity_top, pick->intensity, text);
         stp_ui_row("intensity", text);
     }
     if (v->scene.attributes & STP_HAS_CLASS) {

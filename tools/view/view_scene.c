@@ -2,6 +2,7 @@
 #include "tools/view/view_scene.h"
 
 #include "base/memory.h"
+#include "formats/chunk/convert.h"
 #include "tools/view/view_files.h"
 
 #include <cjson/cJSON.h>
@@ -91,12 +92,13 @@ void view_scene_remove(view_scene *scene, size_t index)
 
 void view_scene_update(view_scene *scene)
 {
-    bool any = false;
+    bool any = false, intensities = false;
     for (size_t i = 0; i < scene->count; i++)
         any = any || !scene->models[i].hidden;
     scene->box = stp_dbox_empty();
     scene->point_count = 0;
     scene->attributes = 0;
+    scene->intensity_top = 0.0;
     for (size_t i = 0; i < scene->count; i++) {
         const stp_chunk_file_info *info = scene->models[i].model->info;
         if (any && scene->models[i].hidden)
@@ -104,6 +106,11 @@ void view_scene_update(view_scene *scene)
         stp_dbox_join(&scene->box, &info->box);
         scene->point_count += info->point_count;
         scene->attributes |= info->attributes;
+        if ((info->attributes & STP_HAS_INTENSITY) == 0)
+            continue;
+        const double top = stp_chunk_file_intensity_top(info);
+        scene->intensity_top = !intensities || top == scene->intensity_top ? top : 0.0;
+        intensities = true;
     }
     scene->ball = scene->count == 1 ? scene->models[0].model->ball : stp_ball_from_box(&scene->box);
 }
