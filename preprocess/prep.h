@@ -51,6 +51,7 @@ typedef struct stp_prep_source {
     uint64_t point_count;         /* records; there will not be more */
     uint32_t attributes;          /* STP_POINT_HAS_* */
     double coordinate_step;       /* scale of integer coordinates, 0 for floats */
+    double intensity_full;        /* all files' number for intensity 65535; 0: not known */
     bool floats;                  /* some points have no such scale */
     bool heights;                 /* z is the height */
     const stp_dvec3 *stations;    /* stations of the points, borrowed */

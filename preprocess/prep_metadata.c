@@ -42,6 +42,15 @@ static void add_displacement(cJSON *root, const stp_displacement *d, const stp_r
         cJSON_AddNumberToObject(to, "changed", (double)d->changed);
 }
 
+static void add_intensity(cJSON *root, const stp_prep_source *source, const stp_prep_stats *stats)
+{
+    if ((source->attributes & STP_POINT_HAS_INTENSITY) == 0)
+        return;
+    cJSON_AddNumberToObject(root, "intensity_max", stats->intensity_max);
+    if (source->intensity_full > 0.0)
+        stp_json_add_number(root, "intensity_full", source->intensity_full);
+}
+
 /* Adds the first view; nothing if the whole model is shown. */
 static void add_first_view(cJSON *root, const stp_first_camera *first)
 {
@@ -102,8 +111,7 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
     }
     add_displacement(root, &tree->displacement, &stats->resolution);
-    if (source->attributes & STP_POINT_HAS_INTENSITY)
-        cJSON_AddNumberToObject(root, "intensity_max", stats->intensity_max);
+    add_intensity(root, source, stats);
     cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));
     cJSON *list = stats->station_count ? cJSON_AddArrayToObject(root, "stations") : NULL;
     for (uint32_t i = 0; i < stats->station_count; i++) {

@@ -17,6 +17,26 @@ stp_palette stp_colour_palette(const stp_draw_params *params)
     return params->colour == STP_COLOUR_ELEVATION ? STP_PALETTE_VIRIDIS : STP_PALETTE_GREY;
 }
 
+void stp_palette_colour(stp_palette palette, double value, float rgb[3])
+{
+    static const double viridis[5][3] = {{0.267, 0.005, 0.329},
+                                         {0.229, 0.322, 0.546},
+                                         {0.128, 0.567, 0.551},
+                                         {0.369, 0.789, 0.383},
+                                         {0.993, 0.906, 0.144}};
+    const double x = fmin(fmax(value, 0.0), 1.0), third = 3.0 * x;
+    const double heat[3] = {third - 1.0, third < 1.0 ? third : 3.0 - third, 1.0 - third};
+    const int part = (int)fmin(4.0 * x, 3.0);
+    for (int c = 0; c < 3; c++) {
+        const double from = viridis[part][c], to = viridis[part + 1][c];
+        rgb[c] = (float)x;
+        if (palette == STP_PALETTE_VIRIDIS)
+            rgb[c] = (float)(from + (to - from) * (4.0 * x - part));
+        if (palette == STP_PALETTE_HEAT)
+            rgb[c] = (float)(fmin(fmax(heat[c], 0.0), 1.0) * 0.9 + 0.05);
+    }
+}
+
 void stp_colour_range_place(float out[4], const stp_draw_params *params, const stp_dvec3 *eye)
 {
     double low = params->colour_range[0], extent = params->colour_range[1] - low;

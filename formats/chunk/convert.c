@@ -17,13 +17,24 @@
 
 /* ---- metadata ---- */
 
-double stp_chunk_file_threshold(const stp_chunk_file_info *info)
+/* A number above 0 in the metadata; otherwise 0. */
+static double noted(const stp_chunk_file_info *info, const char *key)
 {
     cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
-    const cJSON *number = cJSON_GetObjectItemCaseSensitive(metadata, THRESHOLD_KEY);
+    const cJSON *number = cJSON_GetObjectItemCaseSensitive(metadata, key);
     double value = cJSON_IsNumber(number) ? number->valuedouble : 0.0;
     cJSON_Delete(metadata);
     return isfinite(value) && value > 0.0 ? value : 0.0;
+}
+
+double stp_chunk_file_threshold(const stp_chunk_file_info *info)
+{
+    return noted(info, THRESHOLD_KEY);
+}
+
+double stp_chunk_file_intensity_top(const stp_chunk_file_info *info)
+{
+    return noted(info, "intensity_max") * noted(info, "intensity_full") / 65535.0;
 }
 
 bool stp_chunk_file_unlit(const stp_chunk_file_info *info)

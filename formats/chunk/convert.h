@@ -26,6 +26,8 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
 
 /* The default threshold in pixels from the file's metadata; 0 if there is none. */
 double stp_chunk_file_threshold(const stp_chunk_file_info *info);
+/* The intensity in the sources' own numbers that a sample's 255 stands for; 0: not known. */
+double stp_chunk_file_intensity_top(const stp_chunk_file_info *info);
 
 /* Whether the file's metadata asks to be shown unlit. */
 bool stp_chunk_file_unlit(const stp_chunk_file_info *info);

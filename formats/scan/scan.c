@@ -109,6 +109,8 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const stp_ply *ply = scan->ply;
     scan->info.format = ply_name(ply->header.encoding);
     scan->info.attributes = ply->attributes;
+    if (ply->intensity_scale > 0.0)
+        scan->info.intensity_full = 65535.0 / ply->intensity_scale;
     scan->info.point_count = ply->vertex->count;
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;

@@ -112,6 +112,7 @@ typedef struct stp_scan_info {
     stp_edge_counts edges;
     uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer or short decimal coordinates; 0: floats */
+    double intensity_full;  /* the file's number for intensity 65535, if 0 is 0; 0: not known */
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool normals_from_faces;
     const stp_dvec3

@@ -16,7 +16,7 @@
 #define AGE_FRAMES 120.0f
 /* After a failed read the stream rests so long; after each further failure twice as long. */
 #define REST_LEAST_S 1.0
-#define REST_MOST_S 30.0
+#define REST_MOST_S 8.0
 
 struct stp_chunk_cache {
     const stp_scene *scene;
@@ -278,11 +278,11 @@ static bool is_damage(const stp_load *load)
 }
 
 /* Records that the file cannot be read at the moment: the stream rests, longer each time. Reads
- * under way then fail together, and count as one failure. */
+ * that were under way when the rest began count as the same failure, even if they fail after it. */
 static void note_trouble(stp_chunk_cache *c, const stp_load *load)
 {
     double now_s = stp_clock_seconds();
-    if (now_s < c->rest_until)
+    if (now_s < c->rest_until || (load->dropped && c->trouble[0] != '\0'))
         return;
     snprintf(c->trouble, sizeof c->trouble, "%.500s", load->error.message);
     c->rest_s = c->rest_s > 0.0 ? fmin(2.0 * c->rest_s, REST_MOST_S) : REST_LEAST_S;
@@ -296,7 +296,7 @@ static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t
         *bytes += stp_load_bytes(&load->place.placement);
         commit(c, load, stamp);
         c->trouble[0] = '\0';
-        c->rest_s = 0.0;
+        c->rest_s = c->rest_until = 0.0; /* the stream rests only while there is trouble */
     } else {
         give_back(c, load);
         if (is_damage(load))

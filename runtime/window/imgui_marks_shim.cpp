@@ -70,6 +70,23 @@ void stp_ui_draw_label(double x, double y, const char *text, uint32_t colour, bo
     });
 }
 
+double stp_ui_draw_bar(const stp_ui_rect *rect, const char *text)
+{
+    double height = 0.0;
+    guard([&] {
+        ImDrawList *list = ImGui::GetBackgroundDrawList();
+        float pad = 0.5f * ImGui::GetFontSize();
+        float wrap = static_cast<float>(rect->width) - 2.0f * pad;
+        ImVec2 size = ImGui::CalcTextSize(text, nullptr, false, wrap), p = at(rect->x, rect->y);
+        height = static_cast<double>(size.y + pad);
+        list->AddRectFilled(p, at(rect->x + rect->width, rect->y + height),
+                            IM_COL32(160, 32, 24, 235));
+        list->AddText(nullptr, 0.0f, ImVec2(p.x + pad, p.y + 0.5f * pad), IM_COL32_WHITE, text,
+                      nullptr, wrap);
+    });
+    return height;
+}
+
 void stp_ui_clip_push(const stp_ui_rect *rect)
 {
     guard([&] {

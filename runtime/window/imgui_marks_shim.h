@@ -17,6 +17,9 @@ void stp_ui_draw_circle(double x, double y, double radius, uint32_t colour, doub
 void stp_ui_draw_disc(double x, double y, double radius, uint32_t colour);
 /* Text on a dark ground; (x, y) is its top left corner, or its middle. */
 void stp_ui_draw_label(double x, double y, const char *text, uint32_t colour, bool centred);
+/* A dark red bar over the width of rect, at its top, with wrapped text. Returns the bar's height.
+ */
+double stp_ui_draw_bar(const stp_ui_rect *rect, const char *text);
 /* Later marks are drawn within rect only, until stp_ui_clip_pop; pairs may nest. */
 void stp_ui_clip_push(const stp_ui_rect *rect);
 void stp_ui_clip_pop(void);

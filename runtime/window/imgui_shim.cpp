@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <string>
 
 struct stp_ui {
     double scale = 0.0;
@@ -163,6 +164,25 @@ bool begin_window(const char *name, const stp_ui_rect *rect, bool *open, ImGuiWi
     flags |= ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
              ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
     return ImGui::Begin(name, open, flags);
+}
+
+/* Breaks lines between words, never within one that fits: ImGui itself also breaks after the '.' of
+ * a number. */
+std::string broken(const char *text, float room)
+{
+    std::string lines(text);
+    size_t begin = 0, gap = std::string::npos;
+    for (size_t i = 1; i <= lines.size(); i++) {
+        if (lines[i - 1] == ' ' || (i < lines.size() && lines[i] != ' '))
+            continue;
+        const char *line = lines.data() + begin, *end = lines.data() + i;
+        if (gap != std::string::npos && ImGui::CalcTextSize(line, end).x > room) {
+            begin = lines.find_first_not_of(' ', gap);
+            lines[begin - 1] = '\n';
+        }
+        gap = i;
+    }
+    return lines;
 }
 
 /* Call after a field: whether the typed text is to be taken. */
@@ -350,8 +370,8 @@ void stp_ui_row(const char *label, const char *value)
         ImGui::TextUnformatted(label);
         ImGui::PopStyleColor();
         ImGui::SameLine(VALUE_COLUMN * ImGui::GetWindowContentRegionMax().x);
-        ImGui::PushTextWrapPos(0.0f);
-        ImGui::TextUnformatted(value);
+        ImGui::PushTextWrapPos(0.0f); /* for a word wider than the column */
+        ImGui::TextUnformatted(broken(value, ImGui::GetContentRegionAvail().x).c_str());
         ImGui::PopTextWrapPos();
     });
 }

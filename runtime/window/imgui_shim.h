@@ -99,8 +99,9 @@ bool stp_ui_section(const char *title, bool *open);
 /* ---- widgets ---- */
 
 void stp_ui_text(const char *text);
-void stp_ui_note(const char *text);                    /* dimmed and wrapped */
-void stp_ui_row(const char *label, const char *value); /* the value has a column of its own */
+void stp_ui_note(const char *text); /* dimmed and wrapped */
+/* The value has a column of its own, in which lines break only at blanks. */
+void stp_ui_row(const char *label, const char *value);
 void stp_ui_swatch(const uint8_t rgb[3]);
 bool stp_ui_button(const char *label);
 bool stp_ui_check(const char *label, bool *value);

@@ -9,8 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The share of the screen's free area that the window may take. */
+/* The share of the screen's free area that the window takes, and the share that it may take. */
+#define USUAL_SHARE 0.75
 #define FIT_SHARE 0.9
+/* Where the screen's area is not known. */
+#define USUAL_WIDTH 1024
+#define USUAL_HEIGHT 768
 #define FIT_LEAST 64
 
 struct stp_window {
@@ -210,14 +214,16 @@ static void fit_to_screen(int *width, int *height)
 {
     int x = 0, y = 0, area[2] = {0, 0};
     GLFWmonitor *monitor = glfwGetPrimaryMonitor();
-    if (monitor == NULL)
-        return;
-    glfwGetMonitorWorkarea(monitor, &x, &y, &area[0], &area[1]);
-    int limit[2] = {(int)(FIT_SHARE * area[0]), (int)(FIT_SHARE * area[1])};
-    if (limit[0] < FIT_LEAST || limit[1] < FIT_LEAST)
-        return;
-    *width = *width < limit[0] ? *width : limit[0];
-    *height = *height < limit[1] ? *height : limit[1];
+    if (monitor != NULL)
+        glfwGetMonitorWorkarea(monitor, &x, &y, &area[0], &area[1]);
+    bool known = FIT_SHARE * area[0] >= FIT_LEAST && FIT_SHARE * area[1] >= FIT_LEAST;
+    if (*width == 0 || *height == 0) {
+        *width = known ? (int)(USUAL_SHARE * area[0]) : USUAL_WIDTH;
+        *height = known ? (int)(USUAL_SHARE * area[1]) : USUAL_HEIGHT;
+    } else if (known) {
+        *width = *width < FIT_SHARE * area[0] ? *width : (int)(FIT_SHARE * area[0]);
+        *height = *height < FIT_SHARE * area[1] ? *height : (int)(FIT_SHARE * area[1]);
+    }
 }
 
 static GLFWwindow *open_window(const char *title, int width, int height)

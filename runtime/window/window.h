@@ -76,7 +76,8 @@ typedef struct stp_window_event {
 typedef struct stp_window stp_window;
 
 /* Errors: GL (no display, or its OpenGL is too old; the message says which), OUT_OF_MEMORY.
- * fit: make the window smaller if it does not fit the screen. */
+ * fit: make the window smaller if it does not fit the screen; with size 0 x 0, take three quarters
+ * of the screen's width and height. */
 stp_status stp_window_create(stp_window **out, const char *title, int width, int height, bool fit,
                              stp_error *err);
 void stp_window_destroy(stp_window **window);

@@ -174,7 +174,69 @@ static void outages_pass(void **state)
     }
 }
 
-/* A waiting picture must fail with a message as long as the server fails, and no longer. */
+/* The linker puts this before the clock (CMakeLists.txt): it goes ahead by leaps. */
+static _Atomic double leaps_s;
+
+double __real_stp_clock_seconds(void);
+double __wrap_stp_clock_seconds(void);
+
+double __wrap_stp_clock_seconds(void)
+{
+    return __real_stp_clock_seconds() + leaps_s;
+}
+
+/* One frame of a view at rest, and a while of which nothing is read. */
+static void rest_a_frame(stp_renderer *r, const stp_view *view, stp_draw_stats *stats)
+{
+    const stp_draw_params params = {.threshold_px = 0.2, .stream = true};
+    check_ok(stp_renderer_draw(r, view, &params, stats, err));
+    if (stats->chunks_loading > 0)
+        usleep(1000);
+    else
+        leaps_s = leaps_s + 0.1;
+}
+
+/* However long the server was away, and though the camera rests, its return is noticed soon. */
+static void a_return_is_noticed_soon(void **state)
+{
+    stp_view view = look(*state, 0.3, 0.6, SIZE, SIZE);
+    stp_draw_stats stats = {0};
+    remote x;
+    connect_to(&x, 2000);
+    order(&x, FAULT_STATUS);
+    for (const double until_s = leaps_s + 35.0; leaps_s < until_s;)
+        rest_a_frame(x.renderer, &view, &stats);
+    assert_true(stp_renderer_trouble(x.renderer)[0] != '\0');
+    order(&x, FAULT_NONE);
+    const double back_s = leaps_s;
+    while (!stats.cut_complete)
+        rest_a_frame(x.renderer, &view, &stats);
+    assert_true(leaps_s - back_s < 10.0);
+    assert_string_equal(stp_renderer_trouble(x.renderer), "");
+    disconnect(&x);
+}
+
+/* Each second request fails: as long as chunks are missing, the host learns that there is more to
+ * draw. */
+static void a_server_fails_in_part(void **state)
+{
+    stp_view view = look(*state, 0.3, 0.6, SIZE, SIZE);
+    stp_draw_stats stats = {0};
+    remote x;
+    connect_to(&x, 2000);
+    fault_server_order(
+        &x.server,
+        &(fault_orders){.kind = FAULT_STATUS, .count = UINT32_MAX, .every = 2, .code = 503});
+    for (int frame = 0; !stats.cut_complete; frame++) {
+        assert_true(frame < FRAMES_LIMIT);
+        rest_a_frame(x.renderer, &view, &stats);
+        assert_true(stats.cut_complete || stats.more || stats.chunks_loading > 0 ||
+                    stp_renderer_trouble(x.renderer)[0] != '\0');
+    }
+    disconnect(&x);
+}
+
+/* A picture that waits fails with a sentence, as often as the server does, and not once more. */
 static void waiting_fails_and_goes_on(void **state)
 {
     static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
@@ -426,6 +488,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_prestate(damage_is_met_once, model),
         cmocka_unit_test_prestate(outages_pass, model),
+        cmocka_unit_test_prestate(a_return_is_noticed_soon, model),
+        cmocka_unit_test_prestate(a_server_fails_in_part, model),
         cmocka_unit_test_prestate(waiting_fails_and_goes_on, model),
         cmocka_unit_test_prestate(silence_holds_nothing_up, model),
         cmocka_unit_test_prestate(no_memory_ends_a_waiting_picture, model),

@@ -2,7 +2,9 @@
  * ground. */
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
+#include "tools/view/view_app.h"
 #include "tools/view/view_bookmarks.h"
+#include "tools/view/view_measure.h"
 #include "tools/view/view_move.h"
 #include "tools/view/view_record.h"
 #include "tools/view/view_smooth.h"
@@ -375,6 +377,47 @@ static void empty_pixels_have_a_depth(void **state)
     }
 }
 
+static void intensities_are_as_in_the_scans(void **state)
+{
+    (void)state;
+    char text[64];
+    for (int number = 0; number <= 200; number++) { /* each number of 8 bits comes back */
+        char expected[16];
+        snprintf(expected, sizeof expected, "%d", number);
+        view_format_intensity(200.0, floor(number * 255.0 / 200.0 + 0.5) / 255.0, text);
+        assert_string_equal(text, expected);
+    }
+    view_format_intensity(51000.0, 110.0 / 255.0, text);
+    assert_string_equal(text, "about 22000, in steps of 200");
+    view_format_intensity(0.5, 110.0 / 255.0, text);
+    assert_string_equal(text, "0.216");
+    view_format_intensity(0.0, 110.0 / 255.0, text);
+    assert_string_equal(text, "43 % of the greatest");
+}
+
+static void measured_lines_stay(void **state)
+{
+    (void)state;
+    static view_measure m;
+    for (int i = 0; i < VIEW_LINES_LIMIT; i++) {
+        assert_true(view_measure_add(&m, (stp_dvec3){i, 0.0, 0.0}));
+        assert_int_equal(m.line_count, i);
+        assert_true(view_measure_add(&m, (stp_dvec3){i, 3.0, 4.0 + i}));
+        assert_int_equal(m.count, 2);
+    }
+    assert_int_equal(m.line_count, VIEW_LINES_LIMIT);
+    assert_false(view_measure_add(&m, (stp_dvec3){0.0, 0.0, 0.0})); /* the bound */
+    check_near(view_measure_length(m.lines[0]), 5.0, 1e-12);
+    view_measure_remove(&m, 1);
+    view_measure_remove(&m, VIEW_LINES_LIMIT - 2);
+    assert_int_equal(m.line_count, VIEW_LINES_LIMIT - 2);
+    check_near(m.lines[0][0].x, 0.0, 0.0);
+    check_near(m.lines[1][0].x, 2.0, 0.0);
+    assert_true(view_measure_add(&m, (stp_dvec3){0.0, 0.0, 0.0}));
+    view_measure_remove(&m, 0);
+    assert_int_equal(m.count, 1); /* a line that was begun goes on */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -389,6 +432,8 @@ int main(void)
         cmocka_unit_test(repeats_of_a_key_share_a_turn),
         cmocka_unit_test(projections_keep_sizes),
         cmocka_unit_test(empty_pixels_have_a_depth),
+        cmocka_unit_test(intensities_are_as_in_the_scans),
+        cmocka_unit_test(measured_lines_stay),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

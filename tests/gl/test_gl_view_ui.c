@@ -161,6 +161,69 @@ static void marks_are_drawn_and_state_is_kept(void **state)
     free(rgba);
 }
 
+/* A panel of this width with one row. */
+static void draw_row(const target *t, stp_ui *ui, double width, const char *value,
+                     uint8_t rgba[4 * WIDTH * HEIGHT])
+{
+    const float clear[4] = {0.0f, 0.0f, 0.0f, 1.0f};
+    const stp_ui_rect rect = {0.0, 0.0, width, HEIGHT};
+    for (int turn = 0; turn < 3; turn++) {
+        glClearNamedFramebufferfv(t->frame, GL_COLOR, 0, clear);
+        stp_ui_begin(ui, WIDTH, HEIGHT, 0.02);
+        if (stp_ui_panel_begin("panel", &rect))
+            stp_ui_row("to", value);
+        stp_ui_panel_end();
+        stp_ui_end(ui);
+    }
+    glGetTextureImage(t->texture, 0, GL_RGBA, GL_UNSIGNED_BYTE, 4 * WIDTH * HEIGHT, rgba);
+}
+
+/* Where two numbers do not fit beside each other, the second one begins a line, even if its first
+ * digits would fit. */
+static void rows_keep_numbers_whole(void **state)
+{
+    static uint8_t found[4 * WIDTH * HEIGHT], expected[4 * WIDTH * HEIGHT];
+    stp_ui *ui = NULL;
+    check_ok(stp_ui_create(&ui, 1.0, NULL, err));
+    draw_row(*state, ui, 200.0, "", found);
+    const double text = stp_ui_text_height();
+    for (double column = 7.0; column < 11.0; column += 0.2) {
+        const double width = column * text / 0.64 + 10.0; /* 64 % of what the padding leaves */
+        draw_row(*state, ui, width, "456123.250  5428001.125", found);
+        draw_row(*state, ui, width, "456123.250 \n5428001.125", expected);
+        assert_memory_equal(found, expected, sizeof found);
+    }
+    stp_ui_destroy(&ui);
+}
+
+/* A long text is wrapped, and the bar is as high as the text needs. */
+static void a_bar_holds_its_text(void **state)
+{
+    const target *t = *state;
+    static uint8_t rgba[4 * WIDTH * HEIGHT];
+    const char *const text = "Parts of the model cannot be read: the server answers 503";
+    const double widths[2] = {WIDTH, 0.25 * WIDTH};
+    double heights[2];
+    stp_ui *ui = NULL;
+    check_ok(stp_ui_create(&ui, 1.0, NULL, err));
+    for (int i = 0; i < 2; i++) {
+        const float clear[4] = {0.0f, 0.0f, 0.0f, 1.0f};
+        const stp_ui_rect rect = {0.0, 0.0, widths[i], HEIGHT};
+        glClearNamedFramebufferfv(t->frame, GL_COLOR, 0, clear);
+        stp_ui_begin(ui, WIDTH, HEIGHT, 0.02);
+        heights[i] = stp_ui_draw_bar(&rect, text);
+        stp_ui_end(ui);
+        glGetTextureImage(t->texture, 0, GL_RGBA, GL_UNSIGNED_BYTE, sizeof rgba, rgba);
+        const int below = (int)heights[i] + 2;
+        const uint8_t *corner = rgba + 4 * ((HEIGHT - 1 - 1) * WIDTH + 1);
+        const uint8_t *under = rgba + 4 * ((HEIGHT - 1 - below) * WIDTH + 1);
+        assert_true(corner[0] > 100 && corner[1] < 60);
+        assert_int_equal(under[0], 0);
+    }
+    assert_true(heights[1] > 2.0 * heights[0]);
+    stp_ui_destroy(&ui);
+}
+
 static void text_follows_the_scale(void **state)
 {
     (void)state;
@@ -184,6 +247,8 @@ int main(void)
         cmocka_unit_test(keys_belong_to_the_field),
         cmocka_unit_test(clicks_find_widgets),
         cmocka_unit_test(marks_are_drawn_and_state_is_kept),
+        cmocka_unit_test(rows_keep_numbers_whole),
+        cmocka_unit_test(a_bar_holds_its_text),
         cmocka_unit_test(text_follows_the_scale),
     };
     int failed = cmocka_run_group_tests(tests, make_target, delete_target);

@@ -219,4 +219,9 @@ degrees_las 2
 refuse "degrees of longitude and latitude" "$FOLDER/keys.las"
 degrees_las 1
 prepared 4 4 "$FOLDER/keys.las"
+# what intensities were in the scan
+printf '\x28' | dd of="$FOLDER/keys.las" bs=1 seek=309 conv=notrunc status=none # the first is 40
+prepared 4 4 "$FOLDER/keys.las"
+"$STIPPLE" info "$FOLDER/m.stipple" | grep -q '^intensity      0 to 40 as in the scans' ||
+    fail "info does not know the scan's intensities"
 end_test

@@ -149,6 +149,9 @@ static void depth_is_told_from_data(void **state)
         stp_scan_info info;
         stp_point *points = read_depths(2000, cases[i].ordinary, 1999, cases[i].special, &info);
         assert_true(info.attributes & STP_POINT_HAS_COLOUR);
+        const unsigned most =
+            cases[i].special > cases[i].ordinary ? cases[i].special : cases[i].ordinary;
+        assert_int_equal((int)info.intensity_full, most <= 255 ? 255 : 65535);
         scan_fixture_rgb(&points[0], 0, 0, cases[i].colour);
         scan_fixture_rgb(&points[1999], 0, 0, cases[i].special_colour);
         scan_fixture_scalars(&points[0], cases[i].intensity, 0);

@@ -107,7 +107,18 @@ about_lit() {
     [ "$now" -gt $(($1 * 9 / 10)) ] && [ "$now" -lt $(($1 * 11 / 10)) ]
 }
 
-# A window at rest must not go on drawing: its threads may use next to no time.
+# Without --size the window is as large as the screen suggests; --size wins.
+test_first_size() {
+    run_viewer model.stipple || return
+    geometry_is 480x360 || fail "not three quarters of the screen: $(xdotool getwindowgeometry "$window")"
+    expect_kill_by_key q
+    run_viewer model.stipple --size 600x460 || return
+    geometry_is 600x460 || fail "not the size given: $(xdotool getwindowgeometry "$window")"
+    expect_kill_by_key q
+}
+geometry_is() { xdotool getwindowgeometry "$window" | grep -q "Geometry: $1\$"; }
+
+# A window at rest must not go on drawing: its threads use next to no time.
 test_rest() {
     open_viewer || return
     sleep 1
@@ -184,6 +195,7 @@ start_display 640 480
 test_keys
 test_mouse
 test_sizes
+test_first_size
 test_rest
 test_fps
 test_shaders

@@ -138,6 +138,14 @@ test_measure() {
     settle
     xdotool mousemove 350 300 sleep 0.3 click 1 sleep 0.8 mousemove 550 300 sleep 0.3 click 1
     expect_title ", measuring 0.8" "two clicks"
+    # a second line: it follows the cursor, and the first one stays
+    xdotool mousemove 350 360 sleep 0.3 click 1 sleep 0.8 mousemove 550 360
+    wait_for 30 is_orange 425 360 || fail "no line follows the cursor"
+    is_orange 350 300 || fail "a second measurement removes the first one's mark"
+    xdotool click 1
+    expect_title ", measuring 0.8" "four clicks"
+    settle
+    is_orange 425 300 && is_orange 425 360 || fail "measured lines do not stay"
     press Escape
     expect_no_title measuring "Esc while measuring"
     # sets a pivot, then turns about it
@@ -149,6 +157,32 @@ test_measure() {
     wait_for 30 screen_changed || fail "no turn about the pivot"
     expect_kill_by_key q
 }
+
+# Whether a mark of the measuring is drawn about a place.
+is_orange() { # x y
+    screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" '
+        { i = NR - 1; x = i % w - x0; y = int(i / w) - y0 }
+        x * x < 26 && y * y < 26 && substr($1, 3) == "ffb347" { n++ }
+        END { exit !n }'
+}
+
+# The bar of colours at the left of the picture, beside the sphere.
+test_legend() {
+    open_viewer model.stipple || return
+    press Tab
+    settle
+    [ "$(bar_pixels)" = 0 ] || fail "a colour bar though samples have colours of their own"
+    press c c
+    expect_title ", elevation in auto" "c twice"
+    wait_for 30 bar_is_there || fail "no colour bar: $(bar_pixels) pixels"
+    press shift+s
+    expect_title "confidence" "shift and s"
+    wait_for 30 bar_is_gone || fail "a colour bar though other colours are shown"
+    expect_kill_by_key q
+}
+bar_pixels() { lit_pixels 14 $((HEIGHT / 2 - 80)) 26 $((HEIGHT / 2 + 80)); }
+bar_is_there() { [ "$(bar_pixels)" = $((12 * 160)) ]; }
+bar_is_gone() { [ "$(bar_pixels)" = 0 ]; }
 
 test_keeping() {
     open_viewer model.stipple || return
@@ -252,7 +286,7 @@ start_display 1100 750
     "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/model.stipple" --quiet &&
     hills >"$FOLDER/ground.xyz" &&
     "$STIPPLE" prep "$FOLDER/ground.xyz" -o "$FOLDER/terrain.stipple" --quiet || fail "no models"
-for name in ${ONLY:-panels navigation walk clip measure keeping path screenshot drop full_screen}; do
+for name in ${ONLY:-panels navigation walk clip measure legend keeping path screenshot drop full_screen}; do
     "test_$name"
 done
 end_test

@@ -11,8 +11,8 @@ camera_options camera_options_default(void)
 void camera_options_fill(camera_options *o, cli_option out[CAMERA_OPTION_COUNT])
 {
     const cli_option options[CAMERA_OPTION_COUNT] = {
-        {"--size", 0, CLI_EXTENT, o->size, "WxH", "size of the picture in pixels (1024x1024)",
-         &o->has_size},
+        {"--size", 0, CLI_EXTENT, o->size, "WxH",
+         "size of the picture in pixels (1024x1024; view: by the screen)", &o->has_size},
         {"--camera", 0, CLI_STRING, &o->path, "C.json",
          "JSON file with eye, look, up, fovy_deg (or height) and size", NULL},
         {"--eye", 0, CLI_VEC3, o->eye, "x,y,z", "position of the eye", &o->has_eye},

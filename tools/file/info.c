@@ -116,6 +116,15 @@ static void print_outliers(const stp_chunk_file_info *info)
     cJSON_Delete(metadata);
 }
 
+/* Prints the range of intensities in the scans' own numbers. */
+static void print_intensity(const stp_chunk_file_info *info)
+{
+    double top = stp_chunk_file_intensity_top(info);
+    if ((info->attributes & STP_HAS_INTENSITY) && top > 0.0)
+        printf("intensity      0 to %.6g as in the scans, stored in steps of %.3g\n", top,
+               top / 255.0);
+}
+
 /* Prints "by 0.002 at most, 0.0001 on average": how far prep moved points. */
 static void print_joined(const cJSON *metadata)
 {
@@ -247,6 +256,7 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
     print_attributes(info->attributes);
+    print_intensity(info);
     print_outliers(info);
     print_displacement(info);
     print_first_view(info);

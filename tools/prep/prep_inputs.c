@@ -312,7 +312,7 @@ typedef struct survey_mark {
     stp_edge_counts edges;
     stp_plant_report plant;
     uint32_t all, any;
-    double step;
+    double step, intensity_full;
     bool floats;
 } survey_mark;
 
@@ -330,6 +330,7 @@ static survey_mark mark_of(const prep_inputs *in, const stp_prep_source *source,
                          all,
                          any,
                          source->coordinate_step,
+                         source->intensity_full,
                          source->floats};
 }
 
@@ -345,9 +346,21 @@ static void go_back(prep_inputs *in, stp_prep_source *source, uint32_t *all, uin
     in->plant = m->plant;
     source->point_count = m->points;
     source->coordinate_step = m->step;
+    source->intensity_full = m->intensity_full;
     source->floats = m->floats;
     *all = m->all;
     *any = m->any;
+}
+
+/* Keeps the number for full intensity as long as all files with intensities have the same one. */
+static void note_intensity(stp_prep_source *source, const stp_scan_info *info, bool first)
+{
+    if ((info->attributes & STP_POINT_HAS_INTENSITY) == 0)
+        return;
+    if (first)
+        source->intensity_full = info->intensity_full;
+    else if (source->intensity_full != info->intensity_full)
+        source->intensity_full = 0.0;
 }
 
 static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
@@ -380,6 +393,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         source->point_count += info->point_count;
     }
     STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
+    note_intensity(source, info, (*any & STP_POINT_HAS_INTENSITY) == 0);
     *all &= info->attributes;
     *any |= info->attributes;
     if (info->edges.read ==

@@ -314,7 +314,8 @@ static int run(int argc, char **argv)
              NULL},
     };
     draw_options_fill(&o, list);
-    o.timeout_s = INFINITY; /* the viewer waits until the server answers again */
+    o.camera.size[0] = o.camera.size[1] = 0; /* by the screen */
+    o.timeout_s = INFINITY;                  /* the viewer waits until the server answers again */
     int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
                          VIEW_MODELS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)

@@ -13,6 +13,7 @@
 #include "tools/view/view_bookmarks.h"
 #include "tools/view/view_control.h"
 #include "tools/view/view_ground.h"
+#include "tools/view/view_measure.h"
 #include "tools/view/view_record.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
@@ -44,12 +45,6 @@ typedef enum view_section {
 #undef X
         VIEW_SECTION_COUNT
 } view_section;
-
-/* The last two points measured. */
-typedef struct view_measure {
-    stp_dvec3 points[2];
-    int count;
-} view_measure;
 
 /* A clip box that is dragged by one of its faces: 0 to 5, low x, high x, low y... -1: none. */
 typedef struct view_clip {
@@ -158,7 +153,7 @@ stp_status view_scene_changed(viewer *v, stp_error *err);
 /* Draws the picture if it changed, and the panels if they changed. Errors: those of drawing. */
 stp_status view_draw(viewer *v, stp_error *err);
 
-/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c ---- */
+/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c, view_legend.c ---- */
 
 void view_panels_draw(viewer *v);
 void view_panel_models(viewer *v);
@@ -171,8 +166,13 @@ void view_panel_measure(viewer *v);
 void view_panel_kept(viewer *v);
 void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
-/* Draws the pivot, the clip box, the measured line, the status line and the help. */
+/* Draws the pivot, the clip box, the measured lines, the status line and the help. */
 void view_marks_draw(viewer *v);
+/* Formats an intensity from 0 to 1 in the scans' own numbers, rounded as far as it is known, or in
+ * per cent if they are not known. top: view_scene.intensity_top. */
+void view_format_intensity(double top, double intensity, char out[64]);
+/* Draws the colour bar of elevation and intensity; nothing if other colours are shown. */
+void view_legend_draw(const viewer *v);
 /* A press on a handle of the clip box takes the handle; later events move it. True if the clip box
  * used the event. */
 bool view_clip_handle(viewer *v, const stp_window_event *event);

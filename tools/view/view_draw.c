@@ -210,7 +210,7 @@ static void draw_panels(viewer *v)
     stp_ui_begin(v->ui, l->width, l->height, v->now_s - v->last_ui_s);
     v->last_ui_s = v->now_s;
     if (!drawing) {
-        if (v->layout.panel.width > 0.0 || v->help)
+        if (v->layout.panel.width > 0.0 || v->help || v->control.measuring)
             look_under(v);
         view_marks_draw(v);
     } else {

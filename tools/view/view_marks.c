@@ -1,4 +1,4 @@
-/* Draws marks over the picture: pivot, clip box and its handles, measured line, status line, help.
+/* Draws marks over the picture: pivot, clip box and its handles, measured lines, status line, help.
  */
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
@@ -184,49 +184,77 @@ bool view_clip_handle(viewer *v, const stp_window_event *e)
     return true;
 }
 
-/* ---- measured line ---- */
+/* ---- measured lines ---- */
 
+/* Gets the window position, too. False if it is behind the eye. */
+static bool draw_point(const viewer *v, stp_dvec3 point, double at[2])
+{
+    double s = stp_ui_scale(v->ui);
+    if (!place(v, point, at))
+        return false;
+    stp_ui_draw_disc(at[0], at[1], 5.0 * s, 0x000000a0);
+    stp_ui_draw_disc(at[0], at[1], 3.5 * s, ORANGE);
+    return true;
+}
+
+/* Draws a line with its ends and its length. */
+static void draw_measured(const viewer *v, const stp_dvec3 ends[2])
+{
+    double at[2][2];
+    char text[80];
+    world_line(v, ends[0], ends[1], ORANGE, 2.0);
+    bool first = draw_point(v, ends[0], at[0]), second = draw_point(v, ends[1], at[1]);
+    if (!first || !second)
+        return;
+    snprintf(text, sizeof text, "%.*f", view_digits(v), view_measure_length(ends));
+    stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]),
+                      0.5 * (at[0][1] + at[1][1]) - 14.0 * stp_ui_scale(v->ui), text, WHITE, true);
+}
+
+/* Draws all lines. A line that was begun ends under the cursor. */
 static void draw_measure(const viewer *v)
 {
     const view_measure *m = &v->measure;
-    double s = stp_ui_scale(v->ui), at[2][2];
-    char text[80];
-    bool seen = m->count == 2;
-    if (m->count == 2)
-        world_line(v, m->points[0], m->points[1], ORANGE, 2.0);
-    for (int i = 0; i < m->count; i++) {
-        bool here = place(v, m->points[i], at[i]);
-        seen = seen && here;
-        if (here) {
-            stp_ui_draw_disc(at[i][0], at[i][1], 5.0 * s, 0x000000a0);
-            stp_ui_draw_disc(at[i][0], at[i][1], 3.5 * s, ORANGE);
-        }
-    }
-    if (!seen)
-        return;
-    snprintf(text, sizeof text, "%.*f", view_digits(v),
-             stp_dvec3_length(stp_dvec3_sub(m->points[1], m->points[0])));
-    stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]), 0.5 * (at[0][1] + at[1][1]) - 14.0 * s, text,
-                      WHITE, true);
+    const stp_dvec3 begun[2] = {m->points[0], v->under.position};
+    double at[2];
+    for (int i = 0; i < m->line_count; i++)
+        draw_measured(v, m->lines[i]);
+    if (m->count == 1 && v->control.measuring && v->under.hit)
+        draw_measured(v, begun);
+    else if (m->count == 1)
+        draw_point(v, begun[0], at);
 }
 
 /* ---- text ---- */
 
-static void draw_status(const viewer *v)
+/* Says at the top of the picture why chunks do not arrive. Returns the height that this takes. */
+static double draw_trouble(const viewer *v, const stp_ui_rect *picture)
+{
+    char text[640];
+    const char *why = stp_renderer_trouble(v->renderer);
+    if (why[0] == '\0')
+        return 0.0;
+    snprintf(text, sizeof text, "Parts of the model cannot be read. The viewer goes on trying.\n%s",
+             why);
+    return stp_ui_draw_bar(picture, text);
+}
+
+/* below: height that is taken at the top of the picture. */
+static void draw_status(const viewer *v, double below)
 {
     char text[320], position[160], how[80] = "";
     double line = stp_ui_text_height() + 8.0 * stp_ui_scale(v->ui);
-    double x = 6.0 * stp_ui_scale(v->ui), y = v->layout.height - line - x;
+    double x = 6.0 * stp_ui_scale(v->ui), y = v->layout.height - line - x, top = below + x;
     if (v->note[0] != '\0')
         stp_ui_draw_label(x, y - 1.2 * line, v->note, WHITE, false);
     if (!v->panels)
         return;
     if (v->control.measuring && v->measure.count != 1)
-        stp_ui_draw_label(x, x, "measuring: click the first point, Esc ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "measuring: click the first point, Esc ends it", ORANGE, false);
     else if (v->control.measuring)
-        stp_ui_draw_label(x, x, "measuring: click the second point, Esc ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "measuring: click the second point, Esc ends it", ORANGE, false);
     else if (v->record.on)
-        stp_ui_draw_label(x, x, "recording the path, Ctrl+R ends it", ORANGE, false);
+        stp_ui_draw_label(x, top, "recording the path, Ctrl+R ends it", ORANGE, false);
     if (!v->under.hit) {
         stp_ui_draw_label(x, y, "F1 lists mouse and keys", DIM, false);
         return;
@@ -271,10 +299,11 @@ void view_marks_draw(viewer *v)
     const stp_ui_rect picture = {0.0, v->layout.height - v->layout.picture_height,
                                  v->layout.picture_width, v->layout.picture_height};
     stp_ui_clip_push(&picture);
+    view_legend_draw(v);
     draw_clip(v);
     draw_measure(v);
     draw_pivot(v);
-    draw_status(v);
+    draw_status(v, draw_trouble(v, &picture));
     stp_ui_clip_pop();
     draw_help(v);
 }

@@ -189,8 +189,6 @@ void view_panel_numbers(viewer *v)
     stp_ui_row("CPU memory", bytes);
     format_bytes(stp_renderer_bytes_read(v->renderer), bytes);
     stp_ui_row("read so far", bytes);
-    if (stp_renderer_trouble(v->renderer)[0] != '\0')
-        stp_ui_note(stp_renderer_trouble(v->renderer));
 }
 
 /* ---- all ---- */

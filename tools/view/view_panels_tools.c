@@ -35,14 +35,17 @@ void view_panel_clip(viewer *v)
     stp_ui_note("The handles in the picture move the faces.");
 }
 
+/* Copies both ends of each line, a point a row. */
 static void copy_measure(viewer *v)
 {
-    const stp_dvec3 *p = v->measure.points;
-    char text[400];
-    int length = 0;
-    for (int i = 0; i < v->measure.count; i++)
-        length += snprintf(text + length, sizeof text - (size_t)length, "%.17g %.17g %.17g\n",
-                           p[i].x, p[i].y, p[i].z);
+    const view_measure *m = &v->measure;
+    char text[VIEW_LINES_LIMIT * 160] = "";
+    size_t length = 0;
+    for (int i = 0; i < 2 * m->line_count; i++) {
+        const stp_dvec3 p = m->lines[i / 2][i % 2];
+        length += (size_t)snprintf(text + length, sizeof text - length, "%.17g %.17g %.17g\n", p.x,
+                                   p.y, p.z);
+    }
     stp_window_copy_text(v->window, text);
     view_note(v, "the coordinates were copied");
 }
@@ -83,13 +86,41 @@ static void clicked_rows(const viewer *v)
         stp_ui_row("chunk", text);
     }
     if (v->scene.attributes & STP_HAS_INTENSITY) {
-        snprintf(text, sizeof text, "%.3f", pick->intensity);
+        view_format_intensity(v->scene.intensity_top, pick->intensity, text);
         stp_ui_row("intensity", text);
     }
     if (v->scene.attributes & STP_HAS_CLASS) {
         snprintf(text, sizeof text, "%u", pick->class_id);
         stp_ui_row("class", text);
     }
+}
+
+/* Lists the finished lines, each with its length. */
+static void measured_rows(viewer *v)
+{
+    view_measure *m = &v->measure;
+    int removed = -1;
+    char label[16], length[64];
+    for (int i = 0; i < m->line_count; i++) {
+        stp_ui_push_id(i);
+        removed = stp_ui_button("x") ? i : removed;
+        stp_ui_hint("removes it");
+        stp_ui_same_line();
+        snprintf(label, sizeof label, "line %d", i + 1);
+        snprintf(length, sizeof length, "%.*f", view_digits(v), view_measure_length(m->lines[i]));
+        stp_ui_row(label, length);
+        stp_ui_pop_id();
+    }
+    if (removed >= 0)
+        view_measure_remove(m, removed);
+    if (m->line_count == 0)
+        return;
+    if (stp_ui_button("copy"))
+        copy_measure(v);
+    stp_ui_hint("both ends of each line");
+    stp_ui_same_line();
+    if (stp_ui_button("remove all"))
+        *m = (view_measure){0};
 }
 
 void view_panel_measure(viewer *v)
@@ -102,13 +133,7 @@ void view_panel_measure(viewer *v)
     }
     if (v->measure.count == 2)
         distance_rows(v);
-    if (v->measure.count > 0) {
-        if (stp_ui_button("copy"))
-            copy_measure(v);
-        stp_ui_same_line();
-        if (stp_ui_button("forget"))
-            v->measure.count = 0;
-    }
+    measured_rows(v);
     if (v->clicked.hit)
         clicked_rows(v);
     else

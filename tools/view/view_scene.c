@@ -2,6 +2,7 @@
 #include "tools/view/view_scene.h"
 
 #include "base/memory.h"
+#include "formats/chunk/convert.h"
 #include "tools/view/view_files.h"
 
 #include <cjson/cJSON.h>
@@ -15,6 +16,18 @@ static void read_system(const char *wkt, char *out, size_t bytes)
     const char *begin = strchr(wkt, '"');
     if (begin != NULL)
         snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
+}
+
+/* Gets the last unit of well-known text, which is the one of heights: UNIT["metre",1], or
+ * LENGTHUNIT. None if it is an angle. */
+static void read_unit(const char *wkt, char *out, size_t bytes)
+{
+    static const char mark[] = "UNIT[\"";
+    const char *last = NULL;
+    for (const char *at = wkt; (at = strstr(at, mark)) != NULL; last = at)
+        at += sizeof mark - 1;
+    if (last != NULL && strncmp(last, "degree", 6) != 0)
+        snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
 }
 
 /* Reads metadata: "a.las and 3 more", and the coordinate system. */
@@ -31,8 +44,10 @@ static void read_metadata(view_model *m)
         snprintf(m->sources, sizeof m->sources, "%.120s and %d more", name->valuestring, more);
     else if (cJSON_IsString(name))
         snprintf(m->sources, sizeof m->sources, "%.150s", name->valuestring);
-    if (cJSON_IsString(wkt))
+    if (cJSON_IsString(wkt)) {
         read_system(wkt->valuestring, m->system, sizeof m->system);
+        read_unit(wkt->valuestring, m->unit, sizeof m->unit);
+    }
     cJSON_Delete(json);
 }
 
@@ -77,12 +92,13 @@ void view_scene_remove(view_scene *scene, size_t index)
 
 void view_scene_update(view_scene *scene)
 {
-    bool any = false;
+    bool any = false, intensities = false;
     for (size_t i = 0; i < scene->count; i++)
         any = any || !scene->models[i].hidden;
     scene->box = stp_dbox_empty();
     scene->point_count = 0;
     scene->attributes = 0;
+    scene->intensity_top = 0.0;
     for (size_t i = 0; i < scene->count; i++) {
         const stp_chunk_file_info *info = scene->models[i].model->info;
         if (any && scene->models[i].hidden)
@@ -90,6 +106,11 @@ void view_scene_update(view_scene *scene)
         stp_dbox_join(&scene->box, &info->box);
         scene->point_count += info->point_count;
         scene->attributes |= info->attributes;
+        if ((info->attributes & STP_HAS_INTENSITY) == 0)
+            continue;
+        const double top = stp_chunk_file_intensity_top(info);
+        scene->intensity_top = !intensities || top == scene->intensity_top ? top : 0.0;
+        intensities = true;
     }
     scene->ball = scene->count == 1 ? scene->models[0].model->ball : stp_ball_from_box(&scene->box);
 }

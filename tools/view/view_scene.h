@@ -17,6 +17,7 @@ typedef struct view_model {
     bool hidden;
     char sources[160]; /* the files that the model was made of */
     char system[160];  /* coordinate system; "" if unknown */
+    char unit[32];     /* of heights; "" if unknown */
 } view_model;
 
 /* Zero is empty. */
@@ -27,6 +28,7 @@ typedef struct view_scene {
     stp_ball ball;
     uint64_t point_count; /* of the same models */
     uint32_t attributes;  /* STP_HAS_* that any model has */
+    double intensity_top; /* the scans' own number for intensity 1, if they agree; 0: not known */
 } view_scene;
 
 /* Adds a model. options: say where models of web servers are cached. Errors: those of

@@ -269,6 +269,8 @@ static void escape(viewer *v)
         view_shot_end(&v->shot);
     else if (v->help)
         v->help = false;
+    else if (c->measuring && v->measure.count == 1)
+        v->measure.count = 0; /* the line that was begun */
     else if (c->measuring)
         c->measuring = false;
     else if (c->navigation != VIEW_ORBIT)
@@ -295,8 +297,9 @@ static void pick(viewer *v)
         view_note(v, "nothing is there to measure");
         return;
     }
-    v->measure.count = v->measure.count == 2 ? 0 : v->measure.count;
-    v->measure.points[v->measure.count++] = found.position;
+    if (!view_measure_add(&v->measure, found.position))
+        view_note(v, "there are %d measured lines already: remove one in the panel",
+                  VIEW_LINES_LIMIT);
 }
 
 stp_status view_fulfil(viewer *v, stp_error *err)

@@ -201,6 +201,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
     info->heights = true;
+    info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step =
         fmin(las->header.scale[0], fmin(las->header.scale[1], las->header.scale[2]));
     info->notes = las->notes.list;

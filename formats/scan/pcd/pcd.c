@@ -79,6 +79,8 @@ static void fill_info(const reader *r, stp_scan_info *info)
     info->point_count = h->points;
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(h);
+    if (r->intensity_scale > 0.0)
+        info->intensity_full = 65535.0 / r->intensity_scale;
     if (stp_dvec3_finite(h->viewpoint)) {
         info->stations = &h->viewpoint;
         info->station_count = 1;

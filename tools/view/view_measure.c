@@ -1,0 +1,34 @@
+/* The list of measured lines. */
+#include "tools/view/view_measure.h"
+
+#include "base/vec.h"
+
+#include <string.h>
+
+bool view_measure_add(view_measure *m, stp_dvec3 point)
+{
+    if (m->line_count == VIEW_LINES_LIMIT)
+        return false;
+    if (m->count != 1) {
+        m->points[0] = point;
+        m->count = 1;
+        return true;
+    }
+    m->points[1] = point;
+    m->count = 2;
+    memcpy(m->lines[m->line_count++], m->points, sizeof m->points);
+    return true;
+}
+
+void view_measure_remove(view_measure *m, int index)
+{
+    m->line_count--;
+    memmove(m->lines + index, m->lines + index + 1,
+            (size_t)(m->line_count - index) * sizeof *m->lines);
+    m->count = m->count == 2 ? 0 : m->count;
+}
+
+double view_measure_length(const stp_dvec3 ends[2])
+{
+    return stp_dvec3_length(stp_dvec3_sub(ends[1], ends[0]));
+}
