@@ -212,17 +212,17 @@ test_cameras() {    local text
 
 # Clip box, classes, eye-dome lighting, overlays: what remains of the picture, and what is refused.
 test_filters() {
-    local text whole
-    render "$model" --size 64x64
+    local text whole along_z=(--size 64x64 --eye 0,0,4 --look 0,0,0 --up 0,1,0)
+    render "$model" "${along_z[@]}"
     whole=$(coverage)
-    render "$model" --size 64x64 --clip -2,-2,-2,2,0,2
+    render "$model" "${along_z[@]}" --clip -2,-2,-2,2,0,2
     expect_picture 64 64
     expect_coverage $((whole * 2 / 5)) $((whole * 3 / 5))
-    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0 --cull back # the far half shows its back
+    render "$model" "${along_z[@]}" --clip -2,-2,-2,2,2,0 --cull back # the far half shows its back
     expect_coverage 0 $((whole / 2))
-    render "$model" --size 64x64 --clip -2,-2,-2,2,2,0
+    render "$model" "${along_z[@]}" --clip -2,-2,-2,2,2,0
     expect_coverage $((whole * 8 / 10)) "$whole"
-    render "$model" --size 64x64 --clip -0.1,-0.1,-0.1,0.1,0.1,0.1 # inside the hollow sphere
+    render "$model" "${along_z[@]}" --clip -0.1,-0.1,-0.1,0.1,0.1,0.1 # inside the hollow sphere
     expect_picture 64 64
     expect_coverage 0 0
     for text in 1 1,2,3,4,5 0,0,0,1,1,nan 0,0,0,1,1,inf 1,0,0,0,1,1 0,0,0,1,1,1,1 5,5,5,6,6,6; do
@@ -232,7 +232,7 @@ test_filters() {
     for text in --edl --edl=0.5 "--edl 2" "--edl 0" "--shade error --overlay 0.4" \
         "--edl --shade confidence --overlay 1"; do
         # shellcheck disable=SC2086
-        render "$model" --size 64x64 $text
+        render "$model" "${along_z[@]}" $text
         expect_picture 64 64
         expect_coverage "$whole" "$whole"
     done
@@ -247,20 +247,20 @@ test_filters() {
 }
 
 test_classes() {
-    local sheet="$FOLDER/sheet.stipple" whole
+    local sheet="$FOLDER/sheet.stipple" whole words along_z=(--size 64x64 --eye 0,0,4 --look 0,0,0 --up 0,1,0)
     "$STIPPLE" gen sheet -n 20000 --normals -o "$FOLDER/sheet.ply" --quiet &&
         "$STIPPLE" prep "$FOLDER/sheet.ply" -o "$sheet" --quiet || fail "no sheet"
-    render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 # shows class 1; class 2 is the other side
+    render "$sheet" "${along_z[@]}" --cull back # shows class 1; class 2 is the other side
     whole=$(coverage)
     for words in "--classes 1" "--classes unclassified,ground" "--hide-classes ground" \
         "--hide-classes 2,Low-Vegetation"; do
         # shellcheck disable=SC2086
-        render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 $words
+        render "$sheet" "${along_z[@]}" --cull back $words
         expect_coverage "$whole" "$whole"
     done
     for words in "--classes 2" "--hide-classes 1" "--hide-classes 1,2"; do
         # shellcheck disable=SC2086
-        render "$sheet" --eye 0,0,4 --look 0,0,0 --size 64x64 $words
+        render "$sheet" "${along_z[@]}" --cull back $words
         expect_picture 64 64
         expect_coverage 0 0
     done
@@ -397,6 +397,8 @@ test_roads
 test_budget
 test_stats
 test_cameras
+test_filters
+test_classes
 test_usage
 test_damage
 test_tiny
