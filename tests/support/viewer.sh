@@ -74,6 +74,16 @@ lit_pixels() {
         END { print n + 0 }'
 }
 screen_sum() { cksum <"$screen"; }
+# Prints the sum of the picture at rest: the last frame adds smooth edges, and nothing changes for 1.5 s after it.
+rest_sum() {
+    local last='' same=0
+    while [ $same -lt 3 ]; do
+        sleep 0.5
+        [ "$(screen_sum)" = "$last" ] && same=$((same + 1)) || same=0
+        last=$(screen_sum)
+    done
+    echo "$last"
+}
 screen_changed() { [ "$(screen_sum)" != "$before" ]; }
 screen_is() { [ "$(screen_sum)" = "$1" ]; }
 

@@ -60,7 +60,7 @@ test_keys() {
 test_mouse() {
     open_viewer --shade normal || return
     local start
-    start=$(screen_sum)
+    start=$(rest_sum)
     for action in "1" "3" "2"; do
         before=$(screen_sum)
         xdotool mousemove 200 200 mousedown "$action" mousemove 210 205 mousemove 260 230 \
@@ -157,7 +157,7 @@ test_fps() {
     open_viewer --fps 1000 || return
     expect_title ", every sample, auto" "--fps at rest"
     local start drag said
-    start=$(screen_sum)
+    start=$(rest_sum)
     xdotool mousedown 1
     # shellcheck disable=SC2046
     xdotool $(for x in $(seq 100); do echo "mousemove $((200 + x)) 200 sleep 0.04"; done) &

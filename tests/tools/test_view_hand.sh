@@ -34,7 +34,7 @@ test_panels() {
     before=$(screen_sum)
     press Tab
     wait_for 30 panel_is_gone || fail "Tab does not hide the panel"
-    wide=$(screen_sum)
+    wide=$(rest_sum)
     press F1
     wait_for 30 screen_changed || fail "F1 shows nothing"
     before=$(screen_sum)
@@ -192,7 +192,7 @@ test_keeping() {
     press b
     wait_for 30 test -s "$FOLDER/model.stipple.views.json" || fail "b keeps no view"
     sleep 7 # the note is gone
-    first=$(screen_sum)
+    first=$(rest_sum)
     press plus minus
     xdotool mousemove 450 300 click 4 click 4
     settle
