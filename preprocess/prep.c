@@ -223,7 +223,7 @@ static stp_status end_stage(prep_job *job, int stage, stp_error *err)
     int next = stage + 1;
     while (is_left_out(next, stats))
         next++;
-    if (next == STP_PREP_STAGE_COUNT)
+    if (next >= STP_PREP_STAGE_COUNT)
         return STP_OK;
     return stp_progress_update(job->progress, stp_prep_stage_names[next], 0, stats->points_out,
                                err);
@@ -262,15 +262,15 @@ static void choose_stations(prep_job *job)
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
     bool named = source->attributes & STP_POINT_HAS_STATION || source->station_count > 0;
+    bool wanted = orient->mode == STP_ORIENT_AUTO && !orient->from_file && named;
     if (orient->mode == STP_ORIENT_POSITION)
         stats->station_count = 1;
-    if (orient->mode != STP_ORIENT_AUTO || orient->from_file || !named) {
-        stats->points_unstationed = 0;
-    } else if (stats->points_unstationed < stats->points_out) {
+    if (wanted && stats->points_unstationed < stats->points_out) {
         orient->stations = source->stations;
         stats->station_count = source->station_count;
-    } else if (stats->stations_off > 0) {
-        stats->points_unstationed = 0; /* no file named a scanner; stations were only guessed */
+    } else if (!wanted || stats->stations_off > 0) {
+        /* not asked for, or no file named a scanner and stations were only guessed */
+        stats->points_unstationed = 0;
     }
 }
 

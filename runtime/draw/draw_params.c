@@ -51,5 +51,6 @@ static bool clips_equal(const stp_clip *a, const stp_clip *b)
 
 bool stp_draw_params_equal(const stp_draw_params *a, const stp_draw_params *b)
 {
+    /* NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): zeros of two signs cost one frame */
     return true FIELDS(SAME_VALUE, SAME_ARRAY, SAME_FADE, SAME_CLIP);
 }
