@@ -38,7 +38,6 @@ typedef struct span {
 
 typedef struct built {
     stp_built_chunk chunk;
-    stp_dbox reach; /* box of its patches' bounds, world */
     void *payload;
     stp_chunk_entry entry;
     stp_dbox box; /* of a leaf's samples as stored, world */
@@ -60,7 +59,7 @@ typedef struct tree {
     span *spans;
     uint32_t span_count;
     built *tier; /* all chunks of the tier, in order; each is measured with those around it */
-    stp_chunk_boxes reaches; /* of the tier's chunks */
+    stp_chunk_boxes reaches; /* of the tier's chunks: boxes of their patches' bounds, world */
     uint32_t tier_count, wave_begin;
 
     uint32_t **children; /* by handle */
@@ -134,7 +133,7 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
                      : build_leaf(t, t->leaves[index], out, err));
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
-    out->reach = stp_placed_chunk_box(&placed);
+    t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
     if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
         stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
@@ -230,8 +229,7 @@ static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *er
     t->tier_count = count;
     STP_TRY(stp_chunk_boxes_create(&t->reaches, count, err));
     STP_TRY(stp_cloud_run(t->cloud, t->pool, count, build_one, t, err));
-    for (uint32_t i = 0; i < count; i++)
-        stp_chunk_boxes_set(&t->reaches, i, &t->tier[i].reach);
+    stp_chunk_boxes_join(&t->reaches);
     for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
         uint32_t left = count - t->wave_begin;
         uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;

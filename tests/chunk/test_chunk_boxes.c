@@ -54,6 +54,13 @@ static void check(uint32_t count)
         stp_dbox box = box_of(3, i);
         check_search(&boxes, &box);
     }
+    for (uint32_t i = 0; i < count; i++)
+        boxes.boxes[i] = box_of(4, i);
+    stp_chunk_boxes_join(&boxes);
+    for (uint32_t i = 0; i < 40; i++) {
+        stp_dbox box = box_of(5, i);
+        check_search(&boxes, &box);
+    }
     stp_chunk_boxes_clear(&boxes);
     assert_null(boxes.boxes);
 }

@@ -37,8 +37,8 @@ static void print_line(const cli_command *command, const char *text)
 {
     cli_progress_end();
     fprintf(stderr, "%s%s: ", command->program ? "" : "stipple ", command_name(command));
-    while (*text) {
-        const size_t control = cli_control_bytes(text, strlen(text));
+    for (const char *end = text + strlen(text); text < end;) {
+        const size_t control = cli_control_bytes(text, (size_t)(end - text));
         fputc(control > 0 ? '?' : *text, stderr);
         text += control > 0 ? control : 1;
     }

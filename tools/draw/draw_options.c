@@ -55,7 +55,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
          "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
-         "share of --shade level, chunk, error, confidence in the colours (0: shown alone)", NULL},
+         "share of --shade level, chunk, error, confidence in colours, up to 1 (0: alone)", NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what lies in this box",

@@ -32,10 +32,10 @@ static void mode_words(const viewer *v, char out[120])
 {
     static const char *const navigations[] = {"", ", fly", ", walk"};
     const view_control *c = &v->control;
-    const stp_dvec3 *p = v->measure.points;
+    const stp_dvec3 *line = view_measure_last(&v->measure);
     char measured[40] = "";
-    if (v->measure.count == 2)
-        snprintf(measured, sizeof measured, " %.5g", stp_dvec3_length(stp_dvec3_sub(p[1], p[0])));
+    if (line != NULL)
+        snprintf(measured, sizeof measured, " %.5g", view_measure_length(line));
     snprintf(out, 120, "%s%s%s%s%s%s%s", navigations[c->navigation],
              c->camera.height > 0.0 ? ", orthographic" : "",
              c->params.edl > 0.0 ? ", eye-dome" : "", c->params.clip.enabled ? ", clipped" : "",

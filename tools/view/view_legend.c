@@ -27,29 +27,34 @@ static bool are_whole(double top)
     return top >= 255.0 || fabs(top - nearbyint(top)) < 1e-6;
 }
 
+/* Writes an intensity in the scans' own numbers, or in per cent. */
+static void intensity_words(double top, double intensity, char out[40])
+{
+    if (top > 0.0)
+        snprintf(out, 40, are_whole(top) ? "%.0f" : "%.3g", intensity * top);
+    else
+        snprintf(out, 40, "%.0f %%", 100.0 * intensity);
+}
+
 void view_format_intensity(double top, double intensity, char out[64])
 {
     const double step = top / 255.0; /* samples have 8 bits */
-    if (!(top > 0.0))
-        snprintf(out, 64, "%.0f %% of the greatest", 100.0 * intensity);
-    else if (!are_whole(top))
-        snprintf(out, 64, "%.3g", intensity * top);
+    char words[40];
+    intensity_words(top, intensity, words);
+    if (are_whole(top) && step > 1.0)
+        snprintf(out, 64, "about %s, in steps of %.0f", words, ceil(step));
     else
-        snprintf(out, 64, step > 1.0 ? "about %.0f, in steps of %.0f" : "%.0f", intensity * top,
-                 ceil(step));
+        snprintf(out, 64, "%s%s", words, top > 0.0 ? "" : " of the greatest");
 }
 
 /* Writes a value of the palette's range. */
 static void value_words(const viewer *v, double value, char out[64])
 {
     const char *unit = v->scene.models[0].unit;
-    const double top = v->scene.intensity_top;
     if (v->control.params.colour == STP_COLOUR_ELEVATION)
         snprintf(out, 64, "%.6g%s%s", value, unit[0] != '\0' ? " " : "", unit);
-    else if (top > 0.0)
-        snprintf(out, 64, are_whole(top) ? "%.0f" : "%.3g", value * top);
     else
-        snprintf(out, 64, "%.0f %%", 100.0 * value);
+        intensity_words(v->scene.intensity_top, value, out);
 }
 
 /* Whether the picture shows colours of the palette. */

@@ -215,13 +215,13 @@ static void draw_measured(const viewer *v, const stp_dvec3 ends[2])
 static void draw_measure(const viewer *v)
 {
     const view_measure *m = &v->measure;
-    const stp_dvec3 begun[2] = {m->points[0], v->under.position};
+    const stp_dvec3 begun[2] = {m->first, v->under.position};
     double at[2];
     for (int i = 0; i < m->line_count; i++)
         draw_measured(v, m->lines[i]);
-    if (m->count == 1 && v->control.measuring && v->under.hit)
+    if (m->begun && v->control.measuring && v->under.hit)
         draw_measured(v, begun);
-    else if (m->count == 1)
+    else if (m->begun)
         draw_point(v, begun[0], at);
 }
 
@@ -249,7 +249,7 @@ static void draw_status(const viewer *v, double below)
         stp_ui_draw_label(x, y - 1.2 * line, v->note, WHITE, false);
     if (!v->panels)
         return;
-    if (v->control.measuring && v->measure.count != 1)
+    if (v->control.measuring && !v->measure.begun)
         stp_ui_draw_label(x, top, "measuring: click the first point, Esc ends it", ORANGE, false);
     else if (v->control.measuring)
         stp_ui_draw_label(x, top, "measuring: click the second point, Esc ends it", ORANGE, false);

@@ -9,14 +9,13 @@ bool view_measure_add(view_measure *m, stp_dvec3 point)
 {
     if (m->line_count == VIEW_LINES_LIMIT)
         return false;
-    if (m->count != 1) {
-        m->points[0] = point;
-        m->count = 1;
-        return true;
+    if (!m->begun) {
+        m->first = point;
+    } else {
+        m->lines[m->line_count][0] = m->first;
+        m->lines[m->line_count++][1] = point;
     }
-    m->points[1] = point;
-    m->count = 2;
-    memcpy(m->lines[m->line_count++], m->points, sizeof m->points);
+    m->begun = !m->begun;
     return true;
 }
 
@@ -25,7 +24,11 @@ void view_measure_remove(view_measure *m, int index)
     m->line_count--;
     memmove(m->lines + index, m->lines + index + 1,
             (size_t)(m->line_count - index) * sizeof *m->lines);
-    m->count = m->count == 2 ? 0 : m->count;
+}
+
+const stp_dvec3 *view_measure_last(const view_measure *m)
+{
+    return m->begun || m->line_count == 0 ? NULL : m->lines[m->line_count - 1];
 }
 
 double view_measure_length(const stp_dvec3 ends[2])

@@ -50,9 +50,9 @@ static void copy_measure(viewer *v)
     view_note(v, "the coordinates were copied");
 }
 
-static void distance_rows(const viewer *v)
+static void distance_rows(const viewer *v, const stp_dvec3 ends[2])
 {
-    stp_dvec3 d = stp_dvec3_sub(v->measure.points[1], v->measure.points[0]);
+    stp_dvec3 d = stp_dvec3_sub(ends[1], ends[0]);
     stp_dvec3 up = stp_dvec3_normalize(v->control.camera.up);
     double rise = stp_dvec3_dot(d, up), length = stp_dvec3_length(d);
     char text[160];
@@ -125,14 +125,18 @@ static void measured_rows(viewer *v)
 
 void view_panel_measure(viewer *v)
 {
+    const stp_dvec3 *last = view_measure_last(&v->measure);
     char text[160];
     stp_ui_check("clicks measure", &v->control.measuring);
-    for (int i = 0; i < v->measure.count; i++) {
-        view_format_position(v, v->measure.points[i], text);
-        stp_ui_row(i == 0 ? "first" : "second", text);
+    if (last != NULL || v->measure.begun) {
+        view_format_position(v, last != NULL ? last[0] : v->measure.first, text);
+        stp_ui_row("first", text);
     }
-    if (v->measure.count == 2)
-        distance_rows(v);
+    if (last != NULL) {
+        view_format_position(v, last[1], text);
+        stp_ui_row("second", text);
+        distance_rows(v, last);
+    }
     measured_rows(v);
     if (v->clicked.hit)
         clicked_rows(v);

@@ -30,7 +30,7 @@ static void read_unit(const char *wkt, char *out, size_t bytes)
         snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
 }
 
-/* Reads metadata: "a.las and 3 more", and the coordinate system. */
+/* Reads metadata: "a.las and 3 more", the coordinate system, and what intensities mean. */
 static void read_metadata(view_model *m)
 {
     const stp_chunk_file_info *info = m->model->info;
@@ -48,6 +48,7 @@ static void read_metadata(view_model *m)
         read_system(wkt->valuestring, m->system, sizeof m->system);
         read_unit(wkt->valuestring, m->unit, sizeof m->unit);
     }
+    m->intensity_top = stp_chunk_file_intensity_top(info);
     cJSON_Delete(json);
 }
 
@@ -108,7 +109,7 @@ void view_scene_update(view_scene *scene)
         scene->attributes |= info->attributes;
         if ((info->attributes & STP_HAS_INTENSITY) == 0)
             continue;
-        const double top = stp_chunk_file_intensity_top(info);
+        const double top = scene->models[i].intensity_top;
         scene->intensity_top = !intensities || top == scene->intensity_top ? top : 0.0;
         intensities = true;
     }

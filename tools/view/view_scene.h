@@ -15,9 +15,10 @@ typedef struct view_model {
     const char *name; /* the last part of the path or address, without secrets */
     stp_model *model;
     bool hidden;
-    char sources[160]; /* the files that the model was made of */
-    char system[160];  /* coordinate system; "" if unknown */
-    char unit[32];     /* of heights; "" if unknown */
+    char sources[160];    /* the files that the model was made of */
+    char system[160];     /* coordinate system; "" if unknown */
+    char unit[32];        /* of heights; "" if unknown */
+    double intensity_top; /* the scans' own number for intensity 1; 0: not known */
 } view_model;
 
 /* Zero is empty. */
@@ -28,7 +29,7 @@ typedef struct view_scene {
     stp_ball ball;
     uint64_t point_count; /* of the same models */
     uint32_t attributes;  /* STP_HAS_* that any model has */
-    double intensity_top; /* the scans' own number for intensity 1, if they agree; 0: not known */
+    double intensity_top; /* as of its models with intensities, if they agree; else 0 */
 } view_scene;
 
 /* Adds a model. options: say where models of web servers are cached. Errors: those of

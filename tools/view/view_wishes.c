@@ -269,8 +269,8 @@ static void escape(viewer *v)
         view_shot_end(&v->shot);
     else if (v->help)
         v->help = false;
-    else if (c->measuring && v->measure.count == 1)
-        v->measure.count = 0; /* the line that was begun */
+    else if (c->measuring && v->measure.begun)
+        v->measure.begun = false;
     else if (c->measuring)
         c->measuring = false;
     else if (c->navigation != VIEW_ORBIT)

@@ -31,19 +31,29 @@ void stp_chunk_boxes_clear(stp_chunk_boxes *b)
     *b = (stp_chunk_boxes){0};
 }
 
+/* Makes the box at `at` of a tier from those below it. */
+static void join_below(stp_chunk_boxes *b, unsigned tier, size_t at)
+{
+    const size_t first = b->begin[tier - 1] + at * ABOVE, end = b->begin[tier];
+    stp_dbox *sum = &b->boxes[b->begin[tier] + at];
+    *sum = stp_dbox_empty();
+    for (size_t i = first; i < end && i < first + ABOVE; i++)
+        stp_dbox_join(sum, &b->boxes[i]);
+}
+
 void stp_chunk_boxes_set(stp_chunk_boxes *b, uint32_t index, const stp_dbox *box)
 {
     b->boxes[index] = *box;
     size_t at = index;
-    for (unsigned tier = 1; tier < b->tier_count; tier++) {
-        const size_t end = b->begin[tier], first = at - at % ABOVE;
-        at /= ABOVE;
-        stp_dbox *sum = &b->boxes[b->begin[tier] + at];
-        *sum = stp_dbox_empty();
-        for (size_t i = b->begin[tier - 1] + first;
-             i < end && i < b->begin[tier - 1] + first + ABOVE; i++)
-            stp_dbox_join(sum, &b->boxes[i]);
-    }
+    for (unsigned tier = 1; tier < b->tier_count; tier++)
+        join_below(b, tier, at /= ABOVE);
+}
+
+void stp_chunk_boxes_join(stp_chunk_boxes *b)
+{
+    for (unsigned tier = 1; tier < b->tier_count; tier++)
+        for (size_t at = 0; at < b->begin[tier + 1] - b->begin[tier]; at++)
+            join_below(b, tier, at);
 }
 
 uint32_t stp_chunk_boxes_next(const stp_chunk_boxes *b, const stp_dbox *box, uint32_t from)

@@ -32,6 +32,8 @@ stp_status stp_chunk_boxes_create(stp_chunk_boxes *out, uint32_t count, stp_erro
 void stp_chunk_boxes_clear(stp_chunk_boxes *boxes);
 
 void stp_chunk_boxes_set(stp_chunk_boxes *boxes, uint32_t index, const stp_dbox *box);
+/* Call after writing many of the chunks' own boxes to boxes->boxes, from any thread each. */
+void stp_chunk_boxes_join(stp_chunk_boxes *boxes);
 
 /* The first index, `from` or greater, whose box meets `box`; STP_CHUNK_NONE if there is none. */
 uint32_t stp_chunk_boxes_next(const stp_chunk_boxes *boxes, const stp_dbox *box, uint32_t from);

@@ -107,12 +107,13 @@ static void choose_fates(stp_repair_plan *plan, bool *child_rebuilt)
 
 static stp_status place_boxes(stp_repair_plan *plan, stp_error *err)
 {
-    stp_status status = stp_chunk_boxes_create(&plan->boxes, plan->count, err);
-    for (uint32_t id = 0; id < plan->count && status == STP_OK; id++) {
-        const stp_dbox box = stp_chunk_entry_box(&plan->damaged->entries[id]);
+    stp_status status = STP_OK;
+    STP_TRY(stp_chunk_boxes_create(&plan->boxes, plan->count, err));
+    for (uint32_t id = 0; id < plan->count; id++)
         if (plan->nodes[id].fate != STP_FATE_GONE)
-            stp_chunk_boxes_set(&plan->boxes, id, &box);
-    }
+            plan->boxes.boxes[id] = stp_chunk_entry_box(&plan->damaged->entries[id]);
+    stp_chunk_boxes_join(&plan->boxes);
+done:
     return status;
 }
 

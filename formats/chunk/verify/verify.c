@@ -309,10 +309,9 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     STP_TRY(stp_verify_tree(file, &v.entries, err));
     STP_TRY(check_stand_ins(&v, err));
     STP_TRY(stp_chunk_boxes_create(&v.boxes, v.info->chunk_count, err));
-    for (uint32_t id = 0; id < v.info->chunk_count; id++) {
-        const stp_dbox box = stp_chunk_entry_box(&v.entries[id]);
-        stp_chunk_boxes_set(&v.boxes, id, &box);
-    }
+    for (uint32_t id = 0; id < v.info->chunk_count; id++)
+        v.boxes.boxes[id] = stp_chunk_entry_box(&v.entries[id]);
+    stp_chunk_boxes_join(&v.boxes);
     STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
     STP_TRY(check_joints(&v, err));
