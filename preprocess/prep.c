@@ -282,7 +282,7 @@ static stp_status write_tree(prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
-                                   .codec = params->codec,
+                                   .codec = tree->codec,
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
@@ -404,7 +404,8 @@ static void set_defaults(prep_job *job)
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     job->tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
                                   .resolution = resolution_of(job->source, params),
-                                  .codec = params->codec};
+                                  .codec = params->format == 2 ? stp_codec_in_blocks(params->codec)
+                                                               : params->codec};
     job->orient = (stp_orient_params){.mode = params->orient,
                                       .position = params->orient_position,
                                       .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};

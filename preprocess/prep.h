@@ -80,7 +80,8 @@ typedef struct stp_prep_params {
     bool join_layers;         /* see join_layers.h; not together with exact */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
-    stp_codec codec;
+    stp_codec codec; /* without blocks */
+    int format;      /* major version of the file: 1 (or 0), 2 is in blocks */
     stp_outlier_mode outliers;
     double outlier_distance; /* spacings; 0: STP_OUTLIER_DISTANCE */
     bool unlit;              /* the default shading of the file is unlit */

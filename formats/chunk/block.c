@@ -1,7 +1,78 @@
-/* Blocks of a file of version 1: each chunk is one block. */
+/* Reads blocks, and what the file's table says of them. */
 #include "formats/chunk/block.h"
 
+#include "base/memory.h"
+#include "formats/chunk/block_table.h"
+#include "formats/chunk/chunk_fault.h"
+#include "formats/chunk/chunk_reader.h"
+#include "formats/chunk/codec/part.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
 #include <string.h>
+
+/* ---- the table ---- */
+
+/* The table of blocks, read as a whole when a chunk's blocks are first asked for. */
+static stp_status load_table(stp_chunk_file *file, uint8_t **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_section *section = stp_header_section(&file->header, STP_SECTION_BLOCKS);
+    uint8_t *bytes = NULL;
+    pthread_mutex_lock(&file->mutex);
+    *out = file->blocks;
+    pthread_mutex_unlock(&file->mutex);
+    if (*out)
+        return STP_OK;
+    STP_TRY(stp_alloc(&bytes, (size_t)section->bytes + 1, 1, "the table of blocks", err));
+    STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, (size_t)section->bytes, false, err));
+    pthread_mutex_lock(&file->mutex);
+    if (!file->blocks) {
+        file->blocks = bytes;
+        bytes = NULL;
+    }
+    *out = file->blocks;
+    pthread_mutex_unlock(&file->mutex);
+done:
+    free(bytes);
+    return status;
+}
+
+static stp_status check_records(const stp_chunk_file *file, const stp_chunk_entry *e, uint32_t id,
+                                const uint8_t *records, stp_error *err)
+{
+    return stp_hash(records, (size_t)e->block_count * STP_BLOCK_BYTES) == e->blocks_hash
+               ? STP_OK
+               : stp_error_set(err, STP_CORRUPT,
+                               "%s: chunk %" PRIu32 ": the checksum of its blocks' records does "
+                               "not match: the file is damaged; copy it again",
+                               file->path, id);
+}
+
+/* Reads a chunk's records from the file, past all caches, if those of the table are damaged. */
+static stp_status find_records(stp_chunk_file *file, const stp_chunk_entry *e, uint32_t id,
+                               const uint8_t **out, uint8_t **own, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *table = NULL;
+    const size_t size = (size_t)e->block_count * STP_BLOCK_BYTES;
+    const uint64_t at = (uint64_t)e->first_block * STP_BLOCK_BYTES;
+    STP_TRY(load_table(file, &table, err));
+    *out = table + at;
+    status = check_records(file, e, id, *out, err);
+    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++) {
+        const stp_section *section = stp_header_section(&file->header, STP_SECTION_BLOCKS);
+        if (!*own)
+            STP_TRY(stp_alloc(own, size, 1, "records of blocks", err));
+        STP_TRY(stp_chunk_file_bytes(file, section->offset + at, *own, size, true, err));
+        *out = *own;
+        status = check_records(file, e, id, *out, err);
+    }
+done:
+    return status;
+}
+
+/* ---- the blocks of a chunk ---- */
 
 stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_t *out,
                                       stp_error *err)
@@ -9,11 +80,11 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
     stp_chunk_entry entry;
     stp_status status = stp_chunk_file_entry(file, id, &entry, err);
     if (status == STP_OK)
-        *out = 1;
+        *out = entry.block_count > 0 ? entry.block_count : 1;
     return status;
 }
 
-/* The block that holds all patches of a chunk. */
+/* The block that holds all patches of a chunk whose codec has no blocks. */
 static stp_block block_of_entry(const stp_chunk_entry *e, uint32_t id)
 {
     stp_block block = {
@@ -42,31 +113,126 @@ static stp_block block_of_entry(const stp_chunk_entry *e, uint32_t id)
 
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err)
 {
+    stp_status status = STP_OK;
     stp_chunk_entry entry;
-    stp_status status = stp_chunk_file_entry(file, id, &entry, err);
-    if (status == STP_OK)
+    const uint8_t *records = NULL;
+    uint8_t *own = NULL;
+    stp_error inner = {0};
+    STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+    if (entry.block_count == 0) {
         *out = block_of_entry(&entry, id);
+        return STP_OK;
+    }
+    STP_TRY(find_records(file, &entry, id, &records, &own, err));
+    status = stp_block_records_read(records, &entry, id, out, &inner);
+    if (status != STP_OK)
+        stp_error_set(err, status, "%s: %s", file->path, inner.message);
+done:
+    free(own);
     return status;
+}
+
+/* ---- payloads ---- */
+
+static int segment_count(int finest_level)
+{
+    return finest_level >= 2 ? 1 : finest_level == 1 ? 2 : 3;
 }
 
 uint32_t stp_block_payload_bytes(const stp_block *block, int finest_level)
 {
-    uint32_t bytes = block->parts[0].bytes;
-    bytes += finest_level < 2 ? block->parts[1].bytes : 0;
-    return bytes + (finest_level < 1 ? block->parts[2].bytes : 0);
+    uint32_t bytes = 0;
+    for (int s = 0; s < segment_count(finest_level); s++)
+        bytes += block->parts[s].bytes;
+    return bytes;
+}
+
+/* Reads bytes [begin, end) of a part; reads them again if the whole part is there and fails its
+ * checksum. */
+static stp_status fetch_part(stp_chunk_file *file, const stp_block_part *part, uint32_t begin,
+                             uint32_t end, uint8_t *out, stp_error *err)
+{
+    const bool whole = begin == 0 && end == part->bytes;
+    stp_status status =
+        stp_chunk_file_bytes(file, part->offset + begin, out, end - begin, false, err);
+    for (int i = 0;
+         i < STP_FRESH_TRIES && status == STP_OK && whole &&
+         stp_byte_source_is_remote(file->source) && stp_hash(out, part->bytes) != part->hash;
+         i++)
+        status = stp_chunk_file_bytes(file, part->offset, out, part->bytes, true, err);
+    return status;
 }
 
 stp_status stp_block_fetch(stp_chunk_file *file, const stp_block *block, uint32_t begin,
                            uint32_t end, uint8_t *out, stp_error *err)
 {
-    return stp_chunk_file_fetch(file, block->chunk, begin, end, out, err);
+    uint64_t at = 0;
+    if (begin > end || end > stp_block_payload_bytes(block, 0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "a block of chunk %" PRIu32 ": bytes %" PRIu32 " to %" PRIu32
+                             " are not its own",
+                             block->chunk, begin, end);
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        const stp_block_part *part = &block->parts[s];
+        const uint64_t from = begin > at ? begin : at;
+        const uint64_t to = end < at + part->bytes ? end : at + part->bytes;
+        if (from < to) {
+            stp_status status = fetch_part(file, part, (uint32_t)(from - at), (uint32_t)(to - at),
+                                           out + (from - begin), err);
+            if (status != STP_OK)
+                return status;
+        }
+        at += part->bytes;
+    }
+    return STP_OK;
+}
+
+static stp_status decode_parts(const stp_chunk_file *file, const stp_block *block,
+                               const stp_chunk_entry *entry, const uint8_t *payload,
+                               stp_chunk *chunk, stp_chunk_scratch *scratch, stp_error *err)
+{
+    const int codec = (int)stp_codec_of_part((stp_codec)entry->codec);
+    for (int s = 0; s < segment_count(chunk->finest_level); s++) {
+        const stp_block_part *part = &block->parts[s];
+        stp_error inner = {0};
+        if (stp_hash(payload, part->bytes) != part->hash)
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: chunk %" PRIu32 ": the checksum of a block (%" PRIu32
+                                 " bytes at byte %" PRIu64
+                                 ") does not match: the file is damaged; copy it again",
+                                 file->path, block->chunk, part->bytes, part->offset);
+        stp_status status = stp_part_decode(payload, part->bytes, s, codec, entry->child_count,
+                                            chunk, scratch, &inner);
+        if (status != STP_OK)
+            return stp_error_set(
+                err, status, "%s: chunk %" PRIu32 ": a block of segment %d at byte %" PRIu64 ": %s",
+                file->path, block->chunk, s, part->offset, inner.message);
+        payload += part->bytes;
+    }
+    return STP_OK;
 }
 
 stp_status stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest_level,
                             const uint8_t *payload, stp_chunk_scratch *scratch, stp_chunk **out,
                             stp_error *err)
 {
-    return stp_chunk_file_decode(file, block->chunk, finest_level, payload, scratch, out, err);
+    stp_status status = STP_OK;
+    stp_chunk_entry entry;
+    stp_chunk *chunk = NULL;
+    STP_TRY(stp_chunk_file_entry(file, block->chunk, &entry, err));
+    if (entry.block_count == 0)
+        return stp_chunk_file_decode(file, block->chunk, finest_level, payload, scratch, out, err);
+    STP_TRY(stp_chunk_create_blank(&chunk, block->patch_count, block->sample_count, finest_level,
+                                   scratch, err));
+    chunk->id = block->chunk;
+    chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
+    STP_TRY(decode_parts(file, block, &entry, payload, chunk, scratch, err));
+    STP_TRY(stp_chunk_file_check(file, &entry, chunk, err));
+    *out = chunk;
+    chunk = NULL;
+done:
+    stp_chunk_destroy(&chunk);
+    return status;
 }
 
 size_t stp_block_memory_bytes(const stp_block *block, int finest_level)

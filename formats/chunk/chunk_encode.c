@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/segment.h"
+#include "formats/chunk/describe.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
 
@@ -41,48 +42,6 @@ static stp_status check_chunk(const stp_chunk *chunk, uint32_t counts[STP_LEVEL_
 
 /* ---- what the directory says ---- */
 
-static float round_up(double value)
-{
-    float rounded = (float)value;
-    return (double)rounded < value ? nextafterf(rounded, INFINITY) : rounded;
-}
-
-static float round_down(double value)
-{
-    return -round_up(-value);
-}
-
-static float greater(float a, double b)
-{
-    return fmaxf(a, round_up(b));
-}
-
-static void widen_box(stp_chunk_entry *entry, const stp_patch *patch)
-{
-    stp_sample centre = {
-        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
-    stp_dvec3 p = stp_sample_position(&centre, patch);
-    double r = stp_radius_decode(patch->bound_radius, patch->exponent);
-    const double low[3] = {p.x - r, p.y - r, p.z - r};
-    const double high[3] = {p.x + r, p.y + r, p.z + r};
-    for (int i = 0; i < 3; i++) {
-        entry->box_min.raw[i] = fminf(entry->box_min.raw[i], round_down(low[i]));
-        entry->box_max.raw[i] = fmaxf(entry->box_max.raw[i], round_up(high[i]));
-    }
-}
-
-static void widen_errors(stp_chunk_entry *entry, const stp_patch *patch)
-{
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-        entry->error[l] =
-            greater(entry->error[l], stp_error_decode(patch->error[l], patch->exponent));
-        entry->tangential_error[l] =
-            greater(entry->tangential_error[l],
-                    stp_error_decode(patch->tangential_error[l], patch->exponent));
-        entry->colour_error[l] = fmaxf(entry->colour_error[l], (float)patch->colour_error[l]);
-    }
-}
-
 /* Least and greatest radius of all samples of all levels. */
 static void find_radii(stp_chunk_entry *entry, const stp_chunk *chunk)
 {
@@ -98,60 +57,21 @@ static void find_radii(stp_chunk_entry *entry, const stp_chunk *chunk)
                 most = code > most ? code : most;
             }
             int exponent = chunk->patches[i].exponent;
-            float low = round_down(stp_radius_decode(least, exponent));
+            float low = stp_round_down(stp_radius_decode(least, exponent));
+            float high = stp_round_up(stp_radius_decode(most, exponent));
             entry->radius_min = fminf(entry->radius_min, low);
-            entry->radius_max = greater(entry->radius_max, stp_radius_decode(most, exponent));
+            entry->radius_max = fmaxf(entry->radius_max, high);
         }
     }
 }
 
-/* The chunk's cone: around the mean of the patches' axes, wide enough for all their cones. */
-static void find_cone(stp_chunk_entry *entry, const stp_chunk *chunk)
-{
-    stp_dvec3 sum = {0.0, 0.0, 0.0};
-    double angle = 0.0;
-    for (uint32_t i = 0; i < chunk->patch_count; i++)
-        sum = stp_dvec3_add(sum,
-                            stp_dvec3_from_float(stp_normal_decode(chunk->patches[i].cone_axis)));
-    sum = stp_dvec3_normalize(sum);
-    entry->cone_axis = stp_dvec3_to_float(sum);
-    stp_dvec3 axis = stp_dvec3_normalize(stp_dvec3_from_float(entry->cone_axis));
-    for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        const stp_patch *patch = &chunk->patches[i];
-        stp_dvec3 other =
-            stp_dvec3_normalize(stp_dvec3_from_float(stp_normal_decode(patch->cone_axis)));
-        double off =
-            atan2(stp_dvec3_length(stp_dvec3_cross(axis, other)), stp_dvec3_dot(axis, other));
-        angle = fmax(angle, off + stp_cone_angle_decode(patch->cone_angle));
-    }
-    if (stp_dvec3_length(sum) == 0.0) {
-        entry->cone_axis = (vec3s){{0.0f, 0.0f, 1.0f}};
-        angle = M_PI;
-    }
-    /* A float axis is a unit vector to 1e-7; the margin covers that and decoding in float. */
-    entry->cone_angle = round_up(fmin(angle + 1e-6, M_PI));
-}
-
 static void describe(stp_chunk_entry *entry, const stp_chunk *chunk)
 {
-    entry->patch_count = chunk->patch_count;
-    unsigned closed = STP_PATCH_CLOSED;
-    entry->flags = chunk->linked ? STP_CHUNK_LINKED : 0;
-    entry->box_min = (vec3s){{INFINITY, INFINITY, INFINITY}};
-    entry->box_max = (vec3s){{-INFINITY, -INFINITY, -INFINITY}};
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+    stp_patches_describe(chunk->patches, chunk->patch_count, entry);
+    entry->flags |= chunk->linked ? STP_CHUNK_LINKED : 0;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
         entry->sample_count[l] = chunk->level_begin[l][chunk->patch_count];
-        entry->error[l] = entry->tangential_error[l] = entry->colour_error[l] = 0.0f;
-    }
-    for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        widen_box(entry, &chunk->patches[i]);
-        widen_errors(entry, &chunk->patches[i]);
-        entry->flags |= chunk->patches[i].flags & STP_PATCH_TWO_SIDED;
-        closed &= chunk->patches[i].flags;
-    }
-    entry->flags |= closed ? STP_CHUNK_CLOSED : 0;
     find_radii(entry, chunk);
-    find_cone(entry, chunk);
 }
 
 stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payload,

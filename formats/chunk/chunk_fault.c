@@ -40,7 +40,7 @@ const char *stp_chunk_fault(const stp_chunk *chunk, const stp_chunk_entry *entry
             children |= (uint64_t)1 << chunk->patches[i].child;
     }
     *patch = STP_CHUNK_NONE;
-    for (uint32_t c = 0; c < entry->child_count; c++)
+    for (uint32_t c = 0; chunk->patch_count == entry->patch_count && c < entry->child_count; c++)
         if (!(children >> c & 1u))
             return "no patch stands for one of its children";
     for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++)

@@ -9,7 +9,9 @@
 #include "formats/chunk/chunk_file.h"
 
 /* Returns what is wrong, or NULL. *patch is the patch at fault, STP_CHUNK_NONE for the whole chunk.
- * attributes: STP_HAS_* of the file. Levels that the chunk was not read with are not checked. */
+ * attributes: STP_HAS_* of the file. A chunk of fewer patches than the entry has is a block of it:
+ * whether each child is named is then not checked. Levels that the chunk was not read with are not
+ * checked. */
 const char *stp_chunk_fault(const stp_chunk *chunk, const stp_chunk_entry *entry,
                             uint32_t attributes, uint32_t *patch);
 

@@ -15,8 +15,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define STP_CHUNK_FILE_MAJOR 1
-#define STP_CHUNK_FILE_MINOR 2
+/* The greatest version that this program knows. Version 1 has no blocks; its greatest minor version
+ * is STP_CHUNK_FILE_MINOR_1. */
+#define STP_CHUNK_FILE_MAJOR 2
+#define STP_CHUNK_FILE_MINOR 0
+#define STP_CHUNK_FILE_MINOR_1 2
 /* Limits of version 1. Within the limits of coordinates and of a model's longest side, squares of
  * floats neither overflow nor vanish: pictures of a model scaled by powers of two are the same
  * bytes. */
@@ -32,8 +35,31 @@
 typedef enum stp_codec {
     STP_CODEC_RAW = 0,   /* samples and patches as they are in memory */
     STP_CODEC_DRACO = 1, /* tables of residuals through Draco's symbol coder: smallest */
-    STP_CODEC_ZSTD = 2   /* byte planes of residuals through zstd: some ten times as fast */
+    STP_CODEC_ZSTD = 2,  /* byte planes of residuals through zstd: some ten times as fast */
+    /* The same three, each block of patches by itself (block.h). Files of version 2 have these. */
+    STP_CODEC_RAW_BLOCKS = 3,
+    STP_CODEC_DRACO_BLOCKS = 4,
+    STP_CODEC_ZSTD_BLOCKS = 5
 } stp_codec;
+
+#define STP_CODEC_COUNT 6
+
+static inline bool stp_codec_has_blocks(stp_codec codec)
+{
+    return codec >= STP_CODEC_RAW_BLOCKS;
+}
+
+/* The codec of a block's parts: the codec of the same name without blocks. */
+static inline stp_codec stp_codec_of_part(stp_codec codec)
+{
+    return stp_codec_has_blocks(codec) ? (stp_codec)(codec - STP_CODEC_RAW_BLOCKS) : codec;
+}
+
+/* The codec of the same name with blocks. */
+static inline stp_codec stp_codec_in_blocks(stp_codec codec)
+{
+    return (stp_codec)(stp_codec_of_part(codec) + STP_CODEC_RAW_BLOCKS);
+}
 
 /* What an attribute bit says that the source had, or the file has. The sample's bytes exist in any
  * case. */
@@ -49,13 +75,19 @@ enum {
     STP_HAS_ALL = (1u << 8) - 1
 };
 
-/* The least minor version for a file with these attributes. A file without lines, triangles, closed
- * samples and fits can be read by every reader of version 1. */
+/* The least minor version of version 1 for a file with these attributes. A file without lines,
+ * triangles, closed samples and fits can be read by every reader of version 1. */
 static inline uint16_t stp_chunk_file_minor(uint32_t attributes)
 {
     if (attributes & (STP_HAS_CLOSED | STP_HAS_FITS))
         return 2;
     return attributes & (STP_HAS_LINES | STP_HAS_TRIANGLES) ? 1 : 0;
+}
+
+/* Whether a file of a known major version may hold what this program does not know. */
+static inline bool stp_chunk_file_is_newer(uint16_t major, uint16_t minor)
+{
+    return minor > (major == 1 ? STP_CHUNK_FILE_MINOR_1 : STP_CHUNK_FILE_MINOR);
 }
 
 /* Flag of an entry: the chunk is linked, its patches say which patches of the children refine them.
@@ -99,6 +131,9 @@ typedef struct stp_chunk_entry {
     float tangential_error[STP_LEVEL_COUNT];
     float colour_error[STP_LEVEL_COUNT]; /* 0..255 */
     float radius_min, radius_max;
+    /* Of a codec with blocks: the records of its blocks in the file's table, and their xxh3-64. */
+    uint32_t first_block, block_count;
+    uint64_t blocks_hash;
 } stp_chunk_entry;
 
 /* A decoded chunk, or a prefix of one: levels >= finest_level are present. The samples of a level
@@ -112,7 +147,9 @@ typedef struct stp_chunk {
     stp_patch *patches;
     uint32_t *level_begin[STP_LEVEL_COUNT];
     stp_sample *samples[STP_LEVEL_COUNT];
-    void *memory; /* owns all arrays */
+    uint32_t *block_ends; /* patches at which blocks end; NULL: not cut. Belongs to the chunk */
+    uint32_t block_count;
+    void *memory; /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;
@@ -130,7 +167,8 @@ typedef struct stp_chunk_file_info {
     stp_dbox box;  /* world, of all level-0 sample centres */
     const char *metadata_json;
     size_t metadata_bytes;
-    uint64_t payloads_begin, payloads_end; /* bytes; the metadata follows the payloads */
+    uint64_t payloads_begin, payloads_end; /* bytes; sections, then the metadata follow */
+    bool header_damaged;                   /* one of the two copies that a file of version 2 has */
 } stp_chunk_file_info;
 
 typedef struct stp_chunk_file stp_chunk_file;

@@ -100,6 +100,7 @@ void stp_chunk_destroy(stp_chunk **chunk)
     if (!*chunk)
         return;
     free((*chunk)->memory);
+    free((*chunk)->block_ends);
     free(*chunk);
     *chunk = NULL;
 }

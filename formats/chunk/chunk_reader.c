@@ -1,16 +1,15 @@
 /* The chunk file's reader: header, directory pages when they are needed, payload segments.
  *
- * If bytes from a server fail their checksum, the reader asks for them again, up to FRESH_TRIES
+ * If bytes from a server fail their checksum, the reader asks for them again, up to STP_FRESH_TRIES
  * times and past all caches: bits may have flipped on the way, or in a cache. */
+#include "formats/chunk/chunk_reader.h"
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/chunk_fault.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/layout.h"
 #include "formats/chunk/metadata_check.h"
 
 #include <inttypes.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,22 +17,9 @@
 /* One request to a server also brings this many bytes of the directory pages that follow. */
 #define PAGES_AHEAD_BYTES (512u << 10)
 
-#define FRESH_TRIES 5
-
-typedef struct page {
+typedef struct stp_directory_page {
     stp_chunk_entry entries[STP_PAGE_ENTRIES];
 } page;
-
-struct stp_chunk_file {
-    stp_byte_source *source;
-    const char *path; /* the source's name */
-    char *metadata;
-    stp_header header;
-    stp_chunk_file_info info;
-    uint32_t page_count;
-    pthread_mutex_t mutex; /* guards the pointers in pages, not what they point to; innermost */
-    page **pages;          /* NULL until read; a page never changes once it is there */
-};
 
 const char *stp_orientation_name(stp_orientation orientation)
 {
@@ -48,52 +34,72 @@ static stp_status locate(const stp_chunk_file *file, stp_status status, const st
     return stp_error_set(err, status, "%s: %s", file->path, inner->message);
 }
 
-static stp_status read_bytes(const stp_chunk_file *file, uint64_t offset, void *data, size_t size,
-                             bool again, stp_error *err)
+stp_status stp_chunk_file_bytes(const stp_chunk_file *file, uint64_t offset, void *data,
+                                size_t size, bool again, stp_error *err)
 {
     return again ? stp_byte_source_reread(file->source, offset, data, size, err)
                  : stp_byte_source_read(file->source, offset, data, size, err);
 }
 
 /* Whether reading again may help after this status. */
-static bool may_mend(const stp_chunk_file *file, stp_status status)
+bool stp_chunk_file_may_mend(const stp_chunk_file *file, stp_status status)
 {
     return status == STP_CORRUPT && stp_byte_source_is_remote(file->source);
 }
 
 /* ---- opening ---- */
 
+/* Reads the copy of the header at `bytes`, of which `have` bytes are there; a longer header is read
+ * from the file. */
+static stp_status take_header(const stp_chunk_file *file, const uint8_t *bytes, size_t have,
+                              bool again, stp_header *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t file_bytes = stp_byte_source_size(file->source);
+    uint8_t *grown = NULL;
+    uint32_t header_bytes = 0;
+    status = stp_header_peek(bytes, &header_bytes, err);
+    if (status != STP_FORMAT && (file_bytes < STP_HEADER_BYTES || header_bytes > file_bytes))
+        return stp_error_set(err, STP_CORRUPT,
+                             "it has only %" PRIu64
+                             " bytes, less than its header: the file was cut; copy it again",
+                             file_bytes);
+    STP_TRY(status);
+    if (header_bytes > have) {
+        STP_TRY(stp_alloc(&grown, header_bytes, 1, "header", err));
+        STP_TRY(stp_chunk_file_bytes(file, 0, grown, header_bytes, again, err));
+        bytes = grown;
+    }
+    STP_TRY(stp_header_read(bytes, header_bytes, file_bytes, out, err));
+done:
+    free(grown);
+    return status;
+}
+
+/* A file of version 2 has two copies of its header: the sound one of greater generation counts. */
 static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t file_bytes = stp_byte_source_size(file->source);
-    uint8_t fixed[STP_HEADER_BYTES];
-    uint8_t *grown = NULL;
-    uint8_t *bytes = fixed;
-    uint32_t header_bytes = 0;
+    uint8_t bytes[2 * STP_HEADER_BYTES_2] = {0};
     stp_error inner = {0};
+    stp_header twin;
     /* A file of another kind may be shorter than a header; the error must still be FORMAT. */
-    size_t first = file_bytes < sizeof fixed ? (size_t)file_bytes : sizeof fixed;
-    memset(fixed, 0, sizeof fixed);
-    STP_TRY(read_bytes(file, 0, fixed, first, again, err));
-    status = stp_header_peek(fixed, &header_bytes, &inner);
-    if (status != STP_FORMAT && (file_bytes < sizeof fixed || header_bytes > file_bytes))
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: it has only %" PRIu64
-                             " bytes, less than its header: the file was cut; copy it again",
-                             file->path, file_bytes);
-    if (status != STP_OK)
-        return locate(file, status, &inner, err);
-    if (header_bytes > sizeof fixed) {
-        STP_TRY(stp_alloc(&grown, header_bytes, 1, "header", err));
-        STP_TRY(read_bytes(file, 0, grown, header_bytes, again, err));
-        bytes = grown;
-    }
-    status = stp_header_read(bytes, header_bytes, file_bytes, &file->header, &inner);
-    if (status != STP_OK)
-        locate(file, status, &inner, err);
+    size_t first = file_bytes < sizeof bytes ? (size_t)file_bytes : sizeof bytes;
+    STP_TRY(stp_chunk_file_bytes(file, 0, bytes, first, again, err));
+    status = take_header(file, bytes, sizeof bytes, again, &file->header, &inner);
+    bool sound = status == STP_OK;
+    if (sound && file->header.version_major == 1)
+        return STP_OK;
+    bool has_twin = first == sizeof bytes &&
+                    take_header(file, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, again, &twin,
+                                NULL) == STP_OK &&
+                    twin.version_major > 1;
+    if (has_twin && (!sound || twin.generation > file->header.generation))
+        file->header = twin;
+    file->info.header_damaged = sound != has_twin;
+    return sound || has_twin ? STP_OK : locate(file, status, &inner, err);
 done:
-    free(grown);
     return status;
 }
 
@@ -191,7 +197,7 @@ static stp_status read_metadata_and_page(stp_chunk_file *file, bool again, stp_e
     uint32_t count = pages_ahead(file, 0);
     size_t size = metadata_bytes + pages_bytes(file, 0, count);
     STP_TRY(stp_alloc(&bytes, size, 1, "metadata and directory", err));
-    STP_TRY(read_bytes(file, h->metadata_offset, bytes, size, again, err));
+    STP_TRY(stp_chunk_file_bytes(file, h->metadata_offset, bytes, size, again, err));
     if (stp_hash(bytes, metadata_bytes) != h->metadata_hash) {
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: the checksum of the metadata at byte %" PRIu64
@@ -218,6 +224,7 @@ static void fill_info(stp_chunk_file *file)
 {
     const stp_header *h = &file->header;
     file->info = (stp_chunk_file_info){
+        .header_damaged = file->info.header_damaged,
         .version_major = h->version_major,
         .version_minor = h->version_minor,
         .file_bytes = h->file_bytes,
@@ -230,8 +237,8 @@ static void fill_info(stp_chunk_file *file)
         .box = h->box,
         .metadata_json = file->metadata,
         .metadata_bytes = (size_t)h->metadata_bytes,
-        .payloads_begin = h->header_bytes,
-        .payloads_end = h->metadata_offset,
+        .payloads_begin = stp_header_span(h),
+        .payloads_end = stp_payloads_end(h),
     };
 }
 
@@ -245,13 +252,13 @@ stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
     STP_TRY(stp_byte_source_open(&file->source, path, params, err));
     file->path = stp_byte_source_name(file->source);
     status = read_header(file, false, err);
-    for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
+    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
         status = read_header(file, true, err);
     STP_TRY(status);
     file->page_count = stp_page_count(&file->header);
     STP_TRY(stp_alloc(&file->pages, file->page_count, sizeof *file->pages, "directory", err));
     status = read_metadata_and_page(file, false, err);
-    for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
+    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
         status = read_metadata_and_page(file, true, err);
     STP_TRY(status);
     fill_info(file);
@@ -276,6 +283,7 @@ void stp_chunk_file_close(stp_chunk_file **file)
         free(f->pages[i]);
     free(f->pages);
     free(f->metadata);
+    free(f->blocks);
     stp_byte_source_close(&f->source);
     pthread_mutex_destroy(&f->mutex);
     free(f);
@@ -315,7 +323,8 @@ static stp_status load_page(stp_chunk_file *file, uint32_t number, bool again, s
     uint32_t count = again ? 1 : pages_ahead(file, number);
     size_t size = pages_bytes(file, number, count);
     STP_TRY(stp_alloc(&bytes, size, 1, "directory page", err));
-    STP_TRY(read_bytes(file, stp_page_offset(&file->header, number), bytes, size, again, err));
+    STP_TRY(stp_chunk_file_bytes(file, stp_page_offset(&file->header, number), bytes, size, again,
+                                 err));
     STP_TRY(take_pages(file, number, count, bytes, err));
 done:
     free(bytes);
@@ -333,7 +342,7 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
     page *p = known_page(file, number);
     if (!p) {
         stp_status status = load_page(file, number, false, err);
-        for (int i = 0; i < FRESH_TRIES && may_mend(file, status); i++)
+        for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
             status = load_page(file, number, true, err);
         if (status != STP_OK)
             return status;
@@ -382,11 +391,11 @@ stp_status stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begi
                              "chunk %" PRIu32 ": bytes %" PRIu32 " to %" PRIu32 " are not its own",
                              id, begin, end);
     uint64_t offset = entry.offset + begin;
-    status = read_bytes(file, offset, out, end - begin, false, err);
-    for (int i = 0; i < FRESH_TRIES && status == STP_OK &&
+    status = stp_chunk_file_bytes(file, offset, out, end - begin, false, err);
+    for (int i = 0; i < STP_FRESH_TRIES && status == STP_OK &&
                     stp_byte_source_is_remote(file->source) && !is_sound(&entry, begin, end, out);
          i++)
-        status = read_bytes(file, offset, out, end - begin, true, err);
+        status = stp_chunk_file_bytes(file, offset, out, end - begin, true, err);
     return status;
 }
 
@@ -416,8 +425,8 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
     return STP_OK;
 }
 
-static stp_status check_chunk(const stp_chunk_file *file, const stp_chunk_entry *entry,
-                              const stp_chunk *chunk, stp_error *err)
+stp_status stp_chunk_file_check(const stp_chunk_file *file, const stp_chunk_entry *entry,
+                                const stp_chunk *chunk, stp_error *err)
 {
     uint32_t patch = STP_CHUNK_NONE;
     char place[32] = "";
@@ -449,7 +458,7 @@ stp_status stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest_l
     chunk->id = id;
     chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
     STP_TRY(decode_segments(file, &entry, payload, chunk, scratch ? scratch : &own, err));
-    STP_TRY(check_chunk(file, &entry, chunk, err));
+    STP_TRY(stp_chunk_file_check(file, &entry, chunk, err));
     *out = chunk;
     chunk = NULL;
 done:

@@ -1,7 +1,7 @@
 /* The chunk file's writer: payloads in the order they come, then metadata, directory and header. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/block_table.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
@@ -13,18 +13,26 @@ struct stp_chunk_writer {
     stp_chunk_writer_params params;
     stp_chunk_entry *entries; /* by handle */
     size_t entry_count, entry_capacity;
+    stp_bytes blocks; /* records; entries say which are theirs */
 };
+
+/* Files of codecs with blocks have version 2. */
+static bool has_blocks(const stp_chunk_writer *writer)
+{
+    return stp_codec_has_blocks(writer->params.codec);
+}
 
 stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
                                    const stp_chunk_writer_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_writer *writer = NULL;
-    static const uint8_t blank[STP_HEADER_BYTES] = {0};
+    static const uint8_t blank[2 * STP_HEADER_BYTES_2] = {0};
     STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
     writer->params = *params;
     STP_TRY(stp_output_create(&writer->output, path, params->force, err));
-    STP_TRY(stp_output_write(writer->output, blank, sizeof blank, err));
+    STP_TRY(stp_output_write(writer->output, blank,
+                             has_blocks(writer) ? sizeof blank : STP_HEADER_BYTES, err));
     *out = writer;
     writer = NULL;
 done:
@@ -39,8 +47,31 @@ void stp_chunk_writer_destroy(stp_chunk_writer **writer)
         return;
     stp_output_destroy(&w->output);
     free(w->entries);
+    free(w->blocks.data);
     free(w);
     *writer = NULL;
+}
+
+/* Keeps the records of a chunk's blocks. */
+static stp_status keep_blocks(stp_chunk_writer *writer, const void *payload, stp_chunk_entry *entry,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t begin = writer->blocks.size;
+    entry->first_block = entry->block_count = 0;
+    entry->blocks_hash = 0;
+    if (!stp_codec_has_blocks((stp_codec)entry->codec))
+        return STP_OK;
+    if (!has_blocks(writer))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "a chunk in blocks for a file of version 1");
+    if (begin / STP_BLOCK_BYTES > UINT32_MAX - STP_CHUNK_PATCHES_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "more than 2^32 blocks");
+    STP_TRY(stp_block_records_make(payload, entry, &writer->blocks, &entry->block_count, err));
+    entry->first_block = (uint32_t)(begin / STP_BLOCK_BYTES);
+    entry->blocks_hash = stp_hash(writer->blocks.data + begin, writer->blocks.size - begin);
+done:
+    return status;
 }
 
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
@@ -54,6 +85,7 @@ stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload
     stp_chunk_entry *kept = &writer->entries[writer->entry_count];
     *kept = *entry;
     kept->offset = stp_output_size(writer->output);
+    STP_TRY(keep_blocks(writer, payload, kept, err));
     STP_TRY(
         stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
     *handle = (uint32_t)writer->entry_count++;
@@ -150,6 +182,34 @@ done:
     return status;
 }
 
+/* Writes the records of blocks in the order of the chunks' ids, and numbers them so. */
+static stp_status write_blocks(stp_chunk_writer *writer, const numbering *n, stp_header *header,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    size_t at = 0;
+    if (!has_blocks(writer))
+        return STP_OK;
+    STP_TRY(stp_alloc(&bytes, writer->blocks.size + 1, 1, "the table of blocks", err));
+    for (uint32_t id = 0; id < n->count; id++) {
+        stp_chunk_entry *e = &n->entries[id];
+        const size_t size = (size_t)e->block_count * STP_BLOCK_BYTES;
+        memcpy(bytes + at, writer->blocks.data + (size_t)e->first_block * STP_BLOCK_BYTES, size);
+        e->first_block = (uint32_t)(at / STP_BLOCK_BYTES);
+        at += size;
+    }
+    header->section_count = 1;
+    header->sections[0] = (stp_section){.kind = STP_SECTION_BLOCKS,
+                                        .offset = stp_output_size(writer->output),
+                                        .bytes = at,
+                                        .hash = stp_hash(bytes, at)};
+    STP_TRY(stp_output_write(writer->output, bytes, at, err));
+done:
+    free(bytes);
+    return status;
+}
+
 /* Checks the directory as a reader will. */
 static stp_status check_entries(const stp_header *header, const stp_chunk_entry *entries,
                                 stp_error *err)
@@ -166,45 +226,65 @@ static stp_status check_entries(const stp_header *header, const stp_chunk_entry 
     return STP_OK;
 }
 
-static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const stp_dbox *box,
-                            const char *metadata_json, uint64_t *file_bytes, stp_error *err)
+/* What the header says before the places of directory and metadata are known. */
+static stp_header begin_header(const stp_chunk_writer *writer, const numbering *n,
+                               const stp_dbox *box)
 {
-    stp_status status = STP_OK;
-    uint8_t bytes[STP_HEADER_BYTES];
-    size_t metadata_bytes = strlen(metadata_json);
-    stp_header header = {
-        .version_major = STP_CHUNK_FILE_MAJOR,
-        .version_minor = stp_chunk_file_minor(writer->params.attributes),
-        .header_bytes = STP_HEADER_BYTES,
+    const bool blocks = has_blocks(writer);
+    return (stp_header){
+        .version_major = blocks ? 2 : 1,
+        .version_minor =
+            blocks ? STP_CHUNK_FILE_MINOR : stp_chunk_file_minor(writer->params.attributes),
+        .header_bytes = blocks ? STP_HEADER_BYTES_2 : STP_HEADER_BYTES,
         .chunk_count = n->count,
         .page_entries = STP_PAGE_ENTRIES,
         .entry_bytes = STP_ENTRY_BYTES,
         .depth = n->depth,
-        .metadata_offset = stp_output_size(writer->output),
-        .metadata_bytes = metadata_bytes,
-        .metadata_hash = stp_hash(metadata_json, metadata_bytes),
         .point_count = n->entries[0].points_under,
         .attributes = writer->params.attributes,
         .orientation = writer->params.orientation,
         .lambda = writer->params.lambda,
         .box = *box,
+        .generation = 1,
     };
+}
+
+/* Writes the header, twice in version 2, after checking it as a reader will. */
+static stp_status write_header(stp_chunk_writer *writer, const stp_header *header, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_HEADER_BYTES_2];
+    stp_header read;
+    stp_error inner = {0};
+    stp_header_write(header, bytes);
+    if (stp_header_read(bytes, header->header_bytes, header->file_bytes, &read, &inner) != STP_OK)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "the file cannot be written: %s",
+                             inner.message);
+    for (uint64_t at = 0; at < stp_header_span(header); at += header->header_bytes)
+        STP_TRY(stp_output_write_at(writer->output, at, bytes, header->header_bytes, err));
+done:
+    return status;
+}
+
+static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const stp_dbox *box,
+                            const char *metadata_json, uint64_t *file_bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t metadata_bytes = strlen(metadata_json);
+    stp_header header = begin_header(writer, n, box);
     if (metadata_bytes > STP_METADATA_BYTES_LIMIT)
         return stp_error_set(err, STP_LIMIT, "metadata of %zu bytes: use at most %u",
                              metadata_bytes, STP_METADATA_BYTES_LIMIT);
+    STP_TRY(write_blocks(writer, n, &header, err));
+    header.metadata_offset = stp_output_size(writer->output);
+    header.metadata_bytes = metadata_bytes;
+    header.metadata_hash = stp_hash(metadata_json, metadata_bytes);
     header.directory_offset = header.metadata_offset + metadata_bytes;
     STP_TRY(check_entries(&header, n->entries, err));
     STP_TRY(stp_output_write(writer->output, metadata_json, metadata_bytes, err));
     STP_TRY(write_directory(writer->output, &header, n->entries, err));
     header.file_bytes = stp_output_size(writer->output);
-    stp_header_write(&header, bytes);
-    stp_error inner = {0};
-    if (stp_header_read(bytes, sizeof bytes, header.file_bytes, &header, &inner) != STP_OK) {
-        status = stp_error_set(err, STP_INVALID_ARGUMENT, "the file cannot be written: %s",
-                               inner.message);
-        goto done;
-    }
-    STP_TRY(stp_output_write_at(writer->output, 0, bytes, sizeof bytes, err));
+    STP_TRY(write_header(writer, &header, err));
     if (writer->params.check)
         STP_TRY(writer->params.check(writer->params.check_context,
                                      stp_output_temporary_path(writer->output), err));

@@ -2,6 +2,7 @@
 #include "formats/chunk/convert.h"
 
 #include "base/memory.h"
+#include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
 
@@ -76,6 +77,9 @@ typedef struct conversion {
     stp_chunk_file *file;
     const stp_convert_params *params;
     uint32_t count;
+    bool blocks;       /* the output has blocks */
+    bool copies;       /* payloads stay as they are */
+    bool linked;       /* all chunks with children are linked: chunks can be cut */
     uint32_t *order;   /* ids, in the order of payloads in the file */
     uint32_t *handles; /* by id */
     piece *pieces;     /* of one batch */
@@ -98,6 +102,34 @@ static stp_status check_payload(const conversion *c, uint32_t id, const piece *p
     return STP_OK;
 }
 
+/* The codec that a chunk gets. */
+static stp_codec new_codec(const conversion *c, const piece *p)
+{
+    const stp_codec kept = (stp_codec)p->entry.codec;
+    const stp_codec codec = stp_codec_of_part(c->params->keep_codec ? kept : c->params->codec);
+    return c->blocks ? stp_codec_in_blocks(codec) : codec;
+}
+
+/* Cuts a decoded chunk into blocks at the patches of its parent. The root is one block. */
+static stp_status cut(const conversion *c, const piece *p, stp_chunk *chunk, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry above;
+    stp_chunk *parent = NULL;
+    free(chunk->block_ends);
+    chunk->block_ends = NULL;
+    chunk->block_count = 0;
+    if (!c->blocks || !c->linked || p->entry.parent == STP_CHUNK_NONE)
+        return STP_OK;
+    STP_TRY(stp_chunk_file_entry(c->file, p->entry.parent, &above, err));
+    STP_TRY(stp_chunk_file_read(c->file, p->entry.parent, 2, &parent, err));
+    STP_TRY(stp_chunk_cut_by_parent(chunk, parent, chunk->id - above.first_child, new_codec(c, p),
+                                    err));
+done:
+    stp_chunk_destroy(&parent);
+    return status;
+}
+
 /* Decodes and encodes again. The entry keeps what it says of the chunk; segment ends, hashes and
  * codec change. If the payload already has the codec, it stays, but it must be readable. */
 static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *err)
@@ -105,16 +137,18 @@ static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     stp_bytes bytes = {0};
+    const stp_codec codec = new_codec(c, p);
     STP_TRY(stp_chunk_file_decode(c->file, id, 0, p->payload, NULL, &chunk, err));
-    if (p->entry.codec == c->params->codec)
+    if (p->entry.codec == codec)
         goto done;
+    STP_TRY(cut(c, p, chunk, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         size_t begin = bytes.size;
-        STP_TRY(stp_segment_encode(chunk, s, c->params->codec, &bytes, err));
+        STP_TRY(stp_segment_encode(chunk, s, codec, &bytes, err));
         p->entry.segment_end[s] = (uint32_t)bytes.size;
         p->entry.segment_hash[s] = stp_hash(bytes.data + begin, bytes.size - begin);
     }
-    p->entry.codec = (uint8_t)c->params->codec;
+    p->entry.codec = (uint8_t)codec;
     free(p->payload);
     p->payload = bytes.data;
     bytes.data = NULL;
@@ -135,7 +169,7 @@ static stp_status convert_piece(void *context, size_t index, unsigned worker, st
     uint32_t size = p->entry.segment_end[STP_SEGMENT_COUNT - 1];
     STP_TRY(stp_alloc(&p->payload, (size_t)size + 1, 1, "payload", err));
     STP_TRY(stp_chunk_file_fetch(c->file, id, 0, size, p->payload, err));
-    if (c->params->keep_codec)
+    if (c->copies)
         STP_TRY(check_payload(c, id, p, err));
     else
         STP_TRY(recode(c, id, p, err));
@@ -197,6 +231,7 @@ static stp_status find_order(conversion *c, stp_error *err)
         stp_chunk_entry entry;
         STP_TRY(stp_chunk_file_entry(c->file, id, &entry, err));
         list[id] = (placed){entry.offset, id};
+        c->linked = c->linked && (entry.child_count == 0 || entry.flags & STP_CHUNK_LINKED);
     }
     qsort(list, c->count, sizeof *list, compare_placed);
     for (uint32_t i = 0; i < c->count; i++)
@@ -238,13 +273,20 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     uint32_t threads = params->pool ? stp_pool_thread_count(params->pool) : 1;
     uint32_t batch = BATCH_PER_THREAD * threads;
-    conversion c = {.file = file, .params = params, .count = info->chunk_count};
+    const bool has_blocks = info->version_major >= 2;
+    const bool blocks = params->format ? params->format == 2 : has_blocks;
+    conversion c = {.file = file,
+                    .params = params,
+                    .count = info->chunk_count,
+                    .blocks = blocks,
+                    .copies = params->keep_codec && blocks == has_blocks,
+                    .linked = true};
     const stp_chunk_writer_params written = {.force = params->force,
-                                             .codec = params->codec,
+                                             .codec = blocks ? STP_CODEC_RAW_BLOCKS : STP_CODEC_RAW,
                                              .attributes = info->attributes,
                                              .orientation = info->orientation,
                                              .lambda = info->lambda};
-    if (info->version_minor > STP_CHUNK_FILE_MINOR)
+    if (stp_chunk_file_is_newer(info->version_major, info->version_minor))
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s: version %u.%u is newer than this program, which would lose what "
                              "it does not know: use a newer stipple",

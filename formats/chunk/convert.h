@@ -1,7 +1,7 @@
-/* Copies a chunk file with payloads of another codec, or with another default threshold.
+/* Copies a chunk file with payloads of another codec or version, or with another default threshold.
  *
- * Samples, patches, entries and the order of payloads stay as they are. Only the payloads' codec
- * and their offsets change. Threads: one call at a time per file. */
+ * Samples, patches, entries and the order of payloads stay as they are. Only the payloads' codec,
+ * their blocks and their offsets change. Threads: one call at a time per file. */
 #ifndef STP_FORMATS_CHUNK_CONVERT_H
 #define STP_FORMATS_CHUNK_CONVERT_H
 
@@ -11,7 +11,8 @@
 
 typedef struct stp_convert_params {
     bool keep_codec;     /* copies payloads; codec is then not used */
-    stp_codec codec;     /* codec of all payloads */
+    stp_codec codec;     /* codec of all payloads, without blocks */
+    int format;          /* major version of the output: 1, 2 (in blocks), or 0: the file's own */
     double threshold_px; /* > 0: the model's new default threshold */
     bool force;          /* replace an existing file */
     stp_pool *pool;      /* NULL: one thread */

@@ -57,13 +57,13 @@ static stp_dvec3 get_dvec3(const uint8_t *bytes)
     return (stp_dvec3){get_f64(bytes), get_f64(bytes + 8), get_f64(bytes + 16)};
 }
 
-static void put_floats(uint8_t *bytes, const float *values, int count)
+void stp_put_floats(uint8_t *bytes, const float *values, int count)
 {
     for (int i = 0; i < count; i++)
         put_f32(bytes + 4 * i, values[i]);
 }
 
-static void get_floats(const uint8_t *bytes, float *values, int count)
+void stp_get_floats(const uint8_t *bytes, float *values, int count)
 {
     for (int i = 0; i < count; i++)
         values[i] = get_f32(bytes + 4 * i);
@@ -71,9 +71,53 @@ static void get_floats(const uint8_t *bytes, float *values, int count)
 
 /* ---- header ---- */
 
+#define GENERATION_AT 152u
+#define SECTION_COUNT_AT 160u
+#define SECTIONS_AT 168u
+#define SECTION_BYTES 32u
+
+uint64_t stp_payloads_end(const stp_header *header)
+{
+    return header->section_count > 0 ? header->sections[0].offset : header->metadata_offset;
+}
+
+const stp_section *stp_header_section(const stp_header *header, uint32_t kind)
+{
+    for (uint32_t i = 0; i < header->section_count; i++)
+        if (header->sections[i].kind == kind)
+            return &header->sections[i];
+    return NULL;
+}
+
+static void sections_write(const stp_header *header, uint8_t *bytes)
+{
+    stp_put_u64(bytes + GENERATION_AT, header->generation);
+    stp_put_u32(bytes + SECTION_COUNT_AT, header->section_count);
+    for (uint32_t i = 0; i < header->section_count; i++) {
+        uint8_t *at = bytes + SECTIONS_AT + i * SECTION_BYTES;
+        stp_put_u32(at, header->sections[i].kind);
+        stp_put_u32(at + 4, header->sections[i].flags);
+        stp_put_u64(at + 8, header->sections[i].offset);
+        stp_put_u64(at + 16, header->sections[i].bytes);
+        stp_put_u64(at + 24, header->sections[i].hash);
+    }
+}
+
+static void sections_parse(const uint8_t *bytes, stp_header *h)
+{
+    h->generation = stp_get_u64(bytes + GENERATION_AT);
+    h->section_count = stp_get_u32(bytes + SECTION_COUNT_AT);
+    for (uint32_t i = 0; i < h->section_count && i < STP_SECTIONS_LIMIT; i++) {
+        const uint8_t *at = bytes + SECTIONS_AT + i * SECTION_BYTES;
+        h->sections[i] = (stp_section){stp_get_u32(at), stp_get_u32(at + 4), stp_get_u64(at + 8),
+                                       stp_get_u64(at + 16), stp_get_u64(at + 24)};
+    }
+}
+
 void stp_header_write(const stp_header *header, uint8_t *bytes)
 {
-    memset(bytes, 0, STP_HEADER_BYTES);
+    const size_t hashed = header->header_bytes - STP_HASH_BYTES;
+    memset(bytes, 0, header->header_bytes);
     memcpy(bytes, magic, sizeof magic);
     stp_put_u16(bytes + 8, header->version_major);
     stp_put_u16(bytes + 10, header->version_minor);
@@ -94,8 +138,9 @@ void stp_header_write(const stp_header *header, uint8_t *bytes)
     put_dvec3(bytes + 112, header->box.max);
     stp_put_u32(bytes + 136, header->root);
     stp_put_u64(bytes + 144, header->file_bytes);
-    stp_put_u64(bytes + STP_HEADER_BYTES - STP_HASH_BYTES,
-                stp_hash(bytes, STP_HEADER_BYTES - STP_HASH_BYTES));
+    if (header->version_major >= 2)
+        sections_write(header, bytes);
+    stp_put_u64(bytes + hashed, stp_hash(bytes, hashed));
 }
 
 stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_error *err)
@@ -110,14 +155,16 @@ stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_err
                              "version %u.%u is newer than this program, which reads up to %d.x: "
                              "use a newer stipple",
                              major, minor, STP_CHUNK_FILE_MAJOR);
-    if (major < STP_CHUNK_FILE_MAJOR)
+    if (major == 0)
         return stp_error_set(err, STP_CORRUPT, "byte 8: version %u.%u does not exist", major,
                              minor);
     uint32_t size = stp_get_u32(bytes + 12);
-    if (size < STP_HEADER_BYTES || size > STP_HEADER_BYTES_LIMIT)
+    const uint32_t least = major == 1 ? STP_HEADER_BYTES : STP_HEADER_BYTES_2;
+    if (size < least || size > STP_HEADER_BYTES_LIMIT)
         return stp_error_set(err, STP_CORRUPT,
-                             "byte 12: the header has %" PRIu32 " bytes, expected %u to %u", size,
-                             STP_HEADER_BYTES, STP_HEADER_BYTES_LIMIT);
+                             "byte 12: the header has %" PRIu32 " bytes, expected %" PRIu32
+                             " to %u",
+                             size, least, STP_HEADER_BYTES_LIMIT);
     *header_bytes = size;
     return STP_OK;
 }
@@ -143,6 +190,38 @@ static void header_parse(const uint8_t *bytes, stp_header *h)
     h->box.max = get_dvec3(bytes + 112);
     h->root = stp_get_u32(bytes + 136);
     h->file_bytes = stp_get_u64(bytes + 144);
+    if (h->version_major >= 2)
+        sections_parse(bytes, h);
+}
+
+/* Sections follow each other from the end of the payloads to the metadata. */
+static stp_status header_check_sections(const stp_header *h, stp_error *err)
+{
+    if (h->section_count > STP_SECTIONS_LIMIT)
+        return stp_error_set(err, STP_CORRUPT, "byte %u: %" PRIu32 " sections, expected at most %u",
+                             SECTION_COUNT_AT, h->section_count, STP_SECTIONS_LIMIT);
+    uint64_t at = h->section_count > 0 ? h->sections[0].offset : h->metadata_offset;
+    if (at < stp_header_span(h))
+        return stp_error_set(err, STP_CORRUPT, "byte %u: the first section begins at byte %" PRIu64,
+                             SECTIONS_AT, at);
+    for (uint32_t i = 0; i < h->section_count; i++) {
+        const stp_section *s = &h->sections[i];
+        if (s->offset != at || !stp_range_inside(at, s->bytes, h->metadata_offset))
+            return stp_error_set(err, STP_CORRUPT,
+                                 "byte %u: section %" PRIu32 " at byte %" PRIu64
+                                 " does not follow what is before it",
+                                 SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
+        if (s->kind != STP_SECTION_BLOCKS && s->flags & STP_SECTION_NEEDED)
+            return stp_error_set(err, STP_VERSION,
+                                 "it needs a part that this program does not know: use a newer "
+                                 "stipple");
+        at += s->bytes;
+    }
+    return at == h->metadata_offset ? STP_OK
+                                    : stp_error_set(err, STP_CORRUPT,
+                                                    "byte %u: the sections end at byte %" PRIu64
+                                                    ", the metadata begins at byte %" PRIu64,
+                                                    SECTIONS_AT, at, h->metadata_offset);
 }
 
 /* Metadata and directory must follow each other, up to the file's end. */
@@ -150,7 +229,8 @@ static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, 
 {
     uint64_t directory_bytes;
     uint64_t end;
-    if (h->file_bytes != file_bytes)
+    /* Version 2 ignores what an interrupted change left behind the end. */
+    if (h->version_major == 1 ? h->file_bytes != file_bytes : h->file_bytes > file_bytes)
         return stp_error_set(err, STP_CORRUPT,
                              "the file has %" PRIu64 " bytes, its header says %" PRIu64
                              ": it was cut or appended to; copy it again",
@@ -164,12 +244,12 @@ static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, 
                              STP_ENTRY_BYTES, STP_ENTRY_BYTES_LIMIT);
     directory_bytes =
         (uint64_t)h->chunk_count * h->entry_bytes + (uint64_t)stp_page_count(h) * STP_HASH_BYTES;
-    if (!stp_add_u64(h->directory_offset, directory_bytes, &end) || end != file_bytes)
+    if (!stp_add_u64(h->directory_offset, directory_bytes, &end) || end != h->file_bytes)
         return stp_error_set(err, STP_CORRUPT,
                              "byte 32: a directory of %" PRIu64 " bytes at byte %" PRIu64
                              " does not end at the file's end, byte %" PRIu64,
-                             directory_bytes, h->directory_offset, file_bytes);
-    if (h->metadata_bytes > STP_METADATA_BYTES_LIMIT || h->metadata_offset < h->header_bytes ||
+                             directory_bytes, h->directory_offset, h->file_bytes);
+    if (h->metadata_bytes > STP_METADATA_BYTES_LIMIT || h->metadata_offset < stp_header_span(h) ||
         !stp_add_u64(h->metadata_offset, h->metadata_bytes, &end) || end != h->directory_offset)
         return stp_error_set(err, STP_CORRUPT,
                              "byte 40: metadata of %" PRIu64 " bytes at byte %" PRIu64
@@ -214,7 +294,7 @@ stp_status stp_header_read(const uint8_t *bytes, uint32_t header_bytes, uint64_t
                            stp_header *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_header header;
+    stp_header header = {0};
     uint32_t peeked = 0;
     STP_TRY(stp_header_peek(bytes, &peeked, err));
     size_t hashed = header_bytes - STP_HASH_BYTES;
@@ -227,6 +307,7 @@ stp_status stp_header_read(const uint8_t *bytes, uint32_t header_bytes, uint64_t
     }
     header_parse(bytes, &header);
     STP_TRY(header_check_places(&header, file_bytes, err));
+    STP_TRY(header_check_sections(&header, err));
     STP_TRY(header_check_facts(&header, err));
     *out = header;
 done:
@@ -276,15 +357,18 @@ void stp_entry_write(const stp_chunk_entry *e, uint8_t *bytes)
     bytes[78] = e->flags;
     stp_put_u64(bytes + 80, e->points_under);
     put_dvec3(bytes + 88, e->origin);
-    put_floats(bytes + 112, e->box_min.raw, 3);
-    put_floats(bytes + 124, e->box_max.raw, 3);
-    put_floats(bytes + 136, e->cone_axis.raw, 3);
+    stp_put_floats(bytes + 112, e->box_min.raw, 3);
+    stp_put_floats(bytes + 124, e->box_max.raw, 3);
+    stp_put_floats(bytes + 136, e->cone_axis.raw, 3);
     put_f32(bytes + 148, e->cone_angle);
-    put_floats(bytes + 152, e->error, STP_LEVEL_COUNT);
-    put_floats(bytes + 168, e->tangential_error, STP_LEVEL_COUNT);
-    put_floats(bytes + 184, e->colour_error, STP_LEVEL_COUNT);
+    stp_put_floats(bytes + 152, e->error, STP_LEVEL_COUNT);
+    stp_put_floats(bytes + 168, e->tangential_error, STP_LEVEL_COUNT);
+    stp_put_floats(bytes + 184, e->colour_error, STP_LEVEL_COUNT);
     put_f32(bytes + 200, e->radius_min);
     put_f32(bytes + 204, e->radius_max);
+    stp_put_u32(bytes + 208, e->first_block);
+    stp_put_u32(bytes + 212, e->block_count);
+    stp_put_u64(bytes + 216, e->blocks_hash);
 }
 
 static void entry_parse(const uint8_t *bytes, stp_chunk_entry *e)
@@ -305,23 +389,31 @@ static void entry_parse(const uint8_t *bytes, stp_chunk_entry *e)
     e->flags = bytes[78];
     e->points_under = stp_get_u64(bytes + 80);
     e->origin = get_dvec3(bytes + 88);
-    get_floats(bytes + 112, e->box_min.raw, 3);
-    get_floats(bytes + 124, e->box_max.raw, 3);
-    get_floats(bytes + 136, e->cone_axis.raw, 3);
+    stp_get_floats(bytes + 112, e->box_min.raw, 3);
+    stp_get_floats(bytes + 124, e->box_max.raw, 3);
+    stp_get_floats(bytes + 136, e->cone_axis.raw, 3);
     e->cone_angle = get_f32(bytes + 148);
-    get_floats(bytes + 152, e->error, STP_LEVEL_COUNT);
-    get_floats(bytes + 168, e->tangential_error, STP_LEVEL_COUNT);
-    get_floats(bytes + 184, e->colour_error, STP_LEVEL_COUNT);
+    stp_get_floats(bytes + 152, e->error, STP_LEVEL_COUNT);
+    stp_get_floats(bytes + 168, e->tangential_error, STP_LEVEL_COUNT);
+    stp_get_floats(bytes + 184, e->colour_error, STP_LEVEL_COUNT);
     e->radius_min = get_f32(bytes + 200);
     e->radius_max = get_f32(bytes + 204);
+    e->first_block = stp_get_u32(bytes + 208);
+    e->block_count = stp_get_u32(bytes + 212);
+    e->blocks_hash = stp_get_u64(bytes + 216);
 }
 
 /* Each check returns NULL, or what is wrong. */
 static const char *entry_check_payload(const stp_chunk_entry *e, const stp_header *header)
 {
-    if (e->offset < header->header_bytes ||
+    const stp_section *table = stp_header_section(header, STP_SECTION_BLOCKS);
+    const uint64_t records = table ? table->bytes / STP_BLOCK_BYTES : 0;
+    if (e->block_count > e->patch_count ||
+        !stp_range_inside(e->first_block, e->block_count, records))
+        return "its blocks lie outside the file's table of blocks";
+    if (e->offset < stp_header_span(header) ||
         !stp_range_inside(e->offset, e->segment_end[STP_SEGMENT_COUNT - 1],
-                          header->metadata_offset))
+                          stp_payloads_end(header)))
         return "its payload lies outside the file's payloads";
     for (int s = 1; s < STP_SEGMENT_COUNT; s++)
         if (e->segment_end[s] < e->segment_end[s - 1])
@@ -403,6 +495,8 @@ stp_status stp_entry_read(const uint8_t *bytes, uint32_t id, const stp_header *h
 {
     stp_chunk_entry entry;
     entry_parse(bytes, &entry);
+    if (header->version_major < 2)
+        entry.first_block = entry.block_count = 0;
     const char *fault = entry_check_payload(&entry, header);
     if (!fault)
         fault = entry_check_tree(&entry, id, header);

@@ -12,10 +12,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define STP_HEADER_BYTES 256u
+#define STP_HEADER_BYTES 256u    /* of version 1 */
+#define STP_HEADER_BYTES_2 1024u /* of version 2, which has two copies */
+#define STP_SECTIONS_LIMIT 16u
 #define STP_HEADER_BYTES_LIMIT 65536u
 #define STP_ENTRY_BYTES 256u
 #define STP_ENTRY_BYTES_LIMIT 4096u
+#define STP_BLOCK_BYTES 104u /* a record of the table of blocks */
 #define STP_PAGE_ENTRIES 64u
 #define STP_HASH_BYTES 8u
 #define STP_PATCH_BYTES 64u
@@ -58,6 +61,20 @@ static inline uint64_t stp_get_u64(const uint8_t *bytes)
     return (uint64_t)stp_get_u32(bytes) | (uint64_t)stp_get_u32(bytes + 4) << 32;
 }
 
+/* A part of a file of version 2 besides payloads, metadata and directory. */
+typedef struct stp_section {
+    uint32_t kind;  /* STP_SECTION_*, four letters */
+    uint32_t flags; /* STP_SECTION_NEEDED */
+    uint64_t offset, bytes, hash;
+} stp_section;
+
+#define STP_SECTION_BLOCKS UINT32_C(0x534b4c42) /* "BLKS": the table of blocks */
+#define STP_SECTION_NEEDED 1u /* a reader that does not know the kind must refuse the file */
+
+/* IEEE 754 single precision. */
+void stp_put_floats(uint8_t *bytes, const float *values, int count);
+void stp_get_floats(const uint8_t *bytes, float *values, int count);
+
 /* The header as stored. header_bytes and entry_bytes are those of the file, at least those of
  * version 1. */
 typedef struct stp_header {
@@ -76,9 +93,22 @@ typedef struct stp_header {
     stp_dbox box;
     uint32_t root;
     uint64_t file_bytes;
+    uint64_t generation; /* of version 2: grows with each change of the file */
+    uint32_t section_count;
+    stp_section sections[STP_SECTIONS_LIMIT];
 } stp_header;
 
-/* Writes STP_HEADER_BYTES bytes, including their hash. */
+/* Bytes before the payloads. */
+static inline uint64_t stp_header_span(const stp_header *header)
+{
+    return header->version_major >= 2 ? 2 * (uint64_t)header->header_bytes : header->header_bytes;
+}
+/* Where payloads end: at the first section, or at the metadata. */
+uint64_t stp_payloads_end(const stp_header *header);
+/* The section of a kind, or NULL. */
+const stp_section *stp_header_section(const stp_header *header, uint32_t kind);
+
+/* Writes header_bytes bytes, STP_HEADER_BYTES or STP_HEADER_BYTES_2, including their hash. */
 void stp_header_write(const stp_header *header, uint8_t *bytes);
 
 /* Reads magic, version and header_bytes from the first 16 bytes of a file, so that the whole header

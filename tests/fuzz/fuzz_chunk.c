@@ -28,7 +28,8 @@ static void require_sound(const char *path, stp_pool *pool)
 static void go_through(const char *path, stp_chunk_file *file, stp_pool *pool)
 {
     const char *output = fixture_path("out.stipple");
-    const bool newer = stp_chunk_file_get_info(file)->version_minor > STP_CHUNK_FILE_MINOR;
+    const bool newer = stp_chunk_file_is_newer(stp_chunk_file_get_info(file)->version_major,
+                                               stp_chunk_file_get_info(file)->version_minor);
     stp_repair_result result = {0};
     const stp_repair_params repair = {.output = output, .pool = pool};
     for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {

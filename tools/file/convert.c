@@ -21,16 +21,18 @@ const cli_command cli_convert = {
         "Every sample and everything that the file says about samples stays the same. zstd "
         "decodes\n"
         "several times as fast as draco and takes about a fifth more space; raw is for tests.\n"
-        "Without --codec the payloads are copied. --threshold is the threshold that drawing\n"
+        "Without --codec the payloads are copied. --format 2 cuts chunks into blocks, so that "
+        "views\n"
+        "read less. --threshold is the threshold that drawing\n"
         "commands use if they are given none.",
     .run = run,
 };
 
 typedef struct convert_options {
     const char *path, *output;
-    int codec;
+    int codec, format;
     double threshold_px, timeout_s;
-    bool has_codec, has_threshold, force, no_sandbox;
+    bool has_codec, has_format, has_threshold, force, no_sandbox;
     cli_common common;
 } convert_options;
 
@@ -43,6 +45,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
     const stp_byte_source_params source = source_options_params(NULL, 0, o->timeout_s);
     stp_convert_params params = {.keep_codec = !o->has_codec,
                                  .codec = codec_options_codec(o->codec),
+                                 .format = o->has_format ? o->format + 1 : 0,
                                  .threshold_px = o->has_threshold ? o->threshold_px : 0.0,
                                  .force = o->force,
                                  .progress = cli_progress(&o->common)};
@@ -76,6 +79,8 @@ static int run(int argc, char **argv)
         {"--output", 'o', CLI_STRING, &o.output, "N.stipple", "the chunk file to write", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
          "codec of the payloads (the file's own)", &o.has_codec},
+        {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
+         "version of the file; 2 is in blocks (the file's own)", &o.has_format},
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
          "default threshold of drawing commands (the file's own)", &o.has_threshold},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},

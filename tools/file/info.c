@@ -30,7 +30,8 @@ typedef struct depth_summary {
     uint64_t patch_count;
     uint64_t sample_count[STP_LEVEL_COUNT];
     uint64_t payload_bytes;
-    unsigned codecs; /* a bit for each that a chunk has */
+    unsigned codecs;      /* bits, by codec without blocks */
+    uint64_t block_count; /* a bit for each that a chunk has */
     double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
     double radius_min, radius_max;
 } depth_summary;
@@ -41,7 +42,9 @@ static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
         sum->radius_min = INFINITY;
     sum->chunk_count++;
     sum->patch_count += e->patch_count;
-    sum->codecs |= 1u << (e->codec < 31 ? e->codec : 31); /* 31: any unknown one */
+    sum->codecs |= 1u << (e->codec < STP_CODEC_COUNT ? stp_codec_of_part((stp_codec)e->codec)
+                                                     : STP_CODEC_COUNT); /* any unknown one */
+    sum->block_count += e->block_count;
     sum->payload_bytes += e->segment_end[STP_SEGMENT_COUNT - 1];
     sum->radius_min = fmin(sum->radius_min, (double)e->radius_min);
     sum->radius_max = fmax(sum->radius_max, (double)e->radius_max);

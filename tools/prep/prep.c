@@ -22,7 +22,7 @@ typedef struct prep_options {
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
     int lines; /* 1: meshes of plants become lines */
-    int codec, progress, outliers, shade;
+    int codec, format, progress, outliers, shade;
     int layers; /* 1: overlapping layers are joined */
     cli_common common;
 } prep_options;
@@ -122,6 +122,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                       .plants = o->lines == 1};
     stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
                               .codec = codec_options_codec(o->codec),
+                              .format = o->format + 1,
                               .join_layers = o->layers == 1,
                               .outliers = (stp_outlier_mode)o->outliers,
                               .unlit = o->shade == 1,
@@ -270,6 +271,8 @@ static int prep_main(int argc, char **argv)
          "default shading; unlit: for scans that carry their own light (phong)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
          "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
+        {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
+         "version of the file (1); 2 is in blocks, so that views read less", NULL},
         {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
          "memory limit (half the machine's); the rest goes to files in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},

@@ -1,302 +1,265 @@
-/* Encodes and decodes a chunk's payload segments, coarse to fine. */
+/* Encodes and decodes segments: whole, or block by block. */
 #include "formats/chunk/codec/segment.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/predict.h"
-#include "formats/chunk/codec/zstd_segment.h"
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/patch.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
-#define VERTEX_LEVEL (STP_LEVEL_COUNT - 1)
-/* Coarsest and finest level of a segment. */
-static const int coarsest_level[STP_SEGMENT_COUNT] = {VERTEX_LEVEL, 1, 0};
-static const int finest_level[STP_SEGMENT_COUNT] = {2, 1, 0};
+#define COUNT_BYTES 4u
+#define ROW_BYTES 4u        /* segments 1 and 2: u32 bytes */
+#define ROW_BYTES_FIRST 12u /* segment 0: bytes, patches, samples of levels 2, 1, 0 */
 
-static uint32_t level_count(const stp_chunk *chunk, int level)
+static size_t row_bytes(int segment)
 {
-    return chunk->level_begin[level][chunk->patch_count];
+    return segment == 0 ? ROW_BYTES_FIRST : ROW_BYTES;
 }
 
-static stp_status check_and_place(stp_chunk *chunk, uint32_t child_count, stp_error *err)
+/* ---- a block of a chunk as a chunk ---- */
+
+/* Patches [first, end) of a chunk. The samples are the chunk's own. */
+typedef struct view {
+    stp_chunk chunk;
+    uint32_t *begins; /* memory of level_begin */
+} view;
+
+static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, uint32_t end,
+                              stp_error *err)
 {
-    uint32_t counts[STP_LEVEL_COUNT];
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        counts[l] = level_count(chunk, l);
-    stp_status status =
-        stp_patches_check(chunk->patches, chunk->patch_count, counts, child_count, err);
-    if (status == STP_OK)
-        stp_patches_place(chunk);
+    const uint32_t count = end - first;
+    *v = (view){.chunk = *whole};
+    v->chunk.memory = NULL;
+    v->chunk.patches = whole->patches + first;
+    v->chunk.patch_count = count;
+    v->chunk.block_ends = NULL;
+    v->chunk.block_count = 0;
+    stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
+                                  sizeof *v->begins, "a block", err);
+    for (int l = 0; status == STP_OK && l < STP_LEVEL_COUNT; l++)
+        v->chunk.level_begin[l] = v->begins + (size_t)l * (count + 1);
     return status;
 }
 
-/* ---- raw ---- */
-
-static size_t patch_bytes(const stp_chunk *chunk)
+/* Takes level_begin and samples from the chunk, whose levels have been placed. */
+static void view_place(view *v, const stp_chunk *whole, uint32_t first)
 {
-    return STP_PATCH_BYTES + (chunk->linked ? STP_LINK_BYTES : 0);
-}
-
-static stp_status raw_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    uint8_t bytes[STP_PATCH_BYTES + STP_LINK_BYTES];
-    for (uint32_t i = 0; segment == 0 && i < chunk->patch_count; i++) {
-        stp_patch_write(&chunk->patches[i], bytes);
-        stp_put_u16(bytes + STP_PATCH_BYTES, chunk->patches[i].first_below);
-        STP_TRY(stp_bytes_append(out, bytes, patch_bytes(chunk), err));
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t *begin = whole->level_begin[l] + first;
+        for (uint32_t i = 0; i <= v->chunk.patch_count; i++)
+            v->chunk.level_begin[l][i] = begin[i] - begin[0];
+        v->chunk.samples[l] = whole->samples[l] ? whole->samples[l] + begin[0] : NULL;
     }
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--) {
-        for (uint32_t i = 0; i < level_count(chunk, l); i++) {
-            stp_sample_write(&chunk->samples[l][i], bytes);
-            STP_TRY(stp_bytes_append(out, bytes, STP_SAMPLE_BYTES, err));
-        }
-    }
-done:
-    return status;
 }
 
-static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                             stp_chunk *chunk, stp_error *err)
+/* ---- encoding ---- */
+
+static void put_row(const stp_chunk *block, int segment, size_t bytes, uint8_t *row)
 {
-    size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
-        needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
-    if (size != needed)
-        return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
-    if (segment == 0) {
-        for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += patch_bytes(chunk)) {
-            stp_patch_read(bytes, &chunk->patches[i]);
-            chunk->patches[i].first_below =
-                chunk->linked ? stp_get_u16(bytes + STP_PATCH_BYTES) : 0;
-        }
-        stp_status status = check_and_place(chunk, child_count, err);
-        if (status != STP_OK)
-            return status;
-    }
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
-        for (uint32_t i = 0; i < level_count(chunk, l); i++, bytes += STP_SAMPLE_BYTES)
-            stp_sample_read(bytes, &chunk->samples[l][i]);
-    return STP_OK;
+    stp_put_u32(row, (uint32_t)bytes);
+    if (segment > 0)
+        return;
+    stp_put_u16(row + 4, (uint16_t)(block->patch_count - 1));
+    for (int l = 2; l >= 0; l--)
+        stp_put_u16(row + 10 - 2 * l, (uint16_t)(block->level_begin[l][block->patch_count] - 1));
 }
 
-/* ---- tables ---- */
-
-static unsigned patch_columns(const stp_chunk *chunk)
-{
-    return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
-}
-
-static stp_status table_create(stp_table *table, unsigned column_count, uint32_t row_count,
-                               stp_error *err)
-{
-    stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
-                                  sizeof *table->values, "a payload's table", err);
-    table->stride = row_count;
-    table->column_count = column_count;
-    table->row_count = row_count;
-    return status;
-}
-
-static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_level_tables *tables,
-                                      stp_error *err)
-{
-    uint32_t elder;
-    uint32_t last;
-    stp_predict_row_counts(chunk, level, &elder, &last);
-    stp_status status = table_create(&tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
-    if (status == STP_OK)
-        status = table_create(&tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
-    return status;
-}
-
-static void level_tables_destroy(stp_level_tables *tables)
-{
-    free(tables->elder.values);
-    free(tables->last.values);
-}
-
-static stp_status patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
-{
-    stp_table table = {0};
-    stp_status status = STP_OK;
-    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
-    stp_patches_encode(chunk->patches, &table);
-    STP_TRY(stp_table_encode(&table, out, err));
-done:
-    free(table.values);
-    return status;
-}
-
-static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
-{
-    stp_table table = {0};
-    stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
-    stp_predict_vertices_encode(chunk, &table);
-    STP_TRY(stp_table_encode(&table, out, err));
-done:
-    free(table.values);
-    return status;
-}
-
-static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
-{
-    stp_level_tables tables = {0};
-    stp_status status = STP_OK;
-    STP_TRY(level_tables_create(chunk, level, &tables, err));
-    stp_predict_level_encode(chunk, level, &tables);
-    STP_TRY(stp_table_encode(&tables.elder, out, err));
-    STP_TRY(stp_table_encode(&tables.last, out, err));
-done:
-    level_tables_destroy(&tables);
-    return status;
-}
-
-static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+static stp_status encode_block(const stp_chunk *chunk, uint32_t first, uint32_t end, int segment,
+                               stp_codec codec, size_t row, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (segment == 0) {
-        STP_TRY(patches_encode(chunk, out, err));
-        STP_TRY(vertices_encode(chunk, out, err));
-    }
-    STP_TRY(level_encode(chunk, finest_level[segment], out, err));
+    view v = {0};
+    size_t begin = out->size;
+    STP_TRY(view_create(&v, chunk, first, end, err));
+    view_place(&v, chunk, first);
+    STP_TRY(stp_part_encode(&v.chunk, segment, codec, out, err));
+    put_row(&v.chunk, segment, out->size - begin, out->data + row);
 done:
+    free(v.begins);
     return status;
 }
 
-/* The bytes of a segment not read yet. */
-typedef struct cursor {
-    const uint8_t *bytes;
-    size_t left;
-} cursor;
-
-static stp_status table_read(cursor *c, stp_table *table, stp_error *err)
-{
-    size_t used = 0;
-    stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
-    if (status == STP_OK) {
-        c->bytes += used;
-        c->left -= used;
-    }
-    return status;
-}
-
-static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk, stp_error *err)
-{
-    stp_table table = {0};
-    stp_status status = STP_OK;
-    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, err));
-    stp_patches_decode(chunk->patches, &table);
-    STP_TRY(check_and_place(chunk, child_count, err));
-done:
-    free(table.values);
-    return status;
-}
-
-static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_error *err)
-{
-    stp_table table = {0};
-    stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, err));
-    stp_predict_vertices_decode(chunk, &table);
-done:
-    free(table.values);
-    return status;
-}
-
-static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_error *err)
-{
-    stp_level_tables tables = {0};
-    stp_status status = STP_OK;
-    STP_TRY(level_tables_create(chunk, level, &tables, err));
-    STP_TRY(table_read(c, &tables.elder, err));
-    STP_TRY(table_read(c, &tables.last, err));
-    stp_predict_level_decode(chunk, level, &tables);
-done:
-    level_tables_destroy(&tables);
-    return status;
-}
-
-static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                               stp_chunk *chunk, stp_error *err)
+static stp_status encode_blocks(const stp_chunk *chunk, int segment, stp_codec codec,
+                                stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    cursor c = {bytes, size};
-    if (segment == 0) {
-        STP_TRY(patches_decode(&c, child_count, chunk, err));
-        STP_TRY(vertices_decode(&c, chunk, err));
-    }
-    STP_TRY(level_decode(&c, finest_level[segment], chunk, err));
-    if (c.left != 0)
-        status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", c.left);
+    const uint32_t whole[1] = {chunk->patch_count};
+    const uint32_t *ends = chunk->block_count ? chunk->block_ends : whole;
+    const uint32_t count = chunk->block_count ? chunk->block_count : 1;
+    const size_t rows = out->size + COUNT_BYTES;
+    STP_TRY(stp_bytes_append(out, NULL, stp_block_index_bytes(count, segment), err));
+    stp_put_u32(out->data + rows - COUNT_BYTES, count);
+    for (uint32_t b = 0; b < count; b++)
+        STP_TRY(encode_block(chunk, b ? ends[b - 1] : 0, ends[b], segment, stp_codec_of_part(codec),
+                             rows + b * row_bytes(segment), out, err));
 done:
     return status;
 }
-
-/* ---- planes ---- */
-
-static stp_status zstd_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    if (segment == 0)
-        STP_TRY(stp_zstd_head_encode(chunk, out, err));
-    STP_TRY(stp_zstd_level_encode(chunk, finest_level[segment], out, err));
-done:
-    return status;
-}
-
-static stp_status zstd_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                              stp_chunk *chunk, stp_chunk_scratch *scratch, stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t used = 0;
-    STP_TRY(stp_chunk_scratch_reserve(scratch, stp_zstd_scratch_bytes(chunk, segment), err));
-    if (segment == 0) {
-        STP_TRY(stp_zstd_patches_decode(bytes, size, chunk->patches, chunk->patch_count,
-                                        chunk->linked, scratch, &used, err));
-        STP_TRY(check_and_place(chunk, child_count, err));
-        stp_zstd_vertices_decode(chunk, scratch);
-    }
-    STP_TRY(stp_zstd_level_decode(bytes + used, size - used, finest_level[segment], chunk, scratch,
-                                  err));
-done:
-    return status;
-}
-
-/* ---- all codecs ---- */
 
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err)
 {
-    switch (codec) {
-    case STP_CODEC_RAW:
-        return raw_encode(chunk, segment, out, err);
-    case STP_CODEC_DRACO:
-        return draco_encode(chunk, segment, out, err);
-    case STP_CODEC_ZSTD:
-        return zstd_encode(chunk, segment, out, err);
+    return stp_codec_has_blocks(codec) ? encode_blocks(chunk, segment, codec, out, err)
+                                       : stp_part_encode(chunk, segment, codec, out, err);
+}
+
+/* ---- decoding ---- */
+
+stp_status stp_block_count_read(const uint8_t *bytes, size_t size, uint32_t *out, stp_error *err)
+{
+    uint32_t count = size < COUNT_BYTES ? 0 : stp_get_u32(bytes);
+    if (count == 0 || count > STP_CHUNK_PATCHES_LIMIT || count > (size - COUNT_BYTES) / ROW_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "it has %" PRIu32 " blocks in %zu bytes", count,
+                             size);
+    *out = count;
+    return STP_OK;
+}
+
+static void get_counts(const uint8_t *row, stp_block_row *out)
+{
+    out->patch_count = stp_get_u16(row + 4) + 1u;
+    for (int l = 2; l >= 0; l--)
+        out->sample_count[l] = stp_get_u16(row + 10 - 2 * l) + 1u;
+    out->sample_count[STP_LEVEL_COUNT - 1] = out->patch_count;
+}
+
+stp_status stp_block_rows_read(const uint8_t *bytes, size_t size, int segment, stp_block_row *rows,
+                               uint32_t count, stp_error *err)
+{
+    uint64_t at = stp_block_index_bytes(count, segment);
+    if (at > size)
+        return stp_error_set(err, STP_CORRUPT, "its index of blocks does not fit into it");
+    for (uint32_t b = 0; b < count; b++) {
+        const uint8_t *row = bytes + COUNT_BYTES + b * row_bytes(segment);
+        uint32_t part = stp_get_u32(row);
+        if (part > size - at)
+            return stp_error_set(err, STP_CORRUPT, "block %" PRIu32 " does not fit into it", b);
+        rows[b].begin = (uint32_t)at;
+        rows[b].bytes = part;
+        at += part;
+        if (segment == 0)
+            get_counts(row, &rows[b]);
     }
-    return stp_error_set(err, STP_INVALID_ARGUMENT, "codec %d does not exist", (int)codec);
+    if (at != size)
+        return stp_error_set(err, STP_CORRUPT, "%" PRIu64 " bytes are left over behind its blocks",
+                             size - at);
+    return STP_OK;
+}
+
+/* Checks that the blocks of segment 0 add up to the chunk, and keeps their ends in the chunk. */
+static stp_status take_ends(stp_chunk *chunk, const stp_block_row *rows, uint32_t count,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *ends = NULL;
+    uint64_t patches = 0, samples[STP_LEVEL_COUNT] = {0};
+    STP_TRY(stp_alloc(&ends, count, sizeof *ends, "blocks", err));
+    for (uint32_t b = 0; b < count; b++) {
+        patches += rows[b].patch_count;
+        ends[b] = (uint32_t)patches;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            samples[l] += rows[b].sample_count[l];
+    }
+    bool whole = patches == chunk->patch_count;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        whole = whole && samples[l] == chunk->level_begin[l][chunk->patch_count];
+    if (!whole) {
+        status = stp_error_set(err, STP_CORRUPT, "its blocks do not add up to the chunk's counts");
+        goto done;
+    }
+    free(chunk->block_ends);
+    chunk->block_ends = ends;
+    chunk->block_count = count;
+    ends = NULL;
+done:
+    free(ends);
+    return status;
+}
+
+/* Where the levels of a block begin in the chunk. */
+typedef struct place {
+    uint32_t patch, level[STP_LEVEL_COUNT];
+} place;
+
+/* Sets what the decoder of segment 0 expects of a chunk: counts, and where samples go. */
+static void expect_row(view *v, const stp_chunk *whole, const stp_block_row *row, const place *at)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        v->chunk.level_begin[l][row->patch_count] = row->sample_count[l];
+        v->chunk.samples[l] = whole->samples[l] ? whole->samples[l] + at->level[l] : NULL;
+    }
+}
+
+/* Copies a block's level_begin, now known, to the chunk; moves on to the next block. */
+static void place_levels(stp_chunk *whole, const view *v, place *at)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        for (uint32_t i = 0; i < v->chunk.patch_count; i++)
+            whole->level_begin[l][at->patch + i] = at->level[l] + v->chunk.level_begin[l][i];
+        at->level[l] += v->chunk.level_begin[l][v->chunk.patch_count];
+    }
+    at->patch += v->chunk.patch_count;
+}
+
+static stp_status decode_block(const uint8_t *bytes, const stp_block_row *row, int segment,
+                               int codec, uint32_t child_count, stp_chunk *chunk, place *at,
+                               stp_chunk_scratch *scratch, stp_error *err)
+{
+    stp_status status = STP_OK;
+    view v = {0};
+    STP_TRY(view_create(&v, chunk, at->patch, at->patch + row->patch_count, err));
+    if (segment == 0)
+        expect_row(&v, chunk, row, at);
+    else
+        view_place(&v, chunk, at->patch);
+    STP_TRY(stp_part_decode(bytes + row->begin, row->bytes, segment,
+                            (int)stp_codec_of_part((stp_codec)codec), child_count, &v.chunk,
+                            scratch, err));
+    if (segment == 0)
+        place_levels(chunk, &v, at);
+    else
+        at->patch += row->patch_count;
+done:
+    free(v.begins);
+    return status;
+}
+
+static stp_status decode_blocks(const uint8_t *bytes, size_t size, int segment, int codec,
+                                uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_block_row *rows = NULL;
+    uint32_t count = 0;
+    place at = {0};
+    STP_TRY(stp_block_count_read(bytes, size, &count, err));
+    STP_TRY(stp_alloc(&rows, count, sizeof *rows, "blocks", err));
+    STP_TRY(stp_block_rows_read(bytes, size, segment, rows, count, err));
+    if (segment == 0)
+        STP_TRY(take_ends(chunk, rows, count, err));
+    if (count != chunk->block_count) {
+        status =
+            stp_error_set(err, STP_CORRUPT, "it has %" PRIu32 " blocks, segment 0 has %" PRIu32,
+                          count, chunk->block_count);
+        goto done;
+    }
+    for (uint32_t b = 0; b < count; b++) {
+        rows[b].patch_count = chunk->block_ends[b] - (b ? chunk->block_ends[b - 1] : 0);
+        STP_TRY(
+            decode_block(bytes, &rows[b], segment, codec, child_count, chunk, &at, scratch, err));
+    }
+done:
+    free(rows);
+    return status;
 }
 
 stp_status stp_segment_decode(const uint8_t *bytes, size_t size, int segment, int codec,
                               uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
                               stp_error *err)
 {
-    stp_status status = STP_OK;
-    if (codec == STP_CODEC_RAW)
-        status = raw_decode(bytes, size, segment, child_count, chunk, err);
-    else if (codec == STP_CODEC_DRACO)
-        status = draco_decode(bytes, size, segment, child_count, chunk, err);
-    else if (codec == STP_CODEC_ZSTD)
-        status = zstd_decode(bytes, size, segment, child_count, chunk, scratch, err);
-    else
-        status = stp_error_set(err, STP_UNSUPPORTED,
-                               "codec %d is not known to this program: use a newer stipple", codec);
-    return status == STP_OK && finest_level[segment] == 0 ? stp_patches_check_kinds(chunk, err)
-                                                          : status;
+    return codec >= STP_CODEC_RAW_BLOCKS && codec < STP_CODEC_COUNT
+               ? decode_blocks(bytes, size, segment, codec, child_count, chunk, scratch, err)
+               : stp_part_decode(bytes, size, segment, codec, child_count, chunk, scratch, err);
 }

@@ -216,7 +216,7 @@ stp_status stp_repair_write(stp_repair_plan *plan,
                                       .check = check,
                                       .check_context = context};
     stp_repair_result result = *out;
-    if (h->version_minor > STP_CHUNK_FILE_MINOR)
+    if (stp_chunk_file_is_newer(h->version_major, h->version_minor))
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s: cannot be repaired: version %u.%u is newer than this program: "
                              "use a newer stipple",

@@ -1,0 +1,22 @@
+/* The table of blocks of a file of version 2: a record of STP_BLOCK_BYTES for each block, by which
+ * a view chooses, finds and checks the block before it reads it (formats/SPEC.md, "Blocks").
+ *
+ * Pure conversions and checks. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_BLOCK_TABLE_H
+#define STP_FORMATS_CHUNK_BLOCK_TABLE_H
+
+#include "formats/chunk/block.h"
+#include "formats/chunk/codec/column.h"
+
+/* Appends the records of a chunk's blocks, derived from its payload. The entry has a codec with
+ * blocks, segment_end and counts. *count: how many blocks. Errors: those of decoding segment 0,
+ * OUT_OF_MEMORY. */
+stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry *entry,
+                                  stp_bytes *out, uint32_t *count, stp_error *err);
+
+/* Reads the records of a chunk's entry->block_count blocks, and places their parts. Errors: CORRUPT
+ * (a number is out of range, or the blocks do not add up to the chunk). */
+stp_status stp_block_records_read(const uint8_t *records, const stp_chunk_entry *entry, uint32_t id,
+                                  stp_block *out, stp_error *err);
+
+#endif

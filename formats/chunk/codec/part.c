@@ -1,0 +1,304 @@
+/* Encodes and decodes segments, whole or a block's part of them. */
+#include "formats/chunk/codec/part.h"
+
+#include "base/memory.h"
+#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/zstd_segment.h"
+#include "formats/chunk/layout.h"
+#include "formats/chunk/patch.h"
+
+#include <stdlib.h>
+
+#define VERTEX_LEVEL (STP_LEVEL_COUNT - 1)
+/* Coarsest and finest level of a segment. */
+static const int coarsest_level[STP_SEGMENT_COUNT] = {VERTEX_LEVEL, 1, 0};
+static const int finest_level[STP_SEGMENT_COUNT] = {2, 1, 0};
+
+static uint32_t level_count(const stp_chunk *chunk, int level)
+{
+    return chunk->level_begin[level][chunk->patch_count];
+}
+
+static stp_status check_and_place(stp_chunk *chunk, uint32_t child_count, stp_error *err)
+{
+    uint32_t counts[STP_LEVEL_COUNT];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        counts[l] = level_count(chunk, l);
+    stp_status status =
+        stp_patches_check(chunk->patches, chunk->patch_count, counts, child_count, err);
+    if (status == STP_OK)
+        stp_patches_place(chunk);
+    return status;
+}
+
+/* ---- raw ---- */
+
+static size_t patch_bytes(const stp_chunk *chunk)
+{
+    return STP_PATCH_BYTES + (chunk->linked ? STP_LINK_BYTES : 0);
+}
+
+static stp_status raw_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_PATCH_BYTES + STP_LINK_BYTES];
+    for (uint32_t i = 0; segment == 0 && i < chunk->patch_count; i++) {
+        stp_patch_write(&chunk->patches[i], bytes);
+        stp_put_u16(bytes + STP_PATCH_BYTES, chunk->patches[i].first_below);
+        STP_TRY(stp_bytes_append(out, bytes, patch_bytes(chunk), err));
+    }
+    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--) {
+        for (uint32_t i = 0; i < level_count(chunk, l); i++) {
+            stp_sample_write(&chunk->samples[l][i], bytes);
+            STP_TRY(stp_bytes_append(out, bytes, STP_SAMPLE_BYTES, err));
+        }
+    }
+done:
+    return status;
+}
+
+static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
+                             stp_chunk *chunk, stp_error *err)
+{
+    size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
+    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
+        needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
+    if (size != needed)
+        return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
+    if (segment == 0) {
+        for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += patch_bytes(chunk)) {
+            stp_patch_read(bytes, &chunk->patches[i]);
+            chunk->patches[i].first_below =
+                chunk->linked ? stp_get_u16(bytes + STP_PATCH_BYTES) : 0;
+        }
+        stp_status status = check_and_place(chunk, child_count, err);
+        if (status != STP_OK)
+            return status;
+    }
+    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
+        for (uint32_t i = 0; i < level_count(chunk, l); i++, bytes += STP_SAMPLE_BYTES)
+            stp_sample_read(bytes, &chunk->samples[l][i]);
+    return STP_OK;
+}
+
+/* ---- tables ---- */
+
+static unsigned patch_columns(const stp_chunk *chunk)
+{
+    return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
+}
+
+static stp_status table_create(stp_table *table, unsigned column_count, uint32_t row_count,
+                               stp_error *err)
+{
+    stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
+                                  sizeof *table->values, "a payload's table", err);
+    table->stride = row_count;
+    table->column_count = column_count;
+    table->row_count = row_count;
+    return status;
+}
+
+static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_level_tables *tables,
+                                      stp_error *err)
+{
+    uint32_t elder;
+    uint32_t last;
+    stp_predict_row_counts(chunk, level, &elder, &last);
+    stp_status status = table_create(&tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
+    if (status == STP_OK)
+        status = table_create(&tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+    return status;
+}
+
+static void level_tables_destroy(stp_level_tables *tables)
+{
+    free(tables->elder.values);
+    free(tables->last.values);
+}
+
+static stp_status patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
+    stp_patches_encode(chunk->patches, &table);
+    STP_TRY(stp_table_encode(&table, out, err));
+done:
+    free(table.values);
+    return status;
+}
+
+static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    stp_predict_vertices_encode(chunk, &table);
+    STP_TRY(stp_table_encode(&table, out, err));
+done:
+    free(table.values);
+    return status;
+}
+
+static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
+{
+    stp_level_tables tables = {0};
+    stp_status status = STP_OK;
+    STP_TRY(level_tables_create(chunk, level, &tables, err));
+    stp_predict_level_encode(chunk, level, &tables);
+    STP_TRY(stp_table_encode(&tables.elder, out, err));
+    STP_TRY(stp_table_encode(&tables.last, out, err));
+done:
+    level_tables_destroy(&tables);
+    return status;
+}
+
+static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (segment == 0) {
+        STP_TRY(patches_encode(chunk, out, err));
+        STP_TRY(vertices_encode(chunk, out, err));
+    }
+    STP_TRY(level_encode(chunk, finest_level[segment], out, err));
+done:
+    return status;
+}
+
+/* The bytes of a segment not read yet. */
+typedef struct cursor {
+    const uint8_t *bytes;
+    size_t left;
+} cursor;
+
+static stp_status table_read(cursor *c, stp_table *table, stp_error *err)
+{
+    size_t used = 0;
+    stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
+    if (status == STP_OK) {
+        c->bytes += used;
+        c->left -= used;
+    }
+    return status;
+}
+
+static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(table_read(c, &table, err));
+    stp_patches_decode(chunk->patches, &table);
+    STP_TRY(check_and_place(chunk, child_count, err));
+done:
+    free(table.values);
+    return status;
+}
+
+static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(table_read(c, &table, err));
+    stp_predict_vertices_decode(chunk, &table);
+done:
+    free(table.values);
+    return status;
+}
+
+static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_error *err)
+{
+    stp_level_tables tables = {0};
+    stp_status status = STP_OK;
+    STP_TRY(level_tables_create(chunk, level, &tables, err));
+    STP_TRY(table_read(c, &tables.elder, err));
+    STP_TRY(table_read(c, &tables.last, err));
+    stp_predict_level_decode(chunk, level, &tables);
+done:
+    level_tables_destroy(&tables);
+    return status;
+}
+
+static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
+                               stp_chunk *chunk, stp_error *err)
+{
+    stp_status status = STP_OK;
+    cursor c = {bytes, size};
+    if (segment == 0) {
+        STP_TRY(patches_decode(&c, child_count, chunk, err));
+        STP_TRY(vertices_decode(&c, chunk, err));
+    }
+    STP_TRY(level_decode(&c, finest_level[segment], chunk, err));
+    if (c.left != 0)
+        status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", c.left);
+done:
+    return status;
+}
+
+/* ---- planes ---- */
+
+static stp_status zstd_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (segment == 0)
+        STP_TRY(stp_zstd_head_encode(chunk, out, err));
+    STP_TRY(stp_zstd_level_encode(chunk, finest_level[segment], out, err));
+done:
+    return status;
+}
+
+static stp_status zstd_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
+                              stp_chunk *chunk, stp_chunk_scratch *scratch, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t used = 0;
+    STP_TRY(stp_chunk_scratch_reserve(scratch, stp_zstd_scratch_bytes(chunk, segment), err));
+    if (segment == 0) {
+        STP_TRY(stp_zstd_patches_decode(bytes, size, chunk->patches, chunk->patch_count,
+                                        chunk->linked, scratch, &used, err));
+        STP_TRY(check_and_place(chunk, child_count, err));
+        stp_zstd_vertices_decode(chunk, scratch);
+    }
+    STP_TRY(stp_zstd_level_decode(bytes + used, size - used, finest_level[segment], chunk, scratch,
+                                  err));
+done:
+    return status;
+}
+
+/* ---- all codecs ---- */
+
+stp_status stp_part_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
+                           stp_error *err)
+{
+    switch (codec) {
+    case STP_CODEC_RAW:
+        return raw_encode(chunk, segment, out, err);
+    case STP_CODEC_DRACO:
+        return draco_encode(chunk, segment, out, err);
+    case STP_CODEC_ZSTD:
+        return zstd_encode(chunk, segment, out, err);
+    default:
+        break;
+    }
+    return stp_error_set(err, STP_INVALID_ARGUMENT, "codec %d does not exist", (int)codec);
+}
+
+stp_status stp_part_decode(const uint8_t *bytes, size_t size, int segment, int codec,
+                           uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (codec == STP_CODEC_RAW)
+        status = raw_decode(bytes, size, segment, child_count, chunk, err);
+    else if (codec == STP_CODEC_DRACO)
+        status = draco_decode(bytes, size, segment, child_count, chunk, err);
+    else if (codec == STP_CODEC_ZSTD)
+        status = zstd_decode(bytes, size, segment, child_count, chunk, scratch, err);
+    else
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "codec %d is not known to this program: use a newer stipple", codec);
+    return status == STP_OK && finest_level[segment] == 0 ? stp_patches_check_kinds(chunk, err)
+                                                          : status;
+}
