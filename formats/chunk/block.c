@@ -132,6 +132,29 @@ done:
     return status;
 }
 
+void stp_block_describe(const stp_block *block, stp_chunk_entry *entry)
+{
+    entry->box_min = block->box_min;
+    entry->box_max = block->box_max;
+    entry->cone_axis = block->cone_axis;
+    entry->cone_angle = block->cone_angle;
+    memcpy(entry->error, block->error, sizeof entry->error);
+    memcpy(entry->tangential_error, block->tangential_error, sizeof entry->tangential_error);
+    memcpy(entry->colour_error, block->colour_error, sizeof entry->colour_error);
+}
+
+const char *stp_block_fault(const stp_block *block, const stp_patch *patch)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        if (stp_radius_decode(patch->radius[l], patch->exponent) > (double)block->radius_max)
+            return "its radius exceeds its block's greatest";
+    if (patch->flags & STP_PATCH_TWO_SIDED && !(block->flags & STP_PATCH_TWO_SIDED))
+        return "it is two-sided and its block is not";
+    if (block->flags & STP_CHUNK_CLOSED && !(patch->flags & STP_PATCH_CLOSED))
+        return "its block is closed and it is not";
+    return NULL;
+}
+
 /* ---- payloads ---- */
 
 static int segment_count(int finest_level)
@@ -225,6 +248,7 @@ stp_status stp_block_decode(stp_chunk_file *file, const stp_block *block, int fi
     STP_TRY(stp_chunk_create_blank(&chunk, block->patch_count, block->sample_count, finest_level,
                                    scratch, err));
     chunk->id = block->chunk;
+    chunk->is_block = true;
     chunk->linked = (entry.flags & STP_CHUNK_LINKED) != 0;
     STP_TRY(decode_parts(file, block, &entry, payload, chunk, scratch, err));
     STP_TRY(stp_chunk_file_check(file, &entry, chunk, err));

@@ -40,6 +40,12 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
 /* Fills out[stp_chunk_file_block_count]. Errors: as stp_chunk_file_entry. */
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err);
 
+/* Gives an entry the block's box, cone and errors in place of the chunk's. */
+void stp_block_describe(const stp_block *block, stp_chunk_entry *entry);
+/* Whether a block's flags and greatest radius hold for one of its patches: NULL, or what is
+ * wrong. */
+const char *stp_block_fault(const stp_block *block, const stp_patch *patch);
+
 /* A block's payload: its parts of segments 0, 1, 2, one behind the other. The first
  * stp_block_payload_bytes are what decoding to a level needs. */
 uint32_t stp_block_payload_bytes(const stp_block *block, int finest_level);

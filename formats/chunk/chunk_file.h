@@ -149,7 +149,8 @@ typedef struct stp_chunk {
     stp_sample *samples[STP_LEVEL_COUNT];
     uint32_t *block_ends; /* patches at which blocks end; NULL: not cut. Belongs to the chunk */
     uint32_t block_count;
-    void *memory; /* owns all other arrays */
+    bool is_block; /* a block of a chunk, coded by itself */
+    void *memory;  /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;
@@ -168,6 +169,7 @@ typedef struct stp_chunk_file_info {
     const char *metadata_json;
     size_t metadata_bytes;
     uint64_t payloads_begin, payloads_end; /* bytes; sections, then the metadata follow */
+    uint64_t block_count;                  /* in the table of blocks */
     bool header_damaged;                   /* one of the two copies that a file of version 2 has */
 } stp_chunk_file_info;
 

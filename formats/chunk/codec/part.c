@@ -88,14 +88,29 @@ static unsigned patch_columns(const stp_chunk *chunk)
     return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
 }
 
-static stp_status table_create(stp_table *table, unsigned column_count, uint32_t row_count,
-                               stp_error *err)
+/* Tables of blocks with fewer rows join columns (formats/SPEC.md, "Blocks"). */
+#define JOINED_ROWS 768u
+/* Columns of patches 1-3, 4-6, 7-9, 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44.
+ */
+#define JOINED_PATCH_COLUMNS                                                                       \
+    (UINT64_C(0x6) << 1 | UINT64_C(0x6) << 4 | UINT64_C(0x6) << 7 | UINT64_C(0xe) << 10 |          \
+     UINT64_C(0x1e) << 14 | UINT64_C(0x1e) << 19 | UINT64_C(0x1e) << 24 | UINT64_C(0x1e) << 29 |   \
+     UINT64_C(0xe) << 34 | UINT64_C(0x6) << 38 | UINT64_C(0x2) << 41 | UINT64_C(0x2) << 43)
+/* Columns of samples 1-2, 3-4, 6-7, 9-11. */
+#define JOINED_SAMPLE_COLUMNS                                                                      \
+    (UINT64_C(0x2) << 1 | UINT64_C(0x2) << 3 | UINT64_C(0x2) << 6 | UINT64_C(0x6) << 9)
+
+static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
+                               uint32_t row_count, stp_error *err)
 {
     stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
                                   sizeof *table->values, "a payload's table", err);
     table->stride = row_count;
     table->column_count = column_count;
     table->row_count = row_count;
+    if (chunk->is_block && row_count < JOINED_ROWS)
+        table->joined =
+            column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
     return status;
 }
 
@@ -105,9 +120,9 @@ static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_lev
     uint32_t elder;
     uint32_t last;
     stp_predict_row_counts(chunk, level, &elder, &last);
-    stp_status status = table_create(&tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
+    stp_status status = table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
     if (status == STP_OK)
-        status = table_create(&tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+        status = table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
     return status;
 }
 
@@ -121,7 +136,7 @@ static stp_status patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_err
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
@@ -133,7 +148,7 @@ static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_er
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
     stp_predict_vertices_encode(chunk, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
@@ -187,7 +202,7 @@ static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chu
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
     STP_TRY(table_read(c, &table, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
@@ -200,7 +215,7 @@ static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(&table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
     STP_TRY(table_read(c, &table, err));
     stp_predict_vertices_decode(chunk, &table);
 done:

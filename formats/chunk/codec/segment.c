@@ -36,6 +36,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.patch_count = count;
     v->chunk.block_ends = NULL;
     v->chunk.block_count = 0;
+    v->chunk.is_block = true;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
                                   sizeof *v->begins, "a block", err);
     for (int l = 0; status == STP_OK && l < STP_LEVEL_COUNT; l++)

@@ -1,7 +1,11 @@
 /* Encodes and decodes a block: a table of integer columns. */
 #include "formats/chunk/codec/table.h"
 
+#include "base/memory.h"
 #include "formats/chunk/layout.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 8u
@@ -20,6 +24,46 @@ static uint64_t constant_mask(const stp_table *table)
     return mask;
 }
 
+/* The first column behind the stream that begins with column c. */
+static unsigned stream_end(const stp_table *table, unsigned c)
+{
+    do
+        c++;
+    while (c < table->column_count && table->joined >> c & 1u);
+    return c;
+}
+
+/* How many columns of a stream are not constant. */
+static uint32_t varying_columns(const stp_table *table, unsigned begin, uint64_t mask)
+{
+    uint32_t count = 0;
+    for (unsigned c = begin; c < stream_end(table, begin); c++)
+        count += !(mask >> c & 1u);
+    return count;
+}
+
+/* Encodes the stream that begins with a column: its varying columns, one behind the other. */
+static stp_status stream_encode(const stp_table *table, unsigned begin, uint64_t mask,
+                                stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t rows = table->row_count, count = varying_columns(table, begin, mask) * rows;
+    int16_t *cells = NULL;
+    uint32_t at = 0;
+    if (count == 0)
+        return STP_OK;
+    STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
+    for (unsigned c = begin; c < stream_end(table, begin); c++)
+        if (!(mask >> c & 1u)) {
+            memcpy(cells + at, stp_table_column(table, c), rows * sizeof *cells);
+            at += rows;
+        }
+    STP_TRY(stp_column_encode(cells, count, out, err));
+done:
+    free(cells);
+    return status;
+}
+
 stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -36,9 +80,8 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
         if (mask >> c & 1u)
             STP_TRY(stp_bytes_append(out, value, sizeof value, err));
     }
-    for (unsigned c = 0; c < table->column_count; c++)
-        if (!(mask >> c & 1u))
-            STP_TRY(stp_column_encode(stp_table_column(table, c), table->row_count, out, err));
+    for (unsigned c = 0; c < table->column_count; c = stream_end(table, c))
+        STP_TRY(stream_encode(table, c, mask, out, err));
     stp_put_u32(out->data + start, (uint32_t)(out->size - start - SIZE_BYTES));
 done:
     return status;
@@ -79,6 +122,30 @@ done:
     return status;
 }
 
+/* Decodes the stream that begins with a column into its varying columns. */
+static stp_status decode_stream(cursor *c, const stp_table *table, unsigned begin, uint64_t mask,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t rows = table->row_count, count = varying_columns(table, begin, mask) * rows;
+    int16_t *cells = NULL;
+    uint32_t at = 0;
+    if (count == 0)
+        return STP_OK;
+    if (stream_end(table, begin) == begin + 1)
+        return decode_column(c, stp_table_column(table, begin), rows, err);
+    STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
+    STP_TRY(decode_column(c, cells, count, err));
+    for (unsigned k = begin; k < stream_end(table, begin); k++)
+        if (!(mask >> k & 1u)) {
+            memcpy(stp_table_column(table, k), cells + at, rows * sizeof *cells);
+            at += rows;
+        }
+done:
+    free(cells);
+    return status;
+}
+
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
                             stp_error *err)
 {
@@ -98,9 +165,8 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
     for (unsigned k = 0; k < table->column_count; k++)
         if (mask >> k & 1u)
             STP_TRY(decode_constant(&c, stp_table_column(table, k), table->row_count, err));
-    for (unsigned k = 0; k < table->column_count; k++)
-        if (!(mask >> k & 1u))
-            STP_TRY(decode_column(&c, stp_table_column(table, k), table->row_count, err));
+    for (unsigned k = 0; k < table->column_count; k = stream_end(table, k))
+        STP_TRY(decode_stream(&c, table, k, mask, err));
     if (c.left != 0)
         return stp_error_set(err, STP_CORRUPT, "%zu bytes of a block are left over", c.left);
     *used = SIZE_BYTES + (size_t)stp_get_u32(bytes);

@@ -15,6 +15,9 @@ typedef struct stp_table {
     size_t stride;
     unsigned column_count;
     uint32_t row_count;
+    /* Bit c: column c is coded in one stream with the column before it. A short stream has its
+     * table of symbols to pay for, so short tables join columns of the same kind. */
+    uint64_t joined;
 } stp_table;
 
 static inline int16_t *stp_table_column(const stp_table *table, unsigned column)

@@ -16,6 +16,7 @@
 /* The least size of a block with tables of its own. The tables take as long to read as this many
  * bytes. */
 #define BLOCK_BYTES_LEAST 8192u
+#define BLOCK_BYTES_LEAST_SHORT 1024u /* in a block of a chunk, whose planes are short */
 #define ENDS_LIMIT 256u
 /* A part is stored raw if zstd makes it no smaller than this many eighths: then it costs no time.
  */
@@ -32,12 +33,17 @@ static size_t part_bytes(unsigned part, uint32_t families)
 /* Where blocks end. */
 typedef struct block_ends {
     size_t at[ENDS_LIMIT];
-    size_t count, begin;
+    size_t count, begin, least;
 } block_ends;
+
+static block_ends ends_begin(const stp_chunk *chunk)
+{
+    return (block_ends){.least = chunk->is_block ? BLOCK_BYTES_LEAST_SHORT : BLOCK_BYTES_LEAST};
+}
 
 static void ends_add(block_ends *e, size_t end, bool last)
 {
-    if (!last && (end - e->begin < BLOCK_BYTES_LEAST || e->count + 1 >= ENDS_LIMIT))
+    if (!last && (end - e->begin < e->least || e->count + 1 >= ENDS_LIMIT))
         return;
     e->at[e->count++] = end;
     e->begin = end;
@@ -90,7 +96,7 @@ stp_status stp_zstd_head_encode(const stp_chunk *chunk, stp_bytes *out, stp_erro
     unsigned columns = patch_columns(chunk->linked);
     size_t cells = head_cells(rows, chunk->linked);
     size_t begin = out->size;
-    block_ends ends = {.count = 0};
+    block_ends ends = ends_begin(chunk);
     int16_t *values = NULL;
     uint8_t *planes = NULL;
     STP_TRY(stp_alloc(&values, cells, sizeof *values, "a payload's table", err));
@@ -253,13 +259,13 @@ static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_erro
     return status;
 }
 
-static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, stp_bytes *out,
-                               stp_error *err)
+static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families,
+                               const stp_chunk *chunk, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t mask = 0;
     size_t begin = out->size, packed = 0;
-    block_ends ends = {.count = 0};
+    block_ends ends = ends_begin(chunk);
     uint8_t *rest = NULL;
     STP_TRY(stp_bytes_append(out, NULL, MASK_BYTES, err));
     STP_TRY(stp_alloc(&rest, STP_FAMILY_PLANES * STP_FAMILY_SLOTS, families, "planes", err));
@@ -302,7 +308,7 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
         at += part_bytes(i, families);
     }
     stp_families_encode(chunk, level, parts, lanes);
-    STP_TRY(append_parts(parts, families, out, err));
+    STP_TRY(append_parts(parts, families, chunk, out, err));
 done:
     free(planes);
     free(lanes);

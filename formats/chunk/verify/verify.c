@@ -6,6 +6,7 @@
 #include "formats/chunk/outside.h"
 #include "formats/chunk/repair/repair_note.h"
 #include "formats/chunk/shelf.h"
+#include "formats/chunk/verify/verify_blocks.h"
 #include "formats/chunk/verify/verify_errors.h"
 #include "formats/chunk/verify/verify_join.h"
 #include "formats/chunk/verify/verify_joints.h"
@@ -212,6 +213,34 @@ static stp_status check_patches(const place *at, stp_error *err)
     return STP_OK;
 }
 
+/* A block holds the bounds of its patches, as the entry does those of the chunk. */
+static stp_status check_blocks(const place *at, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_block *blocks = NULL;
+    STP_TRY(stp_verify_blocks(at->v->file, at->chunk, at->entry, &blocks, err));
+    for (uint32_t b = 0; b < at->entry->block_count; b++) {
+        stp_chunk_entry entry = *at->entry;
+        stp_block_describe(&blocks[b], &entry);
+        const place in_block = {at->v, at->chunk, &entry};
+        for (uint32_t i = 0; i < blocks[b].patch_count; i++) {
+            const uint32_t patch = blocks[b].first_patch + i;
+            const char *what = check_error_order(&in_block, &at->chunk->patches[patch]);
+            if (!what)
+                what = check_bound(&in_block, &at->chunk->patches[patch]);
+            if (!what)
+                what = stp_block_fault(&blocks[b], &at->chunk->patches[patch]);
+            if (what) {
+                status = fault(at, patch, what, err);
+                goto done;
+            }
+        }
+    }
+done:
+    free(blocks);
+    return status;
+}
+
 /* The level-0 samples of the patches that name a child must be the child's level 3. */
 static stp_status check_children(const place *at, stp_error *err)
 {
@@ -244,6 +273,7 @@ static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp
     STP_TRY(stp_shelf_take(v->shelf, (uint32_t)index, &chunk, err));
     place at = {v, chunk, &v->entries[index]};
     STP_TRY(check_patches(&at, err));
+    STP_TRY(check_blocks(&at, err));
     STP_TRY(check_children(&at, err));
     STP_TRY(verify_errors(&at, err));
     atomic_fetch_add(&v->joints, stp_verify_joints(chunk, at.entry->origin));
@@ -307,6 +337,7 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     verification v = {.file = file, .info = stp_chunk_file_get_info(file), .progress = progress};
     STP_TRY(check_closed(file, err));
     STP_TRY(stp_verify_tree(file, &v.entries, err));
+    STP_TRY(stp_verify_block_table(file, v.entries, err));
     STP_TRY(check_stand_ins(&v, err));
     STP_TRY(stp_chunk_boxes_create(&v.boxes, v.info->chunk_count, err));
     for (uint32_t id = 0; id < v.info->chunk_count; id++)

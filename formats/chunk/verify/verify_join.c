@@ -119,6 +119,22 @@ static uint32_t find_wrong_side(const stp_chunk *parent, uint32_t child_index,
     return STP_CHUNK_NONE;
 }
 
+/* The first patch of the parent that stands for patches of two blocks of the child. If the parent
+ * is not linked, any patch may. */
+static uint32_t find_cut(const stp_chunk *parent, uint32_t child_index, const stp_chunk *child)
+{
+    for (uint32_t p = 0; p < parent->patch_count; p++) {
+        const stp_patch *patch = &parent->patches[p];
+        const uint32_t begin = patch->first_below, end = begin + patch->counts[0];
+        if (patch->child != child_index)
+            continue;
+        for (uint32_t b = 0; b + 1 < child->block_count; b++)
+            if (!parent->linked || (child->block_ends[b] > begin && child->block_ends[b] < end))
+                return p;
+    }
+    return STP_CHUNK_NONE;
+}
+
 stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *parent_entry,
                            uint32_t child_index, const stp_chunk *child,
                            const stp_chunk_entry *child_entry, const char **fault, uint32_t *patch,
@@ -154,6 +170,11 @@ stp_status stp_verify_join(const stp_chunk *parent, const stp_chunk_entry *paren
     if (!*fault && wrong_link != STP_CHUNK_NONE) {
         *fault = "it is linked to other patches of the child than those whose vertices it has";
         *patch = wrong_link;
+    }
+    if (!*fault && child->block_count > 1) {
+        *patch = find_cut(parent, child_index, child);
+        if (*patch != STP_CHUNK_NONE)
+            *fault = "it stands for patches of two blocks of the child";
     }
     if (!*fault && parent->linked) {
         *patch = find_wrong_side(parent, child_index, child);
