@@ -6,8 +6,8 @@
 #include "formats/chunk/chunk_file.h"
 
 /* Cuts a chunk at some of the run_ends, ascending: the patches up to each are what patches of the
- * parent stand for. Sets chunk->block_ends. A block has about as many patches as the codec asks
- * for: smaller blocks cost too many bytes. Errors: OUT_OF_MEMORY. */
+ * parent stand for. Sets chunk->block_ends. A block has at least as many samples as the codec
+ * asks for: smaller blocks cost too many bytes. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_cut(stp_chunk *chunk, const uint32_t *run_ends, uint32_t run_count,
                          stp_codec codec, stp_error *err);
 
