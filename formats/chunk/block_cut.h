@@ -5,15 +5,18 @@
 
 #include "formats/chunk/chunk_file.h"
 
+/* The least level-0 samples of a block that pays, for a codec. */
+uint32_t stp_block_samples_least(stp_codec codec);
+
 /* Cuts a chunk at some of the run_ends, ascending: the patches up to each are what patches of the
- * parent stand for. Sets chunk->block_ends. A block has at least as many samples as the codec
- * asks for: smaller blocks cost too many bytes. Errors: OUT_OF_MEMORY. */
+ * parent stand for. Sets chunk->block_ends. A block has at least `least` level-0 samples,
+ * the last one half of it. Errors: OUT_OF_MEMORY. */
 stp_status stp_chunk_cut(stp_chunk *chunk, const uint32_t *run_ends, uint32_t run_count,
-                         stp_codec codec, stp_error *err);
+                         uint32_t least, stp_error *err);
 
 /* The same by the chunk's linked parent, of which level 2 is enough. child: which of its children
  * the chunk is. If the parent's patches do not cover the chunk once, leaves it whole. */
 stp_status stp_chunk_cut_by_parent(stp_chunk *chunk, const stp_chunk *parent, uint32_t child,
-                                   stp_codec codec, stp_error *err);
+                                   uint32_t least, stp_error *err);
 
 #endif

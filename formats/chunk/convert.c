@@ -123,8 +123,9 @@ static stp_status cut(const conversion *c, const piece *p, stp_chunk *chunk, stp
         return STP_OK;
     STP_TRY(stp_chunk_file_entry(c->file, p->entry.parent, &above, err));
     STP_TRY(stp_chunk_file_read(c->file, p->entry.parent, 2, &parent, err));
-    STP_TRY(stp_chunk_cut_by_parent(chunk, parent, chunk->id - above.first_child, new_codec(c, p),
-                                    err));
+    const uint32_t least = c->params->block_samples;
+    STP_TRY(stp_chunk_cut_by_parent(chunk, parent, chunk->id - above.first_child,
+                                    least ? least : stp_block_samples_least(new_codec(c, p)), err));
 done:
     stp_chunk_destroy(&parent);
     return status;
@@ -139,7 +140,7 @@ static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *
     stp_bytes bytes = {0};
     const stp_codec codec = new_codec(c, p);
     STP_TRY(stp_chunk_file_decode(c->file, id, 0, p->payload, NULL, &chunk, err));
-    if (p->entry.codec == codec)
+    if (p->entry.codec == codec && !c->params->block_samples)
         goto done;
     STP_TRY(cut(c, p, chunk, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
@@ -279,7 +280,7 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
                     .params = params,
                     .count = info->chunk_count,
                     .blocks = blocks,
-                    .copies = params->keep_codec && blocks == has_blocks,
+                    .copies = params->keep_codec && blocks == has_blocks && !params->block_samples,
                     .linked = true};
     const stp_chunk_writer_params written = {.force = params->force,
                                              .codec = blocks ? STP_CODEC_RAW_BLOCKS : STP_CODEC_RAW,

@@ -10,12 +10,13 @@
 #include "formats/chunk/chunk_file.h"
 
 typedef struct stp_convert_params {
-    bool keep_codec;     /* copies payloads; codec is then not used */
-    stp_codec codec;     /* codec of all payloads, without blocks */
-    int format;          /* major version of the output: 1, 2 (in blocks), or 0: the file's own */
-    double threshold_px; /* > 0: the model's new default threshold */
-    bool force;          /* replace an existing file */
-    stp_pool *pool;      /* NULL: one thread */
+    bool keep_codec; /* copies payloads; codec is then not used */
+    stp_codec codec; /* codec of all payloads, without blocks */
+    int format;      /* major version of the output: 1, 2 (in blocks), or 0: the file's own */
+    uint32_t block_samples; /* least level-0 samples of a block; 0: what pays for the codec */
+    double threshold_px;    /* > 0: the model's new default threshold */
+    bool force;             /* replace an existing file */
+    stp_pool *pool;         /* NULL: one thread */
     const stp_progress *progress;
 } stp_convert_params;
 

@@ -166,7 +166,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
     if (stp_codec_has_blocks(t->params->codec) && t->tier_count > 1) /* the root has no parent */
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
-                              t->params->codec, err));
+                              stp_block_samples_least(t->params->codec), err));
     STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
     out->entry.origin = out->chunk.origin;
     STP_TRY(advance(t, err));

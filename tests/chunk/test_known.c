@@ -185,12 +185,19 @@ static void test_version_1_2(void **state)
     check_codecs("fits_1_2");
 }
 
+static void test_version_2_0(void **state)
+{
+    (void)state;
+    check_codecs("blocks_2_0");
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_version_1_0),
         cmocka_unit_test(test_version_1_1),
         cmocka_unit_test(test_version_1_2),
+        cmocka_unit_test(test_version_2_0),
     };
     if (argc == 2) {
         stp_error err = {0};

@@ -24,7 +24,7 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 9 ] || fail "$count known-answer files, expected 9"
+    [ $count -ge 12 ] || fail "$count known-answer files, expected 12"
 }
 
 # Builds a model of the scan with each codec: read.py and our reader must print the same text, and
@@ -49,9 +49,22 @@ test_new_models() {
     compare_models "$FOLDER/scan.ply" "^version 1.2 attributes 193 "
     "$STIPPLE" gen tree -n 4000 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/plant.ply" --quiet || fail "no plant"
     compare_models "$FOLDER/plant.ply" "^version 1.2 attributes 177 chunks 3 " --lines auto
+    compare_models "$FOLDER/plant.ply" "^version 2.0 attributes 177 chunks 3 " --lines auto --format 2
 }
 
 # The damage: a changed byte at many places, a cut file, and an extended one.
+# In a file of version 2 also: both copies of the header, a block, the table of blocks.
+test_damage_of_blocks() {
+    local file=$known/blocks_2_0_draco.stipple size at
+    size=$(wc -c <"$file")
+    for at in 9 600 1024 1500 2100 $((size - 3200)) $((size - 400)); do
+        cp "$file" "$FOLDER/bad.stipple"
+        printf '\xa5' | dd of="$FOLDER/bad.stipple" bs=1 seek="$at" conv=notrunc status=none
+        run python3 "$known/read.py" "$FOLDER/bad.stipple"
+        expect_failure bad.stipple
+    done
+}
+
 test_damage() {
     local file=$known/lines_1_1_zstd.stipple size at
     size=$(wc -c <"$file")
@@ -73,4 +86,5 @@ test_damage() {
 test_answers
 test_new_models
 test_damage
+test_damage_of_blocks
 end_test

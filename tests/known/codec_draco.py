@@ -7,6 +7,10 @@ from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, fa
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
+# First and last columns that share a stream.
+PATCH_STREAMS = ((1, 3), (4, 6), (7, 9), (10, 13), (14, 18), (19, 23), (24, 28), (29, 33), (34, 37),
+                 (38, 40), (41, 42), (43, 44))
+SAMPLE_STREAMS = ((1, 2), (3, 4), (6, 7), (9, 11))
 
 
 def patch_columns(linked):
@@ -32,7 +36,19 @@ def read_column(cursor, rows):
     return cells
 
 
-def read_table(cursor, rows, columns):
+def streams_of(rows, columns, block):
+    """The columns of each stream of a table: in a short table of a block, some share one."""
+    joined = (SAMPLE_STREAMS if columns == SAMPLE_COLUMNS else PATCH_STREAMS) if block and rows < 768 else ()
+    firsts = {first: last for first, last in joined}
+    streams, c = [], 0
+    while c < columns:
+        last = firsts.get(c, c)
+        streams.append(range(c, last + 1))
+        c = last + 1
+    return streams
+
+
+def read_table(cursor, rows, columns, joined=False):
     """Rows of cells."""
     if rows == 0:
         return []
@@ -40,9 +56,13 @@ def read_table(cursor, rows, columns):
     mask = block.number(8)
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
-    table = [[same[c]] * rows if c in same else read_column(block, rows) for c in range(columns)]
+    table = {c: [same[c]] * rows for c in same}
+    for stream in streams_of(rows, columns, joined):
+        varying = [c for c in stream if c not in same]
+        cells = read_column(block, rows * len(varying)) if varying else []
+        table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return list(zip(*table))
+    return list(zip(*(table[c] for c in range(columns))))
 
 
 def quarters(cells, patch, before):
@@ -229,19 +249,24 @@ def finer_level(elder, last, patches, level, coarser):
     return out
 
 
-def decode(segments, patch_count, linked, name):
+def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked)), linked)
+    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined), linked)
     levels = [None, None, None,
-              coarsest_level(read_table(cursor, patch_count, SAMPLE_COLUMNS), patches)]
+              coarsest_level(read_table(cursor, patch_count, SAMPLE_COLUMNS, joined), patches)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
         parents = len(levels[level + 1])
         elder = sum(p.counts[level] for p in patches) - parents
-        elder_rows = read_table(cursor, elder, SAMPLE_COLUMNS)
-        last_rows = read_table(cursor, parents, SAMPLE_COLUMNS)
+        elder_rows = read_table(cursor, elder, SAMPLE_COLUMNS, joined)
+        last_rows = read_table(cursor, parents, SAMPLE_COLUMNS, joined)
         levels[level] = finer_level(elder_rows, last_rows, patches, level, levels[level + 1])
         cursor.end()
     return patches, levels
+
+
+def decode_block(segments, patch_count, linked, name):
+    """A block's parts: some columns share streams."""
+    return decode(segments, patch_count, linked, name, True)

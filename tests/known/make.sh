@@ -40,4 +40,10 @@ columns=x,y,z,r,g,b,i,class
 answer points_1_0 sphere.txt --columns $columns --orient 0,0,0
 answer lines_1_1 tree.ply --lines auto --recompute-normals
 answer fits_1_2 statue.txt --columns $columns --outliers mark --orient 0,9,0
-rm leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+"$program" gen tree -n 1200 -o leaves.ply --mesh tree.ply --quiet --force
+"$program" prep tree.ply -o whole.stipple --lines auto --recompute-normals --quiet
+for codec in raw draco zstd; do
+    "$program" convert whole.stipple -o blocks_2_0_$codec.stipple --codec $codec --format 2 --block 200 --quiet
+done
+python3 "$known/read.py" blocks_2_0_raw.stipple >blocks_2_0.samples
+rm whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -7,7 +7,7 @@ Prints a line for each chunk, patch and sample. Patches and samples are printed 
 codec 0, whatever the codec of the file; a patch's samples follow it from level 3 to level 0. If the
 file is wrong, a sentence on stderr says why, and the exit code is 1. Checks checksums, frame,
 directory, tree, links and boxes; `stipple verify` checks more. Needs only Python 3, and the program
-zstd for codec 2."""
+zstd for codecs 2 and 5."""
 
 import json
 import math
@@ -16,6 +16,7 @@ import sys
 
 sys.dont_write_bytecode = True
 
+import blocks  # noqa: E402
 import codec_draco  # noqa: E402
 import codec_raw  # noqa: E402
 import codec_zstd  # noqa: E402
@@ -34,8 +35,8 @@ class Header:
         require(len(data) >= 256 and data[:8] == b"STIPPLE\0", "no chunk file")
         self.major, self.minor, self.bytes, self.chunks, page, self.entry_bytes, self.depth = \
             struct.unpack_from("<HH5I", data, 8)
-        require(self.major == 1, f"version {self.major}.{self.minor} is not one of version 1")
-        require(256 <= self.bytes <= 65536 and self.bytes <= len(data), "the header's size is wrong")
+        require(1 <= self.major <= 2, f"version {self.major}.{self.minor} is unknown")
+        require((256, 1024)[self.major - 1] <= self.bytes <= 65536 and self.bytes <= len(data), "the header's size is wrong")
         stored = struct.unpack_from("<Q", data, self.bytes - 8)[0]
         require(xxh3(data[:self.bytes - 8]) == stored, "the header's checksum is wrong")
         (self.directory, self.metadata, self.metadata_bytes, self.metadata_hash, self.points,
@@ -44,18 +45,47 @@ class Header:
         root, zero, file_bytes = struct.unpack_from("<I4sQ", data, 136)
         require(self.chunks >= 1 and page == PAGE and 256 <= self.entry_bytes <= 4096 and root == 0 and
                 1 <= self.depth <= 256, "the header's counts are wrong")
-        require(self.minor > 2 or zero + data[152:self.bytes - 8] == bytes(self.bytes - 156),
+        self.sections, self.payloads, rest = [], self.bytes, 152
+        if self.major == 2:
+            rest = self.read_sections(data)
+        require(self.minor > (2, 0)[self.major - 1] or
+                zero + data[rest:self.bytes - 8] == bytes(self.bytes - rest - 4),
                 "the header's rest is not zero")
-        require(file_bytes == len(data), f"the file has {len(data)} bytes, expected {file_bytes}")
+        require(file_bytes == len(data) or (self.major > 1 and file_bytes < len(data)), f"the file has {len(data)} bytes, expected {file_bytes}")
         require(self.metadata_bytes <= 2 ** 26 and
                 self.metadata + self.metadata_bytes == self.directory, "the metadata's place is wrong")
         pages = (self.chunks + PAGE - 1) // PAGE
-        require(self.directory + self.chunks * self.entry_bytes + 8 * pages == len(data),
+        require(self.directory + self.chunks * self.entry_bytes + 8 * pages == file_bytes,
                 "the directory does not end the file")
         least = 2 if self.attributes & 192 else 1 if self.attributes & 48 else 0
-        require(self.minor >= least, f"version 1.{self.minor} with attributes {self.attributes}")
+        require(self.major > 1 or self.minor >= least, f"version 1.{self.minor} with attributes {self.attributes}")
         require(self.orientation <= 4 and math.isfinite(self.scale) and self.scale > 0 and
                 all(math.isfinite(b) for b in self.box), "a number of the header is wrong")
+
+
+    def read_sections(self, data):
+        """Reads what version 2 adds to the header; returns where it ends."""
+        require(data[:self.bytes] == data[self.bytes:2 * self.bytes], "the header's copies differ")
+        self.payloads = 2 * self.bytes
+        self.generation, count = struct.unpack_from("<QI", data, 152)
+        require(self.generation >= 1 and count <= 16, "the header's generation or sections are wrong")
+        for i in range(count):
+            kind, flags, offset, size, stored = struct.unpack_from("<4sIQQQ", data, 168 + 32 * i)
+            require(not self.sections or offset == self.sections_end, "sections do not follow each other")
+            require(xxh3(data[offset:offset + size]) == stored, f"section {kind}: the checksum is wrong")
+            require(kind == b"BLKS" or not flags & 1, f"section {kind} is needed and unknown")
+            self.sections.append((kind, offset, size))
+            self.sections_end = offset + size
+        require(not self.sections or self.sections_end == self.metadata,
+                "sections do not end where the metadata begins")
+        return 168 + 32 * count
+
+    def payloads_end(self):
+        return self.sections[0][1] if self.sections else self.metadata
+
+    def table(self):
+        """The place and size of the table of blocks."""
+        return next(((offset, size) for kind, offset, size in self.sections if kind == b"BLKS"), (0, 0))
 
 
 class Entry:
@@ -74,7 +104,9 @@ class Entry:
         self.errors = floats[10:14], floats[14:18], floats[18:22]
         self.radii = floats[22:24]
         self.linked = self.flags >> 1 & 1
+        self.first_block, self.blocks, self.blocks_hash = struct.unpack_from("<IIQ", data, 208)
         name = f"chunk {number}"
+        require((self.blocks > 0) == (self.codec > 2), f"{name}: blocks and codec do not agree")
         require(all(math.isfinite(x) for x in self.origin + floats), f"{name}: a number is not finite")
         require(zero == 0 and self.flags < 8, f"{name}: reserved bits are set")
         require(self.ends == sorted(self.ends), f"{name}: segments are out of order")
@@ -82,7 +114,7 @@ class Entry:
                 f"{name}: children are wrong")
         require(1 <= self.patches == self.counts[3] and max(self.counts) <= 65536,
                 f"{name}: counts are wrong")
-        require(self.codec < len(CODECS), f"{name}: codec {self.codec} is unknown")
+        require(self.codec < 2 * len(CODECS), f"{name}: codec {self.codec} is unknown")
 
 
 def read_directory(data, header):
@@ -113,20 +145,38 @@ def check_tree(header, entries):
     require(following == len(entries) and entries[0].depth == 0, "chunks are in no tree")
     require(max(e.depth for e in entries) + 1 == header.depth, "the tree's depth is wrong")
     require(entries[0].points == header.points, "point_count is not that of the leaves")
-    at = header.bytes
+    at = header.payloads
     for e in sorted(entries, key=lambda e: e.offset):
         require(e.offset == at, f"chunk {e.id}: a gap before the payload, or an overlap")
         at += e.ends[2]
-    require(at == header.metadata, "payloads do not end where the metadata begins")
+    require(at == header.payloads_end(), "payloads do not end where sections or metadata begin")
+    records = 0
+    for e in entries:
+        require(e.blocks == 0 or e.first_block == records, f"chunk {e.id}: its records are out of order")
+        records += e.blocks
+    require(records * blocks.RECORD.size == header.table()[1], "the table has more records than blocks")
 
 
-def read_chunk(data, entry):
+def read_records(data, header, entry, name):
+    at, size = header.table()[0] + entry.first_block * blocks.RECORD.size, blocks.RECORD.size
+    records = data[at:at + entry.blocks * size]
+    require(xxh3(records) == entry.blocks_hash, f"{name}: the checksum of its records is wrong")
+    return [blocks.Record(records[i:i + size], f"{name}, a record") for i in range(0, len(records), size)]
+
+
+def read_chunk(data, header, entry):
     name, begin, segments = f"chunk {entry.id}", 0, []
     for i, end in enumerate(entry.ends):
         segments.append(data[entry.offset + begin:entry.offset + end])
         require(xxh3(segments[-1]) == entry.hashes[i], f"{name}, segment {i}: the checksum is wrong")
         begin = end
-    patches, levels = CODECS[entry.codec].decode(segments, entry.patches, entry.linked, name)
+    entry.block_ends = [entry.patches]
+    if entry.codec < len(CODECS):
+        patches, levels = CODECS[entry.codec].decode(segments, entry.patches, entry.linked, name)
+    else:
+        patches, levels, entry.block_ends = blocks.read(
+            segments, entry.codec, entry.linked, read_records(data, header, entry, name), name)
+    require(len(patches) == entry.patches, f"{name}: {len(patches)} patches")
     for level in range(4):
         require(len(levels[level]) == entry.counts[level] == sum(p.counts[level] for p in patches),
                 f"{name}: level {level} has other samples than the directory says")
@@ -185,6 +235,10 @@ def check_links(entries, chunks):
             begin += p.counts[0]
             named[p.child] += samples
             first = p.first_below
+            ends = entries[e.first_child + p.child].block_ends
+            require(len(ends) == 1 or (e.linked and
+                                       not any(first < end < first + p.counts[0] for end in ends)),
+                    f"chunk {e.id}, patch {k}: it stands for patches of two blocks")
             require(not e.linked or below[p.child][first:first + p.counts[0]] == samples,
                     f"chunk {e.id}, patch {k}: not the vertices that it is linked with")
         require(all(sorted(a) == sorted(b) for a, b in zip(named, below)),
@@ -288,7 +342,7 @@ def read_file(path):
     check_closed(header, facts)
     entries = read_directory(data, header)
     check_tree(header, entries)
-    chunks = [read_chunk(data, e) for e in entries]
+    chunks = [read_chunk(data, header, e) for e in entries]
     check_links(entries, chunks)
     check_points(header, entries, chunks)
     print(f"version {header.major}.{header.minor} attributes {header.attributes} "

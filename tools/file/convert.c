@@ -31,6 +31,7 @@ const cli_command cli_convert = {
 typedef struct convert_options {
     const char *path, *output;
     int codec, format;
+    uint64_t block_samples;
     double threshold_px, timeout_s;
     bool has_codec, has_format, has_threshold, force, no_sandbox;
     cli_common common;
@@ -46,6 +47,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
     stp_convert_params params = {.keep_codec = !o->has_codec,
                                  .codec = codec_options_codec(o->codec),
                                  .format = o->has_format ? o->format + 1 : 0,
+                                 .block_samples = (uint32_t)o->block_samples,
                                  .threshold_px = o->has_threshold ? o->threshold_px : 0.0,
                                  .force = o->force,
                                  .progress = cli_progress(&o->common)};
@@ -81,6 +83,9 @@ static int run(int argc, char **argv)
          "codec of the payloads (the file's own)", &o.has_codec},
         {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
          "version of the file; 2 is in blocks (the file's own)", &o.has_format},
+        {"--block", 0, CLI_UINT, &o.block_samples, "SAMPLES",
+         "least samples of a block (4200; zstd 5800): smaller ones read less and take more room",
+         NULL},
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
          "default threshold of drawing commands (the file's own)", &o.has_threshold},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},
@@ -95,5 +100,7 @@ static int run(int argc, char **argv)
         return cli_usage(&cli_convert, "no output given: add -o N.stipple");
     if (o.has_threshold && !(isfinite(o.threshold_px) && o.threshold_px > 0.0))
         return cli_usage(&cli_convert, "--threshold: give pixels above 0");
+    if (o.block_samples > STP_CHUNK_SAMPLES_LIMIT)
+        return cli_usage(&cli_convert, "--block: a chunk has at most 65536 samples");
     return convert(&o, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_convert, &err);
 }
