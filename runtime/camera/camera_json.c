@@ -15,6 +15,10 @@ stp_status stp_camera_read(stp_camera *camera, const cJSON *json, const char *wh
         c.height = 0.0;
     STP_TRY(stp_json_numbers(json, "fovy_deg", &c.fovy_deg, 1, where, err));
     STP_TRY(stp_json_numbers(json, "height", &c.height, 1, where, err));
+    if (c.height < 0.0)
+        return stp_error_set(err, STP_FORMAT,
+                             "%s: \"height\" is %g: give the height of the view, above 0", where,
+                             c.height);
     c.eye = (stp_dvec3){eye[0], eye[1], eye[2]};
     c.look = (stp_dvec3){look[0], look[1], look[2]};
     c.up = (stp_dvec3){up[0], up[1], up[2]};

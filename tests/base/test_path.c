@@ -376,6 +376,9 @@ static void names_what_is_wrong(void **state)
         {"{\"keyframes\": [{\"time\": 0, \"eye\": [0, 1, 0], \"look\": [0, 0, 0]},"
          "{\"time\": 1, \"eye\": [0, 1, 0], \"look\": [0, 0, 0], \"height\": 1}]}",
          "keyframe 2: perspective"},
+        {"{\"keyframes\": [{\"time\": 0, \"eye\": [0, 1, 0], \"look\": [0, 0, 0], \"height\": "
+         "-1}]}",
+         "\"height\" is -1"},
         {"{\"keyframes\": [{\"time\": 0, \"eye\": [1e17, 1, 0], \"look\": [0, 0, 0]}]}",
          "farthest of a path"},
         {"{\"keyframes\": [{\"time\": 0, \"eye\": [1e9, 1e-4, 0], \"look\": [1e9, 0, 0]}]}",
