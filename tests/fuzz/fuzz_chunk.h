@@ -36,12 +36,14 @@ static inline void make_shapes(stp_chunk *chunk)
     }
 }
 
-/* Makes all samples closed. */
+/* Makes all samples closed, except those of strips, which nothing can close. */
 static inline void make_closed(stp_chunk *chunk)
 {
     const unsigned flags = STP_SAMPLE_CLOSED | STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
+        if (patch->flags & STP_PATCH_STRIP)
+            continue;
         patch->flags =
             (uint8_t)((patch->flags & ~(unsigned)STP_PATCH_TWO_SIDED) | STP_PATCH_CLOSED);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
