@@ -1,4 +1,4 @@
-/* Draws one frame: chooses the cut, loads chunks, projects, reconstructs. Either waits for the
+/* Draws one frame: chooses the cut, loads blocks, projects, reconstructs. Either waits for the
  * whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
 #include "runtime/colour_range.h"
 #include "runtime/cut/culling.h"
@@ -8,28 +8,28 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-/* Requests at most so many chunks ahead of the camera's motion, and at most so many in all. */
-#define AHEAD_LIMIT 64
+/* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
+#define AHEAD_LIMIT 512
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 
-/* For frames that wait for the cut: every chunk that is not damaged will be resident. */
-static int available_soon(const void *context, uint32_t chunk)
+/* For frames that wait for the cut: every block that is not damaged will be resident. */
+static int available_soon(const void *context, uint32_t block)
 {
     const stp_renderer *r = context;
-    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_CUT_NEVER : 0;
+    return stp_block_cache_damaged(r->cache, block) ? STP_CUT_NEVER : 0;
 }
 
-static int available_now(const void *context, uint32_t chunk)
+static int available_now(const void *context, uint32_t block)
 {
     const stp_renderer *r = context;
-    return stp_chunk_cache_damaged(r->cache, chunk) ? STP_CUT_NEVER
-                                                    : stp_chunk_cache_finest(r->cache, chunk);
+    return stp_block_cache_damaged(r->cache, block) ? STP_CUT_NEVER
+                                                    : stp_block_cache_finest(r->cache, block);
 }
 
-static bool was_drawn(const void *context, uint32_t chunk)
+static bool was_drawn(const void *context, uint32_t block)
 {
     const stp_renderer *r = context;
-    return stp_chunk_cache_used(r->cache, chunk, r->drawn_stamp);
+    return stp_block_cache_used(r->cache, block, r->drawn_stamp);
 }
 
 /* Whether the picture shows the samples' own colours, or how a picture that does chooses levels. */
@@ -103,20 +103,19 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *er
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
 
-/* Uploads the records of the drawn chunks for the shaders. */
+/* Uploads the records of the drawn blocks for the shaders. */
 static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
 {
     uint32_t first = UINT32_MAX, last = 0;
     for (size_t i = 0; i < count; i++) {
-        uint32_t slot = stp_chunk_cache_slot(r->cache, draws[i].chunk);
-        r->chunk_records[slot] =
-            stp_gpu_chunk_from_draw(&r->scene.entries[draws[i].chunk], &draws[i], r->eye);
+        uint32_t slot = stp_block_cache_slot(r->cache, draws[i].block);
+        r->chunk_records[slot] = stp_gpu_chunk_from_draw(&r->scene, &draws[i], r->eye);
         first = slot < first ? slot : first;
         last = slot > last ? slot : last;
     }
     if (count > 0)
         glNamedBufferSubData(
-            stp_chunk_cache_texture(r->cache)->chunks, (GLintptr)(first * sizeof *r->chunk_records),
+            stp_block_cache_texture(r->cache)->chunks, (GLintptr)(first * sizeof *r->chunk_records),
             (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
 }
 
@@ -300,9 +299,9 @@ stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t c
                                 stp_error *err)
 {
     stp_status status =
-        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of chunks", err);
+        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of blocks", err);
     for (size_t i = 0; status == STP_OK && i < count; i++)
-        r->wants[i] = (stp_want){draws[i].chunk, draws[i].finest};
+        r->wants[i] = (stp_want){draws[i].block, draws[i].finest};
     return status;
 }
 
@@ -316,20 +315,22 @@ static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_
     if (status != STP_OK)
         return status;
     *load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
-    status = stp_chunk_cache_load(r->cache, load, err);
+    status = stp_block_cache_load(r->cache, load, err);
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     return status;
 }
 
-static stp_status refuse_chunk(const stp_renderer *r, uint32_t chunk, stp_error *err)
+static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error *err)
 {
+    const stp_block *refused = NULL;
+    const stp_scene_model *m = stp_scene_find_block(&r->scene, block, &refused);
     return stp_error_set(
         err, STP_LIMIT,
         "%s: chunk %u does not fit in the GPU memory given: give a larger --gpu-memory",
-        stp_chunk_file_path(stp_scene_find(&r->scene, chunk)->model->file), chunk);
+        stp_chunk_file_path(m->model->file), refused->chunk);
 }
 
-/* Draws the whole cut, in as many passes as the budget needs, and waits for chunks. */
+/* Draws the whole cut, in as many passes as the budget needs, and waits for blocks. */
 static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -340,7 +341,7 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     STP_TRY(stp_frame_select(r, d, err));
     do {
         STP_TRY(load_draws(r, d, begin, &load, err));
-        if (load.damaged) { /* the damage is now known: choose again without the chunk */
+        if (load.damaged) { /* the damage is now known: choose again without the block */
             STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;
@@ -348,7 +349,7 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
             continue;
         }
         if (load.there == 0 && r->cut.draw_count > begin)
-            return refuse_chunk(r, r->cut.draws[begin].chunk, err);
+            return refuse_block(r, r->cut.draws[begin].block, err);
         d->part = stp_frame_part(r, fronts_done, begin, load.there);
         STP_TRY(stp_frame_pass(r, d, r->cut.draws + begin, load.there, err));
         radius_px = fmax(radius_px, (double)r->sight.radius_px);
@@ -363,23 +364,23 @@ done:
     return status;
 }
 
-/* Appends a cut's missing chunks to r->wants, at most `limit`; *count counts all wants. */
+/* Appends a cut's missing blocks to r->wants, at most `limit`; *count counts all wants. */
 static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
                             stp_error *err)
 {
     size_t more = cut->miss_count < limit ? cut->miss_count : limit;
     stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
-                                 "a list of chunks", err);
+                                 "a list of blocks", err);
     for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
-        if (stp_chunk_cache_damaged(r->cache, cut->misses[i].chunk))
+        if (stp_block_cache_damaged(r->cache, cut->misses[i].block))
             continue;
-        r->wants[(*count)++] = (stp_want){cut->misses[i].chunk, cut->misses[i].finest};
+        r->wants[(*count)++] = (stp_want){cut->misses[i].block, cut->misses[i].finest};
         more--;
     }
     return status;
 }
 
-/* Requests the chunks that are missing, and the chunks that the camera's motion will reveal. */
+/* Requests the blocks that are missing, and the blocks that the camera's motion will reveal. */
 static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
                                stp_error *err)
 {
@@ -392,26 +393,26 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
         STP_TRY(select_for(r, d, &r->ahead_cut, &frame, ahead->eye, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }
-    stp_chunk_cache_want(r->cache, r->wants, count, now);
+    stp_block_cache_want(r->cache, r->wants, count, now);
 done:
     return status;
 }
 
-/* Draws the resident part of the cut, and requests the missing chunks. */
+/* Draws the resident part of the cut, and requests the missing blocks. */
 static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view *ahead,
                                  stp_error *err)
 {
     stp_status status = STP_OK;
-    bool came = stp_chunk_cache_has_news(r->cache);
-    STP_TRY(stp_chunk_cache_update(r->cache, r->stamp, err));
+    bool came = stp_block_cache_has_news(r->cache);
+    STP_TRY(stp_block_cache_update(r->cache, r->stamp, err));
     r->stamp++;
     STP_TRY(stp_frame_select(r, d, err));
     for (size_t i = 0; i < r->cut.draw_count; i++)
-        stp_chunk_cache_touch(r->cache, r->cut.draws[i].chunk, r->stamp);
+        stp_block_cache_touch(r->cache, r->cut.draws[i].block, r->stamp);
     for (size_t i = 0; i < r->cut.passed_count; i++)
-        stp_chunk_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+        stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
     STP_TRY(want_missing(r, d, ahead, err));
-    d->stats.chunks_loading = (uint32_t)stp_chunk_cache_pending(r->cache);
+    d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     STP_TRY(stp_frame_finish(r, d, (double)r->sight.radius_px, err));
     if (r->reconstruct.fade != 0)
@@ -426,14 +427,14 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
 {
     stp_status status = STP_OK;
     int levels = levels_for(r, d, radius_px);
-    const stp_blocks *blocks = NULL;
+    const stp_pixel_blocks *blocks = NULL;
     stp_stage_clock *clock = clock_of(r, d);
     double begun = stp_clock_seconds();
     stp_tiles_set_levels(&r->tiles, levels);
     r->pyramid.in_place =
         d->params->lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(&r->reconstruct, levels);
     if (r->pyramid.in_place) {
-        STP_TRY(stp_blocks_list(&r->blocks, &r->tiles, levels + 1, err));
+        STP_TRY(stp_pixel_blocks_list(&r->blocks, &r->tiles, levels + 1, err));
         blocks = &r->blocks;
     }
     stp_stage_begin(clock);
@@ -477,14 +478,14 @@ stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead
     return status;
 }
 
-/* Adds the levels that one chunk's patches choose to the measure. */
-static void measure_chunk(const stp_renderer *r, const stp_draw *draw, stp_cut_measure *out)
+/* Adds the levels that one block's patches choose to the measure. */
+static void measure_block(const stp_renderer *r, const stp_draw *draw, stp_cut_measure *out)
 {
     const stp_resident *resident =
-        stp_chunk_cache_get(r->cache, stp_chunk_cache_slot(r->cache, draw->chunk));
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene.entries[draw->chunk], draw, r->eye);
+        stp_block_cache_get(r->cache, stp_block_cache_slot(r->cache, draw->block));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene, draw, r->eye);
     stp_sight_params sight = stp_frame_sight(r);
-    for (uint32_t i = 0; i < r->scene.entries[draw->chunk].patch_count; i++) {
+    for (uint32_t i = 0; i < r->scene.blocks[draw->block].patch_count; i++) {
         const stp_gpu_patch *patch = &resident->patches[i];
         stp_range parts[STP_PATCH_QUARTERS];
         if (!stp_patch_in_sight(&r->sight, &sight, draw, resident->briefs, i))
@@ -504,6 +505,6 @@ void stp_renderer_measure(const stp_renderer *r, stp_cut_measure *out)
 {
     *out = (stp_cut_measure){0};
     for (size_t i = 0; i < r->cut.draw_count; i++)
-        if (stp_chunk_cache_finest(r->cache, r->cut.draws[i].chunk) <= r->cut.draws[i].finest)
-            measure_chunk(r, &r->cut.draws[i], out);
+        if (stp_block_cache_finest(r->cache, r->cut.draws[i].block) <= r->cut.draws[i].finest)
+            measure_block(r, &r->cut.draws[i], out);
 }

@@ -7,7 +7,7 @@
 #include "runtime/cut/sight.h"
 #include "runtime/draw/pyramid.h"
 #include "runtime/stipple.h"
-#include "runtime/stream/chunk_cache.h"
+#include "runtime/stream/block_cache.h"
 
 /* Borrowed from the renderer; valid until the renderer's next call. */
 typedef struct stp_inspection {
@@ -15,7 +15,7 @@ typedef struct stp_inspection {
     const stp_cut *cut;
     const stp_sight *sight;
     stp_sight_params looked; /* how the sight was looked at, as far as queries need it */
-    const stp_chunk_cache *cache;
+    const stp_block_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
 } stp_inspection;

@@ -91,7 +91,7 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
                              stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_chunk_cache_destroy(&r->cache);
+    stp_block_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     free(r->chunk_records);
     r->chunk_records = NULL;
@@ -99,21 +99,21 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
     r->settling = (stp_settling){0};
     r->motion.known = false;
     STP_TRY(stp_scene_create(&r->scene, models, count, err));
-    STP_TRY(stp_chunk_cache_create(
+    STP_TRY(stp_block_cache_create(
         &r->cache,
-        &(stp_chunk_cache_params){.scene = &r->scene,
+        &(stp_block_cache_params){.scene = &r->scene,
                                   .gpu_bytes = r->params.gpu_memory_bytes,
                                   .cpu_bytes = r->params.cpu_memory_bytes,
                                   .thread_count = stp_pool_thread_count(r->pool),
                                   .wake = r->params.wake,
                                   .wake_context = r->params.wake_context},
         err));
-    STP_TRY(stp_alloc(&r->chunk_records, stp_chunk_cache_texture(r->cache)->slot_capacity,
+    STP_TRY(stp_alloc(&r->chunk_records, stp_block_cache_texture(r->cache)->slot_capacity,
                       sizeof *r->chunk_records, "chunk records", err));
     r->stamp++;
 done:
     if (status != STP_OK) {
-        stp_chunk_cache_destroy(&r->cache);
+        stp_block_cache_destroy(&r->cache);
         stp_scene_destroy(&r->scene);
     }
     return status;
@@ -203,10 +203,10 @@ void stp_renderer_destroy(stp_renderer **renderer)
     glDeleteProgram(r->composite);
     stp_pyramid_destroy(&r->pyramid);
     stp_tiles_destroy(&r->tiles);
-    stp_blocks_destroy(&r->blocks);
+    stp_pixel_blocks_destroy(&r->blocks);
     stp_sight_destroy(&r->sight);
     stp_fade_destroy(&r->fade);
-    stp_chunk_cache_destroy(&r->cache);
+    stp_block_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     stp_pool_destroy(&r->pool);
     stp_cut_destroy(&r->cut);
@@ -236,7 +236,7 @@ done:
 
 void stp_renderer_bind_frame(const stp_renderer *r)
 {
-    const stp_object_texture *texture = stp_chunk_cache_texture(r->cache);
+    const stp_object_texture *texture = stp_block_cache_texture(r->cache);
     stp_frame_upload(r);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
@@ -273,7 +273,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     r->frame = stp_frame_describe(view, params, &r->scene);
     r->eye = view->eye;
     stp_renderer_bind_frame(r);
-    stp_chunk_cache_look(r->cache, &r->frame, r->eye);
+    stp_block_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();
     if (settles || !params->stream)
         stp_fade_forget(&r->fade);
@@ -358,30 +358,30 @@ done:
 
 const char *stp_renderer_damage(const stp_renderer *r)
 {
-    return r->cache != NULL ? stp_chunk_cache_damage(r->cache) : "";
+    return r->cache != NULL ? stp_block_cache_damage(r->cache) : "";
 }
 
 const char *stp_renderer_trouble(const stp_renderer *r)
 {
-    return r->cache != NULL ? stp_chunk_cache_trouble(r->cache) : "";
+    return r->cache != NULL ? stp_block_cache_trouble(r->cache) : "";
 }
 
 bool stp_renderer_has_news(const stp_renderer *r)
 {
-    return r->cache != NULL && stp_chunk_cache_has_news(r->cache);
+    return r->cache != NULL && stp_block_cache_has_news(r->cache);
 }
 
 stp_memory_use stp_renderer_memory(const stp_renderer *r)
 {
     if (r->cache == NULL)
         return (stp_memory_use){0};
-    const stp_budget *b = stp_chunk_cache_budget(r->cache);
-    return (stp_memory_use){stp_chunk_cache_gpu_used(r->cache), b->gpu_bytes, b->cpu_bytes};
+    const stp_budget *b = stp_block_cache_budget(r->cache);
+    return (stp_memory_use){stp_block_cache_gpu_used(r->cache), b->gpu_bytes, b->cpu_bytes};
 }
 
 uint64_t stp_renderer_bytes_read(const stp_renderer *r)
 {
-    return r->cache != NULL ? stp_chunk_cache_bytes_read(r->cache) : 0;
+    return r->cache != NULL ? stp_block_cache_bytes_read(r->cache) : 0;
 }
 
 stp_inspection stp_renderer_inspect(const stp_renderer *r)

@@ -7,29 +7,29 @@
 #include "runtime/cut/scene.h"
 #include "runtime/cut/sight.h"
 #include "runtime/cut/tiles.h"
-#include "runtime/draw/blocks.h"
 #include "runtime/draw/fade.h"
+#include "runtime/draw/pixel_blocks.h"
 #include "runtime/draw/project.h"
 #include "runtime/draw/reconstruct.h"
 #include "runtime/draw/road.h"
 #include "runtime/draw/stage_clock.h"
 #include "runtime/gl/shader.h"
 #include "runtime/stipple.h"
-#include "runtime/stream/chunk_cache.h"
+#include "runtime/stream/block_cache.h"
 #include "runtime/stream/motion.h"
 
 typedef enum stp_settle_phase {
     STP_SETTLE_NONE,
     STP_SETTLE_RUNS,
     STP_SETTLE_DONE,
-    STP_SETTLE_FAILED /* a chunk does not fit in GPU memory: frames are drawn as before */
+    STP_SETTLE_FAILED /* a block does not fit in GPU memory: frames are drawn as before */
 } stp_settle_phase;
 
 /* A still picture that settle.c draws pass by pass, while the last picture is shown. Zero: none. */
 typedef struct stp_settling {
     stp_settle_phase phase;
     stp_draw_params params; /* for the passes */
-    bool loading;           /* the chunks of a pass are on their way */
+    bool loading;           /* the blocks of a pass are on their way */
     size_t begin;           /* the cut's first draw that is not drawn yet */
     bool fronts_done;       /* splats: the fronts of all draws are drawn */
     stp_cache_load load;
@@ -41,12 +41,12 @@ struct stp_renderer {
     stp_renderer_params params;
     stp_scene scene;
     stp_pool *pool;
-    stp_chunk_cache *cache;
+    stp_block_cache *cache;
     stp_project project;
     stp_reconstruct_programs reconstruct;
     stp_pyramid pyramid;
     stp_tiles tiles;
-    stp_blocks blocks;
+    stp_pixel_blocks blocks;
     stp_sight sight;
     GLuint frame_buffer; /* uniform block */
     GLuint points_query;
@@ -110,13 +110,13 @@ stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *er
  * OUT_OF_MEMORY. */
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err);
-/* Which part of splats a pass draws: a pass of `count` chunks from the cut's draw `begin` on. */
+/* Which part of splats a pass draws: a pass of `count` blocks from the cut's draw `begin` on. */
 stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t begin, size_t count);
 /* The parameters for looking at the sight (stp_sight_look). */
 stp_sight_params stp_frame_sight(const stp_renderer *r);
 /* Makes the picture from what the passes left: pulls, pushes and shades. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, stp_error *err);
-/* Lists the chunks and levels that draws want in r->wants. Errors: OUT_OF_MEMORY. */
+/* Lists the blocks and levels that draws want in r->wants. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
                                 stp_error *err);
 /* Binds what all passes read. Call this in the state that stp_gl_state_enter sets. */

@@ -1,5 +1,5 @@
 /* Draws a view at rest in passes until it is complete: a picture that does not fit in GPU memory at
- * once, or one of every sample. Each frame takes one step, without waiting for chunks, and shows
+ * once, or one of every sample. Each frame takes one step, without waiting for blocks, and shows
  * the last picture meanwhile. The result is the picture that stp_frame_draw makes if it may
  * wait. */
 #include "runtime/renderer_parts.h"
@@ -18,7 +18,7 @@ bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
         return false;
     if (r->settling.phase != STP_SETTLE_NONE)
         return true;
-    if (stp_chunk_cache_rests(r->cache))
+    if (stp_block_cache_rests(r->cache))
         return false;
     bool stuck = !r->last.cut_complete && r->last.chunks_loading == 0;
     return stuck || may_refine(r, d);
@@ -57,7 +57,7 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     return status;
 }
 
-/* Asks for the chunks of all draws that are left. As many as fit make the next pass. */
+/* Asks for the blocks of all draws that are left. As many as fit make the next pass. */
 static stp_status start_load(stp_renderer *r, stp_error *err)
 {
     stp_settling *s = &r->settling;
@@ -68,7 +68,7 @@ static stp_status start_load(stp_renderer *r, stp_error *err)
     return status;
 }
 
-/* Draws the pass whose chunks are resident. After the last pass, makes the picture. */
+/* Draws the pass whose blocks are resident. After the last pass, makes the picture. */
 static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_settling *s = &r->settling;
@@ -99,7 +99,7 @@ static stp_status draw_loaded(stp_renderer *r, stp_drawing *d, stp_error *err)
     return STP_OK;
 }
 
-/* Continues a picture: loads the chunks of a pass, then draws the pass. */
+/* Continues a picture: loads the blocks of a pass, then draws the pass. */
 static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -109,7 +109,7 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_frame_upload(r);
     if (!s->loading)
         STP_TRY(start_load(r, err));
-    STP_TRY(stp_chunk_cache_load_step(r->cache, &s->load, &finished, err));
+    STP_TRY(stp_block_cache_load_step(r->cache, &s->load, &finished, err));
     d->stats.chunks_loading = (uint32_t)(s->load.count - s->load.there);
     if (!finished)
         return STP_OK;

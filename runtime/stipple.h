@@ -33,7 +33,7 @@
  * failed, where, and what to do. A function that fails leaves its outputs untouched. No function
  * prints or ends the program.
  * Threads: call a renderer, including its destroy, only on the thread where its context is current.
- * The renderer reads and decodes chunks on threads of its own. Threads may share a model.
+ * The renderer reads and decodes blocks of chunks on threads of its own. Threads may share a model.
  *
  * OpenGL state: every call accepts any state of the context and leaves the state as it was. The
  * exceptions are what GL can neither report nor restore:
@@ -209,7 +209,7 @@ typedef struct stp_draw_params {
     bool smooth_edges;
     stp_cull cull;
     bool every_sample; /* as threshold zero: all level-0 samples, with any lod */
-    bool stream;       /* never waits for chunks: draws the parent of a missing chunk meanwhile */
+    bool stream;       /* never waits for blocks: draws what is above a missing block meanwhile */
     bool refine;       /* streaming, nothing changes: goes on past the threshold to every sample */
     bool keep_pixels;  /* also finishes level 0 of the pyramid: normals are read from it */
     bool timed;        /* waits for the GPU between stages, so that their times are true */
@@ -246,7 +246,7 @@ typedef struct stp_draw_stats {
      * but all patches of one sample count. With splats and other ways of choosing levels: samples
      * sent to projection. 0 if the number is not known without waiting. */
     uint64_t points_drawn;
-    uint32_t chunks_drawn, chunks_missing;
+    uint32_t chunks_drawn, chunks_missing; /* count blocks (docs/glossary.md) */
     uint32_t chunks_loading; /* on their way; 0 while some are missing: no room for them */
     uint32_t passes;
     stp_lod lod; /* the one used: never AUTO */

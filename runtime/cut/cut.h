@@ -1,12 +1,12 @@
-/* The cut through the chunk tree: which chunks are drawn, and which of their patches the children
- * draw instead.
+/* The cut through the tree: which blocks are drawn, and which patches their parents leave to them.
  *
- * Each patch of a chunk belongs to one child. So refinement goes child by child: if a child is
- * drawn, the chunk leaves the child's patches out.
+ * A patch of a chunk with children is refined by patches of one block of a child. So refinement
+ * goes block by block: while a block is not drawn, the patches above it are.
  * If the file links the patches of chunk and child, refinement goes patch by patch: if the finest
- * level of a patch is good enough, the chunk draws the patch, and the child leaves out the patches
- * that this patch stands for (runtime/cut/sight.c). This pays because most of a surface is far less
- * curved than its worst patch. Threads: any. */
+ * level of a patch is good enough, its block draws it, and the block below leaves out the patches
+ * that it stands for (runtime/cut/sight.c). This pays because most of a surface is far less curved
+ * than its worst patch. A block draws only patches that are left to it, so it draws nothing where
+ * the block above is missing. Threads: any. */
 #ifndef STP_RUNTIME_CUT_CUT_H
 #define STP_RUNTIME_CUT_CUT_H
 
@@ -16,52 +16,65 @@
 #include <stddef.h>
 
 typedef struct stp_draw {
-    uint32_t chunk;
-    int finest;               /* no level finer than this is drawn */
-    uint64_t drawn_children;  /* bit k: child k is drawn, or out of sight */
-    uint64_t linked_children; /* bit k: child k draws only the patches that this chunk leaves it */
-    bool has_whole;           /* some drawn child draws all of its patches in sight */
-    size_t links;             /* number of the link of the first child's first patch */
-    size_t parent_link; /* link of this chunk's first patch; STP_LINK_NONE: draws all patches */
+    uint32_t block;
+    int finest;     /* no level finer than this is drawn */
+    bool has_whole; /* under its chunk, some drawn block draws all of its patches in sight */
 } stp_draw;
 
-/* A link belongs to a patch whose patch vertex is a level-0 sample of the linked parent chunk. The
- * links of a cut are numbered parent by parent, child by child. */
-#define STP_LINK_NONE SIZE_MAX
-
 typedef struct stp_miss {
-    uint32_t chunk;
+    uint32_t block;
     int finest;
     float gain; /* (pixels of the screen) * (pixels of error removed) / (bytes to read) */
 } stp_miss;
 
+/* What the cut decided about a block. */
+enum {
+    STP_CUT_LEFT,   /* not drawn: what is above draws its patches */
+    STP_CUT_HIDDEN, /* out of sight */
+    STP_CUT_WHOLE,  /* drawn: all patches in sight */
+    /* Drawn: the patches that are left to it. The state is STP_CUT_LINKED + the link of its first
+     * patch. The links of a cut count the patches of all such blocks. */
+    STP_CUT_LINKED
+};
+
+typedef struct stp_cut_block {
+    size_t state;
+    /* 0: no block below may be wanted. Otherwise blocks below gain less than this; INFINITY if this
+     * block is drawn. */
+    float limit;
+} stp_cut_block;
+
 /* Zero is an empty cut. Arrays grow and are reused. */
 typedef struct stp_cut {
-    stp_draw *draws; /* by chunk id: a parent comes before its children */
+    stp_draw *draws; /* by block number: a parent comes before its children */
     size_t draw_count, draw_capacity;
     size_t link_count;
-    uint32_t *passed; /* chunks that only their children draw; kept resident to fall back on */
+    uint32_t *passed; /* blocks that only blocks below draw; kept resident to fall back on */
     size_t passed_count, passed_capacity;
     stp_miss *misses; /* greatest gain first; a parent comes before its children */
     size_t miss_count, miss_capacity;
+    stp_cut_block *blocks; /* by block number; zero except for the touched ones */
+    uint32_t *touched;
+    size_t block_capacity, touched_capacity, touched_count;
     struct stp_cut_visit *stack;
     size_t stack_capacity;
 } stp_cut;
 
 #define STP_CUT_NEVER (STP_LEVEL_COUNT + 1)
 
-/* What the cut asks the cache. The cut never asks about a root, since roots are always resident. */
+/* What the cut asks the cache. The cut never asks about blocks of roots, which are always
+ * resident. */
 typedef struct stp_cut_source {
     const void *context;
-    /* The finest level at which a chunk can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
-     * the chunk will not come: it counts as missing, and the cut does not look below it. */
-    int (*available)(const void *context, uint32_t chunk);
-    /* Whether the chunk was part of the last cut; NULL: ignored. */
-    bool (*was_drawn)(const void *context, uint32_t chunk);
+    /* The finest level at which a block can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
+     * the block will not come: it counts as missing, and the cut does not look below it. */
+    int (*available)(const void *context, uint32_t block);
+    /* Whether the block was part of the last cut; NULL: ignored. */
+    bool (*was_drawn)(const void *context, uint32_t block);
 } stp_cut_source;
 
-/* A chunk that was drawn stays drawn until its error falls below this share of the threshold. So a
- * chunk near the threshold does not come and go with each move. */
+/* A block that was drawn stays drawn until its error falls below this share of the threshold. So a
+ * block near the threshold does not come and go with each move. */
 #define STP_CUT_HYSTERESIS 0.8f
 
 typedef struct stp_cut_params {
@@ -72,9 +85,8 @@ typedef struct stp_cut_params {
     uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
 } stp_cut_params;
 
-/* The chunk record that shaders and the CPU read for one draw of an entry. */
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_chunk_entry *entry, const stp_draw *draw,
-                                      stp_dvec3 eye);
+/* The record that shaders and the CPU read for one draw. */
+stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_scene *scene, const stp_draw *draw, stp_dvec3 eye);
 
 /* Errors: OUT_OF_MEMORY. */
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err);

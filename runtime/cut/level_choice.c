@@ -173,12 +173,12 @@ stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *b
     };
 }
 
-stp_ball stp_entry_ball(const stp_chunk_entry *e, stp_dvec3 eye)
+stp_ball stp_block_ball(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye)
 {
-    vec3s half = glms_vec3_scale(glms_vec3_sub(e->box_max, e->box_min), 0.5f);
-    stp_dvec3 centre = stp_dvec3_from_float(glms_vec3_add(e->box_min, half));
+    vec3s half = glms_vec3_scale(glms_vec3_sub(b->box_max, b->box_min), 0.5f);
+    stp_dvec3 centre = stp_dvec3_from_float(glms_vec3_add(b->box_min, half));
     return (stp_ball){
-        .centre = stp_dvec3_sub(stp_dvec3_add(e->origin, centre), eye),
+        .centre = stp_dvec3_sub(stp_dvec3_add(origin, centre), eye),
         .radius = (double)(glms_vec3_norm(half) * 1.000001f),
     };
 }
@@ -202,17 +202,20 @@ static float variation_of(const stp_gpu_patch *patch, int level)
     return (float)patch->colour_error[level] / 255.0f;
 }
 
-stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored)
+stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
+                                   const stp_gpu_patch *patch, const stp_patch *stored)
 {
+    uint16_t first_below = 0;
+    uint32_t block = stp_scene_block_below(scene, chunk, stored, &first_below);
     return (stp_patch_brief){
         .bound = bound_of(patch),
         .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
         .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
         .vertex_variation = variation_of(patch, STP_LEVEL_COUNT - 1),
-        .child = stored->child,
+        .block = block,
+        .first_below = first_below,
         .below_count = stored->counts[0],
         .shape = patch->flags & STP_PATCH_SHAPES,
-        .first_below = stored->first_below,
     };
 }
 

@@ -1,12 +1,13 @@
 /* Chooses the levels of a patch on the CPU: shaders/project/choose.glsl in C, on the same floats.
  *
- * Also applies the rule to whole chunks, to make the cut. Threads: any (pure functions). */
+ * Also applies the rule to whole blocks, to make the cut. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_CUT_LEVEL_CHOICE_H
 #define STP_RUNTIME_CUT_LEVEL_CHOICE_H
 
 #include "base/vec.h"
 #include "formats/chunk/chunk_file.h"
 #include "runtime/camera/camera.h"
+#include "runtime/cut/scene.h"
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/stream/range_pool.h"
 
@@ -58,22 +59,24 @@ typedef struct stp_rule_sight {
     float error_weight; /* above 1 if the silhouette term is on and outlines may be here */
 } stp_rule_sight;
 
-/* The ball around a chunk's samples, relative to the eye. */
-stp_ball stp_entry_ball(const stp_chunk_entry *entry, stp_dvec3 eye);
+/* The ball around a block's samples, relative to the eye. origin: of its chunk. */
+stp_ball stp_block_ball(const stp_block *block, stp_dvec3 origin, stp_dvec3 eye);
 
 /* The part of a patch's record that is read for every patch of a cut. It is kept apart, since a
  * frame reads some hundred thousand of them. */
 typedef struct stp_patch_brief {
     stp_rule_bound bound;                                   /* relative to the chunk's origin */
     float vertex_error[2], vertex_radius, vertex_variation; /* of level 3 */
-    /* The child chunk that refines the patch, and in a linked chunk, which of the child's
-     * patches. */
-    uint8_t child, below_count;
+    /* The block that refines the patch (stp_scene_block_below), and which of its patches. */
+    uint32_t block;
     uint16_t first_below;
+    uint8_t below_count;
     uint8_t shape; /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
 } stp_patch_brief;
 
-stp_patch_brief stp_patch_brief_of(const stp_gpu_patch *patch, const stp_patch *stored);
+/* chunk: that of the patch, by its number in the scene. */
+stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
+                                   const stp_gpu_patch *patch, const stp_patch *stored);
 /* The bound of a patch, relative to the eye. */
 stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk);
 

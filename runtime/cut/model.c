@@ -63,6 +63,34 @@ stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, in
     return stp_camera_widened(&model->first, model->first_aspect, width, height);
 }
 
+/* Reads the directory: chunks, and their blocks. */
+static stp_status read_directory(stp_model *model, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t chunks = model->info->chunk_count, count = 0;
+    STP_TRY(stp_alloc(&model->entries, chunks, sizeof *model->entries, "chunks", err));
+    STP_TRY(stp_alloc(&model->first_block, chunks + 1u, sizeof *model->first_block, "chunks", err));
+    for (uint32_t id = 0; id < chunks; id++) {
+        uint32_t *first = &model->first_block[id];
+        STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
+        STP_TRY(stp_chunk_file_block_count(model->file, id, &count, err));
+        if (count >= STP_BLOCK_NONE - *first) {
+            status = stp_error_set(err, STP_LIMIT, "%s: too many blocks to be drawn",
+                                   stp_chunk_file_path(model->file));
+            goto done;
+        }
+        first[1] = first[0] + count;
+    }
+    STP_TRY(stp_verify_tree_entries(model->file, model->entries, err));
+    STP_TRY(stp_alloc(&model->blocks, model->first_block[chunks], sizeof *model->blocks, "blocks",
+                      err));
+    for (uint32_t id = 0; id < chunks; id++)
+        STP_TRY(
+            stp_chunk_file_blocks(model->file, id, model->blocks + model->first_block[id], err));
+done:
+    return status;
+}
+
 stp_status stp_model_open(stp_model **out, const char *path, stp_error *err)
 {
     return stp_model_open_at(out, path, NULL, err);
@@ -76,11 +104,7 @@ stp_status stp_model_open_at(stp_model **out, const char *path,
     STP_TRY(stp_alloc(&model, 1, sizeof *model, "a model", err));
     STP_TRY(stp_chunk_file_open_at(&model->file, path, params, err));
     model->info = stp_chunk_file_get_info(model->file);
-    STP_TRY(stp_alloc(&model->entries, model->info->chunk_count, sizeof *model->entries,
-                      "a directory of chunks", err));
-    for (uint32_t id = 0; id < model->info->chunk_count; id++)
-        STP_TRY(stp_chunk_file_entry(model->file, id, &model->entries[id], err));
-    STP_TRY(stp_verify_tree_entries(model->file, model->entries, err));
+    STP_TRY(read_directory(model, err));
     model->ball = ball_around(model);
     STP_TRY(stp_outside_read(&model->outside, model->info->metadata_json,
                              model->info->metadata_bytes, err));
@@ -99,6 +123,8 @@ void stp_model_close(stp_model **model)
     stp_chunk_file_close(&(*model)->file);
     stp_outside_clear(&(*model)->outside);
     free((*model)->entries);
+    free((*model)->blocks);
+    free((*model)->first_block);
     free(*model);
     *model = NULL;
 }

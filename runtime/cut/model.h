@@ -4,14 +4,20 @@
 #ifndef STP_RUNTIME_CUT_MODEL_H
 #define STP_RUNTIME_CUT_MODEL_H
 
+#include "formats/chunk/block.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/outside.h"
 #include "runtime/stipple.h"
+
+/* No block. */
+#define STP_BLOCK_NONE UINT32_MAX
 
 struct stp_model {
     stp_chunk_file *file;
     const stp_chunk_file_info *info;
     stp_chunk_entry *entries; /* by chunk id */
+    stp_block *blocks;        /* of all chunks, chunk by chunk */
+    uint32_t *first_block;    /* by chunk id; then the number of blocks */
     stp_ball ball;
     stp_outside outside; /* where closed surfaces are seen from outside */
     stp_camera first;    /* if has_first */

@@ -36,30 +36,23 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
                    frame->centre[1] + eye[1] * scale, reach);
 }
 
-static bool has_bit(uint64_t bits, unsigned k)
+/* The state of the block that refines a patch. */
+static size_t state_below(const stp_sight *s, const stp_patch_brief *brief)
 {
-    return k < 64 && (bits >> k & 1) != 0;
+    return brief->block == STP_BLOCK_NONE ? STP_CUT_LEFT : s->cut->blocks[brief->block].state;
 }
 
-/* The links of a patch; NULL if the patch names patches that the child does not have: then the
- * patch itself is drawn. */
-static bool *links_of(const stp_sight *s, const stp_scene *scene, const stp_draw *draw,
-                      const stp_patch_brief *brief)
+/* The flags of the patches that refine a patch; state: of their block, linked. */
+static bool *links_of(const stp_sight *s, size_t state, const stp_patch_brief *brief)
 {
-    const stp_chunk_entry *child = &scene->entries[scene->entries[draw->chunk].first_child];
-    size_t begin = draw->links + brief->first_below;
-    for (unsigned k = 0; k < brief->child; k++)
-        begin += child[k].patch_count;
-    return brief->first_below + brief->below_count <= child[brief->child].patch_count
-               ? s->below + begin
-               : NULL;
+    return s->below + (state - STP_CUT_LINKED) + brief->first_below;
 }
 
-/* Whether this chunk may draw a patch: its parent's patch, if there is one, leaves it to be
+/* Whether a block in this state may draw a patch: a patch above, if there is one, leaves it to be
  * drawn. */
-static bool is_left(const stp_sight *s, const stp_draw *draw, uint32_t patch)
+static bool is_left(const stp_sight *s, size_t state, uint32_t patch)
 {
-    return draw->parent_link == STP_LINK_NONE || s->below[draw->parent_link + patch];
+    return state < STP_CUT_LINKED || s->below[state - STP_CUT_LINKED + patch];
 }
 
 bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, const stp_draw *draw,
@@ -67,31 +60,27 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
 {
     float eye[3];
     const stp_patch_brief *brief = &briefs[patch];
-    stp_gpu_chunk chunk =
-        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
     stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-    bool refined = has_bit(draw->drawn_children, brief->child);
-    if (refined && has_bit(draw->linked_children, brief->child)) {
-        const bool *links = links_of(s, params->scene, draw, brief);
-        refined = links != NULL && *links;
-    }
-    return !refined && is_left(s, draw, patch) && stp_rule_visible(params->frame, &bound, eye);
+    size_t below = state_below(s, brief);
+    bool refined = below >= STP_CUT_LINKED ? *links_of(s, below, brief) : below != STP_CUT_LEFT;
+    return !refined && is_left(s, s->cut->blocks[draw->block].state, patch) &&
+           stp_rule_visible(params->frame, &bound, eye);
 }
 
-/* Whether a patch in sight is left to its child. If so, marks the links of the child's patches. */
-static bool leave_to_child(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
-                           const stp_patch_brief *brief, const stp_rule_bound *bound)
+/* Whether a patch in sight is left to the block below. If so, marks the links of the block's
+ * patches. */
+static bool leave_below(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
+                        const stp_patch_brief *brief, const stp_rule_bound *bound)
 {
     const stp_sight_params *params = l->params;
-    if (!has_bit(draw->drawn_children, brief->child))
-        return false;
-    if (!has_bit(draw->linked_children, brief->child))
-        return true;
+    size_t state = state_below(l->sight, brief);
+    if (state < STP_CUT_LINKED)
+        return state != STP_CUT_LEFT;
     stp_rule_sight sight = stp_rule_look(params->frame, bound);
-    bool *links = links_of(l->sight, params->scene, draw, brief);
-    if (links == NULL || stp_finest_does(params->frame, &sight, patch, draw->finest))
+    if (stp_finest_does(params->frame, &sight, patch, draw->finest))
         return false;
-    memset(links, true, brief->below_count);
+    memset(links_of(l->sight, state, brief), true, brief->below_count);
     return true;
 }
 
@@ -142,18 +131,18 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
     const stp_sight_params *params = l->params;
     const stp_draw *draw = &l->draws[index];
     const stp_resident *r =
-        stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
-    stp_gpu_chunk chunk =
-        stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+        stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, draw->block));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
+    size_t state = l->sight->cut->blocks[draw->block].state;
     float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->briefs[i];
-        if (!is_left(l->sight, draw, i))
+        if (!is_left(l->sight, state, i))
             continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
         if (!stp_rule_visible(params->frame, &bound, eye) ||
-            leave_to_child(l, draw, &r->patches[i], brief, &bound))
+            leave_below(l, draw, &r->patches[i], brief, &bound))
             continue;
         mark_tiles(params, worker, eye, bound.radius);
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
@@ -175,13 +164,12 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
 static stp_status look_at_tiers(const look *l, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_chunk_entry *entries = l->params->scene->entries;
     size_t *draws = NULL, looked = 0;
-    STP_TRY(stp_alloc(&draws, count + 1, sizeof *draws, "a list of chunks", err));
+    STP_TRY(stp_alloc(&draws, count + 1, sizeof *draws, "a list of blocks", err));
     for (unsigned depth = 0; looked < count; depth++) {
         size_t found = 0;
         for (size_t i = 0; i < count; i++)
-            if (entries[l->draws[i].chunk].depth == depth)
+            if (stp_scene_entry(l->params->scene, l->draws[i].block)->depth == depth)
                 draws[found++] = i;
         STP_TRY(stp_pool_run(l->params->pool, found, look_at_draw, &(tier){l, draws}, err));
         looked += found;
@@ -201,7 +189,7 @@ static stp_status reserve(stp_sight_list *list, const stp_sight_params *params,
                      "a list of patches", err));
     for (size_t i = 0; i < count; i++) {
         list->begin[i] = most;
-        most += used ? params->scene->entries[draws[i].chunk].patch_count : 0;
+        most += used ? params->scene->blocks[draws[i].block].patch_count : 0;
     }
     STP_TRY(stp_grow(&list->items, &list->item_capacity, most + 1, sizeof *list->items,
                      "a list of patches", err));
@@ -225,6 +213,7 @@ stp_status stp_sight_begin(stp_sight *s, const stp_cut *cut, stp_error *err)
 {
     stp_status status = stp_grow(&s->below, &s->below_capacity, cut->link_count + 1,
                                  sizeof *s->below, "a list of patches", err);
+    s->cut = cut;
     if (status == STP_OK)
         memset(s->below, false, cut->link_count * sizeof *s->below);
     return status;

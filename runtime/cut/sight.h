@@ -8,7 +8,7 @@
 #include "base/pool.h"
 #include "runtime/cut/cut.h"
 #include "runtime/cut/tiles.h"
-#include "runtime/stream/chunk_cache.h"
+#include "runtime/stream/block_cache.h"
 
 /* Numbers of patches or samples in the Object Texture, draw by draw, ascending. */
 typedef struct stp_sight_list {
@@ -31,7 +31,8 @@ typedef enum stp_sight_kind {
 /* Zero: nothing is in sight. Arrays grow and are reused. */
 typedef struct stp_sight {
     stp_sight_list lists[STP_SIGHT_COUNT];
-    bool *below; /* by link of the cut: the child's patch draws, or a patch further below */
+    const stp_cut *cut; /* borrowed from stp_sight_begin */
+    bool *below;        /* by link of the cut: the patch draws, or a patch further below */
     size_t below_capacity;
     float radius_px; /* greatest projected radius of any sample that may be drawn of the draws
                         looked at */
@@ -39,7 +40,7 @@ typedef struct stp_sight {
 
 typedef struct stp_sight_params {
     const stp_scene *scene;
-    const stp_chunk_cache *cache; /* the draws' chunks are resident */
+    const stp_block_cache *cache; /* the draws' blocks are resident */
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
     stp_pool *pool;
@@ -47,13 +48,14 @@ typedef struct stp_sight_params {
     bool vertices;    /* fill STP_SIGHT_VERTICES */
 } stp_sight_params;
 
-/* Begins the cut of a picture, with nothing looked at yet. Errors: OUT_OF_MEMORY. */
+/* Begins the cut of a picture, with nothing looked at yet. The cut is borrowed until the next call.
+ * Errors: OUT_OF_MEMORY. */
 stp_status stp_sight_begin(stp_sight *sight, const stp_cut *cut, stp_error *err);
 /* Looks at some draws of the cut, in order: a parent before its children. Errors: OUT_OF_MEMORY. */
 stp_status stp_sight_look(stp_sight *sight, const stp_sight_params *params, const stp_draw *draws,
                           size_t count, stp_error *err);
-/* Whether a patch of a drawn chunk is in sight and drawn by this chunk. Call after looking. briefs:
- * of the chunk. */
+/* Whether a patch of a drawn block is in sight and drawn by this block. Call after looking. briefs:
+ * of the block. */
 bool stp_patch_in_sight(const stp_sight *sight, const stp_sight_params *params,
                         const stp_draw *draw, const stp_patch_brief *briefs, uint32_t patch);
 void stp_sight_destroy(stp_sight *sight);

@@ -112,11 +112,10 @@ typedef struct seen_draw {
 static seen_draw see(const stp_project_params *params, size_t i)
 {
     const stp_sight_list *patches = &params->sight->lists[STP_SIGHT_PATCHES];
-    uint32_t slot = stp_chunk_cache_slot(params->cache, params->draws[i].chunk);
-    return (seen_draw){stp_chunk_cache_get(params->cache, slot), patches->items + patches->begin[i],
+    uint32_t slot = stp_block_cache_slot(params->cache, params->draws[i].block);
+    return (seen_draw){stp_block_cache_get(params->cache, slot), patches->items + patches->begin[i],
                        patches->begin[i + 1] - patches->begin[i],
-                       stp_gpu_chunk_from_draw(&params->scene->entries[params->draws[i].chunk],
-                                               &params->draws[i], params->eye)};
+                       stp_gpu_chunk_from_draw(params->scene, &params->draws[i], params->eye)};
 }
 
 static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
@@ -124,7 +123,7 @@ static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
     return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
 }
 
-/* Chooses the levels of one chunk's patches and lists their samples. */
+/* Chooses the levels of one block's patches and lists their samples. */
 static stp_status list_samples(stp_project *p, const stp_project_params *params,
                                const seen_draw *seen, stp_error *err)
 {
@@ -194,7 +193,7 @@ static void draw_vertices(stp_project *p, const stp_project_params *params)
 {
     const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
     use_samples(p, true);
-    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, vertices->items,
+    draw_points(p, stp_block_cache_texture(params->cache)->sample_array, vertices->items,
                 vertices->begin[params->draw_count], params->waits);
 }
 
@@ -204,11 +203,11 @@ static void draw_patches(stp_project *p, const stp_project_params *params, GLuin
 {
     const stp_sight_list *patches = &params->sight->lists[kind];
     glUseProgram(program);
-    draw_points(p, stp_chunk_cache_texture(params->cache)->empty_array, patches->items,
+    draw_points(p, stp_block_cache_texture(params->cache)->empty_array, patches->items,
                 patches->begin[params->draw_count], params->waits);
 }
 
-/* Lists the samples of the chosen levels of all chunks. */
+/* Lists the samples of the chosen levels of all blocks. */
 static stp_status list_chosen(stp_project *p, const stp_project_params *params, stp_error *err)
 {
     p->index_count = 0;
@@ -229,13 +228,13 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
     if (status != STP_OK)
         return status;
     use_samples(p, false);
-    draw_points(p, stp_chunk_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
+    draw_points(p, stp_block_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
                 params->waits);
     *points += p->index_count + params->sight->lists[STP_SIGHT_VERTICES].begin[params->draw_count];
     return STP_OK;
 }
 
-/* Lists runs of samples of one chunk's patches, at the chunk's finest level. A patch out of sight
+/* Lists runs of samples of one block's patches, at the block's finest level. A patch out of sight
  * ends a run. */
 static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
 {
@@ -266,7 +265,7 @@ static stp_status draw_full(stp_project *p, const stp_project_params *params, ui
                             stp_error *err)
 {
     use_samples(p, false);
-    glBindVertexArray(stp_chunk_cache_texture(params->cache)->sample_array);
+    glBindVertexArray(stp_block_cache_texture(params->cache)->sample_array);
     for (size_t i = 0; i < params->draw_count; i++) {
         seen_draw seen = see(params, i);
         stp_status status = list_runs(p, &seen, points, err);

@@ -23,7 +23,7 @@ typedef struct stp_project {
     GLuint index_buffer;
     uint32_t *indices; /* of samples, for the roads that choose on the CPU */
     size_t index_count, index_capacity;
-    stp_range *spans; /* of one chunk's samples, for STP_LOD_FULL */
+    stp_range *spans; /* of one block's samples, for STP_LOD_FULL */
     size_t span_count, span_capacity;
 } stp_project;
 
@@ -36,10 +36,10 @@ void stp_project_destroy(stp_project *project);
 /* The input of every road. */
 struct stp_project_params {
     const stp_scene *scene;
-    const stp_chunk_cache *cache;
+    const stp_block_cache *cache;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
-    const stp_draw *draws; /* of resident chunks */
+    const stp_draw *draws; /* of resident blocks */
     size_t draw_count;
     const stp_sight *sight; /* of the draws */
     stp_lod lod;
@@ -49,7 +49,7 @@ struct stp_project_params {
     stp_stage_clock *clock;     /* if the frame is timed, else NULL */
 };
 
-/* Draws the samples of resident chunks into the bound framebuffer, in order, by the road prepared.
+/* Draws the samples of resident blocks into the bound framebuffer, in order, by the road prepared.
  * Patch vertices listed in STP_SIGHT_VERTICES come first (shaders/README.md, "Projection", says why
  * this changes no picture). Adds to *points the number of samples sent. If the geometry shader
  * chooses, adds nothing: a query counts. If compute shaders choose, adds the listed patch vertices;

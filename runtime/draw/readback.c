@@ -105,7 +105,7 @@ static stp_status pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *
     STP_TRY(finish_pixel(r, x, y, err));
     STP_TRY(stp_pick_find(out,
                           &(stp_pick_params){.pyramid = &r->pyramid,
-                                             .texture = stp_chunk_cache_texture(r->cache),
+                                             .texture = stp_block_cache_texture(r->cache),
                                              .frame = &r->frame,
                                              .eye = r->eye,
                                              .finished = stp_reconstruct_finishes(

@@ -138,7 +138,7 @@ static void end_compute(void)
 }
 
 static void push_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                         int levels, const stp_blocks *blocks)
+                         int levels, const stp_pixel_blocks *blocks)
 {
     glUseProgram(programs->push_columns);
     for (int l = levels - 1; l >= 1 && l < STP_PYRAMID_LEVELS_LIMIT; l--) {
@@ -146,7 +146,7 @@ static void push_columns(const stp_reconstruct_programs *programs, const stp_pyr
         bind_push(pyramid, l, levels, glBindImageTextures);
         for (GLuint i = 0; i < STP_TARGET_COUNT; i++)
             glBindImageTexture(i, level->pulled[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
-        stp_blocks_run(blocks, level, l);
+        stp_pixel_blocks_run(blocks, level, l);
         end_compute();
     }
 }
@@ -165,7 +165,7 @@ static void push_levels(const stp_reconstruct_programs *programs, const stp_pyra
 
 /* Does the last push and the shading by a compute shader. Writes every pixel of the tiles. */
 static void finish_columns(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                           int levels, const stp_blocks *blocks, GLuint picture)
+                           int levels, const stp_pixel_blocks *blocks, GLuint picture)
 {
     const GLuint images[3] = {picture, pyramid->picture_depth, pyramid->picture_mark};
     static const GLenum formats[3] = {GL_R32UI, GL_R32F, GL_R8UI};
@@ -173,7 +173,7 @@ static void finish_columns(const stp_reconstruct_programs *programs, const stp_p
     bind_push(pyramid, 0, levels, glBindImageTextures);
     for (GLuint i = 0; i < 3; i++)
         glBindImageTexture(i, images[i], 0, GL_FALSE, 0, GL_WRITE_ONLY, formats[i]);
-    stp_blocks_run(blocks, &pyramid->levels[0], 0);
+    stp_pixel_blocks_run(blocks, &pyramid->levels[0], 0);
     end_compute();
 }
 
@@ -199,7 +199,7 @@ static void pull_levels(const stp_reconstruct_programs *programs, const stp_pyra
 
 /* Pulls levels from 1 on by a compute shader, two at once. Returns the first level not pulled. */
 static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                      int levels, const stp_blocks *blocks)
+                      int levels, const stp_pixel_blocks *blocks)
 {
     int l = 1;
     glUseProgram(programs->pull_pairs);
@@ -208,14 +208,14 @@ static int pull_pairs(const stp_reconstruct_programs *programs, const stp_pyrami
         for (GLuint i = 0; i < 2 * STP_TARGET_COUNT; i++)
             glBindImageTexture(i, pyramid->levels[l + (int)i / 2].pulled[i % STP_TARGET_COUNT], 0,
                                GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32UI);
-        stp_blocks_run(blocks, &pyramid->levels[l + 1], l + 1);
+        stp_pixel_blocks_run(blocks, &pyramid->levels[l + 1], l + 1);
         end_compute();
     }
     return l;
 }
 
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                               int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                                stp_stage_clock *clock)
 {
     int first = blocks != NULL ? pull_pairs(programs, pyramid, levels, blocks) : 1;
@@ -290,7 +290,7 @@ static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyr
 }
 
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                            int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                             bool smooth, stp_stage_clock *clock)
 {
     smooth = smooth && programs->edge != 0;

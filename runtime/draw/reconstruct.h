@@ -4,7 +4,7 @@
 #define STP_RUNTIME_DRAW_RECONSTRUCT_H
 
 #include "runtime/cut/tiles.h"
-#include "runtime/draw/blocks.h"
+#include "runtime/draw/pixel_blocks.h"
 #include "runtime/draw/pyramid.h"
 #include "runtime/draw/stage_clock.h"
 #include "runtime/gl/shader.h"
@@ -43,13 +43,13 @@ bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int leve
  * blocks: of levels 0..levels if the pyramid is finished in place; then compute shaders pull, two
  * levels at once, and push. Otherwise NULL. */
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                               int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                               int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                                stp_stage_clock *clock);
 /* Makes the pyramid's picture: finishes level 0 if needed, shades it, and adds eye-dome lighting if
  * the variant has it, and smooth edges if it has them and `smooth` is set. clock: as in
  * stp_reconstruct_pull_push. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                            int levels, const stp_tiles *tiles, const stp_blocks *blocks,
+                            int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                             bool smooth, stp_stage_clock *clock);
 /* Writes level 0 as finished, for readers of its pixels; the picture does not need it. Call only if
  * stp_reconstruct_finishes. */

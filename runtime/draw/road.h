@@ -3,7 +3,7 @@
  * A software driver runs compute shaders on all processors and geometry shaders on one, so it needs
  * no trial: compute shaders. Other drivers begin with the geometry shader. If pictures stream, many
  * a second, they use both roads in turn for STP_ROAD_TRIAL_FRAMES frames, timed by the GPU, and the
- * faster road stays. Pictures that wait for their chunks never try, so two runs of a command draw
+ * faster road stays. Pictures that wait for their blocks never try, so two runs of a command draw
  * the same. The pictures of the roads differ only in ties of depth. Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_ROAD_H
 #define STP_RUNTIME_DRAW_ROAD_H

@@ -73,7 +73,7 @@ static size_t most_runs(const stp_project_params *params)
         STP_PATCH_QUARTERS * params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     for (size_t i = 0; i < params->draw_count; i++) {
         const stp_draw *draw = &params->draws[i];
-        runs += params->scene->entries[draw->chunk].sample_count[draw->finest] / RUN_SAMPLES;
+        runs += params->scene->blocks[draw->block].sample_count[draw->finest] / RUN_SAMPLES;
     }
     return runs;
 }
@@ -92,9 +92,9 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
     glNamedBufferData(r->patches,
                       (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
                       params->sight->lists[STP_SIGHT_PATCHES].items, GL_STREAM_DRAW);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LISTED, r->patches);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_RUNS, r->runs);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LATTICES, r->lattices);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->patches);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LATTICES, r->lattices);
     glUseProgram(r->program);
     glUniform1ui(STP_UNIFORM_SETTING, (GLuint)patches);
     glDispatchCompute((GLuint)(groups < RUNS_GROUPS_LIMIT ? groups : RUNS_GROUPS_LIMIT), 1, 1);
@@ -114,7 +114,7 @@ stp_status stp_runs_choose(stp_runs *r, const stp_project_params *params, const 
                            size_t count, bool counts, uint64_t *points, stp_error *err)
 {
     runs_head head;
-    if (stp_chunk_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
+    if (stp_block_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
                              "compute shaders count to %u samples: give a smaller --gpu-memory",
                              SAMPLES_LIMIT);
@@ -154,14 +154,14 @@ void stp_runs_each(const stp_runs *r, GLint first)
     size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
     if (r->chosen) {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_RUNS, r->runs);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
         glBindTextures(UNIT_RUNS, 2, r->textures);
         glUniform1ui(STP_UNIFORM_VERTICES, 0);
         glUniform1ui(first, 0);
         glDispatchComputeIndirect(0);
     }
     if (r->listed_count > 0) {
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_LISTED, r->listed);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->listed);
         glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)r->listed_count);
         glUniform1ui(first, (GLuint)(RUN_SAMPLES * r->run_count));
         glDispatchCompute(ROW_GROUPS, (GLuint)((r->listed_count + row - 1) / row), 1);

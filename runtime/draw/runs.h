@@ -14,8 +14,13 @@
 
 typedef struct stp_project_params stp_project_params; /* runtime/draw/project.h */
 
-/* Storage blocks of the shaders; other passes may use those from STP_BLOCK_FREE on. */
-enum { STP_BLOCK_LISTED = 1, STP_BLOCK_RUNS = 2, STP_BLOCK_LATTICES = 3, STP_BLOCK_FREE = 4 };
+/* Storage blocks of the shaders; other passes may use those from STP_STORAGE_FREE on. */
+enum {
+    STP_STORAGE_LISTED = 1,
+    STP_STORAGE_RUNS = 2,
+    STP_STORAGE_LATTICES = 3,
+    STP_STORAGE_FREE = 4
+};
 /* A uniform location that stp_runs_each leaves to the program in use. */
 enum { STP_UNIFORM_SETTING = 1 };
 

@@ -12,7 +12,7 @@
 #define HEAD_WORDS 4
 #define BLOCKS_LIMIT 4096
 #define GROUP_BLOCKS 64
-enum { STORE_BINS = STP_BLOCK_FREE, STORE_LISTS, STORE_LOOKS };
+enum { STORE_BINS = STP_STORAGE_FREE, STORE_LISTS, STORE_LOOKS };
 enum { UNIT_BINS = 9, UNIFORM_SPLAT = 5 };
 
 /* Bytes of a word of the bins, of a splat in a list, of a splat's look. */

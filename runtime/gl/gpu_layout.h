@@ -78,7 +78,8 @@ typedef struct stp_gpu_patch {
     uint8_t count[STP_LEVEL_COUNT];
     uint32_t slot;
     uint8_t flags;    /* STP_PATCH_* */
-    uint8_t order[3]; /* lowest 24 bits of the chunk's id: decides between equal depths */
+    uint8_t order[3]; /* lowest 24 bits of the block's number in its model: decides between equal
+                         depths */
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Levels 2, then 1: perpendicular, tangential; by quarter. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];

@@ -4,22 +4,24 @@
 #include "runtime/cut/level_choice.h"
 #include "runtime/stream/object_texture.h"
 #include "runtime/stream/payload_store.h"
+#include "runtime/stream/stream.h"
 
-/* Memory for decoding a chunk, with Draco's tables, in sizes of a decoded chunk. An estimate, not
+/* Memory for decoding a block, with Draco's tables, in sizes of a decoded block. An estimate, not
  * measured. */
-#define DECODING_CHUNKS 3
-#define RING_LEAST_CHUNKS 1
+#define DECODING_BLOCKS 3
 #define RING_MOST_BYTES (UINT64_C(32) << 20)
 #define PAYLOADS_LEAST 2
-/* If there is room, allots this many times what a whole scene needs: for gaps, and for a chunk's
+/* If there is room, allots this many times what a whole scene needs: for gaps, and for a block's
  * finer version while the coarser one is drawn. */
 #define SCENE_SHARE 1.25
-/* Slots besides one per chunk, for finer versions if all chunks are resident and some are
- * coarse. */
-#define SPARE_SLOTS 16
+/* Slots besides one for each block, for finer versions if all blocks are resident and some are
+ * coarse: at least so many, and as many as loads may be under way. */
+#define SPARE_SLOTS_LEAST 16
+/* What else is kept of each block: entries of tables of the model, the cache and the stream. */
+#define TABLE_BYTES 160
 #define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
 
-/* Sums and maxima over a scene's chunks. */
+/* Sums and maxima over a scene's blocks. */
 typedef struct demand {
     uint64_t samples, patches, payloads;
     uint64_t most_samples, most_patches, most_payload, most_decoded;
@@ -38,19 +40,19 @@ static uint64_t smaller(uint64_t a, uint64_t b)
 static demand measure(const stp_scene *scene)
 {
     demand d = {0};
-    for (uint32_t id = 0; id < scene->chunk_count; id++) {
-        const stp_chunk_entry *e = &scene->entries[id];
-        uint64_t samples = 0, payload = e->segment_end[STP_SEGMENT_COUNT - 1];
+    for (uint32_t i = 0; i < scene->block_count; i++) {
+        const stp_block *b = &scene->blocks[i];
+        uint64_t samples = 0, payload = stp_block_payload_bytes(b, 0);
         payload += STP_PAYLOAD_UNIT_BYTES;
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            samples += e->sample_count[l];
+            samples += b->sample_count[l];
         d.samples += samples;
-        d.patches += e->patch_count;
+        d.patches += b->patch_count;
         d.payloads += payload;
         d.most_samples = larger(d.most_samples, samples);
-        d.most_patches = larger(d.most_patches, e->patch_count);
+        d.most_patches = larger(d.most_patches, b->patch_count);
         d.most_payload = larger(d.most_payload, payload);
-        d.most_decoded = larger(d.most_decoded, stp_chunk_memory_bytes(e, 0));
+        d.most_decoded = larger(d.most_decoded, stp_block_memory_bytes(b, 0));
     }
     return d;
 }
@@ -60,12 +62,12 @@ static uint64_t texture_bytes(uint64_t samples, uint64_t patches)
     return samples * STP_OBJECT_TEXTURE_SAMPLE_BYTES + patches * STP_OBJECT_TEXTURE_PATCH_BYTES;
 }
 
-/* Refuses a budget, and says the least that would be enough for two chunks. */
+/* Refuses a budget, and says the least that would be enough for two blocks. */
 static stp_status refuse(const stp_scene *scene, const char *which, uint64_t bytes, uint64_t needed,
                          stp_error *err)
 {
     return stp_error_set(err, STP_LIMIT,
-                         "%s: a %s memory of %llu bytes holds not even two chunks: give "
+                         "%s: a %s memory of %llu bytes holds not even two blocks: give "
                          "--%s-memory %lluM or more",
                          stp_chunk_file_path(scene->models[0].model->file),
                          which[0] == 'g' ? "GPU" : "CPU", (unsigned long long)bytes, which,
@@ -77,6 +79,12 @@ static unsigned choose_decoders(uint64_t each, uint64_t cpu, unsigned wanted)
 {
     uint64_t fit = cpu / 4 / larger(each, 1);
     return (unsigned)larger(1, smaller(wanted, fit));
+}
+
+static uint32_t slots_of(const stp_scene *scene)
+{
+    uint64_t spare = larger(SPARE_SLOTS_LEAST, smaller(scene->block_count, STP_STREAM_LOADS_LIMIT));
+    return (uint32_t)smaller(scene->block_count + spare, UINT32_MAX - 1);
 }
 
 /* Makes room for the scene, or for as much of it as both budgets hold. gpu_fixed, cpu_fixed: what
@@ -96,7 +104,7 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
             return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
         share = fmin(share, holds);
     }
-    b->slot_capacity = scene->chunk_count + SPARE_SLOTS;
+    b->slot_capacity = slots_of(scene);
     b->sample_capacity = (uint32_t)fmin(share * (double)d->samples, (double)(UINT32_MAX - 1));
     b->patch_capacity = (uint32_t)fmin(share * (double)d->patches, (double)(UINT32_MAX - 1));
     b->gpu_bytes = fixed[0] + texture_bytes(b->sample_capacity, b->patch_capacity);
@@ -112,13 +120,14 @@ stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu
                          cpu != 0 ? cpu : STP_BUDGET_DEFAULT_BYTES};
     uint64_t piece = texture_bytes(d.most_samples, d.most_patches) + STP_PAYLOAD_UNIT_BYTES;
     b.ring_bytes = larger(piece, smaller(RING_MOST_BYTES, given[0] / 16));
-    b.ring_bytes = smaller(b.ring_bytes, (scene->chunk_count + 1) * piece);
-    uint64_t decoding = DECODING_CHUNKS * d.most_decoded;
+    b.ring_bytes = smaller(b.ring_bytes, (scene->block_count + UINT64_C(1)) * piece);
+    uint64_t decoding = DECODING_BLOCKS * d.most_decoded;
     b.decoder_count = choose_decoders(decoding, given[1], decoders);
-    uint64_t decoded = b.decoder_count * decoding + scene->chunk_count * sizeof(stp_chunk_entry);
+    uint64_t tables = scene->chunk_count * (uint64_t)sizeof(stp_chunk_entry) +
+                      scene->block_count * (uint64_t)(sizeof(stp_block) + TABLE_BYTES);
+    uint64_t decoded = b.decoder_count * decoding + tables;
     uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, d.payloads);
-    const uint64_t fixed[2] = {b.ring_bytes +
-                                   (scene->chunk_count + SPARE_SLOTS) * sizeof(stp_gpu_chunk),
+    const uint64_t fixed[2] = {b.ring_bytes + slots_of(scene) * (uint64_t)sizeof(stp_gpu_chunk),
                                decoded + least_payloads};
     stp_status status = plan_texture(&b, scene, &d, given, fixed, err);
     if (status != STP_OK)

@@ -1,9 +1,10 @@
 /* Divides the memory given to a scene. Everything that grows with a model is allotted here once, so
  * the budget is never exceeded.
  *
- * GPU: the Object Texture (samples, patches, one record per chunk) and the upload ring, but not the
- * pyramids of pictures. CPU: a copy of the patches on the GPU, the decoders' working memory, the
- * directory; the rest is for payloads. Threads: any (pure function). */
+ * GPU: the Object Texture (samples, patches, one record for each block) and the upload ring, but
+ * not the pyramids of pictures. CPU: a copy of the patches on the GPU, the decoders' working
+ * memory, the directory, tables of blocks; the rest is for payloads. Threads: any (pure function).
+ */
 #ifndef STP_RUNTIME_STREAM_BUDGET_H
 #define STP_RUNTIME_STREAM_BUDGET_H
 
@@ -20,7 +21,7 @@ typedef struct stp_budget {
 #define STP_BUDGET_DEFAULT_BYTES (UINT64_C(1) << 30)
 
 /* gpu_bytes, cpu_bytes: 0 for the default. decoders: the wanted number. Errors: LIMIT (not even two
- * chunks fit; the message says how much would be enough). */
+ * blocks fit; the message says how much would be enough). */
 stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu_bytes,
                            uint64_t cpu_bytes, unsigned decoders, stp_error *err);
 

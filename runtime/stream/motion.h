@@ -1,4 +1,4 @@
-/* Predicts where a moving camera will be, so that chunks are fetched before they come into sight.
+/* Predicts where a moving camera will be, so that blocks are fetched before they come into sight.
  * Threads: one at a time. */
 #ifndef STP_RUNTIME_STREAM_MOTION_H
 #define STP_RUNTIME_STREAM_MOTION_H

@@ -77,26 +77,32 @@ void stp_object_texture_destroy(stp_object_texture *t)
     *t = (stp_object_texture){0};
 }
 
-bool stp_object_texture_place(stp_object_texture *t, const stp_chunk_entry *entry, int finest_level,
+bool stp_object_texture_place(stp_object_texture *t, const stp_block *block, int finest_level,
                               stp_placement *out, stp_status *status, stp_error *err)
 {
     stp_placement p = {0};
     uint32_t count = 0;
     for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
-        count += entry->sample_count[l];
+        count += block->sample_count[l];
     if (!stp_range_pool_take(&t->sample_ranges, count, &p.samples, status, err))
         return false;
-    if (!stp_range_pool_take(&t->patch_ranges, entry->patch_count, &p.patches, status, err)) {
+    if (!stp_range_pool_take(&t->patch_ranges, block->patch_count, &p.patches, status, err)) {
         stp_range_pool_give(&t->sample_ranges, p.samples);
         return false;
     }
     uint32_t begin = p.samples.begin;
     for (int l = STP_LEVEL_COUNT - 1; l >= finest_level; l--) {
         p.level_begin[l] = begin;
-        begin += entry->sample_count[l];
+        begin += block->sample_count[l];
     }
     *out = p;
     return true;
+}
+
+uint64_t stp_placement_bytes(const stp_placement *placement)
+{
+    return placement->samples.count * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES +
+           placement->patches.count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
 }
 
 void stp_object_texture_release(stp_object_texture *t, const stp_placement *placement)
@@ -148,13 +154,14 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
 }
 
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot, unsigned shapes)
+                          const stp_placement *placement, uint32_t slot, uint32_t order,
+                          unsigned shapes)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = gpu_patch(&chunk->patches[i]);
         out[i].slot = slot;
         for (int k = 0; k < 3; k++)
-            out[i].order[k] = (uint8_t)(chunk->id >> 8 * k);
+            out[i].order[k] = (uint8_t)(order >> 8 * k);
         out[i].flags &= (uint8_t)(shapes | ~(unsigned)STP_PATCH_SHAPES);
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             bool present = l >= chunk->finest_level;

@@ -1,12 +1,13 @@
 /* The Object Texture: the GPU's memory for samples and patches, and which ranges of it are in use.
  *
  * One buffer holds samples of 16 bytes; shaders fetch them as texels, and it is a vertex buffer,
- * too. Further buffers hold each sample's patch index, the patches, and the resident chunks, which
- * are rewritten each frame. Source: Mar08, "Object Texture". Threads: the render thread. */
+ * too. Further buffers hold each sample's patch index, the patches, and a record for each slot, of
+ * which each frame rewrites those of the blocks that it draws. Source: Mar08, "Object Texture".
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 
-#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/block.h"
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/stream/range_pool.h"
 
@@ -23,10 +24,10 @@ typedef struct stp_object_texture {
     GLuint textures[STP_OBJECT_TEXTURES]; /* of samples, patches, chunks, patch_of_sample */
     GLuint sample_array, empty_array;     /* vertex arrays: with samples; with nothing */
     stp_range_pool sample_ranges, patch_ranges;
-    uint32_t slot_capacity; /* in chunks */
+    uint32_t slot_capacity; /* in blocks */
 } stp_object_texture;
 
-/* The place of a chunk. level_begin: absolute index of each level's first sample. */
+/* The place of a block. level_begin: absolute index of each level's first sample. */
 typedef struct stp_placement {
     stp_range samples, patches;
     uint32_t level_begin[STP_LEVEL_COUNT];
@@ -38,16 +39,19 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
 
-/* Finds room for a chunk's levels >= finest_level; false if there is none. Errors:
+/* Finds room for a block's levels >= finest_level; false if there is none. Errors:
  * OUT_OF_MEMORY. */
-bool stp_object_texture_place(stp_object_texture *texture, const stp_chunk_entry *entry,
-                              int finest_level, stp_placement *out, stp_status *status,
-                              stp_error *err);
+bool stp_object_texture_place(stp_object_texture *texture, const stp_block *block, int finest_level,
+                              stp_placement *out, stp_status *status, stp_error *err);
+/* Bytes of the Object Texture that a place takes. */
+uint64_t stp_placement_bytes(const stp_placement *placement);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);
 
-/* Fills out[chunk->patch_count] with a chunk's patches in the GPU's form. shapes: the shapes of
+/* Fills out[chunk->patch_count] with a decoded block's patches in the GPU's form. order: decides
+ * between equal depths of two blocks, the lesser comes first. shapes: the shapes of
  * STP_PATCH_SHAPES that the headers name; patches of other shapes are drawn as samples. */
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot, unsigned shapes);
+                          const stp_placement *placement, uint32_t slot, uint32_t order,
+                          unsigned shapes);
 
 #endif

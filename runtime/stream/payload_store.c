@@ -2,24 +2,32 @@
 #include "runtime/stream/payload_store.h"
 
 #include "base/memory.h"
-#include "formats/chunk/chunk_file.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
-stp_status stp_payload_store_create(stp_payload_store *out, uint64_t bytes, stp_error *err)
+stp_status stp_payload_store_create(stp_payload_store *out, uint64_t bytes, uint32_t block_count,
+                                    stp_error *err)
 {
     uint64_t units = bytes / STP_PAYLOAD_UNIT_BYTES;
     units = units < UINT32_MAX ? units : UINT32_MAX;
     stp_payload_store s = {.region_bytes = units * STP_PAYLOAD_UNIT_BYTES,
-                           .ranges = {.capacity = (uint32_t)units}};
+                           .ranges = {.capacity = (uint32_t)units},
+                           .block_count = block_count};
+    stp_status status =
+        stp_alloc(&s.payloads, block_count + 1u, sizeof *s.payloads, "a list of payloads", err);
+    if (status != STP_OK)
+        return status;
     void *region = mmap(NULL, s.region_bytes, PROT_READ | PROT_WRITE,
                         MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (region == MAP_FAILED)
+    if (region == MAP_FAILED) {
+        free(s.payloads);
         return stp_error_set(err, STP_OUT_OF_MEMORY,
                              "no room for %llu bytes of payloads: give a smaller --cpu-memory",
                              (unsigned long long)s.region_bytes);
+    }
+    s.payloads[block_count].before = s.payloads[block_count].after = block_count;
     s.region = region;
     *out = s;
     return STP_OK;
@@ -39,101 +47,92 @@ uint8_t *stp_payload_memory(const stp_payload_store *s, stp_range range)
     return s->region + (uint64_t)range.begin * STP_PAYLOAD_UNIT_BYTES;
 }
 
-static void forget(stp_payload_store *s, size_t i)
+static void take_out(stp_payload_store *s, uint32_t block)
 {
-    stp_range_pool_give(&s->ranges, s->payloads[i].range);
-    s->payloads[i] = s->payloads[--s->count];
+    const stp_payload *p = &s->payloads[block];
+    s->payloads[p->before].after = p->after;
+    s->payloads[p->after].before = p->before;
 }
 
-/* The index of a chunk's payload; `count` if there is none. */
-static size_t find_chunk(const stp_payload_store *s, uint32_t chunk)
+/* Puts a payload last: it was used just now. */
+static void put_last(stp_payload_store *s, uint32_t block)
 {
-    size_t i = 0;
-    while (i < s->count && s->payloads[i].chunk != chunk)
-        i++;
-    return i;
+    stp_payload *p = &s->payloads[block], *ends = &s->payloads[s->block_count];
+    p->before = ends->before;
+    p->after = s->block_count;
+    s->payloads[p->before].after = block;
+    ends->before = block;
 }
 
-/* The index of a pinned payload, which must exist. */
-static size_t find_range(const stp_payload_store *s, stp_range range)
+static void forget(stp_payload_store *s, uint32_t block)
 {
-    size_t i = 0;
-    while (i + 1 < s->count && s->payloads[i].range.begin != range.begin)
-        i++;
-    return i;
+    take_out(s, block);
+    stp_range_pool_give(&s->ranges, s->payloads[block].range);
+    s->payloads[block] = (stp_payload){0};
 }
 
-bool stp_payload_store_find(stp_payload_store *s, uint32_t chunk, uint32_t bytes, stp_range *out)
+bool stp_payload_store_find(stp_payload_store *s, uint32_t block, uint32_t bytes, stp_range *out)
 {
-    size_t i = find_chunk(s, chunk);
-    if (i == s->count || s->payloads[i].bytes < bytes)
+    stp_payload *p = &s->payloads[block];
+    if (p->range.count == 0 || p->bytes < bytes)
         return false;
-    s->payloads[i].pins++;
-    s->payloads[i].last_used = ++s->clock;
-    *out = s->payloads[i].range;
+    take_out(s, block);
+    put_last(s, block);
+    p->pinned = true;
+    *out = p->range;
     return true;
+}
+
+uint32_t stp_payload_store_known(const stp_payload_store *s, uint32_t block)
+{
+    return s->payloads[block].bytes;
 }
 
 /* Forgets the payload used longest ago; false if all are pinned. */
 static bool forget_oldest(stp_payload_store *s)
 {
-    size_t oldest = s->count;
-    for (size_t i = 0; i < s->count; i++)
-        if (s->payloads[i].pins == 0 &&
-            (oldest == s->count || s->payloads[i].last_used < s->payloads[oldest].last_used))
-            oldest = i;
-    if (oldest == s->count)
+    uint32_t oldest = s->payloads[s->block_count].after;
+    while (oldest != s->block_count && s->payloads[oldest].pinned)
+        oldest = s->payloads[oldest].after;
+    if (oldest == s->block_count)
         return false;
     forget(s, oldest);
     return true;
 }
 
-/* Moves the shorter prefix that exists to where the longer one will be. */
-static uint32_t take_over(stp_payload_store *s, size_t old, stp_range range)
-{
-    uint32_t bytes = s->payloads[old].bytes;
-    memcpy(stp_payload_memory(s, range), stp_payload_memory(s, s->payloads[old].range), bytes);
-    s->payloads[old].chunk = STP_CHUNK_NONE;
-    if (s->payloads[old].pins == 0)
-        forget(s, old);
-    return bytes;
-}
-
-bool stp_payload_store_make(stp_payload_store *s, uint32_t chunk, uint32_t bytes, stp_range *out,
+bool stp_payload_store_make(stp_payload_store *s, uint32_t block, uint32_t bytes, stp_range *out,
                             uint32_t *known, stp_status *status, stp_error *err)
 {
     uint32_t units =
         (uint32_t)(((uint64_t)bytes + STP_PAYLOAD_UNIT_BYTES) / STP_PAYLOAD_UNIT_BYTES);
     stp_range range = {0, 0};
-    *status = stp_grow(&s->payloads, &s->capacity, s->count + 1, sizeof *s->payloads,
-                       "a list of payloads", err);
-    while (*status == STP_OK && !stp_range_pool_take(&s->ranges, units, &range, status, err))
+    while (!stp_range_pool_take(&s->ranges, units, &range, status, err))
         if (*status != STP_OK || !forget_oldest(s))
             return false;
-    if (*status != STP_OK)
-        return false;
-    size_t old = find_chunk(s, chunk);
-    *known = old < s->count ? take_over(s, old, range) : 0;
-    s->payloads[s->count++] = (stp_payload){
-        .chunk = chunk, .range = range, .bytes = *known, .pins = 1, .last_used = ++s->clock};
+    stp_payload *p = &s->payloads[block];
+    *known = 0;
+    if (p->range.count > 0) { /* a shorter prefix is there */
+        *known = p->bytes;
+        memcpy(stp_payload_memory(s, range), stp_payload_memory(s, p->range), p->bytes);
+        forget(s, block);
+    }
+    *p = (stp_payload){.range = range, .bytes = *known, .pinned = true};
+    put_last(s, block);
     *out = range;
     return true;
 }
 
-void stp_payload_store_filled(stp_payload_store *s, stp_range range, uint32_t bytes)
+void stp_payload_store_filled(stp_payload_store *s, uint32_t block, uint32_t bytes)
 {
-    s->payloads[find_range(s, range)].bytes = bytes;
+    s->payloads[block].bytes = bytes;
 }
 
-void stp_payload_store_unpin(stp_payload_store *s, stp_range range)
+void stp_payload_store_unpin(stp_payload_store *s, uint32_t block)
 {
-    size_t i = find_range(s, range);
-    if (--s->payloads[i].pins == 0 && s->payloads[i].chunk == STP_CHUNK_NONE)
-        forget(s, i);
+    s->payloads[block].pinned = false;
 }
 
-void stp_payload_store_discard(stp_payload_store *s, stp_range range)
+void stp_payload_store_discard(stp_payload_store *s, uint32_t block)
 {
-    s->payloads[find_range(s, range)].chunk = STP_CHUNK_NONE;
-    stp_payload_store_unpin(s, range);
+    forget(s, block);
 }

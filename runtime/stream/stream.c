@@ -2,6 +2,7 @@
 #include "runtime/stream/stream.h"
 
 #include "base/memory.h"
+#include "runtime/stream/gather.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -29,7 +30,11 @@ struct stp_stream {
     stp_payload_store store;
     stp_want wants[STP_STREAM_WANTS_LIMIT];
     size_t want_count, want_next;
+    size_t wants_left; /* not begun */
+    uint32_t *want_of; /* by block: its place among the wants not begun, plus 1; else 0 */
     stp_load loads[STP_STREAM_LOADS_LIMIT];
+    size_t count_of[STP_LOAD_FAILED + 1]; /* of loads, by state */
+    uint32_t *load_of;                    /* by block: its load's place, plus 1; else 0 */
     uint64_t bytes_read, news_count;
 };
 
@@ -57,6 +62,8 @@ static bool state_has_news(stp_load_state state)
 
 static void set_state(stp_stream *s, stp_load *load, stp_load_state state)
 {
+    s->count_of[load->state]--;
+    s->count_of[state]++;
     load->state = state;
     if (state == STP_LOAD_PLACED || state == STP_LOAD_FREE)
         pthread_cond_broadcast(&s->work);
@@ -70,97 +77,160 @@ static void set_state(stp_stream *s, stp_load *load, stp_load_state state)
 
 /* ---- reading ---- */
 
-static stp_load *find_load(stp_stream *s, uint32_t chunk)
+static stp_load *find_load(stp_stream *s, uint32_t block)
 {
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        if (s->loads[i].state != STP_LOAD_FREE && s->loads[i].want.chunk == chunk)
-            return &s->loads[i];
-    return NULL;
+    return s->load_of[block] != 0 ? &s->loads[s->load_of[block] - 1] : NULL;
 }
 
 static stp_load *find_free(stp_stream *s)
 {
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        if (s->loads[i].state == STP_LOAD_FREE)
-            return &s->loads[i];
-    return NULL;
+    size_t i = 0;
+    if (s->count_of[STP_LOAD_FREE] == 0)
+        return NULL;
+    while (s->loads[i].state != STP_LOAD_FREE)
+        i++;
+    return &s->loads[i];
 }
 
 static uint32_t payload_bytes(const stp_stream *s, const stp_want *want)
 {
-    return stp_chunk_payload_bytes(&s->scene->entries[want->chunk], want->finest);
+    return stp_block_payload_bytes(&s->scene->blocks[want->block], want->finest);
 }
 
-/* Begins the next wants. A want whose payload is in memory becomes FETCHED at once. The first other
- * one is returned for the caller to read; *known bytes of it are in memory. NULL: nothing to
- * begin. */
-static stp_load *begin_next(stp_stream *s, uint32_t *known)
+/* A block that a reader reads. */
+typedef struct reading {
+    stp_load *load;
+    stp_gather_item item;
+} reading;
+
+typedef enum begun { NO_ROOM, NOTHING_TO_READ, MUST_READ } begun;
+
+/* The bytes to read of a want, if `known` bytes are in memory. */
+static stp_gather_item item_of(const stp_stream *s, const stp_want *want, uint32_t known)
+{
+    stp_gather_item item = {.begin = known, .end = payload_bytes(s, want)};
+    stp_scene_find_block(s->scene, want->block, &item.block);
+    return item;
+}
+
+/* Begins a want. If its payload is in memory, the load becomes FETCHED at once; otherwise the
+ * caller must read *out. */
+static begun begin_want(stp_stream *s, size_t index, reading *out)
+{
+    const stp_want *want = &s->wants[index];
+    stp_load *load = find_free(s);
+    stp_status status = STP_OK;
+    uint32_t bytes = payload_bytes(s, want), known = 0;
+    if (load == NULL)
+        return NO_ROOM;
+    if (find_load(s, want->block) == NULL) {
+        *load = (stp_load){.want = *want, .rank = (unsigned)index};
+        bool found = stp_payload_store_find(&s->store, want->block, bytes, &load->payload);
+        bool made = !found && stp_payload_store_make(&s->store, want->block, bytes, &load->payload,
+                                                     &known, &status, &load->error);
+        if (!found && !made && status == STP_OK)
+            return NO_ROOM; /* until a payload is unpinned */
+        load->error.status = status;
+        s->load_of[want->block] = (uint32_t)(load - s->loads) + 1;
+        set_state(s, load, found ? STP_LOAD_FETCHED : made ? STP_LOAD_FETCHING : STP_LOAD_FAILED);
+    }
+    s->want_of[want->block] = 0;
+    s->wants_left--;
+    if (load->state != STP_LOAD_FETCHING)
+        return NOTHING_TO_READ;
+    *out = (reading){load, item_of(s, want, known)};
+    out->item.out = stp_payload_memory(&s->store, load->payload) + known;
+    return MUST_READ;
+}
+
+/* Begins wants whose payloads lie next to those of a group: of the blocks that follow it, or come
+ * before it. Returns how many are in the group then. */
+static size_t begin_neighbours(stp_stream *s, reading *group, uint32_t step)
+{
+    const stp_scene_model *m =
+        stp_scene_find(s->scene, s->scene->blocks[group[0].load->want.block].chunk);
+    size_t count = 1;
+    uint64_t bytes = group[0].item.end - group[0].item.begin;
+    uint32_t block_count = m->model->first_block[m->model->info->chunk_count];
+    for (uint32_t block = group[0].load->want.block + step;
+         block - m->first_block < block_count && s->want_of[block] != 0 &&
+         count < STP_GATHER_BLOCKS;
+         block += step) {
+        size_t index = s->want_of[block] - 1;
+        stp_gather_item item =
+            item_of(s, &s->wants[index], stp_payload_store_known(&s->store, block));
+        bytes += item.begin < item.end ? item.end - item.begin : 0;
+        if (bytes > STP_GATHER_BYTES || item.begin >= item.end ||
+            !stp_gather_joins(m->model->file, &group[count - 1].item, &item) ||
+            begin_want(s, index, &group[count]) != MUST_READ)
+            break;
+        count++;
+    }
+    return count;
+}
+
+/* Begins the next wants until one must be read. Returns that one and its neighbours; 0: there is
+ * nothing to read. joins: neighbours may be read at once. */
+static size_t begin_next(stp_stream *s, reading *group, bool joins)
 {
     while (s->want_next < s->want_count) {
-        const stp_want *want = &s->wants[s->want_next];
-        stp_load *load = find_free(s);
-        stp_status status = STP_OK;
-        uint32_t bytes = payload_bytes(s, want);
-        if (load == NULL)
-            return NULL;
-        if (find_load(s, want->chunk) != NULL) {
-            s->want_next++;
-            continue;
-        }
-        *load = (stp_load){.want = *want, .rank = (unsigned)s->want_next};
-        if (stp_payload_store_find(&s->store, want->chunk, bytes, &load->payload)) {
-            s->want_next++;
-            set_state(s, load, STP_LOAD_FETCHED);
-            continue;
-        }
-        bool made = stp_payload_store_make(&s->store, want->chunk, bytes, &load->payload, known,
-                                           &status, &load->error);
-        if (!made && status == STP_OK)
-            return NULL; /* until a payload is unpinned */
+        size_t index = s->want_next;
+        begun state = NOTHING_TO_READ;
+        if (s->want_of[s->wants[index].block] == index + 1)
+            state = begin_want(s, index, &group[0]);
+        if (state == NO_ROOM)
+            return 0;
         s->want_next++;
-        if (!made) {
-            load->error.status = status;
-            set_state(s, load, STP_LOAD_FAILED);
-            continue;
+        if (state == MUST_READ) {
+            if (!joins)
+                return 1;
+            size_t count = begin_neighbours(s, group, 1);
+            return count > 1 ? count : begin_neighbours(s, group, UINT32_MAX);
         }
-        load->state = STP_LOAD_FETCHING;
-        return load;
     }
-    return NULL;
+    return 0;
 }
 
-static void read_load(stp_stream *s, stp_load *load, uint32_t known)
+static void read_group(stp_stream *s, reading *group, size_t count, uint8_t *buffer)
 {
-    const stp_scene_model *m = stp_scene_find(s->scene, load->want.chunk);
-    uint32_t bytes = payload_bytes(s, &load->want);
-    uint8_t *memory = stp_payload_memory(&s->store, load->payload);
+    stp_gather_item items[STP_GATHER_BLOCKS];
+    const stp_scene_model *m =
+        stp_scene_find(s->scene, s->scene->blocks[group[0].load->want.block].chunk);
+    for (size_t i = 0; i < count; i++)
+        items[i] = group[i].item;
     pthread_mutex_unlock(&s->mutex);
-    stp_error error = {0};
-    stp_status status = stp_chunk_file_fetch(m->model->file, load->want.chunk - m->first, known,
-                                             bytes, memory + known, &error);
+    uint64_t bytes = stp_gather_read(m->model->file, items, count, buffer);
     pthread_mutex_lock(&s->mutex);
-    if (status == STP_OK) {
-        s->bytes_read += bytes - known;
-        stp_payload_store_filled(&s->store, load->payload, bytes);
+    bool any = false;
+    for (size_t i = 0; i < count; i++) {
+        stp_load *load = group[i].load;
+        bool there = items[i].status == STP_OK;
+        if (there)
+            stp_payload_store_filled(&s->store, load->want.block, items[i].end);
+        any |= there;
+        load->error = items[i].error;
+        load->error.status = items[i].status;
+        set_state(s, load, there ? STP_LOAD_FETCHED : STP_LOAD_FAILED);
     }
-    load->error = error;
-    load->error.status = status;
-    set_state(s, load, status == STP_OK ? STP_LOAD_FETCHED : STP_LOAD_FAILED);
+    s->bytes_read += any ? bytes : 0;
 }
 
 static void *run_reader(void *context)
 {
     stp_stream *s = context;
+    reading group[STP_GATHER_BLOCKS];
+    uint8_t *buffer = NULL;
+    bool may_join = stp_alloc(&buffer, STP_GATHER_BYTES, 1, "a buffer", NULL) == STP_OK;
     pthread_mutex_lock(&s->mutex);
     while (!s->quit) {
-        uint32_t known = 0;
-        stp_load *load = begin_next(s, &known);
-        if (load != NULL)
-            read_load(s, load, known);
+        size_t count = begin_next(s, group, may_join);
+        if (count > 0)
+            read_group(s, group, count, buffer);
         else
             pthread_cond_wait(&s->work, &s->mutex);
     }
     pthread_mutex_unlock(&s->mutex);
+    free(buffer);
     return NULL;
 }
 
@@ -190,16 +260,19 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk)
            (size_t)p->patches.count * sizeof *load->patches);
 }
 
-/* Fills the CPU's copies of the patches. shapes: as in stp_gpu_patches_fill. */
-static stp_status mirror_patches(stp_load *load, const stp_chunk *chunk, unsigned shapes,
+/* Fills the CPU's copies of the patches. */
+static stp_status mirror_patches(const stp_stream *s, stp_load *load, const stp_chunk *chunk,
                                  stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
     STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
-    stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot, shapes);
+    uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
+    stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot,
+                         block - stp_scene_find(s->scene, of)->first_block,
+                         stp_scene_shapes(s->scene));
     for (uint32_t p = 0; p < chunk->patch_count; p++)
-        load->briefs[p] = stp_patch_brief_of(&load->patches[p], &chunk->patches[p]);
+        load->briefs[p] = stp_patch_brief_of(s->scene, of, &load->patches[p], &chunk->patches[p]);
 done:
     return status;
 }
@@ -209,11 +282,11 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
-    const stp_scene_model *m = stp_scene_find(s->scene, load->want.chunk);
-    STP_TRY(stp_chunk_file_decode(m->model->file, load->want.chunk - m->first, load->want.finest,
-                                  stp_payload_memory(&s->store, load->payload), scratch, &chunk,
-                                  err));
-    STP_TRY(mirror_patches(load, chunk, stp_scene_shapes(s->scene), err));
+    const stp_block *block = NULL;
+    const stp_scene_model *m = stp_scene_find_block(s->scene, load->want.block, &block);
+    STP_TRY(stp_block_decode(m->model->file, block, load->want.finest,
+                             stp_payload_memory(&s->store, load->payload), scratch, &chunk, err));
+    STP_TRY(mirror_patches(s, load, chunk, err));
     write_piece(load, chunk);
 done:
     stp_chunk_recycle(&chunk, scratch);
@@ -224,7 +297,7 @@ done:
 static stp_load *first_of(stp_stream *s, stp_load_state state)
 {
     stp_load *first = NULL;
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
+    for (size_t i = 0; s->count_of[state] > 0 && i < STP_STREAM_LOADS_LIMIT; i++)
         if (s->loads[i].state == state && (first == NULL || s->loads[i].rank < first->rank))
             first = &s->loads[i];
     return first;
@@ -233,7 +306,7 @@ static stp_load *first_of(stp_stream *s, stp_load_state state)
 static void decode_load(stp_stream *s, stp_load *load, stp_chunk_scratch *scratch)
 {
     stp_error error = {0};
-    load->state = STP_LOAD_DECODING;
+    set_state(s, load, STP_LOAD_DECODING);
     pthread_mutex_unlock(&s->mutex);
     stp_status status = decode(s, load, scratch, &error);
     pthread_mutex_lock(&s->mutex);
@@ -298,14 +371,17 @@ stp_status stp_stream_create(stp_stream **out, const stp_stream_params *params, 
 {
     stp_status status = STP_OK;
     stp_stream *s = NULL;
-    STP_TRY(stp_alloc(&s, 1, sizeof *s, "a stream of chunks", err));
+    STP_TRY(stp_alloc(&s, 1, sizeof *s, "a stream of blocks", err));
     s->scene = params->scene;
+    s->count_of[STP_LOAD_FREE] = STP_STREAM_LOADS_LIMIT;
     s->wake = params->wake;
     s->wake_context = params->wake_context;
     pthread_mutex_init(&s->mutex, NULL);
     pthread_cond_init(&s->work, NULL);
     pthread_cond_init(&s->news, NULL);
-    STP_TRY(stp_payload_store_create(&s->store, params->payload_bytes, err));
+    STP_TRY(stp_alloc(&s->want_of, s->scene->block_count, sizeof *s->want_of, "blocks", err));
+    STP_TRY(stp_alloc(&s->load_of, s->scene->block_count, sizeof *s->load_of, "blocks", err));
+    STP_TRY(stp_payload_store_create(&s->store, params->payload_bytes, s->scene->block_count, err));
     STP_TRY(start(s, run_reader, count_readers(s->scene), err));
     STP_TRY(start(s, run_decoder, params->decoder_count, err));
     *out = s;
@@ -336,6 +412,8 @@ void stp_stream_destroy(stp_stream **stream)
     pthread_cond_destroy(&s->news);
     pthread_cond_destroy(&s->work);
     pthread_mutex_destroy(&s->mutex);
+    free(s->want_of);
+    free(s->load_of);
     free(s);
     *stream = NULL;
 }
@@ -344,36 +422,45 @@ static void end_load(stp_stream *s, stp_load *load)
 {
     bool pinned = load->payload.count > 0;
     if (pinned && load->state == STP_LOAD_FAILED)
-        stp_payload_store_discard(&s->store, load->payload);
+        stp_payload_store_discard(&s->store, load->want.block);
     else if (pinned)
-        stp_payload_store_unpin(&s->store, load->payload);
+        stp_payload_store_unpin(&s->store, load->want.block);
     free(load->patches);
     free(load->briefs);
     load->patches = NULL;
     load->briefs = NULL;
+    s->load_of[load->want.block] = 0;
     set_state(s, load, STP_LOAD_FREE);
+}
+
+/* Replaces the queue; a block that is wanted twice counts as its first want. */
+static void set_wants(stp_stream *s, const stp_want *wants, size_t count)
+{
+    for (size_t i = 0; i < s->want_count; i++)
+        s->want_of[s->wants[i].block] = 0;
+    s->want_next = s->wants_left = 0;
+    s->want_count = count < STP_STREAM_WANTS_LIMIT ? count : STP_STREAM_WANTS_LIMIT;
+    if (s->want_count > 0)
+        memcpy(s->wants, wants, s->want_count * sizeof *wants);
+    for (size_t i = 0; i < s->want_count; i++) {
+        uint32_t *want_of = &s->want_of[s->wants[i].block];
+        s->wants_left += *want_of == 0;
+        *want_of = *want_of == 0 ? (uint32_t)i + 1 : *want_of;
+    }
 }
 
 void stp_stream_want(stp_stream *s, const stp_want *wants, size_t count)
 {
     pthread_mutex_lock(&s->mutex);
-    s->want_next = 0;
-    s->want_count = count < STP_STREAM_WANTS_LIMIT ? count : STP_STREAM_WANTS_LIMIT;
-    if (s->want_count > 0)
-        memcpy(s->wants, wants, s->want_count * sizeof *wants);
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        s->loads[i].rank = STP_STREAM_WANTS_LIMIT;
-    for (size_t i = 0; i < s->want_count; i++) {
-        stp_load *load = find_load(s, wants[i].chunk);
-        if (load != NULL && load->want.finest <= wants[i].finest)
-            load->rank = (unsigned)i;
-    }
+    set_wants(s, wants, count);
     for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++) {
-        if (s->loads[i].rank < STP_STREAM_WANTS_LIMIT)
-            continue;
-        s->loads[i].dropped = true;
-        if (s->loads[i].state == STP_LOAD_FETCHED)
-            end_load(s, &s->loads[i]);
+        stp_load *load = &s->loads[i];
+        uint32_t want = load->state == STP_LOAD_FREE ? 0 : s->want_of[load->want.block];
+        bool asked = want != 0 && load->want.finest <= s->wants[want - 1].finest;
+        load->rank = asked ? want - 1 : STP_STREAM_WANTS_LIMIT;
+        load->dropped = load->dropped || !asked;
+        if (!asked && load->state == STP_LOAD_FETCHED)
+            end_load(s, load);
     }
     pthread_cond_broadcast(&s->work);
     pthread_mutex_unlock(&s->mutex);
@@ -387,10 +474,10 @@ stp_load *stp_stream_next_fetched(stp_stream *s)
     return load;
 }
 
-stp_load *stp_stream_find(stp_stream *s, uint32_t chunk)
+stp_load *stp_stream_find(stp_stream *s, uint32_t block)
 {
     pthread_mutex_lock(&s->mutex);
-    stp_load *load = find_load(s, chunk);
+    stp_load *load = find_load(s, block);
     load = load != NULL && state_has_news(load->state) ? load : NULL;
     pthread_mutex_unlock(&s->mutex);
     return load;
@@ -422,18 +509,7 @@ void stp_stream_release(stp_stream *s, stp_load *load)
 
 static size_t count_pending(const stp_stream *s)
 {
-    size_t count = s->want_count - s->want_next;
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        count += s->loads[i].state != STP_LOAD_FREE;
-    return count;
-}
-
-static bool has_news(const stp_stream *s)
-{
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        if (state_has_news(s->loads[i].state))
-            return true;
-    return false;
+    return s->wants_left + STP_STREAM_LOADS_LIMIT - s->count_of[STP_LOAD_FREE];
 }
 
 uint64_t stp_stream_news_count(stp_stream *s)
@@ -463,7 +539,9 @@ size_t stp_stream_pending(stp_stream *s)
 bool stp_stream_has_news(stp_stream *s)
 {
     pthread_mutex_lock(&s->mutex);
-    bool news = has_news(s);
+    bool news =
+        s->count_of[STP_LOAD_FETCHED] + s->count_of[STP_LOAD_DONE] + s->count_of[STP_LOAD_FAILED] >
+        0;
     pthread_mutex_unlock(&s->mutex);
     return news;
 }

@@ -1,13 +1,13 @@
-/* Brings chunks from the file to the GPU: some threads read payloads, others decode them, so the
+/* Brings blocks from the file to the GPU: some threads read payloads, others decode them, so the
  * render thread does neither.
  *
  * A load passes through these states:
  *   QUEUED    wanted, nothing done yet
  *   FETCHING  a reader reads the payload
  *   FETCHED   the payload is in memory
- *   PLACED    the render thread has said where the chunk goes
+ *   PLACED    the render thread has said where the block goes
  *   DECODING  a decoder works on it
- *   DONE      the decoded chunk is in its place; or FAILED
+ *   DONE      the decoded block is in its place; or FAILED
  * The render thread takes FETCHED and DONE loads when it has time. It waits only in
  * stp_stream_wait. Limits: STP_STREAM_LOADS_LIMIT loads beyond QUEUED, STP_STREAM_WANTS_LIMIT
  * queued, and a payload store of fixed size. A load that is no longer wanted is not begun; payloads
@@ -21,14 +21,14 @@
 #include "runtime/stream/object_texture.h"
 #include "runtime/stream/payload_store.h"
 
-#define STP_STREAM_LOADS_LIMIT 32
-#define STP_STREAM_WANTS_LIMIT 1024
+#define STP_STREAM_LOADS_LIMIT 256
+#define STP_STREAM_WANTS_LIMIT 8192
 /* At most so many reads are in flight, whatever the sources are. */
 #define STP_STREAM_READERS_LIMIT 8
 
-/* One chunk, wanted down to a level. */
+/* One block, wanted down to a level. */
 typedef struct stp_want {
-    uint32_t chunk;
+    uint32_t block;
     int finest;
 } stp_want;
 
@@ -42,7 +42,7 @@ typedef enum stp_load_state {
     STP_LOAD_FAILED
 } stp_load_state;
 
-/* Where the decoded chunk goes. */
+/* Where the decoded block goes. */
 typedef struct stp_load_place {
     stp_placement placement; /* in the Object Texture */
     uint32_t slot;
@@ -92,8 +92,8 @@ void stp_stream_want(stp_stream *stream, const stp_want *wants, size_t count);
 
 /* The most wanted FETCHED load, or NULL. */
 stp_load *stp_stream_next_fetched(stp_stream *stream);
-/* The load of a chunk that is FETCHED, DONE or FAILED, or NULL. */
-stp_load *stp_stream_find(stp_stream *stream, uint32_t chunk);
+/* The load of a block that is FETCHED, DONE or FAILED, or NULL. */
+stp_load *stp_stream_find(stp_stream *stream, uint32_t block);
 /* Decodes a FETCHED load. */
 void stp_stream_decode(stp_stream *stream, stp_load *load, const stp_load_place *place);
 /* A load that is DONE or FAILED, or NULL. */

@@ -1,4 +1,4 @@
-/* The memory through which chunks reach the GPU: a buffer that stays mapped, so that decoders write
+/* The memory through which blocks reach the GPU: a buffer that stays mapped, so that decoders write
  * into it while frames are drawn. A piece becomes free again when the fence behind its copy has
  * passed. Threads: the render thread; any thread may write the memory of a piece that was taken. */
 #ifndef STP_RUNTIME_STREAM_UPLOAD_RING_H
@@ -14,7 +14,7 @@
  * the oldest fence. */
 #define STP_UPLOAD_FENCES_LIMIT 8
 /* Pieces that were copied and are not free yet. */
-#define STP_UPLOAD_COPIED_LIMIT 256
+#define STP_UPLOAD_COPIED_LIMIT 1024
 
 typedef struct stp_upload_ring {
     GLuint buffer;
@@ -41,6 +41,9 @@ uint8_t *stp_upload_ring_memory(const stp_upload_ring *ring, stp_range piece);
 uint64_t stp_upload_ring_offset(stp_range piece);
 /* Gives back a piece that nothing was copied from. */
 void stp_upload_ring_give(stp_upload_ring *ring, stp_range piece);
+/* Issues a copy of bytes that begin at `from` in the ring to `to` in a buffer. */
+void stp_upload_ring_copy(const stp_upload_ring *ring, GLuint buffer, uint64_t from, uint64_t to,
+                          uint64_t bytes);
 /* Marks a piece whose copy was just issued. The piece is free when the next fence has passed. */
 void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece);
 /* Puts a fence behind the copies since the last one. Frees the pieces of passed fences. */

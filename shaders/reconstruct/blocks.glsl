@@ -1,5 +1,5 @@
 // The blocks of a level that compute shaders pull and finish, with a row of invocations each
-// (runtime/draw/blocks.c).
+// (runtime/draw/pixel_blocks.c).
 
 #define STP_BLOCK_SIZE ivec2(16, 8)
 #define STP_BLOCK_CELL_COLUMNS 5

@@ -12,19 +12,19 @@
 #define SIZE_PX 48
 #define TILES (SIZE_PX / STP_TILE_PX)
 
-/* Replaces the renderer's cache, which needs a GPU, by chunks read from the file. */
-struct stp_chunk_cache {
-    stp_resident *residents; /* by chunk; a damaged chunk has no patches */
-    stp_chunk **chunks;
+/* Replaces the renderer's cache, which needs a GPU, by blocks read from the file. */
+struct stp_block_cache {
+    stp_resident *residents; /* by block; a damaged block has no patches */
+    stp_chunk **chunks;      /* decoded blocks */
 };
 
-uint32_t stp_chunk_cache_slot(const stp_chunk_cache *cache, uint32_t chunk)
+uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block)
 {
     (void)cache;
-    return chunk;
+    return block;
 }
 
-const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t slot)
+const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot)
 {
     return &cache->residents[slot];
 }
@@ -32,7 +32,7 @@ const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t s
 typedef struct picture {
     stp_model *model;
     stp_scene scene;
-    stp_chunk_cache cache;
+    stp_block_cache cache;
     stp_view view;
     stp_gpu_frame frame;
     stp_cut cut;
@@ -56,12 +56,19 @@ static void *allocate(size_t count, size_t size)
     return out;
 }
 
-/* ---- chunks ---- */
+/* ---- blocks ---- */
 
-static void read_chunk(picture *p, uint32_t id)
+static void read_block(picture *p, uint32_t id)
 {
     stp_chunk *chunk = NULL;
-    if (stp_chunk_file_read(p->model->file, id, 0, &chunk, NULL) != STP_OK)
+    const stp_block *block = &p->model->blocks[id];
+    uint32_t bytes = stp_block_payload_bytes(block, 0);
+    uint8_t *payload = allocate(bytes + 1u, 1);
+    stp_status status = stp_block_fetch(p->model->file, block, 0, bytes, payload, NULL);
+    if (status == STP_OK)
+        status = stp_block_decode(p->model->file, block, 0, payload, NULL, &chunk, NULL);
+    free(payload);
+    if (status != STP_OK)
         return;
     stp_resident *r = &p->cache.residents[id];
     p->cache.chunks[id] = chunk;
@@ -71,22 +78,23 @@ static void read_chunk(picture *p, uint32_t id)
             r->placement.level_begin[l - 1] + chunk->level_begin[l - 1][chunk->patch_count];
     r->patches = allocate(chunk->patch_count, sizeof *r->patches);
     r->briefs = allocate(chunk->patch_count, sizeof *r->briefs);
-    stp_gpu_patches_fill(r->patches, chunk, &r->placement, id, stp_scene_shapes(&p->scene));
+    stp_gpu_patches_fill(r->patches, chunk, &r->placement, id, id, stp_scene_shapes(&p->scene));
     for (uint32_t i = 0; i < chunk->patch_count; i++)
-        r->briefs[i] = stp_patch_brief_of(&r->patches[i], &chunk->patches[i]);
+        r->briefs[i] =
+            stp_patch_brief_of(&p->scene, block->chunk, &r->patches[i], &chunk->patches[i]);
 }
 
-static void read_chunks(picture *p)
+static void read_blocks(picture *p)
 {
-    p->cache.residents = allocate(p->scene.chunk_count, sizeof *p->cache.residents);
-    p->cache.chunks = allocate(p->scene.chunk_count, sizeof *p->cache.chunks);
-    for (uint32_t id = 0; id < p->scene.chunk_count; id++)
-        read_chunk(p, id);
+    p->cache.residents = allocate(p->scene.block_count, sizeof *p->cache.residents);
+    p->cache.chunks = allocate(p->scene.block_count, sizeof *p->cache.chunks);
+    for (uint32_t id = 0; id < p->scene.block_count; id++)
+        read_block(p, id);
 }
 
-static void free_chunks(picture *p)
+static void free_blocks(picture *p)
 {
-    for (uint32_t id = 0; p->cache.chunks != NULL && id < p->scene.chunk_count; id++) {
+    for (uint32_t id = 0; p->cache.chunks != NULL && id < p->scene.block_count; id++) {
         free(p->cache.residents[id].patches);
         free(p->cache.residents[id].briefs);
         stp_chunk_destroy(&p->cache.chunks[id]);
@@ -97,10 +105,10 @@ static void free_chunks(picture *p)
 
 /* ---- the cut ---- */
 
-static int available(const void *context, uint32_t chunk)
+static int available(const void *context, uint32_t block)
 {
     const picture *p = context;
-    return p->cache.chunks[chunk] != NULL ? 0 : STP_CUT_NEVER;
+    return p->cache.chunks[block] != NULL ? 0 : STP_CUT_NEVER;
 }
 
 /* Chooses the view that `render` begins with, or one from inside the model. */
@@ -137,10 +145,10 @@ static void describe_frame(picture *p, uint64_t choice)
 static void append_draw(picture *p, const stp_sight_params *looked, const stp_draw *draw,
                         bool splat)
 {
-    const stp_chunk_entry *entry = &p->scene.entries[draw->chunk];
-    const stp_chunk *chunk = p->cache.chunks[draw->chunk];
-    const stp_resident *r = &p->cache.residents[draw->chunk];
-    const stp_gpu_chunk record = stp_gpu_chunk_from_draw(entry, draw, p->view.eye);
+    const stp_chunk_entry *entry = stp_scene_entry(&p->scene, draw->block);
+    const stp_chunk *chunk = p->cache.chunks[draw->block];
+    const stp_resident *r = &p->cache.residents[draw->block];
+    const stp_gpu_chunk record = stp_gpu_chunk_from_draw(&p->scene, draw, p->view.eye);
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         if (!stp_patch_in_sight(&p->sight, looked, draw, r->briefs, i))
             continue;
@@ -231,6 +239,14 @@ static void require_finite_picture(const picture *p, reference_shade shade)
         require(rgba[i] >= 0.0 && rgba[i] <= 1.0, "a colour is within 0 to 1");
 }
 
+static bool has_root(const picture *p)
+{
+    bool all = true;
+    for (uint32_t i = 0; i < p->scene.first_block[1]; i++)
+        all &= p->cache.chunks[i] != NULL;
+    return all;
+}
+
 void cpu_picture_draw(const char *path, uint64_t choice, bool sound, stp_pool *pool)
 {
     static const reference_filter filters[] = {REFERENCE_GAUSS, REFERENCE_BOX, REFERENCE_GAUSS,
@@ -242,10 +258,10 @@ void cpu_picture_draw(const char *path, uint64_t choice, bool sound, stp_pool *p
         return;
     const stp_model *models[] = {p.model};
     require(stp_scene_create(&p.scene, models, 1, NULL) == STP_OK, "a scene has room");
-    read_chunks(&p);
+    read_blocks(&p);
     bool seen = choose_view(&p, choice);
     require(seen || !sound, "a sound file has a view");
-    if (seen && p.cache.chunks[0] != NULL) { /* without its root no file is drawn */
+    if (seen && has_root(&p)) { /* without its root no file is drawn */
         const reference_filter filter = filters[choice >> 8 & 3u];
         describe_frame(&p, choice);
         select_discs(&p, pool, filter == REFERENCE_SPLAT);
@@ -256,7 +272,7 @@ void cpu_picture_draw(const char *path, uint64_t choice, bool sound, stp_pool *p
     reference_disc_list_clear(&p.discs);
     stp_sight_destroy(&p.sight);
     stp_cut_destroy(&p.cut);
-    free_chunks(&p);
+    free_blocks(&p);
     stp_scene_destroy(&p.scene);
     stp_model_close(&p.model);
 }

@@ -59,7 +59,7 @@ typedef struct flight {
     stp_camera camera;
     flown_view *views; /* of the current leg */
     size_t view_count, view_capacity;
-    int *finest; /* by chunk, after the last frame */
+    int *finest; /* by block, after the last frame */
     /* measurements */
     double flown_s, judged_s;
     figures ms, stop_s, rss;
@@ -115,11 +115,11 @@ static stp_path *random_path(flight *f)
 
 /* ---- checks at every frame ---- */
 
-static void count_chunks(flight *f)
+static void count_blocks(flight *f)
 {
     stp_inspection look = stp_renderer_inspect(f->renderer);
-    for (uint32_t id = 0; id < f->model->info->chunk_count; id++) {
-        int finest = stp_chunk_cache_finest(look.cache, id);
+    for (uint32_t id = 0; id < look.looked.scene->block_count; id++) {
+        int finest = stp_block_cache_finest(look.cache, id);
         f->loaded += finest < f->finest[id];
         f->evicted += finest > f->finest[id];
         f->finest[id] = finest;
@@ -156,7 +156,7 @@ static judge_time draw(flight *f, const stp_view *view, stp_draw_stats *out)
     assert_true(stats.load_ms == 0.0);
     assert_string_equal(stp_renderer_damage(f->renderer), "");
     assert_string_equal(stp_renderer_trouble(f->renderer), "");
-    count_chunks(f);
+    count_blocks(f);
     if (f->frames % WATCH_FRAMES == 0)
         watch(f);
     *out = stats;
@@ -246,7 +246,8 @@ static void replay(flight *f)
 static void take_off(flight *f)
 {
     check_ok(stp_model_open(&f->model, f->path, err));
-    f->finest = calloc(f->model->info->chunk_count, sizeof *f->finest);
+    uint32_t block_count = f->model->first_block[f->model->info->chunk_count];
+    f->finest = calloc(block_count, sizeof *f->finest);
     assert_non_null(f->finest);
     for (uint32_t id = 0; id < f->model->info->chunk_count; id++)
         f->finest[id] = STP_NOT_RESIDENT;

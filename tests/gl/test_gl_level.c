@@ -40,12 +40,12 @@ static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
     return false;
 }
 
-static void compare_chunk(const gl_levels *levels, size_t draw, int view, choices *sum)
+static void compare_block(const gl_levels *levels, size_t draw, int view, choices *sum)
 {
     stp_gpu_chunk chunk;
     const stp_resident *resident = gl_fixture_resident(&levels->fixture, draw, &chunk);
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
-    uint32_t count = levels->fixture.model->entries[chunk.id].patch_count;
+    uint32_t count = look.looked.scene->blocks[resident->block].patch_count;
     for (uint32_t p = 0; p < count; p++) {
         const stp_gpu_patch *patch = &resident->patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
@@ -67,9 +67,9 @@ static void compare_chunk(const gl_levels *levels, size_t draw, int view, choice
             /* if one of them drew the patch vertex, the other quarters say nothing more */
             if (!is_tie(&look, &chunk, patch, q, gpu.of[q]) &&
                 !(gpu.of[0] != cpu.of[0] && (gpu.of[0] == 3 || cpu.of[0] == 3)))
-                fail_msg("view %d, threshold %g: chunk %u patch %u quarter %d is drawn at level "
+                fail_msg("view %d, threshold %g: block %u patch %u quarter %d is drawn at level "
                          "%d, the CPU says %d",
-                         view, (double)look.frame->quality[0], chunk.id, p, q, gpu.of[q],
+                         view, (double)look.frame->quality[0], resident->block, p, q, gpu.of[q],
                          cpu.of[q]);
             sum->ties++;
         }
@@ -103,7 +103,7 @@ static void judge_model(const char *name, const model_recipe *recipe, bool ortho
             gl_levels_draw(&levels, &view, &params);
             stp_inspection look = stp_renderer_inspect(levels.fixture.renderer);
             for (size_t i = 0; i < look.cut->draw_count; i++)
-                compare_chunk(&levels, i, v, &sum);
+                compare_block(&levels, i, v, &sum);
         }
     }
     print_message("%s: %zu patches (%zu skipped, %zu of several levels); %zu, %zu, %zu quarters of "

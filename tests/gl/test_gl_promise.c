@@ -38,9 +38,10 @@ static void note_shot(judged_model *m, int view, int threshold)
     for (size_t i = 0; i < look.cut->draw_count; i++) {
         stp_gpu_chunk chunk;
         const stp_resident *resident = gl_fixture_resident(&m->levels.fixture, i, &chunk);
-        uint32_t count = m->levels.fixture.model->entries[chunk.id].patch_count;
-        for (uint32_t p = 0; p < count; p++)
-            m->drawn[m->first_patch[chunk.id] + p][view * THRESHOLDS + threshold] =
+        const stp_block *block = &look.looked.scene->blocks[resident->block];
+        size_t first = m->first_patch[chunk.id] + block->first_patch;
+        for (uint32_t p = 0; p < block->patch_count; p++)
+            m->drawn[first + p][view * THRESHOLDS + threshold] =
                 gl_levels_drawn(&m->levels, resident, p);
     }
 }

@@ -19,7 +19,7 @@ static const char path[] = "stream.stipple";
 typedef struct flight {
     stp_model *model;
     model_layer *layers;  /* by chunk */
-    size_t parted;        /* leaf patches drawn by a patch above while their chunk was drawn */
+    size_t parted;        /* leaf patches drawn by a patch above while their block was drawn */
     size_t parted_passes; /* frames in passes where that may be so */
     stp_renderer *streaming, *waiting;
     stp_renderer_params params;
@@ -43,16 +43,25 @@ static void land(flight *f)
 
 /* ---- the cut ---- */
 
-/* Lists the draw of each chunk, NULL for none; free it with free(). */
+/* Lists the draw of each block, NULL for none; free it with free(). */
 static const stp_draw **list_draws(const stp_model *model, const stp_cut *cut)
 {
-    const stp_draw **draws = calloc(model->info->chunk_count, sizeof *draws);
+    const stp_draw **draws = calloc(model->first_block[model->info->chunk_count], sizeof *draws);
     assert_non_null(draws);
     for (size_t i = 0; i < cut->draw_count; i++) {
-        assert_null(draws[cut->draws[i].chunk]);
-        draws[cut->draws[i].chunk] = &cut->draws[i];
+        assert_null(draws[cut->draws[i].block]);
+        draws[cut->draws[i].block] = &cut->draws[i];
     }
     return draws;
+}
+
+/* The block of a chunk's patch. */
+static uint32_t block_of(const stp_model *model, uint32_t chunk, uint32_t patch)
+{
+    uint32_t block = model->first_block[chunk];
+    while (patch - model->blocks[block].first_patch >= model->blocks[block].patch_count)
+        block++;
+    return block;
 }
 
 /* How often the surface of a leaf's patch is drawn, by itself and by patches that stand for it.
@@ -65,8 +74,11 @@ static unsigned times_drawn(const flight *f, const stp_draw *const *draws, uint3
     *above = 0;
     for (bool leaf = true; chunk != STP_CHUNK_NONE; leaf = false) {
         const model_layer *l = &f->layers[chunk];
-        bool drawn = draws[chunk] != NULL &&
-                     stp_patch_in_sight(look.sight, &look.looked, draws[chunk], l->briefs, patch);
+        uint32_t block = block_of(f->model, chunk, patch);
+        uint32_t first = f->model->blocks[block].first_patch;
+        bool drawn =
+            draws[block] != NULL && stp_patch_in_sight(look.sight, &look.looked, draws[block],
+                                                       l->briefs + first, patch - first);
         times += drawn;
         *above += drawn && !leaf;
         patch = l->above[patch];
@@ -94,13 +106,14 @@ static void check_leaf(flight *f, const stp_draw *const *draws, uint32_t id)
 {
     const stp_chunk_entry *e = &f->model->entries[id];
     stp_inspection look = stp_renderer_inspect(f->streaming);
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(e, &(stp_draw){.chunk = id}, look.eye);
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(
+        look.looked.scene, &(stp_draw){.block = f->model->first_block[id]}, look.eye);
     for (uint32_t p = 0; p < e->patch_count; p++) {
         unsigned above;
         unsigned times = times_drawn(f, draws, id, p, &above);
         assert_true(times == 1 ||
                     (times == 0 && !is_visible(look.frame, &chunk, &f->layers[id], p)));
-        f->parted += above > 0 && draws[id] != NULL;
+        f->parted += above > 0 && draws[block_of(f->model, id, p)] != NULL;
     }
 }
 
@@ -112,7 +125,7 @@ static void check_cut(flight *f, uint32_t passes)
         if (f->model->entries[id].child_count == 0)
             check_leaf(f, draws, id);
     for (size_t i = 0; passes == 1 && i < now.cut->draw_count; i++)
-        assert_true(stp_chunk_cache_finest(now.cache, now.cut->draws[i].chunk) <=
+        assert_true(stp_block_cache_finest(now.cache, now.cut->draws[i].block) <=
                     now.cut->draws[i].finest);
     free(draws);
 }

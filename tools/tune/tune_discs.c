@@ -73,6 +73,7 @@ static stp_status note_patch(noting *n, const stp_gpu_chunk *chunk, const stp_re
 {
     stp_status status = STP_OK;
     const stp_gpu_patch *patch = &resident->patches[p];
+    uint32_t first = n->look->looked.scene->blocks[resident->block].first_patch;
     stp_levels levels = stp_levels_choose(n->look->frame, chunk, patch);
     stp_rule_bound bound = stp_patch_bound(&resident->briefs[p], chunk);
     stp_rule_sight sight = stp_rule_look(n->look->frame, &bound);
@@ -82,7 +83,7 @@ static stp_status note_patch(noting *n, const stp_gpu_chunk *chunk, const stp_re
         int level = levels.of[q];
         unsigned begin = stp_quarter_begin(patch->count, level, q);
         part found = {.chunk = chunk->id,
-                      .patch = p,
+                      .patch = first + p,
                       .begin = (uint16_t)begin,
                       .count = (uint16_t)(stp_quarter_begin(patch->count, level, q + 1) - begin),
                       .level = (uint8_t)level,
@@ -96,22 +97,22 @@ done:
     return status;
 }
 
-static stp_status note_chunk(noting *n, const stp_draw *draw, stp_error *err)
+static stp_status note_block(noting *n, const stp_draw *draw, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_chunk_entry *entry = &n->model->entries[draw->chunk];
-    const stp_chunk_cache *cache = n->look->cache;
+    const stp_block *block = &n->look->looked.scene->blocks[draw->block];
+    const stp_block_cache *cache = n->look->cache;
     n->cut->chunks++;
-    n->cut->file_bytes += stp_chunk_payload_bytes(entry, draw->finest < 2 ? draw->finest : 2);
-    n->cut->gpu_bytes += entry->patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+    n->cut->file_bytes += stp_block_payload_bytes(block, draw->finest < 2 ? draw->finest : 2);
+    n->cut->gpu_bytes += block->patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
     for (int l = draw->finest < 2 ? draw->finest : 2; l < STP_LEVEL_COUNT; l++)
-        n->cut->gpu_bytes += entry->sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
-    if (stp_chunk_cache_finest(cache, draw->chunk) > draw->finest)
+        n->cut->gpu_bytes += block->sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
+    if (stp_block_cache_finest(cache, draw->block) > draw->finest)
         return STP_OK; /* it was drawn in an earlier pass and is no longer resident */
     const stp_resident *resident =
-        stp_chunk_cache_get(cache, stp_chunk_cache_slot(cache, draw->chunk));
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(entry, draw, n->look->eye);
-    for (uint32_t p = 0; p < entry->patch_count; p++)
+        stp_block_cache_get(cache, stp_block_cache_slot(cache, draw->block));
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(n->look->looked.scene, draw, n->look->eye);
+    for (uint32_t p = 0; p < block->patch_count; p++)
         if (stp_patch_in_sight(n->look->sight, &n->look->looked, draw, resident->briefs, p))
             STP_TRY(note_patch(n, &chunk, resident, p, err));
 done:
@@ -196,7 +197,7 @@ stp_status tune_discs_note(tune_discs *discs, const stp_renderer *renderer, cons
     noting n = {.look = &look, .model = model, .cut = cut};
     *cut = (tune_cut){0};
     for (size_t i = 0; i < look.cut->draw_count; i++)
-        STP_TRY(note_chunk(&n, &look.cut->draws[i], err));
+        STP_TRY(note_block(&n, &look.cut->draws[i], err));
     if (discs != NULL)
         STP_TRY(
             choose(discs, &n.parts, (tune_disc){.picture = picture, .view = view}, random, err));

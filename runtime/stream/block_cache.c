@@ -1,5 +1,5 @@
-/* Keeps chunks in the Object Texture. */
-#include "runtime/stream/chunk_cache.h"
+/* Keeps blocks in the Object Texture. */
+#include "runtime/stream/block_cache.h"
 
 #include "base/clock.h"
 #include "base/memory.h"
@@ -7,18 +7,19 @@
 #include "runtime/gl/gl_context.h"
 #include "runtime/stream/damage_log.h"
 #include "runtime/stream/upload_ring.h"
+#include "runtime/stream/victims.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #define NO_SLOT UINT32_MAX
-/* After so many frames without use, the need of a chunk counts half. */
+/* After so many frames without use, the need of a block counts half. */
 #define AGE_FRAMES 120.0f
 /* After a failed read the stream rests so long; after each further failure twice as long. */
 #define REST_LEAST_S 1.0
 #define REST_MOST_S 8.0
 
-struct stp_chunk_cache {
+struct stp_block_cache {
     const stp_scene *scene;
     stp_budget budget;
     stp_stream *stream;
@@ -27,162 +28,167 @@ struct stp_chunk_cache {
     stp_resident *slots;
     uint32_t *free_slots; /* stack */
     uint32_t free_count;
-    uint32_t *slot_of; /* by chunk */
+    uint32_t *slot_of; /* by block */
     stp_damage_log damage;
     stp_gpu_frame frame; /* need is measured from this view */
     stp_dvec3 eye;
+    stp_victims victims;    /* as of victims_stamp and this view; some may no longer have to go */
+    uint64_t victims_stamp; /* 0: there is no list */
+    uint64_t gpu_used;      /* bytes of the Object Texture */
     stp_want *wants;
     size_t want_count, want_capacity, ahead;
+    bool *wanted;       /* by block: it is one of wants[0..ahead) */
     bool refused;       /* a want found no room; wants are not asked for again */
-    bool ahead_refused; /* the same for chunks that will be wanted soon */
+    bool ahead_refused; /* the same for blocks that will be wanted soon */
     double rest_until, rest_s;
     char trouble[512];
 };
 
-const stp_object_texture *stp_chunk_cache_texture(const stp_chunk_cache *cache)
+const stp_object_texture *stp_block_cache_texture(const stp_block_cache *cache)
 {
     return &cache->texture;
 }
 
-const stp_budget *stp_chunk_cache_budget(const stp_chunk_cache *cache)
+const stp_budget *stp_block_cache_budget(const stp_block_cache *cache)
 {
     return &cache->budget;
 }
 
-int stp_chunk_cache_finest(const stp_chunk_cache *cache, uint32_t chunk)
+int stp_block_cache_finest(const stp_block_cache *cache, uint32_t block)
 {
-    uint32_t slot = cache->slot_of[chunk];
+    uint32_t slot = cache->slot_of[block];
     return slot == NO_SLOT ? STP_NOT_RESIDENT : cache->slots[slot].finest;
 }
 
-bool stp_chunk_cache_damaged(const stp_chunk_cache *cache, uint32_t chunk)
+bool stp_block_cache_damaged(const stp_block_cache *cache, uint32_t block)
 {
-    return cache->damage.damaged[chunk];
+    return cache->damage.damaged[block];
 }
 
-bool stp_chunk_cache_used(const stp_chunk_cache *cache, uint32_t chunk, uint64_t stamp)
+bool stp_block_cache_used(const stp_block_cache *cache, uint32_t block, uint64_t stamp)
 {
-    uint32_t slot = cache->slot_of[chunk];
+    uint32_t slot = cache->slot_of[block];
     return slot != NO_SLOT && cache->slots[slot].last_used == stamp;
 }
 
-uint32_t stp_chunk_cache_slot(const stp_chunk_cache *cache, uint32_t chunk)
+uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block)
 {
-    return cache->slot_of[chunk];
+    return cache->slot_of[block];
 }
 
-const stp_resident *stp_chunk_cache_get(const stp_chunk_cache *cache, uint32_t slot)
+const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot)
 {
     return &cache->slots[slot];
 }
 
-uint64_t stp_chunk_cache_bytes_read(const stp_chunk_cache *cache)
+uint64_t stp_block_cache_bytes_read(const stp_block_cache *cache)
 {
     return stp_stream_bytes_read(cache->stream);
 }
 
-uint64_t stp_chunk_cache_gpu_used(const stp_chunk_cache *cache)
+uint64_t stp_block_cache_gpu_used(const stp_block_cache *cache)
 {
-    uint64_t bytes = 0;
-    for (uint32_t s = 0; s < cache->texture.slot_capacity; s++) {
-        const stp_resident *r = &cache->slots[s];
-        if (r->chunk != STP_CHUNK_NONE)
-            bytes += r->placement.samples.count * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES +
-                     r->placement.patches.count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
-    }
-    return bytes;
+    return cache->gpu_used;
 }
 
-const char *stp_chunk_cache_damage(const stp_chunk_cache *cache)
+const char *stp_block_cache_damage(const stp_block_cache *cache)
 {
     return cache->damage.words;
 }
 
-const char *stp_chunk_cache_trouble(const stp_chunk_cache *cache)
+const char *stp_block_cache_trouble(const stp_block_cache *cache)
 {
     return cache->trouble;
 }
 
-size_t stp_chunk_cache_pending(const stp_chunk_cache *cache)
+size_t stp_block_cache_pending(const stp_block_cache *cache)
 {
     return stp_stream_pending(cache->stream);
 }
 
-bool stp_chunk_cache_rests(const stp_chunk_cache *cache)
+bool stp_block_cache_rests(const stp_block_cache *cache)
 {
     return stp_clock_seconds() < cache->rest_until;
 }
 
-bool stp_chunk_cache_has_news(const stp_chunk_cache *cache)
+bool stp_block_cache_has_news(const stp_block_cache *cache)
 {
     return stp_stream_has_news(cache->stream);
 }
 
-void stp_chunk_cache_look(stp_chunk_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye)
+void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye)
 {
     cache->frame = *frame;
     cache->eye = eye;
+    cache->victims_stamp = 0;
 }
 
-void stp_chunk_cache_touch(stp_chunk_cache *c, uint32_t chunk, uint64_t stamp)
+void stp_block_cache_touch(stp_block_cache *c, uint32_t block, uint64_t stamp)
 {
-    if (c->slot_of[chunk] != NO_SLOT)
-        c->slots[c->slot_of[chunk]].last_used = stamp;
+    if (c->slot_of[block] != NO_SLOT)
+        c->slots[c->slot_of[block]].last_used = stamp;
 }
 
 /* ---- making room ---- */
 
-static void evict(stp_chunk_cache *c, uint32_t slot)
+static void evict(stp_block_cache *c, uint32_t slot)
 {
     stp_resident *r = &c->slots[slot];
     stp_object_texture_release(&c->texture, &r->placement);
+    c->gpu_used -= stp_placement_bytes(&r->placement);
     free(r->patches);
     free(r->briefs);
-    c->slot_of[r->chunk] = NO_SLOT;
-    *r = (stp_resident){.chunk = STP_CHUNK_NONE};
+    c->slot_of[r->block] = NO_SLOT;
+    *r = (stp_resident){.block = STP_BLOCK_NONE};
     c->free_slots[c->free_count++] = slot;
 }
 
-/* Pixels of error that the parent would show, if the chunk faced the eye and lay in front of it. So
- * a chunk is never needed more than its parent. */
-static float need_of(const stp_chunk_cache *c, uint32_t chunk)
+/* Whether a slot's block may go: it was last used before stamp, and is not a root's. */
+static bool may_go(const stp_block_cache *c, uint32_t slot, uint64_t stamp)
 {
-    const stp_chunk_entry *e = &c->scene->entries[chunk];
-    stp_ball ball = stp_entry_ball(e, c->eye);
-    float f = c->frame.viewport[2], error = e->error[STP_LEVEL_COUNT - 1];
-    float distance = (float)(stp_dvec3_length(ball.centre) - ball.radius);
-    return c->frame.modes[0] != 0
-               ? error * f
-               : error * f / fmaxf(distance, fmaxf(c->frame.viewport[3], 1e-30f));
+    const stp_resident *r = &c->slots[slot];
+    return r->block != STP_BLOCK_NONE && r->last_used < stamp &&
+           !stp_scene_is_root(c->scene, r->block);
 }
 
-/* The slot that is needed least among those last used before stamp, or NO_SLOT. A chunk needed
- * `limit` or more stays. */
-static uint32_t find_victim(const stp_chunk_cache *c, uint64_t stamp, float limit)
+/* Lists the blocks that may go. The list holds for all evictions at this stamp from this view:
+ * blocks that arrive or are used meanwhile are used at this stamp. */
+static void list_victims(stp_block_cache *c, uint64_t stamp)
 {
-    uint32_t victim = NO_SLOT;
-    float least = limit;
+    c->victims.count = 0;
     for (uint32_t s = 0; s < c->texture.slot_capacity; s++) {
         const stp_resident *r = &c->slots[s];
-        if (r->chunk == STP_CHUNK_NONE || r->last_used >= stamp ||
-            c->scene->entries[r->chunk].parent == STP_CHUNK_NONE)
+        if (!may_go(c, s, stamp))
             continue;
-        float need = need_of(c, r->chunk) / (1.0f + (float)(stamp - r->last_used) / AGE_FRAMES);
-        if (need < least) {
-            victim = s;
-            least = need;
-        }
+        float need = stp_need_of(c->scene, r->block, &c->frame, c->eye) /
+                     (1.0f + (float)(stamp - r->last_used) / AGE_FRAMES);
+        c->victims.items[c->victims.count++] = (stp_victim){need, s, r->block};
     }
-    return victim;
+    stp_victims_sort(&c->victims);
+    c->victims_stamp = stamp;
+}
+
+/* The slot that is needed least among those last used before stamp, or NO_SLOT. A block needed
+ * `limit` or more stays. */
+static uint32_t find_victim(stp_block_cache *c, uint64_t stamp, float limit)
+{
+    if (c->victims_stamp != stamp)
+        list_victims(c, stamp);
+    while (c->victims.count > 0 && c->victims.items[0].need < limit) {
+        stp_victim victim = stp_victims_take(&c->victims);
+        if (c->slots[victim.slot].block == victim.block && may_go(c, victim.slot, stamp))
+            return victim.slot;
+    }
+    return NO_SLOT;
 }
 
 /* Evicts until there are a slot and a place; false if evicting all that may go is not enough. */
-static bool make_room(stp_chunk_cache *c, const stp_want *want, uint64_t stamp, float limit,
+static bool make_room(stp_block_cache *c, const stp_want *want, uint64_t stamp, float limit,
                       stp_load_place *place, stp_status *status, stp_error *err)
 {
-    const stp_chunk_entry *entry = &c->scene->entries[want->chunk];
+    const stp_block *block = &c->scene->blocks[want->block];
     for (;;) {
-        if (c->free_count > 0 && stp_object_texture_place(&c->texture, entry, want->finest,
+        if (c->free_count > 0 && stp_object_texture_place(&c->texture, block, want->finest,
                                                           &place->placement, status, err)) {
             place->slot = c->free_slots[--c->free_count];
             return true;
@@ -194,7 +200,7 @@ static bool make_room(stp_chunk_cache *c, const stp_want *want, uint64_t stamp, 
     }
 }
 
-static void give_place(stp_chunk_cache *c, const stp_load_place *place)
+static void give_place(stp_block_cache *c, const stp_load_place *place)
 {
     stp_object_texture_release(&c->texture, &place->placement);
     c->free_slots[c->free_count++] = place->slot;
@@ -202,7 +208,7 @@ static void give_place(stp_chunk_cache *c, const stp_load_place *place)
 
 /* Sends a FETCHED load to the decoders. *room is false if there is no room: in the ring at the
  * moment, or in the Object Texture. */
-static stp_status place(stp_chunk_cache *c, stp_load *load, uint64_t stamp, float limit, bool *room,
+static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, float limit, bool *room,
                         bool *ring_full, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -224,45 +230,39 @@ static stp_status place(stp_chunk_cache *c, stp_load *load, uint64_t stamp, floa
 
 /* ---- taking in what has arrived ---- */
 
-static void copy(const stp_chunk_cache *c, GLuint buffer, uint64_t from, uint64_t to,
-                 uint64_t bytes)
-{
-    if (bytes > 0)
-        glCopyNamedBufferSubData(c->ring.buffer, buffer, (GLintptr)from, (GLintptr)to,
-                                 (GLsizeiptr)bytes);
-}
-
-/* Makes a DONE load resident. It replaces a coarser version of the chunk. */
-static void commit(stp_chunk_cache *c, stp_load *load, uint64_t stamp)
+/* Makes a DONE load resident. It replaces a coarser version of the block. */
+static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
 {
     const stp_load_place *p = &load->place;
     const stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece);
-    copy(c, c->texture.samples, begin, at->samples.begin * (uint64_t)sizeof(stp_sample),
-         stp_load_numbers_offset(at));
-    copy(c, c->texture.patch_of_sample, begin + stp_load_numbers_offset(at),
-         at->samples.begin * (uint64_t)sizeof(uint32_t),
-         stp_load_patches_offset(at) - stp_load_numbers_offset(at));
-    copy(c, c->texture.patches, begin + stp_load_patches_offset(at),
-         at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
-         stp_load_bytes(at) - stp_load_patches_offset(at));
+    stp_upload_ring_copy(&c->ring, c->texture.samples, begin,
+                         at->samples.begin * (uint64_t)sizeof(stp_sample),
+                         stp_load_numbers_offset(at));
+    stp_upload_ring_copy(&c->ring, c->texture.patch_of_sample, begin + stp_load_numbers_offset(at),
+                         at->samples.begin * (uint64_t)sizeof(uint32_t),
+                         stp_load_patches_offset(at) - stp_load_numbers_offset(at));
+    stp_upload_ring_copy(&c->ring, c->texture.patches, begin + stp_load_patches_offset(at),
+                         at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
+                         stp_load_bytes(at) - stp_load_patches_offset(at));
     stp_upload_ring_copied(&c->ring, p->piece);
-    if (c->slot_of[load->want.chunk] != NO_SLOT)
-        evict(c, c->slot_of[load->want.chunk]);
+    if (c->slot_of[load->want.block] != NO_SLOT)
+        evict(c, c->slot_of[load->want.block]);
     stp_resident *r = &c->slots[p->slot];
-    *r = (stp_resident){.chunk = load->want.chunk,
+    *r = (stp_resident){.block = load->want.block,
                         .finest = load->want.finest,
                         .last_used = stamp,
                         .placement = *at,
                         .patches = load->patches,
                         .briefs = load->briefs};
-    c->slot_of[r->chunk] = p->slot;
+    c->slot_of[r->block] = p->slot;
+    c->gpu_used += stp_placement_bytes(at);
     load->patches = NULL;
     load->briefs = NULL;
 }
 
 /* Gives back the place of a load that failed after it was placed. */
-static void give_back(stp_chunk_cache *c, const stp_load *load)
+static void give_back(stp_block_cache *c, const stp_load *load)
 {
     if (load->place.memory == NULL)
         return;
@@ -270,7 +270,7 @@ static void give_back(stp_chunk_cache *c, const stp_load *load)
     stp_upload_ring_give(&c->ring, load->place.piece);
 }
 
-/* Whether the chunk is damaged in the file, and not just held back by a server. */
+/* Whether the block is damaged in the file, and not just held back by a server. */
 static bool is_damage(const stp_load *load)
 {
     bool placed = load->place.memory != NULL;
@@ -279,7 +279,7 @@ static bool is_damage(const stp_load *load)
 
 /* Records that the file cannot be read at the moment: the stream rests, longer each time. Reads
  * that were under way when the rest began count as the same failure, even if they fail after it. */
-static void note_trouble(stp_chunk_cache *c, const stp_load *load)
+static void note_trouble(stp_block_cache *c, const stp_load *load)
 {
     double now_s = stp_clock_seconds();
     if (now_s < c->rest_until || (load->dropped && c->trouble[0] != '\0'))
@@ -290,7 +290,7 @@ static void note_trouble(stp_chunk_cache *c, const stp_load *load)
 }
 
 /* Takes in one load; adds the bytes copied to *bytes. */
-static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
+static void take_in(stp_block_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
 {
     if (load->state == STP_LOAD_DONE) {
         *bytes += stp_load_bytes(&load->place.placement);
@@ -300,7 +300,7 @@ static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t
     } else {
         give_back(c, load);
         if (is_damage(load))
-            stp_damage_log_note(&c->damage, load->want.chunk, load->error.message);
+            stp_damage_log_note(&c->damage, load->want.block, load->error.message);
         else
             note_trouble(c, load);
     }
@@ -309,15 +309,7 @@ static void take_in(stp_chunk_cache *c, stp_load *load, uint64_t stamp, uint64_t
 
 /* ---- beside the frame ---- */
 
-static bool is_ahead(const stp_chunk_cache *c, uint32_t chunk)
-{
-    for (size_t i = 0; i < c->ahead; i++)
-        if (c->wants[i].chunk == chunk)
-            return false;
-    return true;
-}
-
-stp_status stp_chunk_cache_update(stp_chunk_cache *c, uint64_t stamp, stp_error *err)
+stp_status stp_block_cache_update(stp_block_cache *c, uint64_t stamp, stp_error *err)
 {
     stp_load *load = NULL;
     uint64_t bytes = 0;
@@ -326,8 +318,8 @@ stp_status stp_chunk_cache_update(stp_chunk_cache *c, uint64_t stamp, stp_error 
         take_in(c, load, stamp, &bytes);
     stp_upload_ring_fence(&c->ring);
     while ((load = stp_stream_next_fetched(c->stream)) != NULL) {
-        bool room = false, ring_full = false, ahead = is_ahead(c, load->want.chunk);
-        float limit = ahead ? need_of(c, load->want.chunk) : INFINITY;
+        bool room = false, ring_full = false, ahead = !c->wanted[load->want.block];
+        float limit = ahead ? stp_need_of(c->scene, load->want.block, &c->frame, c->eye) : INFINITY;
         stp_status status = place(c, load, stamp, limit, &room, &ring_full, err);
         if (status != STP_OK || ring_full)
             return status;
@@ -337,14 +329,16 @@ stp_status stp_chunk_cache_update(stp_chunk_cache *c, uint64_t stamp, stp_error 
         c->ahead_refused = c->ahead_refused || ahead;
         stp_stream_release(c->stream, load);
     }
-    return stp_gl_check("uploading chunks", err);
+    return stp_gl_check("uploading blocks", err);
 }
 
-void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t count, size_t ahead)
+void stp_block_cache_want(stp_block_cache *c, const stp_want *wants, size_t count, size_t ahead)
 {
     bool same = count == c->want_count &&
                 (count == 0 || memcmp(wants, c->wants, count * sizeof *wants) == 0);
-    if (stp_grow(&c->wants, &c->want_capacity, count, sizeof *c->wants, "a list of chunks", NULL) !=
+    for (size_t i = 0; i < c->ahead; i++)
+        c->wanted[c->wants[i].block] = false;
+    if (stp_grow(&c->wants, &c->want_capacity, count, sizeof *c->wants, "a list of blocks", NULL) !=
         STP_OK)
         count = 0;
     if (count > 0)
@@ -353,7 +347,9 @@ void stp_chunk_cache_want(stp_chunk_cache *c, const stp_want *wants, size_t coun
     c->ahead_refused = c->ahead_refused && same;
     c->want_count = count;
     c->ahead = ahead < count ? ahead : count;
-    bool rests = stp_chunk_cache_rests(c);
+    for (size_t i = 0; i < c->ahead; i++)
+        c->wanted[c->wants[i].block] = true;
+    bool rests = stp_block_cache_rests(c);
     if (count == 0 && !rests)
         c->trouble[0] = '\0';
     if (rests || c->refused)
@@ -373,14 +369,14 @@ static bool is_own(const stp_cache_load *l, const stp_load *load)
     if (load->place.memory == NULL)
         return !load->dropped;
     for (size_t i = l->there; i < l->begun; i++)
-        if (l->wants[i].chunk == load->want.chunk)
+        if (l->wants[i].block == load->want.block)
             return true;
     return false;
 }
 
 /* Takes in all loads that are DONE or FAILED. Puts a fence behind their copies, which later frees
  * their pieces of the ring. */
-static stp_status take_news(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
+static stp_status take_news(stp_block_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_load *load = NULL;
     uint64_t bytes = 0;
@@ -400,30 +396,30 @@ static stp_status take_news(stp_chunk_cache *c, stp_cache_load *l, stp_error *er
 }
 
 /* Whether a want needs nothing more. */
-static bool settled(stp_chunk_cache *c, const stp_want *want, uint64_t stamp)
+static bool settled(stp_block_cache *c, const stp_want *want, uint64_t stamp)
 {
-    if (c->damage.damaged[want->chunk])
+    if (c->damage.damaged[want->block])
         return true;
-    if (stp_chunk_cache_finest(c, want->chunk) > want->finest)
+    if (stp_block_cache_finest(c, want->block) > want->finest)
         return false;
-    stp_chunk_cache_touch(c, want->chunk, stamp);
+    stp_block_cache_touch(c, want->block, stamp);
     return true;
 }
 
 /* Evicts a coarser version, whose room the finer one needs. */
-static void evict_coarser(stp_chunk_cache *c, const stp_want *want)
+static void evict_coarser(stp_block_cache *c, const stp_want *want)
 {
-    uint32_t slot = c->slot_of[want->chunk];
+    uint32_t slot = c->slot_of[want->block];
     if (slot != NO_SLOT && c->slots[slot].finest > want->finest &&
-        c->scene->entries[want->chunk].parent != STP_CHUNK_NONE)
+        !stp_scene_is_root(c->scene, want->block))
         evict(c, slot);
 }
 
 /* Places the next want in order, if its payload has been read. */
-static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed, stp_error *err)
+static stp_status place_next(stp_block_cache *c, stp_cache_load *l, bool *placed, stp_error *err)
 {
     const stp_want *want = &l->wants[l->begun];
-    stp_load *load = stp_stream_find(c->stream, want->chunk);
+    stp_load *load = stp_stream_find(c->stream, want->block);
     *placed = false;
     if (load == NULL || load->state != STP_LOAD_FETCHED)
         return STP_OK;
@@ -438,7 +434,7 @@ static stp_status place_next(stp_chunk_cache *c, stp_cache_load *l, bool *placed
 }
 
 /* Takes in loads that are done, and places loads that are read. */
-static stp_status load_round(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
+static stp_status load_round(stp_block_cache *c, stp_cache_load *l, stp_error *err)
 {
     stp_status status = take_news(c, l, err);
     bool placed = true;
@@ -454,7 +450,7 @@ static stp_status load_round(stp_chunk_cache *c, stp_cache_load *l, stp_error *e
     return status;
 }
 
-stp_status stp_chunk_cache_load_step(stp_chunk_cache *c, stp_cache_load *l, bool *finished,
+stp_status stp_block_cache_load_step(stp_block_cache *c, stp_cache_load *l, bool *finished,
                                      stp_error *err)
 {
     stp_status status = STP_OK;
@@ -467,22 +463,22 @@ stp_status stp_chunk_cache_load_step(stp_chunk_cache *c, stp_cache_load *l, bool
         more = l->begun < l->count && !l->full;
         *finished = l->there == l->begun && !more;
     } while (!*finished && l->ring_full && stp_upload_ring_wait(&c->ring));
-    if (more && stp_stream_find(c->stream, l->wants[l->begun].chunk) == NULL)
+    if (more && stp_stream_find(c->stream, l->wants[l->begun].block) == NULL)
         stp_stream_want(c->stream, l->wants + l->begun, l->count - l->begun);
-    STP_TRY(stp_gl_check("uploading chunks", err));
+    STP_TRY(stp_gl_check("uploading blocks", err));
 done:
     if (status != STP_OK || *finished)
         stp_stream_want(c->stream, NULL, 0);
     return status;
 }
 
-stp_status stp_chunk_cache_load(stp_chunk_cache *c, stp_cache_load *l, stp_error *err)
+stp_status stp_block_cache_load(stp_block_cache *c, stp_cache_load *l, stp_error *err)
 {
     bool finished = false;
     c->rest_until = 0.0;
     while (!finished) {
         uint64_t seen = stp_stream_news_count(c->stream);
-        stp_status status = stp_chunk_cache_load_step(c, l, &finished, err);
+        stp_status status = stp_block_cache_load_step(c, l, &finished, err);
         if (status != STP_OK)
             return status;
         if (!finished)
@@ -493,40 +489,46 @@ stp_status stp_chunk_cache_load(stp_chunk_cache *c, stp_cache_load *l, stp_error
 
 /* ---- creation ---- */
 
-/* Lists the root of each model. */
-static void list_roots(const stp_chunk_cache *c, stp_want roots[STP_SCENE_MODELS_LIMIT])
+/* Lists the blocks of the root of each model. Free *out with free(). */
+static stp_status list_roots(const stp_block_cache *c, stp_want **out, size_t *count,
+                             stp_error *err)
 {
-    for (size_t i = 0; i < c->scene->model_count; i++)
-        roots[i] = (stp_want){c->scene->models[i].first, 0};
+    stp_status status = stp_alloc(out, c->scene->block_count, sizeof **out, "blocks", err);
+    *count = 0;
+    for (uint32_t b = 0; status == STP_OK && b < c->scene->block_count; b++)
+        if (stp_scene_is_root(c->scene, b))
+            (*out)[(*count)++] = (stp_want){b, 0};
+    return status;
 }
 
-static stp_status load_roots(stp_chunk_cache *c, stp_error *err)
+static stp_status load_roots(stp_block_cache *c, const stp_want *roots, size_t count,
+                             stp_error *err)
 {
-    stp_want roots[STP_SCENE_MODELS_LIMIT];
-    stp_cache_load load = {.wants = roots, .count = c->scene->model_count, .stamp = 1};
-    list_roots(c, roots);
-    stp_status status = stp_chunk_cache_load(c, &load, err);
+    stp_cache_load load = {.wants = roots, .count = count, .stamp = 1};
+    stp_status status = stp_block_cache_load(c, &load, err);
     if (status == STP_OK && load.damaged)
         status = stp_error_set(err, STP_CORRUPT, "%s", c->damage.words);
     if (status == STP_OK && load.there < load.count)
         status = stp_error_set(err, STP_LIMIT,
                                "%zu models do not fit in the GPU memory given: give a larger "
                                "--gpu-memory",
-                               load.count);
+                               c->scene->model_count);
     return status;
 }
 
-static stp_status create_tables(stp_chunk_cache *c, stp_error *err)
+static stp_status create_tables(stp_block_cache *c, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t count = c->scene->chunk_count, slots = c->budget.slot_capacity;
+    uint32_t count = c->scene->block_count, slots = c->budget.slot_capacity;
     STP_TRY(stp_alloc(&c->slot_of, count, sizeof *c->slot_of, "slots", err));
     memset(c->slot_of, 0xff, count * sizeof *c->slot_of);
     STP_TRY(stp_damage_log_create(&c->damage, count, err));
     STP_TRY(stp_alloc(&c->slots, slots, sizeof *c->slots, "slots", err));
+    STP_TRY(stp_alloc(&c->wanted, count, sizeof *c->wanted, "slots", err));
+    STP_TRY(stp_alloc(&c->victims.items, slots, sizeof *c->victims.items, "slots", err));
     STP_TRY(stp_alloc(&c->free_slots, slots, sizeof *c->free_slots, "slots", err));
     for (uint32_t s = 0; s < slots; s++) {
-        c->slots[s].chunk = STP_CHUNK_NONE;
+        c->slots[s].block = STP_BLOCK_NONE;
         c->free_slots[slots - 1 - s] = s;
     }
     c->free_count = slots;
@@ -534,16 +536,17 @@ done:
     return status;
 }
 
-stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_params *params,
+stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_params *params,
                                   stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_chunk_cache *c = NULL;
-    stp_want roots[STP_SCENE_MODELS_LIMIT];
+    stp_block_cache *c = NULL;
+    stp_want *roots = NULL;
+    size_t root_count = 0;
     stp_budget b;
     STP_TRY(stp_budget_plan(&b, params->scene, params->gpu_bytes, params->cpu_bytes,
                             params->thread_count, err));
-    STP_TRY(stp_alloc(&c, 1, sizeof *c, "a chunk cache", err));
+    STP_TRY(stp_alloc(&c, 1, sizeof *c, "a block cache", err));
     c->scene = params->scene;
     c->budget = b;
     STP_TRY(create_tables(c, err));
@@ -555,22 +558,23 @@ stp_status stp_chunk_cache_create(stp_chunk_cache **out, const stp_chunk_cache_p
                                                    .wake_context = params->wake_context},
                               err));
     /* Roots are read while GL makes its buffers, which some drivers fill with zeros. */
-    list_roots(c, roots);
-    stp_stream_want(c->stream, roots, params->scene->model_count);
+    STP_TRY(list_roots(c, &roots, &root_count, err));
+    stp_stream_want(c->stream, roots, root_count);
     STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
                                       b.slot_capacity, err));
     STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, err));
-    STP_TRY(load_roots(c, err));
+    STP_TRY(load_roots(c, roots, root_count, err));
     *out = c;
     c = NULL;
 done:
-    stp_chunk_cache_destroy(&c);
+    free(roots);
+    stp_block_cache_destroy(&c);
     return status;
 }
 
-void stp_chunk_cache_destroy(stp_chunk_cache **cache)
+void stp_block_cache_destroy(stp_block_cache **cache)
 {
-    stp_chunk_cache *c = *cache;
+    stp_block_cache *c = *cache;
     if (c == NULL)
         return;
     stp_stream_destroy(&c->stream); /* first, since decoders write into the ring */
@@ -585,6 +589,8 @@ void stp_chunk_cache_destroy(stp_chunk_cache **cache)
     free(c->slot_of);
     stp_damage_log_destroy(&c->damage);
     free(c->wants);
+    free(c->wanted);
+    free(c->victims.items);
     free(c);
     *cache = NULL;
 }

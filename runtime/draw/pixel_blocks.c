@@ -1,5 +1,5 @@
 /* Turns rectangles of tiles into blocks. */
-#include "runtime/draw/blocks.h"
+#include "runtime/draw/pixel_blocks.h"
 
 #include "base/memory.h"
 #include "runtime/gl/gpu_layout.h"
@@ -30,7 +30,7 @@ static int cell_of(int px, int block_px)
     return px / BLOCK_CELL_PX - block_of(px, block_px) * (block_px / BLOCK_CELL_PX) + 1;
 }
 
-static void mark_pixel(stp_blocks *b, int x, int y, int columns)
+static void mark_pixel(stp_pixel_blocks *b, int x, int y, int columns)
 {
     int block = block_of(y, BLOCK_HEIGHT_PX) * columns + block_of(x, BLOCK_WIDTH_PX);
     int cell = cell_of(y, BLOCK_HEIGHT_PX) * BLOCK_CELL_COLUMNS + cell_of(x, BLOCK_WIDTH_PX);
@@ -39,7 +39,7 @@ static void mark_pixel(stp_blocks *b, int x, int y, int columns)
 
 /* Marks the cells of a rectangle in all blocks that it touches. A rectangle begins where a cell
  * begins. */
-static void mark(stp_blocks *b, const stp_tile_rect *rect, int columns)
+static void mark(stp_pixel_blocks *b, const stp_tile_rect *rect, int columns)
 {
     for (int y = rect->y0; y < rect->y1; y += BLOCK_CELL_PX)
         for (int x = rect->x0; x < rect->x1; x += BLOCK_CELL_PX) {
@@ -52,7 +52,7 @@ static void mark(stp_blocks *b, const stp_tile_rect *rect, int columns)
         }
 }
 
-static stp_status list_level(stp_blocks *b, const stp_tiles *tiles, int l, stp_error *err)
+static stp_status list_level(stp_pixel_blocks *b, const stp_tiles *tiles, int l, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_tile_rect whole;
@@ -71,13 +71,14 @@ static stp_status list_level(stp_blocks *b, const stp_tiles *tiles, int l, stp_e
     for (int y = 0, i = 0; y < rows; y++)
         for (int x = 0; x < columns; x++, i++)
             if (b->cells[i] != 0)
-                b->items[count++] = (stp_block){(uint32_t)x | (uint32_t)y << 16, b->cells[i]};
+                b->items[count++] = (stp_pixel_block){(uint32_t)x | (uint32_t)y << 16, b->cells[i]};
     b->begin[l + 1] = count;
 done:
     return status;
 }
 
-stp_status stp_blocks_list(stp_blocks *b, const stp_tiles *tiles, int levels, stp_error *err)
+stp_status stp_pixel_blocks_list(stp_pixel_blocks *b, const stp_tiles *tiles, int levels,
+                                 stp_error *err)
 {
     stp_status status = STP_OK;
     for (int l = 0; l < levels && l < STP_PYRAMID_LEVELS_LIMIT; l++)
@@ -90,7 +91,7 @@ done:
     return status;
 }
 
-void stp_blocks_run(const stp_blocks *b, const stp_pyramid_level *level, int l)
+void stp_pixel_blocks_run(const stp_pixel_blocks *b, const stp_pyramid_level *level, int l)
 {
     GLuint count = (GLuint)(b->begin[l + 1] - b->begin[l]);
     GLuint groups = (count + BLOCKS_A_GROUP - 1) / BLOCKS_A_GROUP;
@@ -103,11 +104,11 @@ void stp_blocks_run(const stp_blocks *b, const stp_pyramid_level *level, int l)
     glDispatchCompute(row, (groups + row - 1) / row, 1);
 }
 
-void stp_blocks_destroy(stp_blocks *b)
+void stp_pixel_blocks_destroy(stp_pixel_blocks *b)
 {
     if (b->buffer != 0)
         glDeleteBuffers(1, &b->buffer);
     free(b->items);
     free(b->cells);
-    *b = (stp_blocks){0};
+    *b = (stp_pixel_blocks){0};
 }

@@ -1,0 +1,29 @@
+/* Reads what is wanted of several blocks in few requests: parts that lie next to each other in the
+ * file, or nearly so, are read at once. Threads: any; one at a time for a buffer. */
+#ifndef STP_RUNTIME_STREAM_GATHER_H
+#define STP_RUNTIME_STREAM_GATHER_H
+
+#include "formats/chunk/block.h"
+
+/* A request brings at most so many bytes, unless one part alone is larger. */
+#define STP_GATHER_BYTES (128u << 10)
+/* At most so many blocks at once. */
+#define STP_GATHER_BLOCKS 32u
+
+/* Bytes [begin, end) of a block's payload. They begin and end where parts do. */
+typedef struct stp_gather_item {
+    const stp_block *block; /* as its file knows it */
+    uint32_t begin, end;
+    uint8_t *out;
+    stp_status status; /* afterwards, with `error` */
+    stp_error error;
+} stp_gather_item;
+
+/* Whether reading both at once saves a request. */
+bool stp_gather_joins(stp_chunk_file *file, const stp_gather_item *a, const stp_gather_item *b);
+/* Reads the items, at most STP_GATHER_BLOCKS; buffer has STP_GATHER_BYTES. Returns how many bytes
+ * were read, those in gaps included. Errors of an item: as stp_block_fetch. */
+uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                         uint8_t *buffer);
+
+#endif
