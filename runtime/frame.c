@@ -2,6 +2,7 @@
  * whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
 #include "runtime/colour_range.h"
 #include "runtime/cut/culling.h"
+#include "runtime/cut/need.h"
 #include "runtime/draw/filter.h"
 #include "runtime/renderer_parts.h"
 
@@ -24,6 +25,20 @@ static int available_now(const void *context, uint32_t block)
     const stp_renderer *r = context;
     return stp_block_cache_damaged(r->cache, block) ? STP_CUT_NEVER
                                                     : stp_block_cache_finest(r->cache, block);
+}
+
+/* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
+static int needed_now(const void *context, uint32_t block, int estimate)
+{
+    const stp_renderer *r = context;
+    const int finest = stp_block_cache_finest(r->cache, block);
+    if (finest <= estimate || r->frame.quality[0] <= 0.0f)
+        return estimate;
+    if (finest == STP_NOT_RESIDENT)
+        return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
+    const stp_resident *resident =
+        stp_block_cache_get(r->cache, stp_block_cache_slot(r->cache, block));
+    return stp_block_need(&r->scene, &r->frame, r->eye, resident, estimate);
 }
 
 static bool was_drawn(const void *context, uint32_t block)
@@ -90,7 +105,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
         .scene = &r->scene,
         .frame = frame,
         .eye = eye,
-        .source = {r, stream ? available_now : available_soon,
+        .source = {r, stream ? available_now : available_soon, stream ? needed_now : NULL,
                    stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
     };
@@ -295,28 +310,73 @@ stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t be
     return fronts_done ? STP_SPLAT_BLENDS : STP_SPLAT_FRONTS;
 }
 
-stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
+stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
                                 stp_error *err)
 {
+    const int coarsest = headers ? STP_NEED_HEADERS : 0;
     stp_status status =
         stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of blocks", err);
     for (size_t i = 0; status == STP_OK && i < count; i++)
-        r->wants[i] = (stp_want){draws[i].block, draws[i].finest};
+        r->wants[i] =
+            (stp_want){draws[i].block, draws[i].finest > coarsest ? draws[i].finest : coarsest};
     return status;
 }
 
-/* Loads the cut's draws from draw `begin` on, as many as there is room for. */
-static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
-                             stp_error *err)
+/* What refine_one needs. */
+typedef struct needs {
+    const stp_renderer *renderer;
+    stp_draw *draws;
+} needs;
+
+static stp_status refine_one(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    double begun = stp_clock_seconds();
-    size_t count = r->cut.draw_count - begin;
-    stp_status status = stp_frame_list_wants(r, r->cut.draws + begin, count, err);
+    const needs *n = context;
+    stp_draw *draw = &n->draws[index];
+    (void)worker;
+    (void)err;
+    draw->finest = needed_now(n->renderer, draw->block, draw->finest);
+    return STP_OK;
+}
+
+bool stp_frame_asks_headers(const stp_renderer *r)
+{
+    return r->frame.quality[0] > 0.0f;
+}
+
+stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
+{
+    return stp_pool_run(r->pool, count, refine_one, &(needs){r, draws}, err);
+}
+
+/* Loads draws, as many as there is room for. */
+static stp_status load_round(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
+                             stp_cache_load *load, stp_error *err)
+{
+    stp_status status = stp_frame_list_wants(r, draws, count, headers, err);
     if (status != STP_OK)
         return status;
     *load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
-    status = stp_block_cache_load(r->cache, load, err);
+    return stp_block_cache_load(r->cache, load, err);
+}
+
+/* Loads the cut's draws from draw `begin` on: first what tells their levels, then the levels. */
+static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    double begun = stp_clock_seconds();
+    stp_draw *draws = r->cut.draws + begin;
+    size_t count = r->cut.draw_count - begin;
+    if (stp_frame_asks_headers(r)) {
+        STP_TRY(load_round(r, draws, count, true, load, err));
+        if (load->damaged)
+            return STP_OK;
+        count = load->there;
+        STP_TRY(stp_frame_refine(r, draws, count, err));
+    }
+    STP_TRY(load_round(r, draws, count, false, load, err));
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+done:
     return status;
 }
 

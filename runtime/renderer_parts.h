@@ -30,6 +30,7 @@ typedef struct stp_settling {
     stp_settle_phase phase;
     stp_draw_params params; /* for the passes */
     bool loading;           /* the blocks of a pass are on their way */
+    bool headers;           /* as far as they tell the levels of patches */
     size_t begin;           /* the cut's first draw that is not drawn yet */
     bool fronts_done;       /* splats: the fronts of all draws are drawn */
     stp_cache_load load;
@@ -116,9 +117,14 @@ stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t be
 stp_sight_params stp_frame_sight(const stp_renderer *r);
 /* Makes the picture from what the passes left: pulls, pushes and shades. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, stp_error *err);
-/* Lists the blocks and levels that draws want in r->wants. Errors: OUT_OF_MEMORY. */
-stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count,
+/* Lists the blocks and levels that draws want in r->wants. headers: no finer than what tells the
+ * levels of their patches. Errors: OUT_OF_MEMORY. */
+stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
                                 stp_error *err);
+/* Whether a picture that waits loads headers first: unless it shows every sample. */
+bool stp_frame_asks_headers(const stp_renderer *r);
+/* Sets the levels of draws whose headers are resident to what their patches need. */
+stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err);
 /* Binds what all passes read. Call this in the state that stp_gl_state_enter sets. */
 void stp_renderer_bind_frame(const stp_renderer *r);
 

@@ -57,12 +57,12 @@ static stp_status start(stp_renderer *r, const stp_drawing *d, bool every, stp_e
     return status;
 }
 
-/* Asks for the blocks of all draws that are left. As many as fit make the next pass. */
-static stp_status start_load(stp_renderer *r, stp_error *err)
+/* Asks for the blocks of draws. As many as fit make the next pass. */
+static stp_status start_load(stp_renderer *r, size_t count, bool headers, stp_error *err)
 {
     stp_settling *s = &r->settling;
-    size_t count = r->cut.draw_count - s->begin;
-    stp_status status = stp_frame_list_wants(r, r->cut.draws + s->begin, count, err);
+    stp_status status = stp_frame_list_wants(r, r->cut.draws + s->begin, count, headers, err);
+    s->headers = headers;
     s->load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
     s->loading = status == STP_OK;
     return status;
@@ -108,16 +108,19 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     r->frame = stp_frame_describe(d->view, &s->params, &r->scene);
     stp_frame_upload(r);
     if (!s->loading)
-        STP_TRY(start_load(r, err));
+        STP_TRY(start_load(r, r->cut.draw_count - s->begin, stp_frame_asks_headers(r), err));
     STP_TRY(stp_block_cache_load_step(r->cache, &s->load, &finished, err));
     d->stats.chunks_loading = (uint32_t)(s->load.count - s->load.there);
     if (!finished)
         return STP_OK;
     if (s->load.damaged)
         return start(r, d, s->params.lod == STP_LOD_FULL, err);
-    if (s->load.there == 0 && s->load.count > 0)
+    if (s->load.there == 0 && s->load.count > 0) {
         s->phase = STP_SETTLE_FAILED;
-    else
+    } else if (s->headers) {
+        STP_TRY(stp_frame_refine(r, r->cut.draws + s->begin, s->load.there, err));
+        STP_TRY(start_load(r, s->load.there, false, err));
+    } else
         STP_TRY(draw_loaded(r, d, err));
 done:
     if (status == STP_OK || status == STP_GL || status == STP_OUT_OF_MEMORY)

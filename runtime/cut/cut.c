@@ -227,6 +227,8 @@ static stp_status visit_block(stp_cut *cut, const stp_cut_params *params, stp_cu
     }
     int finest = finest_needed(params->frame, &sight, b);
     int available = params->source.available(params->source.context, id);
+    if (params->source.needed != NULL)
+        finest = params->source.needed(params->source.context, id, finest);
     if (available > finest) {
         gain = fminf(gain_of(params->frame, &sight, &bound, b, finest), 0.99f * limit);
         STP_TRY(add_miss(cut, (stp_miss){id, finest, gain}, err));

@@ -69,6 +69,8 @@ typedef struct stp_cut_source {
     /* The finest level at which a block can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
      * the block will not come: it counts as missing, and the cut does not look below it. */
     int (*available)(const void *context, uint32_t block);
+    /* The finest level that the block needs, no finer than the estimate; NULL: the estimate. */
+    int (*needed)(const void *context, uint32_t block, int estimate);
     /* Whether the block was part of the last cut; NULL: ignored. */
     bool (*was_drawn)(const void *context, uint32_t block);
 } stp_cut_source;

@@ -169,8 +169,10 @@ static void select_discs(picture *p, stp_pool *pool, bool splat)
                        .count = TILES * TILES,
                        .marks = marks,
                        .workers = 1};
-    const stp_cut_params params = {
-        .scene = &p->scene, .frame = &p->frame, .eye = p->view.eye, .source = {p, available, NULL}};
+    const stp_cut_params params = {.scene = &p->scene,
+                                   .frame = &p->frame,
+                                   .eye = p->view.eye,
+                                   .source = {.context = p, .available = available}};
     const stp_sight_params looked = {.scene = &p->scene,
                                      .cache = &p->cache,
                                      .frame = &p->frame,

@@ -1,0 +1,23 @@
+/* Asks all patches of a block for their levels. */
+#include "runtime/cut/need.h"
+
+#include "runtime/cut/cut.h"
+
+int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
+                   const stp_resident *resident, int estimate)
+{
+    const stp_draw draw = {.block = resident->block, .finest = estimate};
+    const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(scene, &draw, eye);
+    int need = STP_NEED_HEADERS;
+    for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
+        const stp_rule_bound bound = stp_patch_bound(&resident->briefs[i], &chunk);
+        float centre[3];
+        if (!stp_rule_visible(frame, &bound, centre))
+            continue;
+        const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->patches[i]);
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            if (levels.of[q] != STP_LEVEL_SKIP && levels.of[q] < need)
+                need = levels.of[q];
+    }
+    return need;
+}

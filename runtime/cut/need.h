@@ -1,0 +1,19 @@
+/* The finest level that a view asks of a block, told by its patches. The table of blocks knows only
+ * the worst of all patches, seen from the worst side; one patch at an outline would fetch level 0
+ * of all. So a block is first read to level 2, with the headers of its patches, and then only as
+ * far as one of them asks. Threads: any (pure function). */
+#ifndef STP_RUNTIME_CUT_NEED_H
+#define STP_RUNTIME_CUT_NEED_H
+
+#include "runtime/cut/scene.h"
+#include "runtime/stream/block_cache.h"
+
+/* A block is read to this level before its patches are known. */
+#define STP_NEED_HEADERS 2
+
+/* The finest level that a patch in sight of a resident block is drawn at. estimate: the answer by
+ * the table, which is never coarser than the patches ask for. */
+int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
+                   const stp_resident *resident, int estimate);
+
+#endif
