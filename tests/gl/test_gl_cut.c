@@ -1,0 +1,462 @@
+/* Tests the cut and the patches in sight on trees made by hand, with several blocks a chunk. For
+ * any blocks that are there, missing or damaged, each part of the surface is drawn exactly once: by
+ * a leaf's patch or by one patch above it. What is asked for makes the cut complete.
+ *
+ * The surface is a line along x. A leaf's patch covers one unit of it, a patch above stands
+ * for FAMILY patches of one block below. */
+#include "base/random.h"
+#include "runtime/cut/sight.h"
+#include "tests/support/check.h"
+
+enum {
+    CHILDREN = 4, /* of a chunk */
+    FAMILY = 4,   /* patches below a patch */
+    PATCHES = 32, /* of a chunk: CHILDREN * PATCHES / FAMILY */
+    CHUNKS = 1 + 4 + 16 + 64,
+    FIRST_LEAF = CHUNKS - 64,
+    LENGTH = 64 * PATCHES,
+    MODELS = 2,
+    BLOCKS_LIMIT = MODELS * CHUNKS * PATCHES / FAMILY,
+    TREES = 6,
+    VIEWS = 200,
+    SIZE = 512,
+    TILES = SIZE / STP_TILE_PX
+};
+
+typedef struct made_model {
+    stp_model model;
+    stp_chunk_file_info info;
+    stp_chunk_entry entries[CHUNKS];
+    stp_block blocks[CHUNKS * PATCHES / FAMILY];
+    uint32_t first_block[CHUNKS + 1];
+    stp_gpu_patch patches[CHUNKS][PATCHES];
+    stp_patch stored[CHUNKS][PATCHES];
+    uint32_t begin[CHUNKS][PATCHES], end[CHUNKS][PATCHES]; /* hold the units under a patch */
+    uint32_t above[CHUNKS][PATCHES];                       /* the parent's patch */
+} made_model;
+
+/* Replaces the renderer's cache, which needs a GPU. */
+struct stp_block_cache {
+    stp_resident residents[BLOCKS_LIMIT]; /* by block */
+};
+
+typedef struct made_scene {
+    made_model models[MODELS];
+    stp_scene scene;
+    stp_block_cache cache;
+    stp_patch_brief briefs[MODELS][CHUNKS][PATCHES];
+    int available[BLOCKS_LIMIT];
+    uint64_t seed, draws; /* of random numbers */
+    stp_gpu_frame frame;
+    stp_dvec3 eye;
+    stp_cut cut;
+    stp_sight sight;
+    stp_sight_params looked;
+    stp_tiles tiles;
+    uint8_t marks[TILES * TILES];
+} made_scene;
+
+uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block)
+{
+    (void)cache;
+    return block;
+}
+
+const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot)
+{
+    return &cache->residents[slot];
+}
+
+static double chance(made_scene *s)
+{
+    return stp_random_unit(s->seed, s->draws++);
+}
+
+static uint32_t any_below(made_scene *s, uint32_t count)
+{
+    return (uint32_t)(chance(s) * count);
+}
+
+/* ---- trees ---- */
+
+/* The tree and its origins. unlinked: the share of inner chunks that are not linked. */
+static void make_entries(made_scene *s, made_model *m, double unlinked)
+{
+    for (uint32_t id = 0; id < CHUNKS; id++) {
+        stp_chunk_entry *e = &m->entries[id];
+        bool leaf = id >= FIRST_LEAF;
+        uint32_t parent = id == 0 ? STP_CHUNK_NONE : (id - 1) / CHILDREN;
+        *e = (stp_chunk_entry){.parent = parent,
+                               .first_child = leaf ? STP_CHUNK_NONE : CHILDREN * id + 1,
+                               .child_count = leaf ? 0 : CHILDREN,
+                               .patch_count = PATCHES,
+                               .depth = (uint8_t)(id == 0 ? 0 : m->entries[parent].depth + 1),
+                               .flags = STP_PATCH_TWO_SIDED,
+                               .origin = {chance(s) * LENGTH, chance(s), chance(s)},
+                               .cone_angle = 4.0f};
+        if (!leaf && chance(s) >= unlinked)
+            e->flags |= STP_CHUNK_LINKED;
+    }
+}
+
+static void set_errors(stp_gpu_patch *p, float finest, float vertex)
+{
+    p->finest_error[0] = finest;
+    p->vertex_error[0] = vertex;
+    for (int q = 0; q < p->count[2]; q++) {
+        p->quarter_error[0][0][q] = finest + 0.6f * (vertex - finest);
+        p->quarter_error[1][0][q] = finest + 0.3f * (vertex - finest);
+    }
+}
+
+/* Makes a patch that holds the units from `begin` to `end`. */
+static void make_patch(made_scene *s, made_model *m, uint32_t id, uint32_t p, float finest)
+{
+    bool leaf = id >= FIRST_LEAF;
+    uint32_t length = m->end[id][p] - m->begin[id][p];
+    stp_gpu_patch *g = &m->patches[id][p];
+    double centre = m->begin[id][p] + 0.5 * length;
+    *g = (stp_gpu_patch){.bound_centre = {(float)(centre - m->entries[id].origin.x),
+                                          (float)-m->entries[id].origin.y,
+                                          (float)-m->entries[id].origin.z},
+                         .bound_radius = 0.6f * (float)length,
+                         .cone_axis = {0.0f, 0.0f, 1.0f},
+                         .cone_cos = -1.0f,
+                         .flags = STP_PATCH_TWO_SIDED,
+                         .count = {leaf ? 64 : FAMILY, leaf ? 16 : 1, leaf ? 4 : 1, 1}};
+    set_errors(g, finest, finest + (float)(0.02 + 0.08 * chance(s)) * (float)length);
+    m->stored[id][p].counts[0] = g->count[0];
+}
+
+/* Makes the patches of an inner chunk, each over FAMILY patches of a child. shuffled: in any
+ * order, so that blocks above and below cross. */
+static void make_inner(made_scene *s, made_model *m, uint32_t id, bool shuffled)
+{
+    uint32_t order[PATCHES];
+    for (uint32_t p = 0; p < PATCHES; p++)
+        order[p] = p;
+    for (uint32_t p = PATCHES; shuffled && p-- > 1;) {
+        uint32_t other = any_below(s, p + 1), kept = order[p];
+        order[p] = order[other];
+        order[other] = kept;
+    }
+    for (uint32_t p = 0; p < PATCHES; p++) {
+        uint32_t child = order[p] / (PATCHES / FAMILY), first = order[p] % (PATCHES / FAMILY);
+        uint32_t below = m->entries[id].first_child + child;
+        float finest = 0.0f;
+        first *= FAMILY;
+        m->begin[id][p] = LENGTH;
+        m->end[id][p] = 0;
+        for (uint32_t i = first; i < first + FAMILY; i++) {
+            m->above[below][i] = p;
+            m->begin[id][p] =
+                m->begin[below][i] < m->begin[id][p] ? m->begin[below][i] : m->begin[id][p];
+            m->end[id][p] = m->end[below][i] > m->end[id][p] ? m->end[below][i] : m->end[id][p];
+            finest = fmaxf(finest, m->patches[below][i].vertex_error[0]);
+        }
+        m->stored[id][p] = (stp_patch){.child = (uint8_t)child};
+        if (m->entries[id].flags & STP_CHUNK_LINKED)
+            m->stored[id][p].first_below = (uint16_t)first;
+        make_patch(s, m, id, p, finest);
+    }
+}
+
+static void widen(stp_block *b, const stp_gpu_patch *p)
+{
+    const float errors[STP_LEVEL_COUNT] = {p->finest_error[0], p->quarter_error[1][0][0],
+                                           p->quarter_error[0][0][0], p->vertex_error[0]};
+    for (int i = 0; i < 3; i++) {
+        b->box_min.raw[i] = fminf(b->box_min.raw[i], p->bound_centre[i] - p->bound_radius);
+        b->box_max.raw[i] = fmaxf(b->box_max.raw[i], p->bound_centre[i] + p->bound_radius);
+    }
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        b->error[l] = fmaxf(b->error[l], errors[l]);
+}
+
+static stp_block make_block(const made_model *m, uint32_t id, uint32_t first, uint32_t count)
+{
+    stp_block b = {.chunk = id,
+                   .first_patch = first,
+                   .patch_count = count,
+                   .parts = {{.bytes = 300}, {.bytes = 500}, {.bytes = 1500}},
+                   .flags = STP_PATCH_TWO_SIDED,
+                   .box_min = {{INFINITY, INFINITY, INFINITY}},
+                   .box_max = {{-INFINITY, -INFINITY, -INFINITY}},
+                   .cone_angle = 4.0f};
+    for (uint32_t p = first; p < first + count; p++)
+        widen(&b, &m->patches[id][p]);
+    return b;
+}
+
+/* Cuts a chunk's patches into blocks between families, at random. */
+static void make_blocks(made_scene *s, made_model *m, uint32_t id, double cuts)
+{
+    stp_chunk_entry *e = &m->entries[id];
+    uint32_t count = 0, first = 0, *out = &m->first_block[id];
+    for (uint32_t p = FAMILY; p <= PATCHES; p += FAMILY)
+        if (p == PATCHES || chance(s) < cuts) {
+            m->blocks[out[0] + count++] = make_block(m, id, first, p - first);
+            first = p;
+        }
+    out[1] = out[0] + count;
+    stp_block whole = make_block(m, id, 0, PATCHES);
+    e->box_min = whole.box_min;
+    e->box_max = whole.box_max;
+    memcpy(e->error, whole.error, sizeof e->error);
+}
+
+static void make_model(made_scene *s, made_model *m, double unlinked, double cuts)
+{
+    make_entries(s, m, unlinked);
+    for (uint32_t id = CHUNKS; id-- > 0;) {
+        for (uint32_t p = 0; id >= FIRST_LEAF && p < PATCHES; p++) {
+            m->begin[id][p] = (id - FIRST_LEAF) * PATCHES + p;
+            m->end[id][p] = m->begin[id][p] + 1;
+            m->stored[id][p] = (stp_patch){.child = STP_PATCH_NO_CHILD};
+            make_patch(s, m, id, p, 0.0f);
+        }
+        if (id < FIRST_LEAF)
+            make_inner(s, m, id, chance(s) < 0.5);
+    }
+    for (uint32_t id = 0; id < CHUNKS; id++)
+        make_blocks(s, m, id, cuts);
+    m->info.chunk_count = CHUNKS;
+    m->model = (stp_model){.info = &m->info,
+                           .entries = m->entries,
+                           .blocks = m->blocks,
+                           .first_block = m->first_block};
+}
+
+static void make_scene(made_scene *s, double unlinked, double cuts)
+{
+    const stp_model *models[MODELS];
+    for (int i = 0; i < MODELS; i++) {
+        make_model(s, &s->models[i], unlinked, cuts);
+        models[i] = &s->models[i].model;
+    }
+    check_ok(stp_scene_create(&s->scene, models, MODELS, err));
+    for (uint32_t b = 0; b < s->scene.block_count; b++) {
+        const stp_block *own = NULL;
+        const stp_scene_model *of = stp_scene_find_block(&s->scene, b, &own);
+        size_t i = (size_t)(of - s->scene.models);
+        made_model *m = &s->models[i];
+        stp_patch_brief *briefs = &s->briefs[i][own->chunk][own->first_patch];
+        s->cache.residents[b] = (stp_resident){
+            .block = b,
+            .placement.patches.count = own->patch_count,
+            .patches = &m->patches[own->chunk][own->first_patch],
+            .briefs = briefs,
+        };
+        for (uint32_t p = 0; p < own->patch_count; p++)
+            briefs[p] = stp_patch_brief_of(&s->scene, s->scene.blocks[b].chunk,
+                                           &s->cache.residents[b].patches[p],
+                                           &m->stored[own->chunk][own->first_patch + p]);
+    }
+}
+
+/* ---- views ---- */
+
+static int available(const void *context, uint32_t block)
+{
+    return ((const made_scene *)context)->available[block];
+}
+
+static void select_all(made_scene *s, stp_pool *pool)
+{
+    const stp_cut_params params = {
+        .scene = &s->scene, .frame = &s->frame, .eye = s->eye, .source = {s, available, NULL}};
+    s->tiles = (stp_tiles){.width = SIZE,
+                           .height = SIZE,
+                           .columns = TILES,
+                           .rows = TILES,
+                           .count = TILES * TILES,
+                           .marks = s->marks,
+                           .workers = 1};
+    s->looked = (stp_sight_params){.scene = &s->scene,
+                                   .cache = &s->cache,
+                                   .frame = &s->frame,
+                                   .eye = s->eye,
+                                   .pool = pool,
+                                   .tiles = &s->tiles};
+    check_ok(stp_cut_select(&s->cut, &params, err));
+    check_ok(stp_sight_begin(&s->sight, &s->cut, err));
+    check_ok(stp_sight_look(&s->sight, &s->looked, s->cut.draws, s->cut.draw_count, err));
+}
+
+static void take_view(made_scene *s)
+{
+    stp_view view = check_view(SIZE, SIZE, 300.0, false);
+    s->eye = (stp_dvec3){chance(s) * LENGTH, 0.0, exp(chance(s) * log(2000.0))};
+    s->frame = stp_gpu_frame_from_view(&view);
+    s->frame.quality[0] = chance(s) < 0.2 ? 0.0f : (float)exp2(3.0 * chance(s) - 1.0);
+    s->frame.quality[1] = INFINITY;
+    s->frame.terms[1] = 1.0f;
+}
+
+/* Whether a block's patch is drawn by the block; by_block: the draws, by block, 0 for none. */
+static bool draws(const made_scene *s, const size_t *by_block, int model, uint32_t chunk,
+                  uint32_t patch)
+{
+    const made_model *m = &s->models[model];
+    uint32_t block = m->first_block[chunk];
+    while (patch - m->blocks[block].first_patch >= m->blocks[block].patch_count)
+        block++;
+    uint32_t number = s->scene.models[model].first_block + block;
+    return by_block[number] > 0 &&
+           stp_patch_in_sight(&s->sight, &s->looked, &s->cut.draws[by_block[number] - 1],
+                              s->cache.residents[number].briefs,
+                              patch - m->blocks[block].first_patch);
+}
+
+/* Checks that each unit of the line is drawn once if its middle is in the picture, and at most once
+ * otherwise. Returns how many are drawn by leaves. */
+static size_t check_once(const made_scene *s, size_t *in_picture)
+{
+    static size_t by_block[BLOCKS_LIMIT];
+    size_t by_leaves = 0;
+    memset(by_block, 0, sizeof by_block);
+    for (size_t i = 0; i < s->cut.draw_count; i++)
+        by_block[s->cut.draws[i].block] = i + 1;
+    for (int model = 0; model < MODELS; model++)
+        for (uint32_t at = 0; at < LENGTH; at++) {
+            unsigned times = 0;
+            uint32_t chunk = FIRST_LEAF + at / PATCHES, patch = at % PATCHES;
+            const stp_rule_bound middle = {
+                .centre = {(float)(at + 0.5 - s->eye.x), 0.0f, (float)-s->eye.z},
+                .cone_cos = -1.0f};
+            float eye[3];
+            bool visible = stp_rule_visible(&s->frame, &middle, eye);
+            by_leaves += visible && draws(s, by_block, model, chunk, patch);
+            *in_picture += visible;
+            for (; chunk != STP_CHUNK_NONE; chunk = s->models[model].entries[chunk].parent) {
+                times += draws(s, by_block, model, chunk, patch);
+                patch = s->models[model].above[chunk][patch];
+            }
+            if (times > 1 || (times == 0 && visible))
+                fail_msg("unit %u of model %d is drawn %u times", at, model, times);
+        }
+    return by_leaves;
+}
+
+/* A missing block gains less than the missing blocks whose patches refer to it. */
+static void check_order(const made_scene *s)
+{
+    static float gains[BLOCKS_LIMIT];
+    memset(gains, 0, sizeof gains);
+    for (size_t i = 0; i < s->cut.miss_count; i++)
+        gains[s->cut.misses[i].block] = s->cut.misses[i].gain;
+    for (uint32_t b = 0; b < s->scene.block_count; b++) {
+        const stp_resident *r = &s->cache.residents[b];
+        for (uint32_t p = 0; p < r->placement.patches.count; p++) {
+            uint32_t below = r->briefs[p].block;
+            if (below != STP_BLOCK_NONE && gains[b] > 0.0f && gains[below] > 0.0f &&
+                s->available[b] >= STP_LEVEL_COUNT)
+                assert_true(s->available[b] == STP_CUT_NEVER || gains[below] < gains[b]);
+        }
+    }
+}
+
+/* ---- tests ---- */
+
+/* Gives what is missing, the most wanted first, some at a time, until nothing is. */
+static void complete(made_scene *s, stp_pool *pool)
+{
+    for (size_t rounds = 0; s->cut.miss_count > 0; rounds++) {
+        size_t some = 1 + s->cut.miss_count / 4, seen = 0;
+        assert_true(rounds < BLOCKS_LIMIT);
+        check_order(s);
+        for (size_t i = 0; i < some; i++)
+            s->available[s->cut.misses[i].block] = s->cut.misses[i].finest;
+        select_all(s, pool);
+        check_once(s, &seen);
+    }
+}
+
+/* Blocks come until nothing is missing; the cut is then that of a renderer that has them all. */
+static void compare_complete(made_scene *s, stp_pool *pool)
+{
+    for (uint32_t b = 0; b < s->scene.block_count; b++)
+        s->available[b] = STP_LEVEL_COUNT;
+    select_all(s, pool);
+    complete(s, pool);
+    size_t count = s->cut.draw_count;
+    stp_draw *drawn = calloc(count + 1, sizeof *drawn);
+    assert_non_null(drawn);
+    memcpy(drawn, s->cut.draws, count * sizeof *drawn);
+    memset(s->available, 0, sizeof s->available);
+    select_all(s, pool);
+    assert_int_equal(s->cut.miss_count, 0);
+    assert_int_equal(s->cut.draw_count, count);
+    for (size_t i = 0; i < count; i++)
+        assert_true(drawn[i].block == s->cut.draws[i].block &&
+                    drawn[i].finest == s->cut.draws[i].finest);
+    free(drawn);
+}
+
+static void judge(double unlinked, double cuts, uint64_t seed)
+{
+    stp_pool *pool = NULL;
+    size_t seen = 0, by_leaves = 0, linked = 0, whole = 0;
+    made_scene *s = calloc(1, sizeof *s);
+    assert_non_null(s);
+    check_ok(stp_pool_create(&pool, 1, err));
+    s->seed = seed;
+    make_scene(s, unlinked, cuts);
+    for (int v = 0; v < VIEWS; v++) {
+        double there = sqrt(chance(s)), damaged = v % 2 == 0 ? 0.0 : 0.05;
+        take_view(s);
+        for (uint32_t b = 0; b < s->scene.block_count; b++)
+            s->available[b] = chance(s) < damaged ? STP_CUT_NEVER
+                              : chance(s) < there ? (int)any_below(s, 3)
+                                                  : STP_LEVEL_COUNT;
+        select_all(s, pool);
+        by_leaves += check_once(s, &seen);
+        check_order(s);
+        for (size_t i = 0; i < s->cut.draw_count; i++)
+            *(s->cut.blocks[s->cut.draws[i].block].state >= STP_CUT_LINKED ? &linked : &whole) += 1;
+        compare_complete(s, pool);
+        size_t in_picture = 0, leaves = check_once(s, &in_picture);
+        if (s->frame.quality[0] <= 0.0f)
+            assert_int_equal(leaves, in_picture);
+    }
+    print_message("%u blocks: %zu units seen, %zu drawn by leaves, %zu draws linked, %zu whole\n",
+                  s->scene.block_count, seen, by_leaves, linked, whole);
+    assert_true(seen > 1000 && by_leaves > 100 && whole > 10);
+    assert_true(unlinked > 0.0 || linked > 100);
+    stp_cut_destroy(&s->cut);
+    stp_sight_destroy(&s->sight);
+    stp_scene_destroy(&s->scene);
+    stp_pool_destroy(&pool);
+    free(s);
+}
+
+static void single_blocks(void **state)
+{
+    (void)state;
+    for (uint64_t i = 0; i < TREES; i++)
+        judge(i < TREES / 2 ? 0.0 : 0.1, 0.0, i);
+}
+
+static void several_blocks(void **state)
+{
+    (void)state;
+    for (uint64_t i = 0; i < TREES; i++)
+        judge(0.0, 0.2 + 0.8 * (double)i / TREES, 100 + i);
+}
+
+static void unlinked_chunks(void **state)
+{
+    (void)state;
+    for (uint64_t i = 0; i < TREES; i++)
+        judge(i % 2 == 0 ? 0.03 : 0.3, 0.4, 200 + i);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(single_blocks),
+        cmocka_unit_test(several_blocks),
+        cmocka_unit_test(unlinked_chunks),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
