@@ -241,8 +241,8 @@ static void test_table(void **state)
     (void)state;
     int16_t values[4 * 5] = {7, 7, 7, 7, 7, 1, 2, 3, 4, 5, -9, -9, -9, -9, -9, 0, 0, 0, 0, 300};
     int16_t decoded[4 * 5];
-    stp_table in = {values, 5, 4, 5};
-    stp_table out = {decoded, 5, 4, 5};
+    stp_table in = {.values = values, .stride = 5, .column_count = 4, .row_count = 5};
+    stp_table out = {.values = decoded, .stride = 5, .column_count = 4, .row_count = 5};
     stp_bytes bytes = {0};
     size_t used = 0;
     assert_int_equal(stp_table_encode(&in, &bytes, NULL), STP_OK);
