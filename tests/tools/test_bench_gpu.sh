@@ -57,6 +57,9 @@ settings=()
 call --swift
 expect_code 2
 expect_text err "not an option"
+call --tests layout,swift
+expect_code 2
+expect_text err "there is no swift"
 call --small --seconds 0
 expect_code 3
 expect_empty err
@@ -105,14 +108,14 @@ done
 
 # Outcomes of tests: each gets a line. A failed one is tried again only when asked.
 fake() { printf '#!/bin/bash\n%s\n' "$2" >"$folder/tests/test_gl_$1" && chmod +x "$folder/tests/test_gl_$1"; }
-fake good 'exit 0'
+fake good 'echo "[  SKIPPED ] 2 test(s), listed below:" >&2'
 fake bad 'echo "wrong picture" >&2; exit 1'
 fake idle 'echo "skipped: no such GPU"; exit 77'
 fake slow 'exec sleep 30'
 outcomes() { call --sizes '' --output outcomes --seconds 600 "$@"; }
 outcomes --tests good,bad,idle
 expect_code 1
-expect_text out "test good (0 s): passed"
+expect_text out ": passed, 2 of its checks skipped"
 expect_text out ": failed: exit 1: wrong picture"
 expect_text out ": skipped: no such GPU"
 expect_text out "tests: 1 passed, 1 failed, 1 skipped"
@@ -125,7 +128,7 @@ expect_code 0
 expect_lines out 2
 expect_text out "tests: 2 passed, 0 failed, 1 skipped"
 fake later 'sleep 2'
-outcomes --tests later,slow --seconds 4 # slow has only what is left of the time
+outcomes --tests later,slow --seconds 6 # slow has only what is left of the time
 expect_code 3
 expect_text out "1 steps are left"
 outcomes --tests later,slow --seconds 1
