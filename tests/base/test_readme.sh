@@ -17,7 +17,7 @@ done
 cat "$FOLDER"/help-* >"$FOLDER/help"
 "${STIPPLE%/*}/stipple-bench" --help >>"$FOLDER/help" || fail "stipple-bench has no help"
 for script in install-deps demo check gallery fetch-datasets bench/first-light bench/first-picture bench/scale \
-    bench/table site; do
+    bench/table bench/gpu bench/gpu-run site; do
     bash "$SOURCE/tools/$script" --help
 done >>"$FOLDER/help"
 

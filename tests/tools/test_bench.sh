@@ -67,6 +67,22 @@ awk -F, '
         for (road in roads) if (roads[road] != 3) { print roads[road] " rounds of " road; bad = 1 }
         exit bad || rows != 18
     }' "$FOLDER/out" >"$FOLDER/bad" || fail "the CSV: $(cat "$FOLDER/bad" "$FOLDER/out")"
+# Each road with each reconstruction; bare points and the road of splats have none to choose.
+run "$bench" "$FOLDER/model.stipple" --size 64x48 --repeat 1 --csv --roads points,compute:1,splat:1 --reconstruct gauss,box
+expect_code 0
+expect_empty err
+drawn=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    $at["frame_ms"] > 0 { printf "%s:%s ", $at["road"], $at["reconstruct"] }' "$FOLDER/out")
+[ "$drawn" = "points:- compute:gauss compute:box splat:splat " ] || fail "reconstructions: $(cat "$FOLDER/out")"
+run "$bench" "$FOLDER/model.stipple" --size 64x48 --repeat 1 --roads compute:1 --reconstruct box,template3
+expect_code 0
+[ "$(grep -cE '^compute 1 px (box|template3) ' "$FOLDER/out")" = 4 ] || fail "names: $(cat "$FOLDER/out")"
+for words in gauss,boxes '' gauss,; do
+    run "$bench" "$FOLDER/model.stipple" --reconstruct "$words"
+    expect_usage "--reconstruct"
+done
+run "$bench" "$FOLDER/model.stipple" --reconstruct gauss,box,template3 # with all roads more than it can take
+expect_usage "at most 32 roads"
 run "$bench" "$FOLDER/model.stipple" --roads full,compute:3
 expect_usage "--roads"
 
@@ -79,6 +95,17 @@ stages=$(awk '{ printf "%s ", $1 } $1 == "covered" && $2 < 1 { print "nothing" }
     fail "the first picture: $stages"
 run "$bench" "$FOLDER/none.stipple" --first
 expect_failure "none.stipple"
+
+# How it streams, as CSV.
+run "$bench" "$FOLDER/model.stipple" --open --csv --size 64x48
+expect_code 0
+expect_empty err
+awk -F, '
+    NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    $at["ready_s"] <= 0 || $at["first_s"] <= $at["ready_s"] || $at["complete_s"] < $at["first_s"] { bad = 1 }
+    $at["complete"] != 1 || $at["bytes"] <= 0 || $at["bytes"] > $at["file_bytes"] { bad = 1 }
+    $at["points"] != 5000 || $at["width"] != 64 || $at["height"] != 48 || $NF !~ /"$/ { bad = 1 }
+    END { exit bad || NR != 2 }' "$FOLDER/out" || fail "streaming: $(cat "$FOLDER/out")"
 
 # The table of ratios. Topics that draw need stipple-bench alone.
 table() { run bash "$SOURCE/tools/bench/table" --output "$FOLDER/ratios" --size 64x48 --memory 256M "$@"; }

@@ -45,7 +45,7 @@ typedef struct options {
     uint64_t repeat, gpu_memory, cpu_memory;
     double fps;
     bool open, first, stops, csv;
-    const char *decode, *roads;
+    const char *decode, *roads, *reconstructions;
 } options;
 
 typedef struct bench_state {
@@ -64,6 +64,7 @@ static stp_status bench_roads(const bench_state *s, const options *o, stp_error 
                                           .view = &s->view,
                                           .renderer = s->renderer,
                                           .words = o->roads,
+                                          .reconstructions = o->reconstructions,
                                           .rounds = (unsigned)o->repeat,
                                           .interrupted = cli_interrupted},
                       &r, err));
@@ -96,11 +97,20 @@ static stp_status bench_pace(const bench_state *s, const options *o, stp_error *
     return status;
 }
 
-/* Prints how soon the model looks like itself, in one line. */
-static stp_status bench_open(const bench_state *s, double begun, stp_error *err)
+/* Prints how soon the model looks like itself, in one line or as CSV. */
+static stp_status bench_open(const bench_state *s, bool csv, double begun, stp_error *err)
 {
     open_run_result r;
     stp_status status = open_run(s->renderer, &s->view, begun, &r, err);
+    if (status == STP_OK && csv) {
+        printf("ready_s,first_s,alike_s,complete_s,complete,frames,bytes,file_bytes" ROADS_TABLE_RUN
+               "\n"
+               "%.6f,%.6f,%.6f,%.6f,%d,%u,%llu,%llu",
+               r.ready_s, r.first_s, r.alike_s, r.complete_s, r.complete, r.frames,
+               (unsigned long long)r.bytes, (unsigned long long)s->model->info->file_bytes);
+        roads_table_csv_run(s->model, &s->view);
+        return STP_OK;
+    }
     double share = 100.0 * (double)r.bytes / (double)s->model->info->file_bytes;
     if (status == STP_OK)
         printf(
@@ -161,7 +171,7 @@ static stp_status run_bench(const options *o, const cli_common *common, const ch
                                                        .thread_count = (unsigned)common->threads},
                                 err));
     if (o->open)
-        STP_TRY(bench_open(&s, begun, err));
+        STP_TRY(bench_open(&s, o->csv, begun, err));
     else if (o->stops)
         STP_TRY(bench_stops(&s, o, err));
     else if (o->fps > 0.0)
@@ -191,8 +201,10 @@ static int run(int argc, char **argv)
         {"--roads", 0, CLI_STRING, &o.roads, "LIST",
          "some of points,full,geometry,compute,cpu,splat, or with a threshold: compute:1 (all)",
          NULL},
-        {"--csv", 0, CLI_FLAG, &o.csv, NULL, "print every round's times as CSV instead of a table",
-         NULL},
+        {"--reconstruct", 0, CLI_STRING, &o.reconstructions, "LIST",
+         "draw each road with each of these reconstructions, like gauss,box (gauss)", NULL},
+        {"--csv", 0, CLI_FLAG, &o.csv, NULL,
+         "print every round's times as CSV instead of a table; with --open, one row", NULL},
         {"--first", 0, CLI_FLAG, &o.first, NULL, "instead, time this process's first picture",
          NULL},
         {"--open", 0, CLI_FLAG, &o.open, NULL, "instead, time how soon the model looks like itself",
@@ -210,11 +222,11 @@ static int run(int argc, char **argv)
         return code;
     if (o.repeat < 1 || o.repeat > REPEAT_LIMIT)
         return cli_usage(&bench, "--repeat takes 1 to %u", REPEAT_LIMIT);
-    if (o.roads != NULL) {
-        bench_road roads[ROADS_LIMIT];
-        if (roads_choose(o.roads, roads, &count, &err) != STP_OK)
-            return cli_usage(&bench, "--roads: %s", err.message);
-    }
+    bench_road roads[ROADS_LIMIT];
+    if (roads_choose(o.roads, roads, &count, &err) != STP_OK)
+        return cli_usage(&bench, "--roads: %s", err.message);
+    if (o.reconstructions && roads_reconstruct(o.reconstructions, roads, &count, &err) != STP_OK)
+        return cli_usage(&bench, "--reconstruct: %s", err.message);
     if (o.first) {
         first_params first = {.path = path,
                               .size = {o.size[0], o.size[1]},

@@ -79,6 +79,7 @@ stp_status open_run(stp_renderer *r, const stp_view *view, double begun, open_ru
     size_t pixels = (size_t)view->width * (size_t)view->height;
     *out = (open_run_result){0};
     STP_TRY(stp_alloc(&frames, FRAMES_LIMIT, sizeof *frames, "frames", err));
+    out->ready_s = stp_clock_seconds() - begun;
     STP_TRY(draw_frames(r, view, begun, frames, out, err));
     const frame *last = &frames[out->frames - 1];
     out->first_s = frames[0].time_s;

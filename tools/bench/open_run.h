@@ -9,9 +9,9 @@
 #define OPEN_RUN_OVERLAP 0.95
 
 typedef struct open_run_result {
-    double first_s, alike_s, complete_s; /* since `begun` */
-    double first_overlap;                /* of the first frame */
-    uint64_t bytes;                      /* of payloads, until the cut was complete */
+    double ready_s, first_s, alike_s, complete_s; /* since `begun`; ready_s: before any drawing */
+    double first_overlap;                         /* of the first frame */
+    uint64_t bytes;                               /* of payloads, until the cut was complete */
     unsigned frames;
     bool complete; /* false: the cut does not fit into the memory */
 } open_run_result;

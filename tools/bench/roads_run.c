@@ -6,6 +6,8 @@
 #include "runtime/draw/road.h"
 #include "runtime/draw/stage_clock.h"
 #include "tools/bench/bare_points.h"
+#include "tools/cli/cli_value.h"
+#include "tools/draw/draw_options.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -104,6 +106,45 @@ stp_status roads_choose(const char *words, bench_road roads[ROADS_LIMIT], size_t
     return STP_OK;
 }
 
+/* The reconstruction of this name; -1 if there is none. */
+static int find_reconstruction(const char *name, size_t length)
+{
+    const char *word;
+    size_t word_length;
+    for (int i = 0; cli_choice_at(DRAW_RECONSTRUCTIONS, i, &word, &word_length); i++)
+        if (word_length == length && strncmp(word, name, length) == 0)
+            return i;
+    return -1;
+}
+
+stp_status roads_reconstruct(const char *words, bench_road roads[ROADS_LIMIT], size_t *count,
+                             stp_error *err)
+{
+    bench_road made[ROADS_LIMIT];
+    size_t made_count = 0;
+    for (size_t i = 0; i < *count; i++) {
+        bool varies = !roads[i].bare && roads[i].params.reconstruct == STP_RECONSTRUCT_GAUSS;
+        for (const char *at = varies ? words : ""; at != NULL;) {
+            size_t length = strcspn(at, ","), end = strlen(roads[i].name);
+            int found = varies ? find_reconstruction(at, length) : (int)roads[i].params.reconstruct;
+            if (found < 0 || made_count == ROADS_LIMIT)
+                return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                     "'%s': give words of %s with commas between, for at most %d "
+                                     "roads",
+                                     words, DRAW_RECONSTRUCTIONS, ROADS_LIMIT);
+            bench_road *r = &made[made_count++];
+            *r = roads[i];
+            r->params.reconstruct = (stp_reconstruct)found;
+            if (varies)
+                snprintf(r->name + end, sizeof r->name - end, " %.*s", (int)length, at);
+            at = at[length] == ',' ? at + length + 1 : NULL;
+        }
+    }
+    memcpy(roads, made, made_count * sizeof *made);
+    *count = made_count;
+    return STP_OK;
+}
+
 /* What is needed to draw frames. */
 typedef struct bench_stage {
     const roads_run_params *params;
@@ -190,6 +231,8 @@ stp_status roads_run(const roads_run_params *params, roads_run_result *out, stp_
     bench_stage stage = {.params = params};
     roads_run_result result = {.rounds = params->rounds};
     STP_TRY(roads_choose(params->words, result.roads, &result.road_count, err));
+    if (params->reconstructions != NULL)
+        STP_TRY(roads_reconstruct(params->reconstructions, result.roads, &result.road_count, err));
     STP_TRY(stp_alloc(&result.times, result.road_count * params->rounds, sizeof *result.times,
                       "times", err));
     stp_stage_clock_create(&stage.clock, stp_road_is_software());

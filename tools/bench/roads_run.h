@@ -10,7 +10,7 @@
 
 typedef struct bench_road {
     const char *word; /* points, full, geometry, compute, cpu, splat */
-    char name[24];    /* the word, with the threshold if it has one */
+    char name[32];    /* the word, with threshold and reconstruction if these were chosen */
     stp_draw_params params;
     bool bare; /* points without a surface: the yardstick */
 } bench_road;
@@ -28,7 +28,8 @@ typedef struct roads_run_params {
     const stp_model *model;
     const stp_view *view;
     stp_renderer *renderer;
-    const char *words; /* names of roads with commas: compute, or compute:1; NULL: all */
+    const char *words;           /* names of roads with commas: compute, or compute:1; NULL: all */
+    const char *reconstructions; /* names with commas: gauss,splat; NULL: gauss */
     unsigned rounds;
     bool (*interrupted)(void); /* called between rounds */
 } roads_run_params;
@@ -44,6 +45,10 @@ typedef struct roads_run_result {
 /* Finds the roads of these words, in their order. Errors: INVALID_ARGUMENT (no such road). */
 stp_status roads_choose(const char *words, bench_road roads[ROADS_LIMIT], size_t *count,
                         stp_error *err);
+/* Replaces each road that reconstructs with gauss by one road for each of these reconstructions.
+ * Errors: INVALID_ARGUMENT (no such reconstruction, or more than ROADS_LIMIT roads). */
+stp_status roads_reconstruct(const char *words, bench_road roads[ROADS_LIMIT], size_t *count,
+                             stp_error *err);
 /* Free with roads_run_free. Errors: those of roads_choose, of drawing and, for the yardstick, of
  * reading chunks; CANCELLED. */
 stp_status roads_run(const roads_run_params *params, roads_run_result *out, stp_error *err);

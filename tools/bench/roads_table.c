@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "runtime/draw/road.h"
 #include "tools/bench/median.h"
+#include "tools/cli/cli_value.h"
+#include "tools/draw/draw_options.h"
 
 #include <epoxy/gl.h>
 #include <stddef.h>
@@ -60,12 +62,12 @@ static void print_frames(const roads_run_result *r, double *values)
 {
     double full_ms = median_named(r, "full", values);
     double points_ms = median_named(r, "points", values);
-    printf("%-16s %9s %8s %8s %9s %9s %9s %11s %7s %7s\n", "ms, medians", "frame", "min", "max",
+    printf("%-25s %9s %8s %8s %9s %9s %9s %11s %7s %7s\n", "ms, medians", "frame", "min", "max",
            "project", "pull-push", "shade", "drawn", "full/", "points/");
     for (size_t i = 0; i < r->road_count; i++) {
         spread frame = SPREAD_OF(r, i, frame_ms, values);
         bool parts = !r->roads[i].bare;
-        printf("%-16s %9.2f %8.2f %8.2f", r->roads[i].name, frame.median, frame.least,
+        printf("%-25s %9.2f %8.2f %8.2f", r->roads[i].name, frame.median, frame.least,
                frame.greatest);
         print_times(SPREAD_OF(r, i, project_ms, values).median, parts);
         print_times(SPREAD_OF(r, i, pull_push_ms, values).median, parts);
@@ -79,12 +81,12 @@ static void print_frames(const roads_run_result *r, double *values)
 
 static void print_stages(const roads_run_result *r, double *values)
 {
-    printf("\n%-16s %9s %9s", "GPU's clock, ms", "waited", "all");
+    printf("\n%-25s %9s %9s", "GPU's clock, ms", "waited", "all");
     for (int k = 0; k < STP_STAGE_COUNT; k++)
         printf(" %8s", stp_stage_name((stp_stage)k));
     printf("\n");
     for (size_t i = 0; i < r->road_count; i++) {
-        printf("%-16s %9.2f %9.2f", r->roads[i].name, SPREAD_OF(r, i, waited_ms, values).median,
+        printf("%-25s %9.2f %9.2f", r->roads[i].name, SPREAD_OF(r, i, waited_ms, values).median,
                SPREAD_OF(r, i, gpu_all_ms, values).median);
         for (int k = 0; k < STP_STAGE_COUNT; k++)
             printf(" %8.3f", SPREAD_OF(r, i, gpu_ms[k], values).median);
@@ -151,7 +153,21 @@ static void print_csv_row(const roads_run_result *r, size_t i, unsigned round)
            t->frame_ms, t->project_ms, t->pull_push_ms, t->shade_ms, t->waited_ms, t->gpu_all_ms);
     for (int k = 0; k < STP_STAGE_COUNT; k++)
         printf(",%.4f", t->gpu_ms[k]);
-    printf(",%llu", (unsigned long long)t->points_drawn);
+    const char *word = "-"; /* of bare points, which have no surface */
+    size_t length = 1;
+    if (!road->bare)
+        cli_choice_at(DRAW_RECONSTRUCTIONS, (int)road->params.reconstruct, &word, &length);
+    printf(",%llu,%.*s", (unsigned long long)t->points_drawn, (int)length, word);
+}
+
+void roads_table_csv_run(const stp_model *model, const stp_view *view)
+{
+    printf(",%llu,%d,%d", (unsigned long long)model->info->point_count, view->width, view->height);
+    print_quoted(stp_chunk_file_path(model->file));
+    print_quoted((const char *)glGetString(GL_VENDOR));
+    print_quoted((const char *)glGetString(GL_RENDERER));
+    print_quoted((const char *)glGetString(GL_VERSION));
+    printf("\n");
 }
 
 void roads_table_csv(const roads_run_result *r, const stp_model *model, const stp_view *view)
@@ -160,15 +176,10 @@ void roads_table_csv(const roads_run_result *r, const stp_model *model, const st
         "round,road,threshold_px,frame_ms,project_ms,pull_push_ms,shade_ms,waited_ms,gpu_all_ms");
     for (int k = 0; k < STP_STAGE_COUNT; k++)
         printf(",gpu_%s_ms", stp_stage_name((stp_stage)k));
-    printf(",points_drawn,points,width,height,model,gl_vendor,gl_renderer\n");
+    printf(",points_drawn,reconstruct" ROADS_TABLE_RUN "\n");
     for (unsigned round = 0; round < r->rounds; round++)
         for (size_t i = 0; i < r->road_count; i++) {
             print_csv_row(r, i, round);
-            printf(",%llu,%d,%d", (unsigned long long)model->info->point_count, view->width,
-                   view->height);
-            print_quoted(stp_chunk_file_path(model->file));
-            print_quoted((const char *)glGetString(GL_VENDOR));
-            print_quoted((const char *)glGetString(GL_RENDERER));
-            printf("\n");
+            roads_table_csv_run(model, view);
         }
 }

@@ -13,4 +13,9 @@ stp_status roads_table_print(const roads_run_result *result, const stp_model *mo
 /* One line per round and road: times, points drawn, and a description of the run. */
 void roads_table_csv(const roads_run_result *result, const stp_model *model, const stp_view *view);
 
+/* The columns that say what was drawn where, and their values, which end the row. A context must be
+ * current. */
+#define ROADS_TABLE_RUN ",points,width,height,model,gl_vendor,gl_renderer,gl_version"
+void roads_table_csv_run(const stp_model *model, const stp_view *view);
+
 #endif
