@@ -40,7 +40,10 @@ static stp_table table_of(uint32_t rows)
 {
     int16_t *values = calloc((size_t)STP_SAMPLE_COLUMN_COUNT * rows + 1, sizeof *values);
     assert_non_null(values);
-    return (stp_table){values, rows, STP_SAMPLE_COLUMN_COUNT, rows};
+    return (stp_table){.values = values,
+                       .stride = rows,
+                       .column_count = STP_SAMPLE_COLUMN_COUNT,
+                       .row_count = rows};
 }
 
 static stp_level_tables encode_level(const stp_chunk *chunk, int level)
