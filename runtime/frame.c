@@ -14,36 +14,49 @@
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 
 /* For frames that wait for the cut: every block that is not damaged will be resident. */
+/* A view that a cut is chosen for: the frame's own, or the one ahead. */
+typedef struct cut_view {
+    const stp_renderer *renderer;
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+} cut_view;
+
 static int available_soon(const void *context, uint32_t block)
 {
-    const stp_renderer *r = context;
-    return stp_block_cache_damaged(r->cache, block) ? STP_CUT_NEVER : 0;
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER : 0;
 }
 
 static int available_now(const void *context, uint32_t block)
 {
-    const stp_renderer *r = context;
-    return stp_block_cache_damaged(r->cache, block) ? STP_CUT_NEVER
-                                                    : stp_block_cache_finest(r->cache, block);
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER
+                                                 : stp_block_cache_finest(cache, block);
+}
+
+static const stp_resident *resident_now(const void *context, uint32_t block)
+{
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT
+               ? NULL
+               : stp_block_cache_get(cache, stp_block_cache_slot(cache, block));
 }
 
 /* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
 static int needed_now(const void *context, uint32_t block, int estimate)
 {
-    const stp_renderer *r = context;
-    const int finest = stp_block_cache_finest(r->cache, block);
-    if (finest <= estimate || r->frame.quality[0] <= 0.0f)
+    const cut_view *v = context;
+    const stp_resident *resident = resident_now(context, block);
+    if (v->frame->quality[0] <= 0.0f || (resident != NULL && resident->finest <= estimate))
         return estimate;
-    if (finest == STP_NOT_RESIDENT)
+    if (resident == NULL)
         return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
-    const stp_resident *resident =
-        stp_block_cache_get(r->cache, stp_block_cache_slot(r->cache, block));
-    return stp_block_need(&r->scene, &r->frame, r->eye, resident, estimate);
+    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate);
 }
 
 static bool was_drawn(const void *context, uint32_t block)
 {
-    const stp_renderer *r = context;
+    const stp_renderer *r = ((const cut_view *)context)->renderer;
     return stp_block_cache_used(r->cache, block, r->drawn_stamp);
 }
 
@@ -97,16 +110,16 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
                                   err);
 }
 
+/* now: of what is resident; else as if everything were. */
 static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
-                             const stp_gpu_frame *frame, stp_dvec3 eye, stp_error *err)
+                             const cut_view *view, bool now, stp_error *err)
 {
-    bool stream = d->params->stream;
     stp_cut_params params = {
         .scene = &r->scene,
-        .frame = frame,
-        .eye = eye,
-        .source = {r, stream ? available_now : available_soon, stream ? needed_now : NULL,
-                   stream && r->moves ? was_drawn : NULL},
+        .frame = view->frame,
+        .eye = view->eye,
+        .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
+                   resident_now, d->params->stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
     };
     return stp_cut_select(cut, &params, err);
@@ -114,7 +127,8 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
 
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
 {
-    stp_status status = select_for(r, d, &r->cut, &r->frame, r->eye, err);
+    const cut_view view = {r, &r->frame, r->eye};
+    stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
 
@@ -324,7 +338,7 @@ stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t c
 
 /* What refine_one needs. */
 typedef struct needs {
-    const stp_renderer *renderer;
+    cut_view view;
     stp_draw *draws;
 } needs;
 
@@ -334,7 +348,7 @@ static stp_status refine_one(void *context, size_t index, unsigned worker, stp_e
     stp_draw *draw = &n->draws[index];
     (void)worker;
     (void)err;
-    draw->finest = needed_now(n->renderer, draw->block, draw->finest);
+    draw->finest = needed_now(&n->view, draw->block, draw->finest);
     return STP_OK;
 }
 
@@ -345,7 +359,7 @@ bool stp_frame_asks_headers(const stp_renderer *r)
 
 stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
 {
-    return stp_pool_run(r->pool, count, refine_one, &(needs){r, draws}, err);
+    return stp_pool_run(r->pool, count, refine_one, &(needs){{r, &r->frame, r->eye}, draws}, err);
 }
 
 /* Loads draws, as many as there is room for. */
@@ -390,6 +404,54 @@ static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error 
         stp_chunk_file_path(m->model->file), refused->chunk);
 }
 
+/* Appends a cut's missing blocks to r->wants, at most `limit`; *count counts all wants. */
+static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
+                            stp_error *err)
+{
+    size_t more = cut->miss_count < limit ? cut->miss_count : limit;
+    stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
+                                 "a list of blocks", err);
+    for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
+        if (stp_block_cache_damaged(r->cache, cut->misses[i].block))
+            continue;
+        r->wants[(*count)++] = (stp_want){cut->misses[i].block, cut->misses[i].finest};
+        more--;
+    }
+    return status;
+}
+
+/* Marks what the cut draws, or falls back on, as used. */
+static void touch_cut(stp_renderer *r)
+{
+    for (size_t i = 0; i < r->cut.draw_count; i++)
+        stp_block_cache_touch(r->cache, r->cut.draws[i].block, r->stamp);
+    for (size_t i = 0; i < r->cut.passed_count; i++)
+        stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+}
+
+/* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
+ * needed. Ends when nothing is missing, or there is no more room: then the picture takes passes. */
+static stp_status load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const cut_view view = {r, &r->frame, r->eye};
+    const double begun = stp_clock_seconds();
+    stp_cache_load load = {0};
+    do {
+        size_t count = 0;
+        STP_TRY(select_for(r, d, &r->cut, &view, true, err));
+        STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
+        r->stamp++;
+        touch_cut(r);
+        load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
+        if (count > 0)
+            STP_TRY(stp_block_cache_load(r->cache, &load, err));
+    } while (load.count > 0 && load.there == load.count);
+done:
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    return status;
+}
+
 /* Draws the whole cut, in as many passes as the budget needs, and waits for blocks. */
 static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
@@ -398,6 +460,8 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     double radius_px = 0.0;
     bool fronts_done = false; /* splats: an earlier pass drew all fronts */
     stp_cache_load load;
+    if (stp_frame_asks_headers(r))
+        STP_TRY(load_asked(r, d, err));
     STP_TRY(stp_frame_select(r, d, err));
     do {
         STP_TRY(load_draws(r, d, begin, &load, err));
@@ -424,22 +488,6 @@ done:
     return status;
 }
 
-/* Appends a cut's missing blocks to r->wants, at most `limit`; *count counts all wants. */
-static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
-                            stp_error *err)
-{
-    size_t more = cut->miss_count < limit ? cut->miss_count : limit;
-    stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
-                                 "a list of blocks", err);
-    for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
-        if (stp_block_cache_damaged(r->cache, cut->misses[i].block))
-            continue;
-        r->wants[(*count)++] = (stp_want){cut->misses[i].block, cut->misses[i].finest};
-        more--;
-    }
-    return status;
-}
-
 /* Requests the blocks that are missing, and the blocks that the camera's motion will reveal. */
 static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
                                stp_error *err)
@@ -450,7 +498,8 @@ static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
-        STP_TRY(select_for(r, d, &r->ahead_cut, &frame, ahead->eye, err));
+        const cut_view view = {r, &frame, ahead->eye};
+        STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }
     stp_block_cache_want(r->cache, r->wants, count, now);
@@ -467,10 +516,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     STP_TRY(stp_block_cache_update(r->cache, r->stamp, err));
     r->stamp++;
     STP_TRY(stp_frame_select(r, d, err));
-    for (size_t i = 0; i < r->cut.draw_count; i++)
-        stp_block_cache_touch(r->cache, r->cut.draws[i].block, r->stamp);
-    for (size_t i = 0; i < r->cut.passed_count; i++)
-        stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+    touch_cut(r);
     STP_TRY(want_missing(r, d, ahead, err));
     d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));

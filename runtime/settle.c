@@ -120,6 +120,7 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     } else if (s->headers) {
         STP_TRY(stp_frame_refine(r, r->cut.draws + s->begin, s->load.there, err));
         STP_TRY(start_load(r, s->load.there, false, err));
+        d->stats.chunks_loading = (uint32_t)s->load.count;
     } else
         STP_TRY(draw_loaded(r, d, err));
 done:

@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "runtime/cut/level_rule.h"
+#include "runtime/cut/need.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -98,6 +99,7 @@ static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 typedef struct stp_cut_visit {
     uint32_t chunk;
     bool complete;
+    bool exact; /* its patches said which blocks below they need (ask_patches) */
 } stp_cut_visit;
 
 static stp_status add_miss(stp_cut *cut, stp_miss miss, stp_error *err)
@@ -146,6 +148,16 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
     STP_TRY(stp_grow(&cut->blocks, &cut->block_capacity, block_count, sizeof *cut->blocks,
                      "a list of blocks", err));
     memset(cut->blocks + had, 0, (cut->block_capacity - had) * sizeof *cut->blocks);
+    had = cut->seen_capacity;
+    STP_TRY(stp_grow(&cut->seen, &cut->seen_capacity, block_count, sizeof *cut->seen,
+                     "a list of blocks", err));
+    STP_TRY(stp_grow(&cut->asked, &cut->asked_capacity, block_count, sizeof *cut->asked,
+                     "a list of blocks", err));
+    if (had < cut->seen_capacity || ++cut->serial == 0) {
+        memset(cut->seen, 0, cut->seen_capacity * sizeof *cut->seen);
+        memset(cut->asked, 0, cut->asked_capacity * sizeof *cut->asked);
+        cut->serial = 1;
+    }
     STP_TRY(stp_grow(&cut->touched, &cut->touched_capacity, block_count, sizeof *cut->touched,
                      "a list of blocks", err));
 done:
@@ -195,6 +207,34 @@ static bool ask_above(const stp_cut *cut, const stp_scene *scene, uint32_t paren
     return wanted;
 }
 
+static void refer(void *context, uint32_t below, bool coarse)
+{
+    stp_cut *cut = context;
+    cut->seen[below] = cut->serial;
+    if (coarse)
+        cut->asked[below] = cut->serial;
+}
+
+/* Lets the patches of a chunk's wanted blocks say which blocks below they need. False if they
+ * cannot: some block is not resident, or patches name no blocks. */
+static bool ask_patches(stp_cut *cut, const stp_cut_params *params, uint32_t chunk)
+{
+    const stp_scene *scene = params->scene;
+    const stp_scene_run run = stp_scene_blocks(scene, chunk);
+    if (params->source.resident == NULL || !(scene->entries[chunk].flags & STP_CHUNK_LINKED))
+        return false;
+    for (uint32_t b = run.begin; b < run.end; b++) {
+        if (cut->blocks[b].limit <= 0.0f)
+            continue;
+        const stp_resident *resident = params->source.resident(params->source.context, b);
+        if (resident == NULL && params->source.needed == NULL)
+            return false;
+        if (resident != NULL)
+            stp_block_refer(scene, params->frame, params->eye, resident, refer, cut);
+    }
+    return true;
+}
+
 static bool was_drawn(const stp_cut_params *params, stp_scene_run run)
 {
     const stp_cut_source *source = &params->source;
@@ -213,12 +253,14 @@ static stp_status visit_block(stp_cut *cut, const stp_cut_params *params, stp_cu
     stp_rule_bound bound = block_bound(b, params->scene->entries[b->chunk].origin, params->eye);
     float eye[3], limit, gain = INFINITY;
     bool drawn;
-    if (!stp_rule_visible(params->frame, &bound, eye)) {
+    const bool exact = parent.exact && !together;
+    if (!stp_rule_visible(params->frame, &bound, eye) || (exact && cut->seen[id] != cut->serial)) {
         decide(cut, id, STP_CUT_HIDDEN, 0.0f);
         return STP_OK;
     }
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    if ((!together &&
+    if ((exact && cut->asked[id] != cut->serial) ||
+        (!together &&
          !is_wanted(params->frame, &sight, b, was_drawn(params, (stp_scene_run){id, id + 1}))) ||
         !ask_above(cut, params->scene, parent.chunk, id, &limit, &drawn)) {
         /* together: all that is above and in sight is wanted, so nothing above is in sight */
@@ -298,7 +340,7 @@ static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cu
     }
     if (together)
         withdraw(cut, run, draw_count);
-    stp_cut_visit visit = {child, parent.complete};
+    stp_cut_visit visit = {child, parent.complete, false};
     bool wanted = false;
     for (uint32_t b = run.begin; b < run.end; b++) {
         visit.complete &= cut->blocks[b].state != STP_CUT_LEFT;
@@ -311,6 +353,7 @@ static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp
                                  size_t *stack_count, stp_error *err)
 {
     const stp_chunk_entry *e = &params->scene->entries[visit.chunk];
+    visit.exact = e->child_count > 0 && ask_patches(cut, params, visit.chunk);
     for (uint32_t k = 0; k < e->child_count; k++) {
         stp_status status = visit_child(cut, params, visit, e->first_child + k, stack_count, err);
         if (status != STP_OK)
@@ -337,7 +380,7 @@ static stp_status visit_root(stp_cut *cut, const stp_cut_params *params, uint32_
         decide(cut, id, STP_CUT_WHOLE, INFINITY);
         STP_TRY(add_draw(cut, (stp_draw){id, finest_needed(params->frame, &sight, b), false}, err));
     }
-    STP_TRY(push(cut, stack_count, (stp_cut_visit){root, true}, err));
+    STP_TRY(push(cut, stack_count, (stp_cut_visit){root, true, false}, err));
 done:
     return status;
 }
@@ -470,6 +513,8 @@ void stp_cut_destroy(stp_cut *cut)
     free(cut->passed);
     free(cut->blocks);
     free(cut->touched);
+    free(cut->seen);
+    free(cut->asked);
     free(cut->stack);
     *cut = (stp_cut){0};
 }

@@ -55,6 +55,11 @@ typedef struct stp_cut {
     size_t miss_count, miss_capacity;
     stp_cut_block *blocks; /* by block number; zero except for the touched ones */
     uint32_t *touched;
+    /* By block number: the last cut in which a patch in sight above refers to the block, and in
+     * which one is too coarse. */
+    uint32_t *seen, *asked;
+    uint32_t serial; /* of this cut */
+    size_t seen_capacity, asked_capacity;
     size_t block_capacity, touched_capacity, touched_count;
     struct stp_cut_visit *stack;
     size_t stack_capacity;
@@ -71,6 +76,9 @@ typedef struct stp_cut_source {
     int (*available)(const void *context, uint32_t block);
     /* The finest level that the block needs, no finer than the estimate; NULL: the estimate. */
     int (*needed)(const void *context, uint32_t block, int estimate);
+    /* The block's patches if they are resident, else NULL. They tell which blocks below are needed;
+     * until they are there, the blocks below tell it themselves, less exactly. NULL: never. */
+    const struct stp_resident *(*resident)(const void *context, uint32_t block);
     /* Whether the block was part of the last cut; NULL: ignored. */
     bool (*was_drawn)(const void *context, uint32_t block);
 } stp_cut_source;

@@ -21,3 +21,20 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
     }
     return need;
 }
+
+void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
+                     const stp_resident *resident,
+                     void (*refer)(void *context, uint32_t below, bool coarse), void *context)
+{
+    const stp_draw draw = {.block = resident->block};
+    const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(scene, &draw, eye);
+    for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
+        const stp_patch_brief *brief = &resident->briefs[i];
+        const stp_rule_bound bound = stp_patch_bound(brief, &chunk);
+        float centre[3];
+        if (brief->block == STP_BLOCK_NONE || !stp_rule_visible(frame, &bound, centre))
+            continue;
+        const stp_rule_sight sight = stp_rule_look(frame, &bound);
+        refer(context, brief->block, !stp_finest_does(frame, &sight, &resident->patches[i], 0));
+    }
+}

@@ -16,4 +16,10 @@
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_resident *resident, int estimate);
 
+/* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
+ * sight that has a block below. coarse: the patch is too coarse even at level 0. */
+void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
+                     const stp_resident *resident,
+                     void (*refer)(void *context, uint32_t below, bool coarse), void *context);
+
 #endif
