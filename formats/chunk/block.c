@@ -170,20 +170,45 @@ uint32_t stp_block_payload_bytes(const stp_block *block, int finest_level)
     return bytes;
 }
 
-/* Reads bytes [begin, end) of a part; reads them again if the whole part is there and fails its
- * checksum. */
-static stp_status fetch_part(stp_chunk_file *file, const stp_block_part *part, uint32_t begin,
-                             uint32_t end, uint8_t *out, stp_error *err)
+/* Reads a part again if a server sent other bytes than the file has. */
+static stp_status mend_part(stp_chunk_file *file, const stp_block_part *part, uint8_t *bytes,
+                            stp_error *err)
 {
-    const bool whole = begin == 0 && end == part->bytes;
-    stp_status status =
-        stp_chunk_file_bytes(file, part->offset + begin, out, end - begin, false, err);
+    stp_status status = STP_OK;
     for (int i = 0;
-         i < STP_FRESH_TRIES && status == STP_OK && whole &&
-         stp_byte_source_is_remote(file->source) && stp_hash(out, part->bytes) != part->hash;
+         i < STP_FRESH_TRIES && status == STP_OK && stp_byte_source_is_remote(file->source) &&
+         stp_hash(bytes, part->bytes) != part->hash;
          i++)
-        status = stp_chunk_file_bytes(file, part->offset, out, part->bytes, true, err);
+        status = stp_chunk_file_bytes(file, part->offset, bytes, part->bytes, true, err);
     return status;
+}
+
+/* Reads bytes [begin, end) of a payload from the file; parts that follow each other there are read
+ * at once. */
+static stp_status read_parts(const stp_chunk_file *file, const stp_block *block, uint64_t begin,
+                             uint64_t end, uint8_t *out, stp_error *err)
+{
+    uint64_t at = 0, run = 0, run_offset = 0;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        const stp_block_part *part = &block->parts[s];
+        const uint64_t from = begin > at ? begin : at;
+        const uint64_t to = end < at + part->bytes ? end : at + part->bytes;
+        const uint64_t offset = part->offset + (from - at);
+        at += part->bytes;
+        if (from >= to)
+            continue;
+        run_offset = run > 0 ? run_offset : offset;
+        run += to - from;
+        if (to < end && s + 1 < STP_SEGMENT_COUNT &&
+            block->parts[s + 1].offset == part->offset + part->bytes)
+            continue;
+        stp_status status =
+            stp_chunk_file_bytes(file, run_offset, out + (to - run - begin), run, false, err);
+        if (status != STP_OK)
+            return status;
+        run = 0;
+    }
+    return STP_OK;
 }
 
 stp_status stp_block_fetch(stp_chunk_file *file, const stp_block *block, uint32_t begin,
@@ -195,19 +220,14 @@ stp_status stp_block_fetch(stp_chunk_file *file, const stp_block *block, uint32_
                              "a block of chunk %" PRIu32 ": bytes %" PRIu32 " to %" PRIu32
                              " are not its own",
                              block->chunk, begin, end);
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        const stp_block_part *part = &block->parts[s];
-        const uint64_t from = begin > at ? begin : at;
-        const uint64_t to = end < at + part->bytes ? end : at + part->bytes;
-        if (from < to) {
-            stp_status status = fetch_part(file, part, (uint32_t)(from - at), (uint32_t)(to - at),
-                                           out + (from - begin), err);
-            if (status != STP_OK)
-                return status;
-        }
-        at += part->bytes;
+    stp_status status = read_parts(file, block, begin, end, out, err);
+    for (int s = 0; s < STP_SEGMENT_COUNT && status == STP_OK; s++) {
+        const uint32_t bytes = block->parts[s].bytes;
+        if (at >= begin && at + bytes <= end)
+            status = mend_part(file, &block->parts[s], out + (at - begin), err);
+        at += bytes;
     }
-    return STP_OK;
+    return status;
 }
 
 static stp_status decode_parts(const stp_chunk_file *file, const stp_block *block,

@@ -12,7 +12,7 @@
 #include "formats/chunk/byte_source.h"
 
 /* The first bytes of the file; the request that opens it brings them. */
-#define STP_HTTP_HEAD_BYTES 256u
+#define STP_HTTP_HEAD_BYTES 2048u
 
 typedef struct stp_http stp_http;
 
