@@ -92,12 +92,16 @@ static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
     if (sound && file->header.version_major == 1)
         return STP_OK;
     bool has_twin = first == sizeof bytes &&
-                    take_header(file, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, again, &twin,
-                                NULL) == STP_OK &&
+                    stp_header_read(bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, file_bytes,
+                                    &twin, NULL) == STP_OK &&
                     twin.version_major > 1;
     if (has_twin && (!sound || twin.generation > file->header.generation))
         file->header = twin;
-    file->info.header_damaged = sound != has_twin;
+    /* Copies of one generation are equal. */
+    file->info.header_damaged =
+        sound != has_twin || (sound && twin.generation == file->header.generation &&
+                              memcmp(bytes, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2) != 0);
+    file->info.header_damaged_at = sound ? STP_HEADER_BYTES_2 : 0;
     return sound || has_twin ? STP_OK : locate(file, status, &inner, err);
 done:
     return status;
@@ -227,6 +231,7 @@ static void fill_info(stp_chunk_file *file)
     file->info = (stp_chunk_file_info){
         .block_count = blocks ? blocks->bytes / STP_BLOCK_BYTES : 0,
         .header_damaged = file->info.header_damaged,
+        .header_damaged_at = file->info.header_damaged_at,
         .version_major = h->version_major,
         .version_minor = h->version_minor,
         .file_bytes = h->file_bytes,
