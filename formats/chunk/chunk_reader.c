@@ -95,12 +95,12 @@ static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
                     stp_header_read(bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, file_bytes,
                                     &twin, NULL) == STP_OK &&
                     twin.version_major > 1;
+    /* Copies of one generation are equal. */
+    const bool unlike = sound && has_twin && twin.generation == file->header.generation &&
+                        memcmp(bytes, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2) != 0;
     if (has_twin && (!sound || twin.generation > file->header.generation))
         file->header = twin;
-    /* Copies of one generation are equal. */
-    file->info.header_damaged =
-        sound != has_twin || (sound && twin.generation == file->header.generation &&
-                              memcmp(bytes, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2) != 0);
+    file->info.header_damaged = sound != has_twin || unlike;
     file->info.header_damaged_at = sound ? STP_HEADER_BYTES_2 : 0;
     return sound || has_twin ? STP_OK : locate(file, status, &inner, err);
 done:
