@@ -199,6 +199,9 @@ static void header_parse(const uint8_t *bytes, stp_header *h)
 /* Sections follow each other from the end of the payloads to the metadata. */
 static stp_status header_check_sections(const stp_header *h, stp_error *err)
 {
+    if (h->version_major >= 2 && h->generation == 0)
+        return stp_error_set(err, STP_CORRUPT, "byte %u: generation 0, expected at least 1",
+                             GENERATION_AT);
     if (h->section_count > STP_SECTIONS_LIMIT)
         return stp_error_set(err, STP_CORRUPT, "byte %u: %" PRIu32 " sections, expected at most %u",
                              SECTION_COUNT_AT, h->section_count, STP_SECTIONS_LIMIT);

@@ -117,6 +117,7 @@ static const wrong_number wrong_numbers[] = {
     {HEADER, 40, 8, 2047},
     {HEADER, 48, 8, UINT64_MAX},
     {HEADER, 144, 8, UINT64_MAX},
+    {HEADER, 152, 8, 0},
     {HEADER, 160, 4, 0},
     {HEADER, 160, 4, 2},
     {HEADER, 160, 4, 17},
@@ -308,7 +309,8 @@ static void test_copies(void **state)
     reseal(f.bytes, f.size, false);
     assert_int_equal(read_all(f.bytes, f.size, &err), STP_CORRUPT);
     assert_non_null(strstr(err.message, "the copy of its header at byte 1024"));
-    for (uint64_t generation = 0; generation < 3; generation += 2) {
+    stp_put_u64(f.bytes + 152, 2);
+    for (uint64_t generation = 1; generation <= 3; generation += 2) {
         const char *path = fixture_path("generation.stipple");
         stp_chunk_file *file = NULL;
         stp_put_u64(f.bytes + STP_HEADER_BYTES_2 + 152, generation);
@@ -317,7 +319,7 @@ static void test_copies(void **state)
         fixture_write_file(path, f.bytes, f.size);
         assert_int_equal(stp_chunk_file_open(&file, path, NULL), STP_OK);
         assert_int_equal(stp_chunk_file_get_info(file)->orientation,
-                         generation == 2 ? STP_ORIENTATION_FILE : STP_ORIENTATION_UNKNOWN);
+                         generation == 3 ? STP_ORIENTATION_FILE : STP_ORIENTATION_UNKNOWN);
         stp_chunk_file_close(&file);
     }
     free(f.bytes);
