@@ -214,14 +214,22 @@ static void test_copies(void **state)
     }
 }
 
-/* Wipes the records of all blocks: the payloads bring them back. If a payload is lost, too, the
- * records are written anew. */
+/* Flips a bit in each of two blocks of a segment: their checksums find both. Wipes the records of
+ * all blocks: the payloads bring them back. If a payload is lost, too, they are written anew. */
 static void test_records(void **state)
 {
     (void)state;
     bench *b = setup_bench();
     const size_t table = stp_get_u64(b->bytes + 176), metadata = stp_get_u64(b->bytes + 40);
+    size_t size = 0;
+    uint8_t *bytes = segment(b, 5, 2, &size);
     assert_true(metadata - table > 14 * STP_BLOCK_BYTES);
+    bytes[100] ^= 1;
+    bytes[size - 1] ^= 1;
+    repair(b);
+    assert_original(b);
+    assert_non_null(strstr(b->report, "in block 2 of segment 2 of chunk 5: put back"));
+    memcpy(b->damaged, b->bytes, b->size);
     memset(b->damaged + table, 0, metadata - table);
     repair(b);
     assert_original(b);
@@ -575,17 +583,11 @@ static void test_in_place(void **state)
 int main(void)
 {
     const struct CMUnitTest version_1[] = {TESTS_OF_ALL_VERSIONS};
-    const struct CMUnitTest version_2[] = {
-        TESTS_OF_ALL_VERSIONS,
-        cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_records),
-        cmocka_unit_test(test_joined),
-    };
-    const struct CMUnitTest zstd[] = {
-        cmocka_unit_test(test_many_bits),
-        cmocka_unit_test(test_entries),
-        cmocka_unit_test(test_leaf),
-    };
+    const struct CMUnitTest version_2[] = {TESTS_OF_ALL_VERSIONS, cmocka_unit_test(test_copies),
+                                           cmocka_unit_test(test_records),
+                                           cmocka_unit_test(test_joined)};
+    const struct CMUnitTest zstd[] = {cmocka_unit_test(test_many_bits),
+                                      cmocka_unit_test(test_entries), cmocka_unit_test(test_leaf)};
     int failed = cmocka_run_group_tests_name("repair", version_1, NULL, NULL);
     bench_codec = STP_CODEC_DRACO_BLOCKS;
     failed += cmocka_run_group_tests_name("repair in blocks", version_2, NULL, NULL);

@@ -23,15 +23,18 @@ static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
     const stp_chunk_entry *e = &d->entries[id];
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
+    bool lost[STP_SEGMENT_COUNT] = {false};
     d->finest[id] = STP_NOTHING_READABLE;
+    STP_TRY(stp_lost_blocks_mend(d, id, lost, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         char what[64];
-        bool sound;
+        bool sound = false;
         size_t size = e->segment_end[s] - begin;
         uint64_t at = e->offset + begin;
         snprintf(what, sizeof what, "segment %d of chunk %" PRIu32, s, id);
-        STP_TRY(
-            stp_damaged_read_checked(d, at, size, e->segment_hash[s], what, &bytes, &sound, err));
+        if (!lost[s])
+            STP_TRY(stp_damaged_read_checked(d, at, size, e->segment_hash[s], what, &bytes, &sound,
+                                             err));
         if (!sound) {
             stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") is lost", what, size, at);
             goto done;

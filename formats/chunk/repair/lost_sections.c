@@ -1,6 +1,7 @@
 /* Mends sections: flipped bits by their checksums, records of blocks by their payloads. */
 #include "formats/chunk/repair/lost_sections.h"
 
+#include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/block_table.h"
 
@@ -36,9 +37,15 @@ done:
     return status;
 }
 
+/* Where the records of a chunk's blocks are. An entry with blocks was checked against the table. */
+static uint64_t records_at(const stp_damaged *d, uint32_t id)
+{
+    return stp_header_section(&d->header, STP_SECTION_BLOCKS)->offset +
+           (uint64_t)d->entries[id].first_block * STP_BLOCK_BYTES;
+}
+
 /* Replaces records by those that the payload gives, if these are what the entry says. */
-static stp_status replace_records(stp_damaged *d, uint32_t id, uint64_t at, bool *mended,
-                                  stp_error *err)
+static stp_status replace_records(stp_damaged *d, uint32_t id, bool *mended, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_entry *e = &d->entries[id];
@@ -51,7 +58,7 @@ static stp_status replace_records(stp_damaged *d, uint32_t id, uint64_t at, bool
               stp_hash(records.data, records.size) == e->blocks_hash;
     if (!*mended)
         goto done;
-    STP_TRY(stp_damaged_mend(d, at, records.data, records.size, err));
+    STP_TRY(stp_damaged_mend(d, records_at(d, id), records.data, records.size, err));
     stp_damaged_say(d, "the records of blocks of chunk %" PRIu32 " are made anew from its payload",
                     id);
 done:
@@ -59,31 +66,86 @@ done:
     return status;
 }
 
-static stp_status mend_records(stp_damaged *d, uint32_t id, uint64_t table, stp_error *err)
+/* Reads the records of a chunk's blocks, and puts a flipped bit back. */
+static stp_status read_records(stp_damaged *d, uint32_t id, uint8_t **records, bool *sound,
+                               stp_error *err)
+{
+    const stp_chunk_entry *e = &d->entries[id];
+    char what[64];
+    snprintf(what, sizeof what, "the records of blocks of chunk %" PRIu32, id);
+    return stp_damaged_read_checked(d, records_at(d, id), (size_t)e->block_count * STP_BLOCK_BYTES,
+                                    e->blocks_hash, what, records, sound, err);
+}
+
+static stp_status mend_part(stp_damaged *d, const stp_block *block, uint32_t number, int segment,
+                            bool *lost, stp_error *err)
+{
+    const stp_block_part *part = &block->parts[segment];
+    uint8_t *bytes = NULL;
+    char what[80];
+    bool sound = false;
+    snprintf(what, sizeof what, "block %" PRIu32 " of segment %d of chunk %" PRIu32, number,
+             segment, block->chunk);
+    stp_status status = stp_damaged_read_checked(d, part->offset, part->bytes, part->hash, what,
+                                                 &bytes, &sound, err);
+    if (status == STP_OK && !sound)
+        stp_damaged_say(d, "%s is lost", what);
+    *lost |= !sound;
+    free(bytes);
+    return status;
+}
+
+stp_status stp_lost_blocks_mend(stp_damaged *d, uint32_t id, bool lost[STP_SEGMENT_COUNT],
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_entry *e = &d->entries[id];
-    const size_t size = (size_t)e->block_count * STP_BLOCK_BYTES;
-    const uint64_t at = table + (uint64_t)e->first_block * STP_BLOCK_BYTES;
-    uint8_t *bytes = NULL;
-    char what[64];
+    uint8_t *records = NULL;
+    stp_block *blocks = NULL;
     bool sound = false;
-    snprintf(what, sizeof what, "the records of blocks of chunk %" PRIu32, id);
-    STP_TRY(stp_damaged_read_checked(d, at, size, e->blocks_hash, what, &bytes, &sound, err));
-    if (!sound)
-        STP_TRY(replace_records(d, id, at, &sound, err));
+    if (e->block_count == 0)
+        return STP_OK;
+    STP_TRY(read_records(d, id, &records, &sound, err));
+    STP_TRY(stp_alloc(&blocks, e->block_count, sizeof *blocks, "blocks", err));
+    if (!sound || stp_block_records_read(records, e, id, blocks, NULL) != STP_OK)
+        goto done;
+    for (uint32_t b = 0; b < e->block_count; b++)
+        for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+            STP_TRY(mend_part(d, &blocks[b], b, s, &lost[s], err));
+done:
+    free(records);
+    free(blocks);
+    return status;
+}
+
+static stp_status mend_records(stp_damaged *d, uint32_t id, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    const uint64_t count =
+        stp_header_section(&d->header, STP_SECTION_BLOCKS)->bytes / STP_BLOCK_BYTES;
+    uint8_t *records = NULL;
+    bool sound = false;
+    /* A rebuilt entry may say that its records lie elsewhere. */
+    const bool inside = stp_range_inside(e->first_block, e->block_count, count);
+    if (inside)
+        STP_TRY(read_records(d, id, &records, &sound, err));
+    if (inside && !sound)
+        STP_TRY(replace_records(d, id, &sound, err));
     if (!sound) {
         d->sections_lost = true;
-        stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") are lost", what, size, at);
+        stp_damaged_say(d,
+                        "the records of blocks of chunk %" PRIu32 " (at byte %" PRIu64 ") are lost",
+                        id, records_at(d, id));
     }
 done:
-    free(bytes);
+    free(records);
     return status;
 }
 
 /* Mends the table of blocks. If a chunk is lost, all records are written anew: then there is
  * nothing to mend. */
-static stp_status mend_blocks(stp_damaged *d, uint64_t table, stp_error *err)
+static stp_status mend_table(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
     for (uint32_t id = 0; id < d->header.chunk_count; id++)
@@ -91,7 +153,7 @@ static stp_status mend_blocks(stp_damaged *d, uint64_t table, stp_error *err)
             return STP_OK;
     for (uint32_t id = 0; id < d->header.chunk_count; id++)
         if (d->entries[id].block_count > 0)
-            STP_TRY(mend_records(d, id, table, err));
+            STP_TRY(mend_records(d, id, err));
 done:
     return status;
 }
@@ -119,7 +181,7 @@ stp_status stp_lost_sections_mend(stp_damaged *d, stp_error *err)
     stp_status status = STP_OK;
     for (uint32_t i = 0; i < d->header.section_count; i++) {
         const stp_section *section = &d->header.sections[i];
-        STP_TRY(section->kind == STP_SECTION_BLOCKS ? mend_blocks(d, section->offset, err)
+        STP_TRY(section->kind == STP_SECTION_BLOCKS ? mend_table(d, err)
                                                     : mend_unknown(d, section, err));
     }
 done:
