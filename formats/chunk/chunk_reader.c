@@ -107,6 +107,13 @@ done:
     return status;
 }
 
+/* Whether reading the header again may help: the damage of a copy may have come on the way. */
+static bool may_mend_header(const stp_chunk_file *file, stp_status status)
+{
+    const bool damaged = status == STP_OK && file->info.header_damaged;
+    return stp_chunk_file_may_mend(file, damaged ? STP_CORRUPT : status);
+}
+
 /* Turns a page's bytes into entries; checks its hash and every entry. */
 static stp_status parse_page(const stp_chunk_file *file, uint32_t number, const uint8_t *bytes,
                              page **out, stp_error *err)
@@ -259,7 +266,7 @@ stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
     STP_TRY(stp_byte_source_open(&file->source, path, params, err));
     file->path = stp_byte_source_name(file->source);
     status = read_header(file, false, err);
-    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
+    for (int i = 0; i < STP_FRESH_TRIES && may_mend_header(file, status); i++)
         status = read_header(file, true, err);
     STP_TRY(status);
     file->page_count = stp_page_count(&file->header);
