@@ -262,9 +262,11 @@ stp_status stp_block_decode(stp_chunk_file *file, const stp_block *block, int fi
     stp_status status = STP_OK;
     stp_chunk_entry entry;
     stp_chunk *chunk = NULL;
+    stp_chunk_scratch own = {0};
     STP_TRY(stp_chunk_file_entry(file, block->chunk, &entry, err));
     if (entry.block_count == 0)
         return stp_chunk_file_decode(file, block->chunk, finest_level, payload, scratch, out, err);
+    scratch = scratch ? scratch : &own;
     STP_TRY(stp_chunk_create_blank(&chunk, block->patch_count, block->sample_count, finest_level,
                                    scratch, err));
     chunk->id = block->chunk;
@@ -275,6 +277,7 @@ stp_status stp_block_decode(stp_chunk_file *file, const stp_block *block, int fi
     *out = chunk;
     chunk = NULL;
 done:
+    stp_chunk_scratch_free(&own);
     stp_chunk_destroy(&chunk);
     return status;
 }

@@ -170,7 +170,9 @@ typedef struct stp_chunk_file_info {
     size_t metadata_bytes;
     uint64_t payloads_begin, payloads_end; /* bytes; sections, then the metadata follow */
     uint64_t block_count;                  /* in the table of blocks */
-    bool header_damaged;                   /* one of the two copies that a file of version 2 has */
+    /* Of the two copies of the header that a file of version 2 has, one is damaged. */
+    bool header_damaged;
+    uint32_t header_damaged_at; /* byte where that copy begins */
 } stp_chunk_file_info;
 
 typedef struct stp_chunk_file stp_chunk_file;

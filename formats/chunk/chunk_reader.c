@@ -92,15 +92,26 @@ static stp_status read_header(stp_chunk_file *file, bool again, stp_error *err)
     if (sound && file->header.version_major == 1)
         return STP_OK;
     bool has_twin = first == sizeof bytes &&
-                    take_header(file, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, again, &twin,
-                                NULL) == STP_OK &&
+                    stp_header_read(bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, file_bytes,
+                                    &twin, NULL) == STP_OK &&
                     twin.version_major > 1;
+    /* Copies of one generation are equal. */
+    const bool unlike = sound && has_twin && twin.generation == file->header.generation &&
+                        memcmp(bytes, bytes + STP_HEADER_BYTES_2, STP_HEADER_BYTES_2) != 0;
     if (has_twin && (!sound || twin.generation > file->header.generation))
         file->header = twin;
-    file->info.header_damaged = sound != has_twin;
+    file->info.header_damaged = sound != has_twin || unlike;
+    file->info.header_damaged_at = sound ? STP_HEADER_BYTES_2 : 0;
     return sound || has_twin ? STP_OK : locate(file, status, &inner, err);
 done:
     return status;
+}
+
+/* Whether reading the header again may help: the damage of a copy may have come on the way. */
+static bool may_mend_header(const stp_chunk_file *file, stp_status status)
+{
+    const bool damaged = status == STP_OK && file->info.header_damaged;
+    return stp_chunk_file_may_mend(file, damaged ? STP_CORRUPT : status);
 }
 
 /* Turns a page's bytes into entries; checks its hash and every entry. */
@@ -227,6 +238,7 @@ static void fill_info(stp_chunk_file *file)
     file->info = (stp_chunk_file_info){
         .block_count = blocks ? blocks->bytes / STP_BLOCK_BYTES : 0,
         .header_damaged = file->info.header_damaged,
+        .header_damaged_at = file->info.header_damaged_at,
         .version_major = h->version_major,
         .version_minor = h->version_minor,
         .file_bytes = h->file_bytes,
@@ -254,7 +266,7 @@ stp_status stp_chunk_file_open_at(stp_chunk_file **out, const char *path,
     STP_TRY(stp_byte_source_open(&file->source, path, params, err));
     file->path = stp_byte_source_name(file->source);
     status = read_header(file, false, err);
-    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
+    for (int i = 0; i < STP_FRESH_TRIES && may_mend_header(file, status); i++)
         status = read_header(file, true, err);
     STP_TRY(status);
     file->page_count = stp_page_count(&file->header);

@@ -159,12 +159,14 @@ stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_err
         return stp_error_set(err, STP_CORRUPT, "byte 8: version %u.%u does not exist", major,
                              minor);
     uint32_t size = stp_get_u32(bytes + 12);
+    /* In version 2 the size is fixed, so that the second copy is found without the first. */
     const uint32_t least = major == 1 ? STP_HEADER_BYTES : STP_HEADER_BYTES_2;
-    if (size < least || size > STP_HEADER_BYTES_LIMIT)
+    const uint32_t most = major == 1 ? STP_HEADER_BYTES_LIMIT : STP_HEADER_BYTES_2;
+    if (size < least || size > most)
         return stp_error_set(err, STP_CORRUPT,
                              "byte 12: the header has %" PRIu32 " bytes, expected %" PRIu32
-                             " to %u",
-                             size, least, STP_HEADER_BYTES_LIMIT);
+                             " to %" PRIu32,
+                             size, least, most);
     *header_bytes = size;
     return STP_OK;
 }
@@ -197,6 +199,9 @@ static void header_parse(const uint8_t *bytes, stp_header *h)
 /* Sections follow each other from the end of the payloads to the metadata. */
 static stp_status header_check_sections(const stp_header *h, stp_error *err)
 {
+    if (h->version_major >= 2 && h->generation == 0)
+        return stp_error_set(err, STP_CORRUPT, "byte %u: generation 0, expected at least 1",
+                             GENERATION_AT);
     if (h->section_count > STP_SECTIONS_LIMIT)
         return stp_error_set(err, STP_CORRUPT, "byte %u: %" PRIu32 " sections, expected at most %u",
                              SECTION_COUNT_AT, h->section_count, STP_SECTIONS_LIMIT);
@@ -411,6 +416,9 @@ static const char *entry_check_payload(const stp_chunk_entry *e, const stp_heade
     if (e->block_count > e->patch_count ||
         !stp_range_inside(e->first_block, e->block_count, records))
         return "its blocks lie outside the file's table of blocks";
+    if (e->codec < STP_CODEC_COUNT &&
+        stp_codec_has_blocks((stp_codec)e->codec) != (e->block_count > 0))
+        return "its codec has blocks and its block count is 0, or the reverse";
     if (e->offset < stp_header_span(header) ||
         !stp_range_inside(e->offset, e->segment_end[STP_SEGMENT_COUNT - 1],
                           stp_payloads_end(header)))

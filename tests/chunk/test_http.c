@@ -4,6 +4,7 @@
 #include "base/pool.h"
 #include "base/random.h"
 #include "formats/chunk/byte_source.h"
+#include "formats/chunk/remote/http.h"
 #include "formats/chunk/remote/http_address.h"
 #include "formats/chunk/remote/http_answer.h"
 #include "tests/support/check.h"
@@ -182,12 +183,12 @@ static void redirections_are_remembered(void **state)
     (void)state;
     fault_server_order(&server, &(fault_orders){.kind = FAULT_MOVED, .count = ALWAYS});
     for (unsigned i = 0; i < 3; i++) {
-        check_ok(stp_byte_source_read(source, 900, got, sizeof got, err));
+        check_ok(stp_byte_source_read(source, 2900, got, sizeof got, err));
         assert_int_equal(fault_server_requests(&server), 2 + i);
     }
     fault_server_order(&server, &(fault_orders){.kind = FAULT_STATUS, .count = 1, .code = 403});
-    check_ok(stp_byte_source_read(source, 900, got, sizeof got, err));
-    assert_memory_equal(got, file_bytes + 900, sizeof got);
+    check_ok(stp_byte_source_read(source, 2900, got, sizeof got, err));
+    assert_memory_equal(got, file_bytes + 2900, sizeof got);
     assert_int_equal(fault_server_requests(&server), 2);
     stp_byte_source_close(&source);
 }
@@ -303,10 +304,10 @@ static void a_slow_server_is_given_up(void **state)
                        &(fault_orders){.kind = FAULT_TRICKLE, .first = 3, .count = ALWAYS});
     check_ok(stp_byte_source_open(&source, server.address, &patient, err));
     for (int i = 0; i < 2; i++)
-        check_ok(stp_byte_source_read(source, 1000, got, 100, err));
+        check_ok(stp_byte_source_read(source, 3000, got, 100, err));
     double begin_s = stp_clock_seconds();
     for (int i = 0; i < 20; i++) {
-        assert_int_equal(stp_byte_source_read(source, 1000, got, sizeof got, &failure), STP_IO);
+        assert_int_equal(stp_byte_source_read(source, 3000, got, sizeof got, &failure), STP_IO);
         assert_non_null(strstr(failure.message, "too slow"));
         assert_non_null(strstr(failure.message, "--timeout"));
     }
@@ -323,7 +324,7 @@ static void words_are_right(void **state)
         const char *text;
     } cases[] = {
         {{.kind = FAULT_HUGE_HEADER, .count = ALWAYS}, "headers are larger"},
-        {{.kind = FAULT_STATUS, .count = ALWAYS, .code = 416}, "no bytes 0 to 255 (416)"},
+        {{.kind = FAULT_STATUS, .count = ALWAYS, .code = 416}, "no bytes 0 to 2047 (416)"},
         {{.kind = FAULT_NO_TOTAL, .count = ALWAYS}, "does not say how large"},
         {{.kind = FAULT_VAST, .count = ALWAYS}, "more than was asked for"},
     };
@@ -418,7 +419,7 @@ static void many_threads_read_at_once(void **state)
     stp_byte_source_get_stats(m.source, &stats);
     assert_int_equal(stats.requests, 1 + 302);
     assert_int_equal(stats.retries, 2);
-    assert_int_equal(stats.bytes, 256 + 300 * 3000);
+    assert_int_equal(stats.bytes, STP_HTTP_HEAD_BYTES + 300 * 3000);
     stp_pool_destroy(&pool);
     stp_byte_source_close(&m.source);
 }

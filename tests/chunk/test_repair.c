@@ -1,5 +1,6 @@
-/* Tests the repair of damaged chunk files: sound parts stay, parts that can be rebuilt are rebuilt,
- * and exactly the lost points are named. The points that must come back are those of the fixture.
+/* Tests the repair of damaged chunk files of both versions: sound parts stay, parts that can be
+ * rebuilt are rebuilt, and exactly the lost points are named. The points that must come back are
+ * those of the fixture.
  */
 #include "formats/chunk/repair/repair_note.h"
 #include "formats/chunk/verify/verify.h"
@@ -132,7 +133,9 @@ static void test_flipped_bits(void **state)
                              250,
                              256,
                              5000,
+                             header_size() * header_copies() - 1,
                              metadata - 1,
+                             metadata - 100,
                              metadata + 3,
                              directory,
                              directory + 300,
@@ -159,7 +162,8 @@ static void test_many_bits(void **state)
     for (uint32_t id = 0; id < CHUNKS; id++)
         for (int s = 0; s < STP_SEGMENT_COUNT; s++)
             *segment(b, id, s, &size) ^= 16;
-    b->damaged[100] ^= 1;
+    for (size_t i = 0; i < header_copies(); i++)
+        b->damaged[i * header_size() + 100] ^= 1;
     b->damaged[stp_get_u64(b->bytes + 40)] ^= 128;
     b->damaged[b->size - 100] ^= 2;
     repair(b);
@@ -171,11 +175,12 @@ static void test_header(void **state)
 {
     (void)state;
     bench *b = setup_bench();
-    memset(b->damaged, 0xff, 240);
+    for (size_t i = 0; i < header_copies(); i++)
+        memset(b->damaged + i * header_size(), 0xff, 240);
     repair(b);
     assert_original(b);
     assert_non_null(strstr(b->report, "its checksum proves it"));
-    memset(b->damaged, 0, 256); /* wipes the checksum too */
+    memset(b->damaged, 0, header_copies() * header_size()); /* wipes the checksum too */
     repair(b);
     assert_non_null(strstr(b->report, "told from"));
     assert_int_equal(assert_points(b, 0), 0);
@@ -189,11 +194,84 @@ static void test_header(void **state)
     free_bench(b);
 }
 
+/* Of version 2, either copy of the header does. */
+static void test_copies(void **state)
+{
+    (void)state;
+    for (size_t at = 0; at < 2 * STP_HEADER_BYTES_2; at += STP_HEADER_BYTES_2) {
+        char line[64];
+        bench *b = setup_bench();
+        memset(b->damaged + at, 0, STP_HEADER_BYTES_2);
+        repair(b);
+        assert_original(b);
+        snprintf(line, sizeof line, "byte %zu: this copy of the header is damaged", at);
+        assert_non_null(strstr(b->report, line));
+        flip(b, 8 * (STP_HEADER_BYTES_2 - at + 64)); /* the other copy is damaged less */
+        repair(b);
+        assert_original(b);
+        assert_non_null(strstr(b->report, line));
+        free_bench(b);
+    }
+}
+
+/* Flips a bit in each of two blocks of a segment: their checksums find both. Wipes the records of
+ * all blocks: the payloads bring them back. If a payload is lost, too, they are written anew. */
+static void test_records(void **state)
+{
+    (void)state;
+    bench *b = setup_bench();
+    const size_t table = stp_get_u64(b->bytes + 176), metadata = stp_get_u64(b->bytes + 40);
+    size_t size = 0;
+    uint8_t *bytes = segment(b, 5, 2, &size);
+    assert_true(metadata - table > 14 * STP_BLOCK_BYTES);
+    bytes[100] ^= 1;
+    bytes[size - 1] ^= 1;
+    repair(b);
+    assert_original(b);
+    assert_non_null(strstr(b->report, "in block 2 of segment 2 of chunk 5: put back"));
+    memcpy(b->damaged, b->bytes, b->size);
+    memset(b->damaged + table, 0, metadata - table);
+    repair(b);
+    assert_original(b);
+    assert_non_null(strstr(b->report, "the records of blocks of chunk 6 are made anew"));
+    destroy_segment(b, 4, 2);
+    repair(b);
+    assert_true(assert_points(b, 1u << 4) > 0);
+    free_bench(b);
+}
+
+/* If a chunk is rebuilt, those under it become one block each; all others keep their blocks. */
+static void test_joined(void **state)
+{
+    (void)state;
+    bench *b = setup_bench();
+    stp_chunk_entry e;
+    destroy_segment(b, 1, 0);
+    repair(b);
+    assert_int_equal(assert_points(b, 0), 0);
+    assert_non_null(strstr(b->report, "2 chunks: one block now"));
+    stp_chunk_file *file = open_sound(b);
+    assert_int_equal(stp_chunk_file_get_info(file)->version_major, 2);
+    for (uint32_t id = FIRST_LEAF; id < CHUNKS; id++) {
+        assert_int_equal(stp_chunk_file_entry(file, id, &e, NULL), STP_OK);
+        assert_int_equal(e.block_count, id < FIRST_LEAF + 2 ? 1 : 3);
+    }
+    stp_chunk_file_close(&file);
+    free_bench(b);
+}
+
+/* Version 1 must end where its header says; version 2 may have more. */
 static void test_appended(void **state)
 {
     (void)state;
     bench *b = setup_bench();
     memcpy(b->damaged + b->size, "0123456789", 10);
+    unlink(output_path());
+    assert_int_equal(repair_size(b, b->size + 10, output_path(), false), STP_OK);
+    if (header_copies() == 1)
+        assert_original(b);
+    assert_true(b->result.sound == (header_copies() == 2));
+    b->damaged[b->size - 1] ^= 1;
     unlink(output_path());
     assert_int_equal(repair_size(b, b->size + 10, output_path(), false), STP_OK);
     assert_original(b);
@@ -447,8 +525,11 @@ static void test_refused(void **state)
     memset(b->damaged, 0, b->size);
     assert_refused(b, b->size, "not a stipple chunk file");
     memcpy(b->damaged, b->bytes, b->size);
-    stp_put_u16(b->damaged + 8, 2); /* a newer file is sound */
-    stp_put_u64(b->damaged + 248, stp_hash(b->damaged, 248));
+    stp_put_u16(b->damaged + 8, STP_CHUNK_FILE_MAJOR + 1); /* a newer file is sound */
+    const size_t hashed = header_size() - STP_HASH_BYTES;
+    stp_put_u64(b->damaged + hashed, stp_hash(b->damaged, hashed));
+    if (header_copies() == 2)
+        memcpy(b->damaged + header_size(), b->damaged, header_size());
     assert_refused(b, b->size, "use a newer stipple");
     free_bench(b);
 }
@@ -460,7 +541,7 @@ static void test_written_wrong(void **state)
     bench *b = setup_bench();
     const char *path = fixture_path("wrong.stipple");
     b->tree.box.min.x += 0.5;
-    assert_int_equal(fixture_write(&b->tree, path, STP_CODEC_DRACO, NULL), STP_OK);
+    assert_int_equal(fixture_write(&b->tree, path, bench_codec, NULL), STP_OK);
     free(b->damaged);
     b->damaged = fixture_read_file(path, &b->size);
     assert_refused(b, b->size, "no checksum is wrong");
@@ -489,26 +570,28 @@ static void test_in_place(void **state)
     free_bench(b);
 }
 
+#define TESTS_OF_ALL_VERSIONS                                                                      \
+    cmocka_unit_test(test_flipped_bits), cmocka_unit_test(test_many_bits),                         \
+        cmocka_unit_test(test_header), cmocka_unit_test(test_appended),                            \
+        cmocka_unit_test(test_inner), cmocka_unit_test(test_entries), cmocka_unit_test(test_cut),  \
+        cmocka_unit_test(test_leaf), cmocka_unit_test(test_leaf_and_page),                         \
+        cmocka_unit_test(test_metadata_names), cmocka_unit_test(test_leaf_and_parent),             \
+        cmocka_unit_test(test_metadata), cmocka_unit_test(test_again),                             \
+        cmocka_unit_test(test_sound), cmocka_unit_test(test_refused),                              \
+        cmocka_unit_test(test_written_wrong), cmocka_unit_test(test_in_place)
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_flipped_bits),
-        cmocka_unit_test(test_many_bits),
-        cmocka_unit_test(test_header),
-        cmocka_unit_test(test_appended),
-        cmocka_unit_test(test_inner),
-        cmocka_unit_test(test_entries),
-        cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_leaf),
-        cmocka_unit_test(test_leaf_and_page),
-        cmocka_unit_test(test_metadata_names),
-        cmocka_unit_test(test_leaf_and_parent),
-        cmocka_unit_test(test_metadata),
-        cmocka_unit_test(test_again),
-        cmocka_unit_test(test_sound),
-        cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_written_wrong),
-        cmocka_unit_test(test_in_place),
-    };
-    return cmocka_run_group_tests_name("repair", tests, NULL, fixture_remove_folder);
+    const struct CMUnitTest version_1[] = {TESTS_OF_ALL_VERSIONS};
+    const struct CMUnitTest version_2[] = {TESTS_OF_ALL_VERSIONS, cmocka_unit_test(test_copies),
+                                           cmocka_unit_test(test_records),
+                                           cmocka_unit_test(test_joined)};
+    const struct CMUnitTest zstd[] = {cmocka_unit_test(test_many_bits),
+                                      cmocka_unit_test(test_entries), cmocka_unit_test(test_leaf)};
+    int failed = cmocka_run_group_tests_name("repair", version_1, NULL, NULL);
+    bench_codec = STP_CODEC_DRACO_BLOCKS;
+    failed += cmocka_run_group_tests_name("repair in blocks", version_2, NULL, NULL);
+    bench_codec = STP_CODEC_ZSTD_BLOCKS;
+    return failed + cmocka_run_group_tests_name("repair in blocks of zstd", zstd, NULL,
+                                                fixture_remove_folder);
 }

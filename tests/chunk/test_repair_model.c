@@ -1,20 +1,21 @@
-/* Tests that a repaired model keeps the promise of its errors. The errors of each chunk's patch
- * vertices must be covered by the chunk above, both perpendicular and tangential errors; verify
- * checks only the first. */
+/* Tests that a repaired model, of either version, keeps the promise of its errors. The errors of
+ * each chunk's patch vertices must be covered by the chunk above, both perpendicular and tangential
+ * errors; verify checks only the first. */
 #include "tests/fixtures/repair_fixture.h"
 
 #include "tests/fixtures/prep_fixture.h"
 
 #define POINTS 150000
 
-static bench *model_bench(void)
+static bench *model_bench(int format)
 {
     bench *b = calloc(1, sizeof *b);
     assert_non_null(b);
     stp_prep_stats stats;
+    const stp_prep_params params = {.format = format};
     const char *path = fixture_path("sound.stipple");
     prep_cloud cloud = prep_cloud_wavy(POINTS, (stp_dvec3){3.0, 4.0, 5.0}, 2.0);
-    assert_int_equal(prep_cloud_run(&cloud, path, 2, NULL, &stats, NULL), STP_OK);
+    assert_int_equal(prep_cloud_run(&cloud, path, 2, &params, &stats, NULL), STP_OK);
     free(cloud.points);
     b->bytes = fixture_read_file(path, &b->size);
     b->damaged = malloc(b->size);
@@ -79,10 +80,9 @@ static void assert_all_held(const char *path)
     stp_chunk_file_close(&file);
 }
 
-static void test_errors_held(void **state)
+static void repair_each_segment(int format)
 {
-    (void)state;
-    bench *b = model_bench();
+    bench *b = model_bench(format);
     uint32_t count = stp_get_u32(b->bytes + 16);
     assert_true(count > 2);
     assert_all_held(fixture_path("sound.stipple"));
@@ -102,10 +102,23 @@ static void test_errors_held(void **state)
     free(b);
 }
 
+static void test_errors_held(void **state)
+{
+    (void)state;
+    repair_each_segment(1);
+}
+
+static void test_errors_held_in_blocks(void **state)
+{
+    (void)state;
+    repair_each_segment(2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_errors_held),
+        cmocka_unit_test(test_errors_held_in_blocks),
     };
     return cmocka_run_group_tests_name("repaired model", tests, NULL, fixture_remove_folder);
 }

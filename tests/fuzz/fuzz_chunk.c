@@ -6,6 +6,7 @@
  * the file sound, info, a picture, export, convert and repair must succeed and give sound files. If
  * the file is not sound but opens, info, export and a picture run on it. */
 #include "tests/fuzz/fuzz_chunk.h"
+#include "formats/chunk/block.h"
 #include "formats/chunk/convert.h"
 #include "formats/chunk/repair/repair.h"
 #include "formats/chunk/verify/verify.h"
@@ -25,7 +26,7 @@ static void require_sound(const char *path, stp_pool *pool)
     stp_chunk_file_close(&file);
 }
 
-static void go_through(const char *path, stp_chunk_file *file, stp_pool *pool)
+static void go_through(const char *path, stp_chunk_file *file, uint64_t choice, stp_pool *pool)
 {
     const char *output = fixture_path("out.stipple");
     const bool newer = stp_chunk_file_is_newer(stp_chunk_file_get_info(file)->version_major,
@@ -33,7 +34,9 @@ static void go_through(const char *path, stp_chunk_file *file, stp_pool *pool)
     stp_repair_result result = {0};
     const stp_repair_params repair = {.output = output, .pool = pool};
     for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
-        const stp_convert_params params = {.codec = (stp_codec)codec, .pool = pool};
+        const stp_convert_params params = {.codec = (stp_codec)codec,
+                                           .format = 1 + (int)((choice + (uint64_t)codec) % 2),
+                                           .pool = pool};
         stp_status status = stp_chunk_file_convert(file, output, &params, NULL);
         fixture_require(status == (newer ? STP_UNSUPPORTED : STP_OK));
         if (!newer)
@@ -52,6 +55,38 @@ static void read_chunks(stp_chunk_file *file)
             (void)stp_chunk_file_read(file, id, level, &chunk, NULL);
             stp_chunk_destroy(&chunk);
         }
+    }
+}
+
+static void read_block(stp_chunk_file *file, const stp_block *block, bool sound)
+{
+    uint8_t *payload = malloc((size_t)stp_block_payload_bytes(block, 0) + 1);
+    fixture_require(payload != NULL);
+    for (int level = 2; level >= 0; level--) {
+        stp_chunk *chunk = NULL;
+        stp_status status =
+            stp_block_fetch(file, block, 0, stp_block_payload_bytes(block, level), payload, NULL);
+        if (status == STP_OK)
+            status = stp_block_decode(file, block, level, payload, NULL, &chunk, NULL);
+        fixture_require(status == STP_OK || !sound);
+        stp_chunk_destroy(&chunk);
+    }
+    free(payload);
+}
+
+static void read_blocks(stp_chunk_file *file, bool sound)
+{
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        uint32_t count = 0;
+        if (stp_chunk_file_block_count(file, id, &count, NULL) != STP_OK)
+            continue;
+        stp_block *blocks = calloc(count, sizeof *blocks);
+        fixture_require(count > 0 && blocks != NULL);
+        const stp_status status = stp_chunk_file_blocks(file, id, blocks, NULL);
+        fixture_require(status == STP_OK || !sound);
+        for (uint32_t b = 0; status == STP_OK && b < count; b++)
+            read_block(file, &blocks[b], sound);
+        free(blocks);
     }
 }
 
@@ -131,11 +166,12 @@ static void read_everything(const char *path, uint64_t choice)
     fixture_require(stp_pool_create(&pool, 1, NULL) == STP_OK);
     read_chunks(file);
     const bool sound = stp_chunk_file_verify(file, pool, NULL, NULL) == STP_OK;
+    read_blocks(file, sound);
     run_info(path, file);
     cpu_picture_draw(path, choice, sound, pool);
     export_ply(file, sound);
     if (sound)
-        go_through(path, file, pool);
+        go_through(path, file, choice, pool);
     stp_pool_destroy(&pool);
     stp_chunk_file_close(&file);
 }

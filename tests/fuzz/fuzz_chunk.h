@@ -74,10 +74,13 @@ static inline size_t replace_metadata(uint8_t *data, size_t size, size_t capacit
     if (metadata < STP_HEADER_BYTES || metadata > directory || directory > size ||
         metadata + length + (size - directory) > capacity)
         return size;
+    const bool copies = stp_get_u16(data + 8) == 2 && metadata >= 2 * STP_HEADER_BYTES_2;
     memmove(data + metadata + length, data + directory, size - directory);
     memcpy(data + metadata, text, length);
     stp_put_u64(data + 32, metadata + length);
     stp_put_u64(data + 48, length);
+    if (copies)
+        memcpy(data + STP_HEADER_BYTES_2, data, STP_HEADER_BYTES_2);
     return metadata + length + (size - directory);
 }
 
@@ -87,7 +90,8 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
     size_t size = 0;
     const char *path = fixture_path("fuzz.stipple");
     if (seed & 1u)
-        fixture_tree_of_seven(&tree, 2 + seed / 2 % 8, 1 + seed / 16 % 64);
+        fixture_tree_of_seven(&tree, 2 + seed / 2 % 8 * (1 + (seed >> 19 & 3u)),
+                              1 + seed / 16 % 64);
     else
         fixture_single(&tree, 1 + seed / 2 % 20, 1 + seed / 16 % 64);
     if (!(seed & 1u) && seed & 2048u) {
@@ -98,10 +102,11 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
         make_closed(tree.chunks[0]);
         tree.attributes_more |= STP_HAS_CLOSED;
     }
-    static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_RAW, STP_CODEC_ZSTD,
-                                       STP_CODEC_ZSTD};
-    fixture_require(fixture_write(&tree, path, codecs[(seed >> 10 & 1u) | (seed >> 12 & 1u) << 1],
-                                  NULL) == STP_OK);
+    static const stp_codec codecs[] = {STP_CODEC_DRACO,      STP_CODEC_RAW,
+                                       STP_CODEC_ZSTD,       STP_CODEC_ZSTD_BLOCKS,
+                                       STP_CODEC_RAW_BLOCKS, STP_CODEC_DRACO_BLOCKS};
+    const unsigned codec = (seed >> 10 & 1u) | (seed >> 12 & 1u) << 1 | (seed >> 18 & 1u) << 2;
+    fixture_require(fixture_write(&tree, path, codecs[codec % 6], NULL) == STP_OK);
     uint8_t *bytes = fixture_read_file(path, &size);
     fixture_remove_folder(NULL);
     fixture_destroy(&tree);
@@ -124,6 +129,35 @@ static inline void mutate_in_place(uint8_t *data, size_t size, uint64_t begin, u
     free(copy);
 }
 
+/* Mutates the header, half of the time both copies of version 2 alike. */
+static inline void mutate_header(uint8_t *data, size_t size, unsigned seed)
+{
+    const bool copies = stp_get_u16(data + 8) == 2 && size >= 2 * STP_HEADER_BYTES_2;
+    if (copies && seed & 1u)
+        mutate_in_place(data, size, seed & 2u ? 152 : STP_HEADER_BYTES_2, 168);
+    else
+        mutate_in_place(data, size, 8, STP_HEADER_BYTES - 8);
+    if (copies && !(seed & 4u))
+        memcpy(data + STP_HEADER_BYTES_2, data, STP_HEADER_BYTES_2);
+}
+
+/* Mutates a record of the table of blocks, or the index of a chunk's segment 0. */
+static inline void mutate_blocks(uint8_t *data, size_t size, uint64_t entry, unsigned seed)
+{
+    const uint8_t *section = data + RESEAL_SECTIONS_AT;
+    const uint32_t count = stp_get_u32(data + entry + 212);
+    if (stp_get_u16(data + 8) != 2 || count == 0 || stp_get_u64(section + 8) > size)
+        return;
+    if (seed & 1u)
+        mutate_in_place(data, size, stp_get_u64(data + entry), stp_block_index_bytes(count, 0));
+    else
+        mutate_in_place(data, size,
+                        stp_get_u64(section + 8) +
+                            ((uint64_t)stp_get_u32(data + entry + 208) + seed / 2 % count) *
+                                STP_BLOCK_BYTES,
+                        STP_BLOCK_BYTES);
+}
+
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsigned seed)
 {
     if (size < 2 * STP_HEADER_BYTES)
@@ -138,7 +172,7 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
     case 0:
         return LLVMFuzzerMutate(data, size, capacity);
     case 1:
-        mutate_in_place(data, size, 8, STP_HEADER_BYTES - 8);
+        mutate_header(data, size, seed / 8);
         return size;
     case 2:
         mutate_in_place(data, size, entry, known ? STP_ENTRY_BYTES : 0);
@@ -147,6 +181,10 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
         if (seed / 8 % 4 == 0)
             return replace_metadata(data, size, capacity, seed / 32);
         mutate_in_place(data, size, metadata, directory - metadata);
+        return size;
+    case 4:
+        if (known)
+            mutate_blocks(data, size, entry, seed / 512);
         return size;
     default:
         if (known)

@@ -29,13 +29,19 @@ static void damage(uint8_t *data, size_t *size, uint64_t r)
     const uint64_t chunk = count ? (r >> 16) % count % STP_PAGE_ENTRIES : 0;
     const uint64_t entry = directory + chunk * STP_ENTRY_BYTES;
     const bool known = stp_range_inside(directory, (chunk + 1) * STP_ENTRY_BYTES, *size);
+    const bool blocks = stp_get_u16(data + 8) == 2;
+    const uint64_t table = stp_get_u64(data + RESEAL_SECTIONS_AT + 8);
+    const uint64_t header = blocks ? 2 * STP_HEADER_BYTES_2 : STP_HEADER_BYTES;
     switch (r >> 56 & 7) {
     case 0:
-        damage_range(data, *size, 0, STP_HEADER_BYTES, r);
+        damage_range(data, *size, 0, header, r);
         return;
     case 1:
     case 2:
-        damage_range(data, *size, entry, known ? STP_ENTRY_BYTES : 0, r);
+        if (blocks && r >> 55 & 1)
+            damage_range(data, *size, table, metadata - table, r);
+        else
+            damage_range(data, *size, entry, known ? STP_ENTRY_BYTES : 0, r);
         return;
     case 3:
         damage_range(data, *size, metadata, directory - metadata, r);

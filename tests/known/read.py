@@ -36,7 +36,8 @@ class Header:
         self.major, self.minor, self.bytes, self.chunks, page, self.entry_bytes, self.depth = \
             struct.unpack_from("<HH5I", data, 8)
         require(1 <= self.major <= 2, f"version {self.major}.{self.minor} is unknown")
-        require((256, 1024)[self.major - 1] <= self.bytes <= 65536 and self.bytes <= len(data), "the header's size is wrong")
+        require((256, 1024)[self.major - 1] <= self.bytes <= (65536, 1024)[self.major - 1] and self.bytes <= len(data),
+                "the header's size is wrong")
         stored = struct.unpack_from("<Q", data, self.bytes - 8)[0]
         require(xxh3(data[:self.bytes - 8]) == stored, "the header's checksum is wrong")
         (self.directory, self.metadata, self.metadata_bytes, self.metadata_hash, self.points,

@@ -236,7 +236,7 @@ static void fill_body(answer *a, uint64_t begin, uint64_t last)
         a->body[i] = atomic_load(&s->changed) ? (uint8_t)~byte : byte;
     }
     if (a->kind == FAULT_FLIP)
-        a->body[a->body_bytes / 2] ^= 4;
+        a->body[a->body_bytes / 16] ^= 4; /* of a first answer, in the file's header */
 }
 
 /* Answers that the requested range does not exist. */

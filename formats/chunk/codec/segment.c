@@ -118,6 +118,17 @@ stp_status stp_block_count_read(const uint8_t *bytes, size_t size, uint32_t *out
     return STP_OK;
 }
 
+size_t stp_block_segment_bytes(const uint8_t *bytes, size_t size, int segment)
+{
+    uint32_t count = 0;
+    if (stp_block_count_read(bytes, size, &count, NULL) != STP_OK)
+        return 0;
+    uint64_t end = stp_block_index_bytes(count, segment);
+    for (uint32_t b = 0; b < count && end <= size; b++)
+        end += stp_get_u32(bytes + COUNT_BYTES + b * row_bytes(segment));
+    return end <= size ? (size_t)end : 0;
+}
+
 static void get_counts(const uint8_t *row, stp_block_row *out)
 {
     out->patch_count = stp_get_u16(row + 4) + 1u;

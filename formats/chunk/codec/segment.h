@@ -42,6 +42,8 @@ static inline uint64_t stp_block_index_bytes(uint32_t block_count, int segment)
 {
     return 4 + (uint64_t)block_count * (segment == 0 ? 12 : 4);
 }
+/* Bytes of the segment in blocks that begins at `bytes`, by its index; 0 if they do not fit. */
+size_t stp_block_segment_bytes(const uint8_t *bytes, size_t size, int segment);
 /* The number of blocks that a segment says it has. Errors: CORRUPT (more than fit). */
 stp_status stp_block_count_read(const uint8_t *bytes, size_t size, uint32_t *out, stp_error *err);
 /* Reads the index of a segment into rows[count]. Rows of segment 0 get all members, those of others

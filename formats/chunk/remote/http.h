@@ -11,7 +11,7 @@
 
 #include "formats/chunk/byte_source.h"
 
-/* The first bytes of the file; the request that opens it brings them. */
+/* The first bytes of the file, both copies of its header; the request that opens it brings them. */
 #define STP_HTTP_HEAD_BYTES 2048u
 
 typedef struct stp_http stp_http;

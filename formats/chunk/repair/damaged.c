@@ -7,6 +7,7 @@
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/repair/lost_entries.h"
 #include "formats/chunk/repair/lost_header.h"
+#include "formats/chunk/repair/lost_sections.h"
 #include "formats/chunk/repair/mend_bit.h"
 
 #include <inttypes.h>
@@ -22,22 +23,18 @@ static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
     const stp_chunk_entry *e = &d->entries[id];
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
+    bool lost[STP_SEGMENT_COUNT] = {false};
     d->finest[id] = STP_NOTHING_READABLE;
+    STP_TRY(stp_lost_blocks_mend(d, id, lost, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         char what[64];
-        bool sound;
+        bool sound = false;
         size_t size = e->segment_end[s] - begin;
         uint64_t at = e->offset + begin;
-        bool there = stp_range_inside(at, size, d->file_bytes);
-        STP_TRY(stp_alloc(&bytes, (there ? size : 0) + 1, 1, "payload", err));
-        if (there)
-            STP_TRY(stp_damaged_read(d, at, bytes, size, err));
         snprintf(what, sizeof what, "segment %d of chunk %" PRIu32, s, id);
-        sound = there && stp_hash(bytes, size) == e->segment_hash[s];
-        if (there && !sound)
-            STP_TRY(stp_damaged_mend_bit(d, at, bytes, size,
-                                         (stp_hash_place){e->segment_hash[s], false}, what, &sound,
-                                         err));
+        if (!lost[s])
+            STP_TRY(stp_damaged_read_checked(d, at, size, e->segment_hash[s], what, &bytes, &sound,
+                                             err));
         if (!sound) {
             stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") is lost", what, size, at);
             goto done;
@@ -59,23 +56,16 @@ static stp_status read_metadata(stp_damaged *d, stp_error *err)
     stp_status status = STP_OK;
     const stp_header *h = &d->header;
     size_t size = (size_t)h->metadata_bytes;
-    bool there = stp_range_inside(h->metadata_offset, size, d->file_bytes);
-    STP_TRY(stp_alloc(&d->metadata, (there ? size : 0) + 1, 1, "metadata", err));
-    if (there)
-        STP_TRY(stp_damaged_read(d, h->metadata_offset, d->metadata, size, err));
-    if (there && stp_hash(d->metadata, size) == h->metadata_hash)
-        goto done;
-    bool mended = false;
-    if (there)
-        STP_TRY(stp_damaged_mend_bit(d, h->metadata_offset, (uint8_t *)d->metadata, size,
-                                     (stp_hash_place){h->metadata_hash, false}, "the metadata",
-                                     &mended, err));
-    if (!mended) {
-        d->metadata_lost = true;
+    uint8_t *bytes = NULL;
+    bool sound = false;
+    STP_TRY(stp_damaged_read_checked(d, h->metadata_offset, size, h->metadata_hash, "the metadata",
+                                     &bytes, &sound, err));
+    d->metadata_lost = !sound;
+    if (!sound)
         stp_damaged_say(d, "the metadata (%zu bytes at byte %" PRIu64 ") is lost", size,
                         h->metadata_offset);
-    }
 done:
+    d->metadata = (char *)bytes;
     return status;
 }
 
@@ -152,6 +142,7 @@ stp_status stp_damaged_open(stp_damaged *out, const char *path, const stp_repair
     STP_TRY(stp_lost_header_read(&d, err));
     STP_TRY(read_metadata(&d, err));
     STP_TRY(read_directory(&d, err));
+    STP_TRY(stp_lost_sections_mend(&d, err));
     STP_TRY(stp_lost_header_finish(&d, err));
 done:
     if (status != STP_OK)

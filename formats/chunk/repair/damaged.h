@@ -30,6 +30,7 @@ typedef struct stp_damaged {
     uint32_t entries_told;    /* directory entries taken or rebuilt without a proof */
     char *metadata;           /* ends in a zero byte */
     bool metadata_lost;       /* metadata holds the damaged bytes as found */
+    bool sections_lost;       /* a section, or records of blocks, cannot be mended */
     stp_chunk_entry *entries; /* by id */
     bool *known;              /* by id: whether the entry is known */
     uint8_t *finest;          /* by id: finest level that can be read, or STP_NOTHING_READABLE */
@@ -64,6 +65,12 @@ typedef struct stp_hash_place {
 stp_status stp_damaged_mend_bit(stp_damaged *d, uint64_t offset, uint8_t *bytes, size_t size,
                                 stp_hash_place hash, const char *what, bool *mended,
                                 stp_error *err);
+
+/* Reads bytes under a checksum into *bytes (free with free(); a zero byte follows them), and mends
+ * a flipped bit. *sound: they are as the checksum says. *bytes is empty if they lie beyond the
+ * file's end. Errors: IO, OUT_OF_MEMORY, CANCELLED. */
+stp_status stp_damaged_read_checked(stp_damaged *d, uint64_t offset, size_t size, uint64_t hash,
+                                    const char *what, uint8_t **bytes, bool *sound, stp_error *err);
 
 /* Decodes a chunk whose entry is known. Does not compare checksums. Errors: IO, CORRUPT,
  * UNSUPPORTED, OUT_OF_MEMORY. */

@@ -1,6 +1,7 @@
 /* Reads a damaged file's bytes and chunks with the mends laid over them, and reports. */
 #include "formats/chunk/repair/damaged.h"
 
+#include "base/checked.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/codec/segment.h"
@@ -70,6 +71,24 @@ stp_status stp_damaged_mend_bit(stp_damaged *d, uint64_t offset, uint8_t *bytes,
     stp_damaged_say(d, "byte %" PRIu64 ": bit %zu was flipped in %s: put back", offset + bit / 8,
                     bit % 8, what);
     *mended = true;
+done:
+    return status;
+}
+
+stp_status stp_damaged_read_checked(stp_damaged *d, uint64_t offset, size_t size, uint64_t hash,
+                                    const char *what, uint8_t **bytes, bool *sound, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const bool there = stp_range_inside(offset, size, d->file_bytes);
+    *sound = false;
+    STP_TRY(stp_alloc(bytes, (there ? size : 0) + 1, 1, what, err));
+    if (!there)
+        return STP_OK;
+    STP_TRY(stp_damaged_read(d, offset, *bytes, size, err));
+    *sound = stp_hash(*bytes, size) == hash;
+    if (!*sound)
+        STP_TRY(stp_damaged_mend_bit(d, offset, *bytes, size, (stp_hash_place){hash, false}, what,
+                                     sound, err));
 done:
     return status;
 }

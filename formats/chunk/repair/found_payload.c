@@ -52,6 +52,15 @@ done:
     return status;
 }
 
+/* Whether a chunk may have these counts. */
+static bool may_have(const uint32_t counts[STP_LEVEL_COUNT], uint32_t patch_count)
+{
+    bool valid = true;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        valid &= counts[l] >= patch_count && counts[l] <= STP_CHUNK_SAMPLES_LIMIT;
+    return valid;
+}
+
 /* Counts samples by level from the patches; not valid if there are no patches. */
 static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patch_count,
                                 stp_chunk_entry *entry, size_t *head, bool *valid, stp_error *err)
@@ -71,8 +80,7 @@ static stp_status count_samples(const uint8_t *bytes, size_t left, uint32_t patc
     for (uint32_t p = 0; p < patch_count; p++)
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
             counts[l] += patches[p].counts[l];
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        *valid &= counts[l] >= patch_count && counts[l] <= STP_CHUNK_SAMPLES_LIMIT;
+    *valid = may_have(counts, patch_count);
 done:
     free(patches);
     return status;
@@ -114,6 +122,51 @@ static bool find_plane_ends(const uint8_t *bytes, size_t size, size_t head,
     return true;
 }
 
+/* Finds where the segments end, and the counts, by the indices of blocks. */
+static stp_status find_blocks(const uint8_t *bytes, size_t size, uint32_t patch_count,
+                              stp_chunk_entry *entry, bool *valid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_block_row *rows = NULL;
+    uint32_t count = 0;
+    size_t at = 0;
+    *valid = false;
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        size_t segment = stp_block_segment_bytes(bytes + at, size - at, s);
+        if (segment == 0)
+            return STP_OK;
+        at += segment;
+        entry->segment_end[s] = (uint32_t)at;
+    }
+    STP_TRY(stp_block_count_read(bytes, entry->segment_end[0], &count, err));
+    STP_TRY(stp_alloc(&rows, count, sizeof *rows, "blocks", err));
+    if (stp_block_rows_read(bytes, entry->segment_end[0], 0, rows, count, NULL) != STP_OK)
+        goto done;
+    for (uint32_t b = 0; b < count; b++)
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            entry->sample_count[l] += rows[b].sample_count[l];
+    *valid = entry->sample_count[STP_LEVEL_COUNT - 1] == patch_count &&
+             may_have(entry->sample_count, patch_count);
+done:
+    free(rows);
+    return status;
+}
+
+/* Finds where the segments end, and the counts, by the patches. */
+static stp_status find_segments(const uint8_t *bytes, size_t size, uint32_t patch_count,
+                                stp_chunk_entry *entry, bool *valid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t head = 0;
+    STP_TRY(count_samples(bytes, size, patch_count, entry, &head, valid, err));
+    if (*valid)
+        *valid = entry->codec == STP_CODEC_ZSTD
+                     ? find_plane_ends(bytes, size, head, entry->sample_count, entry->segment_end)
+                     : find_ends(bytes, size, entry->sample_count, entry->segment_end);
+done:
+    return status;
+}
+
 static stp_status decode(const uint8_t *bytes, const stp_chunk_entry *e, stp_chunk **out,
                          stp_error *err)
 {
@@ -142,19 +195,15 @@ stp_status stp_found_payload(const stp_damaged *d, uint64_t end, uint32_t patch_
     uint8_t *bytes = NULL;
     uint64_t left = end - entry->offset;
     size_t size = (size_t)(left < PAYLOAD_BYTES_LIMIT ? left : PAYLOAD_BYTES_LIMIT);
-    size_t head = 0;
     bool valid = false;
     *out = NULL;
     if (patch_count == 0 || patch_count > STP_CHUNK_PATCHES_LIMIT)
         return STP_OK;
     STP_TRY(stp_alloc(&bytes, size, 1, "payload", err));
     STP_TRY(stp_damaged_read(d, entry->offset, bytes, size, err));
-    STP_TRY(count_samples(bytes, size, patch_count, entry, &head, &valid, err));
-    if (!valid)
-        goto done;
-    valid = entry->codec == STP_CODEC_ZSTD
-                ? find_plane_ends(bytes, size, head, entry->sample_count, entry->segment_end)
-                : find_ends(bytes, size, entry->sample_count, entry->segment_end);
+    STP_TRY(stp_codec_has_blocks((stp_codec)entry->codec)
+                ? find_blocks(bytes, size, patch_count, entry, &valid, err)
+                : find_segments(bytes, size, patch_count, entry, &valid, err));
     if (!valid)
         goto done;
     entry->patch_count = patch_count;

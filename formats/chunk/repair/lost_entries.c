@@ -4,6 +4,7 @@
 #include "base/checked.h"
 #include "base/memory.h"
 #include "formats/chunk/repair/found_payload.h"
+#include "formats/chunk/repair/lost_sections.h"
 #include "formats/chunk/verify/verify_join.h"
 
 #include <inttypes.h>
@@ -42,18 +43,20 @@ done:
 }
 
 /* Sets the fields of an entry that describe its chunk, from the chunk. */
-static stp_status describe(stp_chunk_entry *e, const stp_chunk *chunk, stp_error *err)
+static stp_status describe(const stp_damaged *d, stp_chunk_entry *e, const stp_chunk *chunk,
+                           stp_error *err)
 {
+    stp_status status = STP_OK;
     void *payload = NULL;
     stp_chunk_entry described = *e;
-    stp_status status = stp_chunk_encode(chunk, (stp_codec)e->codec, &payload, &described, err);
-    free(payload);
-    if (status != STP_OK)
-        return status;
+    STP_TRY(stp_chunk_encode(chunk, (stp_codec)e->codec, &payload, &described, err));
     memcpy(described.segment_end, e->segment_end, sizeof e->segment_end);
     memcpy(described.segment_hash, e->segment_hash, sizeof e->segment_hash);
+    STP_TRY(stp_lost_blocks_describe(d, &described, err));
     *e = described;
-    return STP_OK;
+done:
+    free(payload);
+    return status;
 }
 
 /* How well an entry of a damaged page agrees with its payload. */
@@ -86,7 +89,7 @@ static stp_status try_entry(stp_damaged *d, uint32_t id, const uint8_t *bytes, f
         status = decoded == STP_CORRUPT || decoded == STP_UNSUPPORTED ? STP_OK : decoded;
         goto done;
     }
-    STP_TRY(describe(&d->entries[id], chunk, err));
+    STP_TRY(describe(d, &d->entries[id], chunk, err));
     stp_entry_write(&d->entries[id], described);
     *out = memcmp(described, bytes, sizeof described) == 0 ? FIT_EXACT : FIT_PAYLOAD;
 done:
@@ -274,8 +277,8 @@ static int compare_gaps(const void *a, const void *b)
  * there are chunks. */
 static size_t find_gaps(const stp_damaged *d, gap *gaps)
 {
-    const uint64_t limit =
-        d->header.metadata_offset < d->file_bytes ? d->header.metadata_offset : d->file_bytes;
+    const uint64_t end = stp_payloads_end(&d->header);
+    const uint64_t limit = end < d->file_bytes ? end : d->file_bytes;
     size_t taken = 0, count = 0;
     for (uint32_t id = 0; id < d->header.chunk_count; id++)
         if (d->known[id])
@@ -283,7 +286,7 @@ static size_t find_gaps(const stp_damaged *d, gap *gaps)
                 (gap){d->entries[id].offset,
                       d->entries[id].offset + d->entries[id].segment_end[STP_SEGMENT_COUNT - 1]};
     qsort(gaps, taken, sizeof *gaps, compare_gaps);
-    uint64_t at = d->header.header_bytes;
+    uint64_t at = stp_header_span(&d->header);
     for (size_t i = 0; i <= taken; i++) {
         gap next = i < taken ? gaps[i] : (gap){limit, limit};
         if (next.begin > at && next.begin <= limit)
@@ -380,7 +383,7 @@ static stp_status try_payload(stp_damaged *d, uint32_t id, uint32_t parent, gap 
         goto done;
     e.points_under = chunk->level_begin[0][chunk->patch_count];
     e.origin = tell_origin(above, p->origin, child, chunk);
-    STP_TRY(describe(&e, chunk, err));
+    STP_TRY(describe(d, &e, chunk, err));
     e.origin = sign_zeros(&e);
     d->entries[id] = e;
     STP_TRY(joins(d, parent, above, id, chunk, found, err));
@@ -500,6 +503,17 @@ done:
     return status;
 }
 
+/* Records of blocks follow the chunks' ids: tells entries of damaged pages which are theirs. */
+static void number_blocks(stp_damaged *d, const bool *was_known)
+{
+    uint32_t next = 0;
+    for (uint32_t id = 0; id < d->header.chunk_count && d->known[id]; id++) {
+        if (!was_known[id])
+            d->entries[id].first_block = next;
+        next = d->entries[id].first_block + d->entries[id].block_count;
+    }
+}
+
 /* Writes the damaged pages whose entries are all known. */
 static stp_status mend_pages(stp_damaged *d, const bool *was_known, bool *told, stp_error *err)
 {
@@ -539,6 +553,7 @@ stp_status stp_lost_entries_find(stp_damaged *d, stp_error *err)
     mark_parents(d, inner);
     STP_TRY(fill_gaps(d, gaps, find_gaps(d, gaps), inner, told, err));
     STP_TRY(take_partial(d, told, err));
+    number_blocks(d, was_known);
     STP_TRY(mend_pages(d, was_known, told, err));
     for (uint32_t id = 0; id < count; id++)
         d->entries_told += told[id];

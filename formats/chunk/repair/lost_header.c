@@ -10,14 +10,77 @@
 
 /* ---- a header that its checksum proves ---- */
 
-/* Takes a header that says itself how long the file is: the file may have been cut, or appended to.
- */
-static stp_status take_header(stp_damaged *d, const uint8_t *bytes, uint32_t size, stp_error *err)
+/* A copy of the header. Files of version 1 have one, at byte 0; files of version 2 a second one at
+ * byte STP_HEADER_BYTES_2. */
+typedef struct copy {
+    uint64_t at;
+    uint32_t size;
+    uint8_t *bytes;
+    bool hashed;       /* the checksum matches, maybe after a bit was put back */
+    stp_status status; /* of reading it */
+    stp_error fault;
+    stp_header header;
+} copy;
+
+static stp_status read_copy(stp_damaged *d, uint64_t at, uint32_t size, copy *out, stp_error *err)
 {
-    stp_error inner = {0};
-    stp_status status = stp_header_read(bytes, size, stp_get_u64(bytes + 144), &d->header, &inner);
-    if (status != STP_OK)
-        return stp_error_set(err, status, "%s: cannot be repaired: %s", d->path, inner.message);
+    stp_status status = STP_OK;
+    const size_t hashed = size - STP_HASH_BYTES;
+    free(out->bytes);
+    *out = (copy){.at = at, .size = size, .status = STP_CORRUPT};
+    STP_TRY(stp_alloc(&out->bytes, size, 1, "header", err));
+    STP_TRY(stp_damaged_read(d, at, out->bytes, size, err));
+    const uint64_t hash = stp_get_u64(out->bytes + hashed);
+    out->hashed = stp_hash(out->bytes, hashed) == hash;
+    if (!out->hashed)
+        STP_TRY(stp_damaged_mend_bit(d, at, out->bytes, hashed, (stp_hash_place){hash, true},
+                                     "the header", &out->hashed, err));
+    /* The header says how long the file is: the file may have been cut, or appended to. */
+    if (out->hashed)
+        out->status = stp_header_read(out->bytes, size, stp_get_u64(out->bytes + 144), &out->header,
+                                      &out->fault);
+done:
+    return status;
+}
+
+/* Reads the copy at byte 0, whose size may be damaged. said: the size that it says, or 0. */
+static stp_status read_first(stp_damaged *d, uint32_t said, copy *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t sizes[] = {said, STP_HEADER_BYTES, STP_HEADER_BYTES_2};
+    for (int i = 0; i < 3 && !out->hashed; i++)
+        if (sizes[i] > 0 && (i == 0 || sizes[i] != said))
+            STP_TRY(read_copy(d, 0, sizes[i], out, err));
+done:
+    return status;
+}
+
+/* Takes the sound copy, of two the one of greater generation, and mends the other by it. False if
+ * neither is sound. */
+static stp_status take_copy(stp_damaged *d, const copy *first, const copy *second, bool *taken,
+                            stp_error *err)
+{
+    const bool sound[2] = {first->status == STP_OK,
+                           second->status == STP_OK && second->header.version_major >= 2};
+    const bool newer = second->header.generation > first->header.generation;
+    const copy *best = sound[1] && (!sound[0] || newer) ? second : first;
+    const copy *other = best == first ? second : first;
+    *taken = sound[0] || sound[1];
+    if (!*taken)
+        return STP_OK;
+    d->header = best->header;
+    if (sound[0] == sound[1] || best->header.version_major == 1)
+        return STP_OK;
+    stp_damaged_say(d,
+                    "byte %" PRIu64 ": this copy of the header is damaged: taken from the copy at "
+                    "byte %" PRIu64,
+                    other->at, best->at);
+    return stp_damaged_mend(d, other->at, best->bytes, best->size, err);
+}
+
+/* Says how the file's size differs from the header's. */
+static stp_status check_size(stp_damaged *d, stp_error *err)
+{
     uint64_t should = d->header.file_bytes;
     if (d->file_bytes > should)
         stp_damaged_say(d, "byte %" PRIu64 ": %" PRIu64 " bytes were appended: left out", should,
@@ -32,18 +95,6 @@ static stp_status take_header(stp_damaged *d, const uint8_t *bytes, uint32_t siz
                              " are left; copy it again",
                              d->path, should, d->file_bytes);
     return STP_OK;
-}
-
-static stp_status mend_header(stp_damaged *d, uint8_t *bytes, uint32_t size, bool *sound,
-                              stp_error *err)
-{
-    size_t hashed = size - STP_HASH_BYTES;
-    uint64_t hash = stp_get_u64(bytes + hashed);
-    *sound = stp_hash(bytes, hashed) == hash;
-    if (*sound)
-        return STP_OK;
-    return stp_damaged_mend_bit(d, 0, bytes, hashed, (stp_hash_place){hash, true}, "the header",
-                                sound, err);
 }
 
 /* ---- a header that the directory tells ---- */
@@ -85,12 +136,26 @@ done:
     return status;
 }
 
-/* Derives from the entries what they say of the file. */
+/* Puts the table of blocks, of version 2, between the payloads and the metadata. */
+static void place_blocks(stp_header *h, uint64_t block_count)
+{
+    h->version_major = 2;
+    h->header_bytes = STP_HEADER_BYTES_2;
+    h->generation = 1;
+    h->section_count = 1;
+    h->sections[0] = (stp_section){.kind = STP_SECTION_BLOCKS,
+                                   .offset = h->metadata_offset,
+                                   .bytes = block_count * STP_BLOCK_BYTES};
+    h->metadata_offset += h->sections[0].bytes;
+}
+
+/* Derives from the entries what they say of the file. Where payloads begin tells the version. */
 static stp_status sum_entries(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_header *h = &d->header;
     uint8_t entry[STP_ENTRY_BYTES];
+    uint64_t first = UINT64_MAX, block_count = 0;
     for (uint32_t id = 0; id < h->chunk_count; id++) {
         uint64_t at = stp_page_offset(h, id / STP_PAGE_ENTRIES) +
                       (uint64_t)(id % STP_PAGE_ENTRIES) * STP_ENTRY_BYTES;
@@ -98,12 +163,16 @@ static stp_status sum_entries(stp_damaged *d, stp_error *err)
         uint64_t begin = stp_get_u64(entry), end = begin + stp_get_u32(entry + 16);
         if (end >= begin && end <= h->directory_offset && end > h->metadata_offset)
             h->metadata_offset = end;
+        first = begin < first ? begin : first;
+        block_count += stp_get_u32(entry + 212);
         h->depth = entry[77] + 1u > h->depth ? entry[77] + 1u : h->depth;
         if (id == 0)
             h->point_count = stp_get_u64(entry + 80);
     }
+    if (first >= 2 * STP_HEADER_BYTES_2 && block_count <= h->directory_offset / STP_BLOCK_BYTES)
+        place_blocks(h, block_count);
     h->metadata_bytes = h->directory_offset - h->metadata_offset;
-    if (h->metadata_bytes > STP_METADATA_BYTES_LIMIT)
+    if (h->metadata_offset > h->directory_offset || h->metadata_bytes > STP_METADATA_BYTES_LIMIT)
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: cannot be repaired: its header is lost, and its directory "
                                "contradicts itself; copy it again",
@@ -112,14 +181,14 @@ done:
     return status;
 }
 
-static stp_status hash_metadata(stp_damaged *d, stp_error *err)
+static stp_status hash_range(const stp_damaged *d, uint64_t offset, uint64_t size, uint64_t *hash,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
-    size_t size = (size_t)d->header.metadata_bytes;
-    STP_TRY(stp_alloc(&bytes, size + 1, 1, "metadata", err));
-    STP_TRY(stp_damaged_read(d, d->header.metadata_offset, bytes, size, err));
-    d->header.metadata_hash = stp_hash(bytes, size);
+    STP_TRY(stp_alloc(&bytes, (size_t)size + 1, 1, "a part of the file", err));
+    STP_TRY(stp_damaged_read(d, offset, bytes, (size_t)size, err));
+    *hash = stp_hash(bytes, (size_t)size);
 done:
     free(bytes);
     return status;
@@ -130,7 +199,7 @@ static stp_status rebuild(stp_damaged *d, bool has_magic, stp_error *err)
     stp_status status = STP_OK;
     stp_header *h = &d->header;
     uint32_t count = 0;
-    *h = (stp_header){.version_major = STP_CHUNK_FILE_MAJOR,
+    *h = (stp_header){.version_major = 1,
                       .header_bytes = STP_HEADER_BYTES,
                       .page_entries = STP_PAGE_ENTRIES,
                       .entry_bytes = STP_ENTRY_BYTES,
@@ -146,8 +215,42 @@ static stp_status rebuild(stp_damaged *d, bool has_magic, stp_error *err)
                              d->path);
     h->chunk_count = count;
     STP_TRY(sum_entries(d, err));
-    STP_TRY(hash_metadata(d, err));
+    STP_TRY(hash_range(d, h->metadata_offset, h->metadata_bytes, &h->metadata_hash, err));
     d->header_rebuilt = true;
+done:
+    return status;
+}
+
+static bool has_magic(const copy *c)
+{
+    static const uint8_t magic[8] = "STIPPLE";
+    return memcmp(c->bytes, magic, sizeof magic) == 0;
+}
+
+/* Takes a copy of the header, or rebuilds it. */
+static stp_status take_or_rebuild(stp_damaged *d, const copy *first, const copy *second,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool taken = false;
+    STP_TRY(take_copy(d, first, second, &taken, err));
+    if (!taken && first->hashed)
+        return stp_error_set(err, first->status, "%s: cannot be repaired: %s", d->path,
+                             first->fault.message);
+    STP_TRY(taken ? check_size(d, err) : rebuild(d, has_magic(first) || has_magic(second), err));
+done:
+    return status;
+}
+
+/* Whether a whole header of `size` bytes has a matching checksum. */
+static stp_status is_hashed(const stp_damaged *d, uint32_t size, bool *out, stp_error *err)
+{
+    uint64_t hash = 0;
+    uint8_t stored[STP_HASH_BYTES];
+    stp_status status = STP_OK;
+    STP_TRY(hash_range(d, 0, size - STP_HASH_BYTES, &hash, err));
+    STP_TRY(stp_damaged_read(d, size - STP_HASH_BYTES, stored, sizeof stored, err));
+    *out = stp_get_u64(stored) == hash;
 done:
     return status;
 }
@@ -155,31 +258,29 @@ done:
 stp_status stp_lost_header_read(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
-    static const uint8_t magic[8] = "STIPPLE";
-    uint8_t *bytes = NULL;
-    uint32_t size = STP_HEADER_BYTES;
-    bool sound = false;
+    uint8_t bytes[STP_HEADER_BYTES];
+    copy first = {.status = STP_CORRUPT}, second = {.status = STP_CORRUPT};
+    uint32_t said = 0;
+    bool newer = false;
     if (d->file_bytes < STP_HEADER_BYTES)
         return stp_error_set(err, STP_FORMAT,
                              "%s: not a stipple chunk file, or nothing is left of it: it has only "
                              "%" PRIu64 " bytes",
                              d->path, d->file_bytes);
-    STP_TRY(stp_alloc(&bytes, STP_HEADER_BYTES_LIMIT, 1, "header", err));
-    STP_TRY(stp_damaged_read(d, 0, bytes, STP_HEADER_BYTES, err));
-    status = stp_header_peek(bytes, &size, err);
-    if (status == STP_VERSION && stp_hash(bytes, STP_HEADER_BYTES - STP_HASH_BYTES) ==
-                                     stp_get_u64(bytes + STP_HEADER_BYTES - STP_HASH_BYTES))
-        goto done; /* newer, and sound */
-    if (status != STP_OK || size > d->file_bytes)
-        size = STP_HEADER_BYTES;
-    STP_TRY(stp_damaged_read(d, 0, bytes, size, err));
-    STP_TRY(mend_header(d, bytes, size, &sound, err));
-    if (!sound && size != STP_HEADER_BYTES)
-        STP_TRY(mend_header(d, bytes, size = STP_HEADER_BYTES, &sound, err));
-    STP_TRY(sound ? take_header(d, bytes, size, err)
-                  : rebuild(d, memcmp(bytes, magic, sizeof magic) == 0, err));
+    STP_TRY(stp_damaged_read(d, 0, bytes, sizeof bytes, err));
+    stp_status peeked = stp_header_peek(bytes, &said, err);
+    const uint32_t size = stp_get_u32(bytes + 12);
+    if (peeked == STP_VERSION && size >= STP_HEADER_BYTES && size <= STP_HEADER_BYTES_LIMIT)
+        STP_TRY(is_hashed(d, size, &newer, err));
+    if (newer)
+        return peeked;
+    STP_TRY(read_first(d, said <= d->file_bytes ? said : 0, &first, err));
+    if (first.status != STP_OK || first.header.version_major >= 2)
+        STP_TRY(read_copy(d, STP_HEADER_BYTES_2, STP_HEADER_BYTES_2, &second, err));
+    STP_TRY(take_or_rebuild(d, &first, &second, err));
 done:
-    free(bytes);
+    free(first.bytes);
+    free(second.bytes);
     return status;
 }
 
@@ -258,20 +359,33 @@ static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header
 /* Sets of STP_HAS_* bits, the empty set included. */
 #define ATTRIBUTE_SETS (STP_HAS_ALL + 1u)
 
-/* Tries all attributes and orientations. True if the checksum, or everything that it covers, is
- * that of the header found. */
+static uint16_t minor_of(const stp_header *h)
+{
+    return h->version_major == 1 ? stp_chunk_file_minor(h->attributes) : STP_CHUNK_FILE_MINOR;
+}
+
+/* Whether a header's checksum, or everything that it covers, is that of a copy found. */
+static bool is_found(const stp_header *h, const uint8_t *found)
+{
+    const size_t hashed = h->header_bytes - STP_HASH_BYTES;
+    uint8_t bytes[STP_HEADER_BYTES_2];
+    bool out = false;
+    stp_header_write(h, bytes);
+    for (uint64_t at = 0; at < stp_header_span(h); at += h->header_bytes)
+        out |= memcmp(bytes + hashed, found + at + hashed, STP_HASH_BYTES) == 0 ||
+               memcmp(bytes, found + at, hashed) == 0;
+    return out;
+}
+
+/* Tries all attributes and orientations. True if what was found proves one. */
 static bool prove(stp_header *h, const uint8_t *found)
 {
-    const size_t hashed = STP_HEADER_BYTES - STP_HASH_BYTES;
-    uint8_t bytes[STP_HEADER_BYTES];
     for (uint32_t i = 0; i < ATTRIBUTE_SETS * (STP_ORIENTATION_MIXED + 1u); i++) {
         stp_header tried = *h;
         tried.attributes = i % ATTRIBUTE_SETS;
-        tried.version_minor = stp_chunk_file_minor(tried.attributes);
+        tried.version_minor = minor_of(&tried);
         tried.orientation = i / ATTRIBUTE_SETS;
-        stp_header_write(&tried, bytes);
-        if (memcmp(bytes + hashed, found + hashed, STP_HASH_BYTES) == 0 ||
-            memcmp(bytes, found, hashed) == 0) {
+        if (is_found(&tried, found)) {
             *h = tried;
             return true;
         }
@@ -283,12 +397,15 @@ stp_status stp_lost_header_finish(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_header *h = &d->header;
-    uint8_t found[STP_HEADER_BYTES], bytes[STP_HEADER_BYTES];
+    uint8_t found[2 * STP_HEADER_BYTES_2], bytes[STP_HEADER_BYTES_2];
     if (!d->header_rebuilt)
         return STP_OK;
-    STP_TRY(stp_damaged_read(d, 0, found, sizeof found, err));
+    STP_TRY(stp_damaged_read(d, 0, found, (size_t)stp_header_span(h), err));
+    if (h->section_count > 0)
+        STP_TRY(
+            hash_range(d, h->sections[0].offset, h->sections[0].bytes, &h->sections[0].hash, err));
     STP_TRY(tell_points(d, &h->box, &h->attributes, err));
-    h->version_minor = stp_chunk_file_minor(h->attributes);
+    h->version_minor = minor_of(h);
     if (stp_dbox_is_empty(&h->box)) /* no point can be read: as if there were one */
         h->box = (stp_dbox){{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     tell_metadata(d, found, h);
@@ -298,7 +415,8 @@ stp_status stp_lost_header_finish(stp_damaged *d, stp_error *err)
                               : "the header is rebuilt; attributes and box are told from the "
                                 "points, orientation and lambda from the metadata");
     stp_header_write(h, bytes);
-    STP_TRY(stp_damaged_mend(d, 0, bytes, sizeof bytes, err));
+    for (uint64_t at = 0; at < stp_header_span(h); at += h->header_bytes)
+        STP_TRY(stp_damaged_mend(d, at, bytes, h->header_bytes, err));
 done:
     return status;
 }

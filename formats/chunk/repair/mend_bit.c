@@ -10,6 +10,8 @@
 /* Bytes whose bits one task tries. */
 #define TASK_BYTES 64u
 #define SECTOR_RUN 256u
+/* A header has long runs of zeros, and is searched at once. */
+#define SHORT_BYTES 1024u
 
 typedef struct search {
     const uint8_t *bytes;
@@ -89,7 +91,8 @@ stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, stp_po
         *bit = 8 * size + (size_t)__builtin_ctzll(difference);
         return STP_OK;
     }
-    if (size == 0 || size > STP_MEND_BYTES_LIMIT || has_long_run(bytes, size))
+    if (size == 0 || size > STP_MEND_BYTES_LIMIT ||
+        (size > SHORT_BYTES && has_long_run(bytes, size)))
         return STP_OK;
     stp_status status = stp_pool_run(pool, (size - 1) / TASK_BYTES + 1, run_task, &s, err);
     if (status == STP_OK)

@@ -68,7 +68,7 @@ static bool is_mended(const stp_damaged *d)
     for (uint32_t id = 0; id < d->header.chunk_count; id++)
         if (!d->known[id] || d->finest[id] != 0)
             return false;
-    return !d->metadata_lost && !d->header_told && d->entries_told == 0;
+    return !d->metadata_lost && !d->sections_lost && !d->header_told && d->entries_told == 0;
 }
 
 static stp_status write_rest(stp_damaged *d, stp_repair_result *out, stp_error *err)

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/repair/repair_note.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 
 typedef struct writing {
@@ -16,6 +17,7 @@ typedef struct writing {
     uint32_t **children; /* by handle, into `listed` */
     uint32_t *listed;
     uint32_t handle_count;
+    uint32_t joined_count; /* chunks whose blocks became one */
 } writing;
 
 /* ---- counting ---- */
@@ -96,22 +98,56 @@ done:
     return status;
 }
 
-static stp_status append_new(writing *w, uint32_t id, uint32_t *handle, stp_error *err)
+static stp_status append_chunk(writing *w, uint32_t id, const stp_chunk *chunk, stp_dvec3 origin,
+                               uint32_t *handle, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_damaged *d = w->plan->damaged;
     const stp_repair_node *node = &w->plan->nodes[id];
     void *payload = NULL;
-    stp_chunk_entry entry = {.origin = node->origin,
-                             .points_under = node->points + node->stand_ins};
+    stp_chunk_entry entry = {.origin = origin, .points_under = node->points + node->stand_ins};
     stp_codec codec = d->known[id] ? (stp_codec)d->entries[id].codec : w->codec;
-    STP_TRY(stp_chunk_encode(node->chunk, codec, &payload, &entry, err));
+    STP_TRY(stp_chunk_encode(chunk, codec, &payload, &entry, err));
     STP_TRY(stp_chunk_writer_append(w->writer, payload, &entry, handle, err));
     if (node->child_count == 0)
-        stp_chunk_box(node->chunk, node->origin, &w->box);
+        stp_chunk_box(chunk, origin, &w->box);
 done:
     free(payload);
     return status;
+}
+
+/* A rebuilt chunk is not linked, so that a chunk under it must be one block. */
+static bool must_join(const stp_repair_plan *plan, uint32_t id)
+{
+    const uint32_t parent = plan->nodes[id].parent;
+    return parent != STP_CHUNK_NONE && plan->nodes[parent].fate == STP_FATE_REBUILT &&
+           plan->damaged->known[id] && plan->damaged->entries[id].block_count > 1;
+}
+
+static stp_status append_joined(writing *w, uint32_t id, uint32_t *handle, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_repair_node *node = &w->plan->nodes[id];
+    stp_chunk *own = NULL, *chunk = node->chunk;
+    if (!chunk)
+        STP_TRY(stp_damaged_chunk(w->plan->damaged, id, 0, &own, err));
+    chunk = chunk ? chunk : own;
+    chunk->block_count = 0;
+    STP_TRY(append_chunk(w, id, chunk, own ? w->plan->damaged->entries[id].origin : node->origin,
+                         handle, err));
+    w->joined_count++;
+done:
+    stp_chunk_destroy(&own);
+    return status;
+}
+
+static stp_status append(writing *w, uint32_t id, uint32_t *handle, stp_error *err)
+{
+    const stp_repair_node *node = &w->plan->nodes[id];
+    if (must_join(w->plan, id))
+        return append_joined(w, id, handle, err);
+    return node->chunk ? append_chunk(w, id, node->chunk, node->origin, handle, err)
+                       : append_kept(w, id, handle, err);
 }
 
 typedef struct placed {
@@ -142,11 +178,13 @@ static stp_status append_all(writing *w, stp_error *err)
         uint32_t id = order[i].id;
         if (plan->nodes[id].fate == STP_FATE_GONE)
             continue;
-        STP_TRY(plan->nodes[id].chunk ? append_new(w, id, &w->handles[id], err)
-                                      : append_kept(w, id, &w->handles[id], err));
+        STP_TRY(append(w, id, &w->handles[id], err));
         w->handle_count++;
         STP_TRY(stp_progress_update(d->params->progress, "write", i + 1, plan->count, err));
     }
+    if (w->joined_count > 0)
+        stp_damaged_say(d, "%" PRIu32 " chunk%s: one block now, because the chunk above is rebuilt",
+                        w->joined_count, w->joined_count == 1 ? "" : "s");
 done:
     free(order);
     return status;
@@ -194,10 +232,11 @@ done:
 
 static stp_codec told_codec(const stp_damaged *d)
 {
-    for (uint32_t id = 0; id < d->header.chunk_count; id++)
+    stp_codec codec = STP_CODEC_DRACO;
+    for (uint32_t id = d->header.chunk_count; id-- > 0;)
         if (d->known[id])
-            return (stp_codec)d->entries[id].codec;
-    return STP_CODEC_DRACO;
+            codec = (stp_codec)d->entries[id].codec;
+    return d->header.version_major == 1 ? codec : stp_codec_in_blocks(codec);
 }
 
 stp_status stp_repair_write(stp_repair_plan *plan,

@@ -337,7 +337,7 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     verification v = {.file = file, .info = stp_chunk_file_get_info(file), .progress = progress};
     STP_TRY(check_closed(file, err));
     STP_TRY(stp_verify_tree(file, &v.entries, err));
-    STP_TRY(stp_verify_block_table(file, v.entries, err));
+    STP_TRY(stp_verify_sections(file, v.entries, err));
     STP_TRY(check_stand_ins(&v, err));
     STP_TRY(stp_chunk_boxes_create(&v.boxes, v.info->chunk_count, err));
     for (uint32_t id = 0; id < v.info->chunk_count; id++)

@@ -1,34 +1,68 @@
-/* Checks the table of blocks against the payloads. */
+/* Checks header copies, sections, and the table of blocks against the payloads. */
 #include "formats/chunk/verify/verify_blocks.h"
 
 #include "base/memory.h"
+#include "formats/chunk/chunk_reader.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
 
-stp_status stp_verify_block_table(const stp_chunk_file *file, const stp_chunk_entry *entries,
-                                  stp_error *err)
+static stp_status check_section(const stp_chunk_file *file, const stp_section *section,
+                                stp_error *err)
 {
-    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    const size_t size = (size_t)section->bytes;
+    STP_TRY(stp_alloc(&bytes, size + 1, 1, "a section", err));
+    STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, size, false, err));
+    if (stp_hash(bytes, size) != section->hash && stp_chunk_file_may_mend(file, STP_CORRUPT))
+        STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, size, true, err));
+    if (stp_hash(bytes, size) != section->hash)
+        status = stp_error_set(err, STP_CORRUPT,
+                               "%s: the checksum of a section (%zu bytes at byte %" PRIu64
+                               ") does not match: the file is damaged; copy it again",
+                               file->path, size, section->offset);
+done:
+    free(bytes);
+    return status;
+}
+
+/* Every record belongs to one chunk. */
+static stp_status check_places(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                               stp_error *err)
+{
+    const stp_chunk_file_info *info = &file->info;
     uint64_t next = 0;
-    if (info->header_damaged)
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: one of the two copies of its header is damaged: repair the file",
-                             stp_chunk_file_path(file));
     for (uint32_t id = 0; id < info->chunk_count; id++) {
         if (entries[id].block_count > 0 && entries[id].first_block != next)
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: chunk %" PRIu32
                                  ": the records of its blocks do not follow those before them",
-                                 stp_chunk_file_path(file), id);
+                                 file->path, id);
         next += entries[id].block_count;
     }
     return next == info->block_count
                ? STP_OK
                : stp_error_set(err, STP_CORRUPT,
                                "%s: its table has %" PRIu64 " blocks, its chunks have %" PRIu64,
-                               stp_chunk_file_path(file), info->block_count, next);
+                               file->path, info->block_count, next);
+}
+
+stp_status stp_verify_sections(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (file->info.header_damaged)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: the copy of its header at byte %" PRIu32
+                             " is damaged, or is not like the other: repair the file",
+                             file->path, file->info.header_damaged_at);
+    for (uint32_t i = 0; i < file->header.section_count; i++)
+        STP_TRY(check_section(file, &file->header.sections[i], err));
+    STP_TRY(check_places(file, entries, err));
+done:
+    return status;
 }
 
 /* What a record says wrongly of its part of the chunk, or NULL. */

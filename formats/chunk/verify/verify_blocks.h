@@ -4,10 +4,10 @@
 
 #include "formats/chunk/block.h"
 
-/* Both copies of the header must be sound, and the records of blocks follow the chunks' ids, so
- * that each record is under one checksum. Errors: CORRUPT. */
-stp_status stp_verify_block_table(const stp_chunk_file *file, const stp_chunk_entry *entries,
-                                  stp_error *err);
+/* Both copies of the header and all sections must be sound, and the records of blocks follow the
+ * chunks' ids, so that each record belongs to one chunk. Errors: CORRUPT, IO, OUT_OF_MEMORY. */
+stp_status stp_verify_sections(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                               stp_error *err);
 
 /* Compares a decoded chunk with its records: counts, sizes and checksums of each block. *blocks
  * receives the entry's block_count blocks (free with free()); NULL if the chunk has none. Errors:

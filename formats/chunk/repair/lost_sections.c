@@ -1,0 +1,189 @@
+/* Mends sections: flipped bits by their checksums, records of blocks by their payloads. */
+#include "formats/chunk/repair/lost_sections.h"
+
+#include "base/checked.h"
+#include "base/memory.h"
+#include "formats/chunk/block_table.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Makes the records of a chunk's blocks from its payload. */
+static stp_status make_records(const stp_damaged *d, const stp_chunk_entry *e, stp_bytes *records,
+                               uint32_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *payload = NULL;
+    const size_t size = e->segment_end[STP_SEGMENT_COUNT - 1];
+    STP_TRY(stp_alloc(&payload, size + 1, 1, "payload", err));
+    STP_TRY(stp_damaged_read(d, e->offset, payload, size, err));
+    STP_TRY(stp_block_records_make(payload, e, records, count, err));
+done:
+    free(payload);
+    return status;
+}
+
+stp_status stp_lost_blocks_describe(const stp_damaged *d, stp_chunk_entry *entry, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes records = {0};
+    if (!stp_codec_has_blocks((stp_codec)entry->codec))
+        return STP_OK;
+    STP_TRY(make_records(d, entry, &records, &entry->block_count, err));
+    entry->blocks_hash = stp_hash(records.data, records.size);
+done:
+    free(records.data);
+    return status;
+}
+
+/* Where the records of a chunk's blocks are. An entry with blocks was checked against the table. */
+static uint64_t records_at(const stp_damaged *d, uint32_t id)
+{
+    return stp_header_section(&d->header, STP_SECTION_BLOCKS)->offset +
+           (uint64_t)d->entries[id].first_block * STP_BLOCK_BYTES;
+}
+
+/* Replaces records by those that the payload gives, if these are what the entry says. */
+static stp_status replace_records(stp_damaged *d, uint32_t id, bool *mended, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    stp_bytes records = {0};
+    uint32_t count = 0;
+    stp_status made = make_records(d, e, &records, &count, err);
+    if (made == STP_IO || made == STP_OUT_OF_MEMORY)
+        STP_TRY(made);
+    *mended = made == STP_OK && count == e->block_count &&
+              stp_hash(records.data, records.size) == e->blocks_hash;
+    if (!*mended)
+        goto done;
+    STP_TRY(stp_damaged_mend(d, records_at(d, id), records.data, records.size, err));
+    stp_damaged_say(d, "the records of blocks of chunk %" PRIu32 " are made anew from its payload",
+                    id);
+done:
+    free(records.data);
+    return status;
+}
+
+/* Reads the records of a chunk's blocks, and puts a flipped bit back. */
+static stp_status read_records(stp_damaged *d, uint32_t id, uint8_t **records, bool *sound,
+                               stp_error *err)
+{
+    const stp_chunk_entry *e = &d->entries[id];
+    char what[64];
+    snprintf(what, sizeof what, "the records of blocks of chunk %" PRIu32, id);
+    return stp_damaged_read_checked(d, records_at(d, id), (size_t)e->block_count * STP_BLOCK_BYTES,
+                                    e->blocks_hash, what, records, sound, err);
+}
+
+static stp_status mend_part(stp_damaged *d, const stp_block *block, uint32_t number, int segment,
+                            bool *lost, stp_error *err)
+{
+    const stp_block_part *part = &block->parts[segment];
+    uint8_t *bytes = NULL;
+    char what[80];
+    bool sound = false;
+    snprintf(what, sizeof what, "block %" PRIu32 " of segment %d of chunk %" PRIu32, number,
+             segment, block->chunk);
+    stp_status status = stp_damaged_read_checked(d, part->offset, part->bytes, part->hash, what,
+                                                 &bytes, &sound, err);
+    if (status == STP_OK && !sound)
+        stp_damaged_say(d, "%s is lost", what);
+    *lost |= !sound;
+    free(bytes);
+    return status;
+}
+
+stp_status stp_lost_blocks_mend(stp_damaged *d, uint32_t id, bool lost[STP_SEGMENT_COUNT],
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    uint8_t *records = NULL;
+    stp_block *blocks = NULL;
+    bool sound = false;
+    if (e->block_count == 0)
+        return STP_OK;
+    STP_TRY(read_records(d, id, &records, &sound, err));
+    STP_TRY(stp_alloc(&blocks, e->block_count, sizeof *blocks, "blocks", err));
+    if (!sound || stp_block_records_read(records, e, id, blocks, NULL) != STP_OK)
+        goto done;
+    for (uint32_t b = 0; b < e->block_count; b++)
+        for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+            STP_TRY(mend_part(d, &blocks[b], b, s, &lost[s], err));
+done:
+    free(records);
+    free(blocks);
+    return status;
+}
+
+static stp_status mend_records(stp_damaged *d, uint32_t id, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_entry *e = &d->entries[id];
+    const uint64_t count =
+        stp_header_section(&d->header, STP_SECTION_BLOCKS)->bytes / STP_BLOCK_BYTES;
+    uint8_t *records = NULL;
+    bool sound = false;
+    /* A rebuilt entry may say that its records lie elsewhere. */
+    const bool inside = stp_range_inside(e->first_block, e->block_count, count);
+    if (inside)
+        STP_TRY(read_records(d, id, &records, &sound, err));
+    if (inside && !sound)
+        STP_TRY(replace_records(d, id, &sound, err));
+    if (!sound) {
+        d->sections_lost = true;
+        stp_damaged_say(d,
+                        "the records of blocks of chunk %" PRIu32 " (at byte %" PRIu64 ") are lost",
+                        id, records_at(d, id));
+    }
+done:
+    free(records);
+    return status;
+}
+
+/* Mends the table of blocks. If a chunk is lost, all records are written anew: then there is
+ * nothing to mend. */
+static stp_status mend_table(stp_damaged *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t id = 0; id < d->header.chunk_count; id++)
+        if (!d->known[id] || d->finest[id] != 0)
+            return STP_OK;
+    for (uint32_t id = 0; id < d->header.chunk_count; id++)
+        if (d->entries[id].block_count > 0)
+            STP_TRY(mend_records(d, id, err));
+done:
+    return status;
+}
+
+/* Mends a section that this program does not know. */
+static stp_status mend_unknown(stp_damaged *d, const stp_section *section, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    bool sound = false;
+    STP_TRY(stp_damaged_read_checked(d, section->offset, (size_t)section->bytes, section->hash,
+                                     "a section", &bytes, &sound, err));
+    if (!sound) {
+        d->sections_lost = true;
+        stp_damaged_say(d, "a section (%" PRIu64 " bytes at byte %" PRIu64 ") is lost",
+                        section->bytes, section->offset);
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+stp_status stp_lost_sections_mend(stp_damaged *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < d->header.section_count; i++) {
+        const stp_section *section = &d->header.sections[i];
+        STP_TRY(section->kind == STP_SECTION_BLOCKS ? mend_table(d, err)
+                                                    : mend_unknown(d, section, err));
+    }
+done:
+    return status;
+}
