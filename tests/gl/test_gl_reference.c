@@ -3,9 +3,11 @@
  * of the disc's radius, and both must name the same pyramid level as the source, on at least 99.9 %
  * of the pixels that either covers.
  *
- * A software rasteriser needs most of the time for the three templates, which are one shader with
- * windows of three widths. So the test judges each scene with one of them, in turns. With the
- * argument --every, as in long_gl_reference, it judges each scene with all three.
+ * A software rasteriser needs minutes for all of it. The three templates are one shader with
+ * windows of three widths: the test judges each scene with one of them, in turns. It judges Gauss
+ * from all ten views, any other mode from five of them: even views in one scene, odd views in the
+ * next. With the argument --every, as in long_gl_reference, it judges each scene in all modes from
+ * all views.
  *
  * The GPU decides with floats which of two samples is nearer, or in which pixel a sample lies. In
  * doubles, two samples may differ by only a float's last bits. Such a pixel of level 0 is a tie: if
@@ -291,13 +293,19 @@ static const struct {
     {"template7", STP_RECONSTRUCT_TEMPLATE7}, {"splat", STP_RECONSTRUCT_SPLAT},
 };
 
-static bool every_template; /* in every scene */
+static bool everything; /* in every scene, from every view */
 
 /* Is this mode another scene's template? scene: counts the scenes. */
 static bool is_left_out(size_t mode, int scene)
 {
-    return !every_template && mode >= FIRST_TEMPLATE && mode < FIRST_TEMPLATE + TEMPLATE_COUNT &&
+    return !everything && mode >= FIRST_TEMPLATE && mode < FIRST_TEMPLATE + TEMPLATE_COUNT &&
            mode - FIRST_TEMPLATE != (size_t)scene % TEMPLATE_COUNT;
+}
+
+/* Is this view left to the next scene? Five views have each size once. */
+static bool is_left_to_next(size_t mode, int view, int scene)
+{
+    return !everything && mode > 0 && ((int)mode + view + scene) % 2 != 0;
 }
 
 /* Judges views of one model: around it, close to it with 100 degrees, and orthographic. ties: the
@@ -315,8 +323,12 @@ static void judge_model(const char *name, double ties)
         if (is_left_out(m, scene))
             continue;
         agreement total = {0};
+        size_t judged = 0;
         for (int i = 0; i < 10; i++) {
             const int *size = sizes[i % 5];
+            if (is_left_to_next(m, i, scene))
+                continue;
+            judged++;
             stp_view view = views_get(i < 8   ? 5 * i
                                       : i < 9 ? 27
                                               : 31,
@@ -343,7 +355,7 @@ static void judge_model(const char *name, double ties)
                       name, modes[m].name, total.agree, total.either,
                       100.0 * (double)total.agree / (double)total.either, total.coverage,
                       total.settled, total.shaded);
-        assert_true(total.either > 100000);
+        assert_true(judged >= 5 && total.either > 10000 * judged);
         assert_true((double)total.settled <= ties * (double)total.either);
         assert_true((double)total.shaded <= (1.0 - SHARE_WANTED) * (double)total.either);
         assert_true((double)total.agree >= SHARE_WANTED * (double)total.either);
@@ -414,7 +426,7 @@ static void mixed(void **state)
 
 int main(int argc, char **argv)
 {
-    every_template = argc > 1 && strcmp(argv[1], "--every") == 0;
+    everything = argc > 1 && strcmp(argv[1], "--every") == 0;
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bumpy),   cmocka_unit_test(statue), cmocka_unit_test(torus),

@@ -57,10 +57,10 @@ double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p
                       double cy, double u, double v, double *depth)
 {
     *depth = p->z_min;
-    if (p->radius > 0.0) {
-        stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy, floor_px(pyramid, p));
-        *depth -= s.z * reference_radius_px(pyramid, p) /
-                  reference_pixels_per_unit(&pyramid->view, p->z_min);
-    }
-    return reference_ellipse(pyramid, p, cx, cy, u - cx, v - cy);
+    if (!(p->radius > 0.0))
+        return u == cx && v == cy ? 0.0 : INFINITY;
+    stp_dvec3 s = ellipse_place(pyramid, p, cx, cy, u - cx, v - cy, floor_px(pyramid, p));
+    *depth -=
+        s.z * reference_radius_px(pyramid, p) / reference_pixels_per_unit(&pyramid->view, p->z_min);
+    return stp_dvec3_dot(s, s);
 }
