@@ -8,6 +8,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
+#include <string.h>
+
 /* Requests at most so many chunks ahead of the camera's motion, and at most so many in all. */
 #define AHEAD_LIMIT 64
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
@@ -111,6 +113,8 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
         uint32_t slot = stp_chunk_cache_slot(r->cache, draws[i].chunk);
         r->chunk_records[slot] =
             stp_gpu_chunk_from_draw(&r->scene.entries[draws[i].chunk], &draws[i], r->eye);
+        memcpy(r->chunk_records[slot].openings, r->sight.openings[i],
+               sizeof r->chunk_records[slot].openings);
         first = slot < first ? slot : first;
         last = slot > last ? slot : last;
     }

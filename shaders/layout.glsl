@@ -85,14 +85,14 @@ void stp_frame_hold()
 layout(binding = 0) uniform usamplerBuffer object_texture;
 // Eleven texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
-// Two texels a resident chunk, by slot: see patch.glsl.
+// Three texels a resident chunk, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 
 #define STP_PATCH_TEXELS 11
-#define STP_CHUNK_TEXELS 2
+#define STP_CHUNK_TEXELS 3
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu

@@ -133,6 +133,46 @@ static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_
         add(l, STP_SIGHT_TRIANGLES, draw, item);
 }
 
+/* A ball around the bounds of a chunk's patches, relative to the eye. */
+static float surround(const stp_resident *r, const stp_gpu_chunk *chunk, float centre[3])
+{
+    float square = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        float low = INFINITY, high = -INFINITY;
+        for (uint32_t i = 0; i < r->placement.patches.count; i++) {
+            const stp_rule_bound *bound = &r->briefs[i].bound;
+            low = fminf(low, bound->centre[k] - bound->radius);
+            high = fmaxf(high, bound->centre[k] + bound->radius);
+        }
+        centre[k] = 0.5f * (low + high) + chunk->offset[k];
+        square += (high - low) * (high - low);
+    }
+    return 0.5f * sqrtf(square);
+}
+
+/* Finds the openings through which a draw may be seen (docs/closed.md). Returns a frame that has
+ * only these: it gives the same answers about the draw's patches, sooner. */
+static stp_gpu_frame narrow(const look *l, size_t index, const stp_resident *r,
+                            const stp_gpu_chunk *chunk)
+{
+    stp_gpu_frame frame = *l->params->frame;
+    uint32_t *set = l->sight->openings[index];
+    int count = frame.modes[3];
+    float centre[3];
+    memset(set, 0, sizeof *l->sight->openings);
+    if (count == 0)
+        return frame;
+    float radius = surround(r, chunk, centre) * 1.001f; /* more than rounding takes */
+    frame.modes[3] = 0;
+    for (int i = 0; i < count; i++)
+        if (stp_opening_shows(l->params->frame, i, centre, radius)) {
+            set[i / 32] |= UINT32_C(1) << i % 32;
+            memcpy(frame.openings[frame.modes[3]++], l->params->frame->openings[i],
+                   sizeof *frame.openings);
+        }
+    return frame;
+}
+
 static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
@@ -145,6 +185,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_chunk_cache_get(params->cache, stp_chunk_cache_slot(params->cache, draw->chunk));
     stp_gpu_chunk chunk =
         stp_gpu_chunk_from_draw(&params->scene->entries[draw->chunk], draw, params->eye);
+    const stp_gpu_frame frame = narrow(l, index, r, &chunk);
     float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
@@ -152,7 +193,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (!is_left(l->sight, draw, i))
             continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        if (!stp_rule_visible(params->frame, &bound, eye) ||
+        if (!stp_rule_visible(&frame, &bound, eye) ||
             leave_to_child(l, draw, &r->patches[i], brief, &bound))
             continue;
         mark_tiles(params, worker, eye, bound.radius);
@@ -244,6 +285,8 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
         l.found[i] = found + (size_t)i * count;
         STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
     }
+    STP_TRY(stp_grow(&s->openings, &s->opening_capacity, count + 1, sizeof *s->openings,
+                     "lists of patches", err));
     STP_TRY(stp_alloc(&l.radius_px, count + 1, sizeof *l.radius_px, "lists of patches", err));
     STP_TRY(look_at_tiers(&l, count, err));
     s->radius_px = 0.0f;
@@ -264,5 +307,6 @@ void stp_sight_destroy(stp_sight *s)
         free(s->lists[i].begin);
     }
     free(s->below);
+    free(s->openings);
     *s = (stp_sight){0};
 }

@@ -45,16 +45,17 @@ stp_aspect stp_patch_aspect(stp_patch p)
     return stp_aspect(range, sin_beta, clamp(dot(direction, p.cone_axis), -1.0, 1.0));
 }
 
-// The openings through which a place in the bound of a patch may be seen. If every normal of the
-// patch faces the eye, stp_culled drops no sample, and the set is empty.
-uvec4 stp_patch_openings(stp_patch p)
+// The openings through which a place in the bound of a patch may be seen, out of those of its chunk.
+// If every normal of the patch faces the eye, stp_culled drops no sample, and the set is empty.
+uvec4 stp_patch_openings(stp_patch p, uint slot)
 {
     uvec4 set = uvec4(0u);
 #if STP_OPENINGS
     stp_aspect a = stp_patch_aspect(p);
     bool faces = a.cos_phi < 0.0 && stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta) < 1.0;
-    int end = faces || modes.y == 0 ? 0 : modes.w;
-    for (int i = 0; i < end; i++) {
+    uvec4 left = faces || modes.y == 0 ? uvec4(0u) : stp_chunk_openings(slot);
+    while (left != uvec4(0u)) {
+        int i = stp_openings_take(left);
         bool through = stp_seen_through(STP_OPENING(i), p.bound_centre, p.bound_radius * 1.00001);
         uvec4 bit = uvec4(equal(ivec4(i >> 5), ivec4(0, 1, 2, 3))) << uint(i & 31);
         set |= through ? bit : uvec4(0u);

@@ -68,17 +68,7 @@ bool stp_seen_through(vec4 opening, vec3 from_eye, float radius)
 #endif
 }
 
-// A set of openings: bit i % 32 of word i / 32 stands for openings[i].
-#define STP_NO_OPENINGS uvec4(0u)
-
-// All openings of the frame.
-uvec4 stp_openings_all()
-{
-    ivec4 bits = clamp(modes.w - ivec4(0, 32, 64, 96), 0, 32);
-    return mix((uvec4(1u) << uvec4(bits & 31)) - 1u, uvec4(0xffffffffu), equal(bits, ivec4(32)));
-}
-
-// Takes the first opening out of a set that has one.
+// Takes the first opening out of a set that has one (stp_chunk_openings).
 int stp_openings_take(inout uvec4 set)
 {
     int word = set.x != 0u ? 0 : set.y != 0u ? 1 : set.z != 0u ? 2 : 3;
@@ -104,14 +94,14 @@ bool stp_place_opened(vec3 from_eye, uvec4 set)
 #define STP_CULL_COSINE 0.1
 
 // Whether a sample is left out because its back is turned to the eye (docs/closed.md). set:
-// stp_patch_openings of the patch, or all openings.
+// stp_patch_openings of the patch, or stp_chunk_openings.
 bool stp_culled(uvec4 texel, vec3 from_eye, uvec4 set)
 {
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
     bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
-    return culled && !stp_place_opened(from_eye, culled ? set : STP_NO_OPENINGS);
+    return culled && !stp_place_opened(from_eye, culled ? set : uvec4(0u));
 }
 
 // The pixel that holds a sample's centre, and its depth, from 1 at the near plane to 0 far away.

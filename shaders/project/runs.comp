@@ -18,7 +18,8 @@ layout(location = 1) uniform uint patch_count;
 void stp_list(uint listed)
 {
     uint patch_index = patches[listed];
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index));
+    uint slot = stp_patch_slot(patch_index);
+    stp_chunk chunk = stp_chunk_fetch(slot);
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
     ivec4 levels = stp_choose_levels(patch_index, p, chunk);
     stp_selection s = stp_select(p, levels);
@@ -38,7 +39,7 @@ void stp_list(uint listed)
     atomicAdd(points_listed, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
     seen[2u * listed] = floatBitsToUint(vec4(p.origin, p.step));
-    seen[2u * listed + 1u] = stp_patch_openings(p);
+    seen[2u * listed + 1u] = stp_patch_openings(p, slot);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
             runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed);

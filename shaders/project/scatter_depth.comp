@@ -16,7 +16,7 @@ void main()
         stp_projected s;
         ivec2 pixel;
         uint bits;
-        if (stp_find(place, s) && stp_scatter_place(s, pixel, bits) &&
+        if (stp_find(place, s) && stp_scatter_place(s, pixel, bits) && imageLoad(nearest_depth, pixel).x < bits &&
             imageAtomicMax(nearest_depth, pixel, bits) < bits && !first)
             imageStore(nearest_sample, pixel, uvec4(RAISED));
     }

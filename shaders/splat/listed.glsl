@@ -47,8 +47,9 @@ bool stp_find(uint place, out stp_projected s)
 {
     s.index = listed[place];
     uint patch_index = texelFetch(patch_of_sample, int(s.index)).x;
-    s.lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(stp_patch_slot(patch_index)).offset);
-    s.openings = stp_openings_all();
+    uint slot = stp_patch_slot(patch_index);
+    s.lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(slot).offset);
+    s.openings = stp_chunk_openings(slot);
     return true;
 }
 
