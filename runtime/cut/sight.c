@@ -136,16 +136,18 @@ static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_
 /* A ball around the bounds of a chunk's patches, relative to the eye. */
 static float surround(const stp_resident *r, const stp_gpu_chunk *chunk, float centre[3])
 {
+    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     float square = 0.0f;
-    for (int k = 0; k < 3; k++) {
-        float low = INFINITY, high = -INFINITY;
-        for (uint32_t i = 0; i < r->placement.patches.count; i++) {
+    for (uint32_t i = 0; i < r->placement.patches.count; i++)
+        for (int k = 0; k < 3; k++) {
             const stp_rule_bound *bound = &r->briefs[i].bound;
-            low = fminf(low, bound->centre[k] - bound->radius);
-            high = fmaxf(high, bound->centre[k] + bound->radius);
+            float least = bound->centre[k] - bound->radius, most = bound->centre[k] + bound->radius;
+            low[k] = least < low[k] ? least : low[k];
+            high[k] = most > high[k] ? most : high[k];
         }
-        centre[k] = 0.5f * (low + high) + chunk->offset[k];
-        square += (high - low) * (high - low);
+    for (int k = 0; k < 3; k++) {
+        centre[k] = 0.5f * (low[k] + high[k]) + chunk->offset[k];
+        square += (high[k] - low[k]) * (high[k] - low[k]);
     }
     return 0.5f * sqrtf(square);
 }
