@@ -14,7 +14,7 @@
 #define DROP_COUNTERS 64
 #define DROP_STRIDE 16
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
-enum { UNIT_RUNS = 9 };
+enum { IMAGE_RUNS = 2, IMAGE_SEEN = 3 };
 
 #define SEEN_BYTES 32
 
@@ -191,7 +191,8 @@ void stp_runs_each(const stp_runs *r, const stp_each *each, GLint first)
     if (r->chosen) {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_BLOCK_RUNS, r->runs);
-        glBindTextures(UNIT_RUNS, 2, r->textures);
+        glBindImageTexture(IMAGE_RUNS, r->textures[0], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32UI);
+        glBindImageTexture(IMAGE_SEEN, r->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32UI);
         glUseProgram(each->runs);
         glUniform1ui(first, 0);
         glDispatchComputeIndirect(0);

@@ -19,14 +19,20 @@ bool comes_first(uint a, uint b)
     return p < q || p == q && a < b;
 }
 
-// Gives the pixel to a sample if `nearest`, and to the first of equal samples. If an earlier pass has
-// named the pixel, and no sample of this pass is nearer, the pixel is not RAISED and keeps its name.
-// unnamed: what a pixel without a name holds.
-void name(ivec2 pixel, uint index, bool nearest, uint unnamed)
+// Whether a sample has the nearest depth of its pixel.
+bool is_nearest(uint place, out stp_projected s, out ivec2 pixel, out bool dropped)
 {
-    uint had = STP_NO_SAMPLE;
-    if (nearest)
-        had = imageAtomicCompSwap(nearest_sample, pixel, unnamed, index);
+    uint bits;
+    bool there = stp_find(place, s);
+    bool drawn = stp_scatter_place(s, pixel, bits);
+    dropped = there && !drawn;
+    return there && drawn && imageLoad(nearest_depth, pixel).x == bits;
+}
+
+// Gives a pixel to a sample that comes before the one it has a name of, if `asked`.
+void settle(ivec2 pixel, uint index, bool asked)
+{
+    uint had = asked ? imageLoad(nearest_sample, pixel).x : STP_NO_SAMPLE;
     bool tied = had < RAISED;
     // A software driver always looks up once. Without a tie it looks up sample 0, which stays in its
     // cache and does not come before itself.
@@ -37,20 +43,28 @@ void name(ivec2 pixel, uint index, bool nearest, uint unnamed)
     }
 }
 
+// Names pixels that have no name. If an earlier pass has named a pixel, and no sample of this pass is
+// nearer, the pixel is not RAISED and stays as it is. Ties are few, so the samples of an invocation
+// that met one are looked at again.
 void main()
 {
     stp_frame_hold();
-    bool counts = counting;
+    bool counts = counting, met = false;
     uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_place();
     for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
         stp_projected s;
         ivec2 pixel;
-        uint bits;
-        if (!stp_find(place, s))
-            continue;
-        bool drawn = stp_scatter_place(s, pixel, bits);
-        if (counts && !drawn)
+        bool dropped;
+        if (is_nearest(place, s, pixel, dropped) &&
+            imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.index) < RAISED)
+            met = true;
+        if (counts && dropped)
             stp_count_dropped();
-        name(pixel, s.index, drawn && imageLoad(nearest_depth, pixel).x == bits, unnamed);
+    }
+    for (uint place = met ? stp_first_place() : end; place < end; place += STP_PLACE_STEP) {
+        stp_projected s;
+        ivec2 pixel;
+        bool dropped, nearest = is_nearest(place, s, pixel, dropped);
+        settle(pixel, s.index, nearest);
     }
 }

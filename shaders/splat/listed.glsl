@@ -58,8 +58,8 @@ void stp_count_dropped()
 {
 }
 #else
-layout(binding = 9) uniform usamplerBuffer run_texture;   // the buffer of runs
-layout(binding = 10) uniform usamplerBuffer seen_texture; // the buffer of patches in sight
+layout(rg32ui, binding = 2) readonly uniform uimageBuffer run_image;    // the buffer of runs
+layout(rgba32ui, binding = 3) readonly uniform uimageBuffer seen_image; // the buffer of patches in sight
 
 uint stp_end_place()
 {
@@ -68,11 +68,11 @@ uint stp_end_place()
 
 bool stp_find(uint place, out stp_projected s)
 {
-    uvec2 run = texelFetch(run_texture, int(place / STP_RUN_SAMPLES + STP_RUN_HEAD)).xy;
+    uvec2 run = imageLoad(run_image, int(place / STP_RUN_SAMPLES + STP_RUN_HEAD)).xy;
     uint lane = place % STP_RUN_SAMPLES;
     s.index = (run.x & 0x1fffffffu) + lane;
-    s.lattice = uintBitsToFloat(texelFetch(seen_texture, int(2u * run.y)));
-    s.openings = texelFetch(seen_texture, int(2u * run.y + 1u));
+    s.lattice = uintBitsToFloat(imageLoad(seen_image, int(2u * run.y)));
+    s.openings = imageLoad(seen_image, int(2u * run.y + 1u));
     return lane <= run.x >> 29;
 }
 
