@@ -9,6 +9,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
+#include <string.h>
+
 /* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
 #define AHEAD_LIMIT 512
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
@@ -87,11 +89,21 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
-/* The road that draws a picture. Segments and triangles are rasterised, so no compute road then. */
+/* The road that draws a picture. Segments and triangles are rasterised, so no compute road then.
+ * Otherwise a software driver draws every sample by compute shaders: they run on all processors,
+ * vertex shaders on one. */
 static stp_lod road_of(const stp_variant *variant, stp_lod lod)
 {
     bool rasterised = !variant->splat && (variant->lines || variant->triangles);
+    if (lod == STP_LOD_FULL && !rasterised && stp_road_is_software())
+        return STP_LOD_COMPUTE;
     return rasterised && lod == STP_LOD_COMPUTE ? STP_LOD_GEOMETRY : lod;
+}
+
+/* Whether compute shaders reconstruct a picture that has coarser levels. */
+static bool computes(const stp_variant *variant, stp_lod lod)
+{
+    return lod == STP_LOD_COMPUTE || road_of(variant, lod) == STP_LOD_COMPUTE;
 }
 
 stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs *reconstruct,
@@ -99,7 +111,7 @@ stp_status stp_frame_prepare_road(stp_project *project, stp_reconstruct_programs
                                   stp_error *err)
 {
     stp_status status = stp_project_prepare(project, variant, road_of(variant, lod), folder, err);
-    if (status == STP_OK && lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(reconstruct, 1))
+    if (status == STP_OK && computes(variant, lod) && stp_reconstruct_pushes(reconstruct, 1))
         status = stp_reconstruct_prepare_compute(reconstruct, folder, variant, err);
     return status;
 }
@@ -139,6 +151,8 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
     for (size_t i = 0; i < count; i++) {
         uint32_t slot = stp_block_cache_slot(r->cache, draws[i].block);
         r->chunk_records[slot] = stp_gpu_chunk_from_draw(&r->scene, &draws[i], r->eye);
+        memcpy(r->chunk_records[slot].openings, r->sight.openings[i],
+               sizeof r->chunk_records[slot].openings);
         first = slot < first ? slot : first;
         last = slot > last ? slot : last;
     }
@@ -538,7 +552,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     double begun = stp_clock_seconds();
     stp_tiles_set_levels(&r->tiles, levels);
     r->pyramid.in_place =
-        d->params->lod == STP_LOD_COMPUTE && stp_reconstruct_pushes(&r->reconstruct, levels);
+        computes(&r->variant, d->params->lod) && stp_reconstruct_pushes(&r->reconstruct, levels);
     if (r->pyramid.in_place) {
         STP_TRY(stp_pixel_blocks_list(&r->blocks, &r->tiles, levels + 1, err));
         blocks = &r->blocks;
@@ -562,7 +576,8 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     count_emitted(r, d);
     d->stats.pull_push_ms = 1e3 * (pulled - begun);
     d->stats.shade_ms = 1e3 * (stp_clock_seconds() - pulled);
-    d->stats.lod = road_of(&r->variant, d->params->lod);
+    d->stats.lod =
+        d->params->lod == STP_LOD_FULL ? STP_LOD_FULL : road_of(&r->variant, d->params->lod);
     d->stats.pyramid_levels = levels;
     d->stats.chunks_missing = (uint32_t)r->cut.miss_count;
     d->stats.cut_complete = r->cut.miss_count == 0;

@@ -242,9 +242,10 @@ typedef struct stp_draw_stats {
     /* If timed: each stage from start to end by the GPU's own clock; 0 for a stage that did not
      * run. The clock of a software driver is the CPU's, and its stages also run on this thread. */
     double gpu_ms[STP_STAGE_COUNT];
-    /* With GEOMETRY and COMPUTE: samples drawn, without those dropped as out of sight or culled;
-     * but all patches of one sample count. With splats and other ways of choosing levels: samples
-     * sent to projection. 0 if the number is not known without waiting. */
+    /* With GEOMETRY and COMPUTE, and with FULL on a software driver: samples drawn, without those
+     * dropped as out of sight or culled; but all patches of one sample count. With splats and other
+     * ways of choosing levels: samples sent to projection. 0 if the number is not known without
+     * waiting. */
     uint64_t points_drawn;
     uint32_t chunks_drawn, chunks_missing; /* count blocks (docs/glossary.md) */
     uint32_t chunks_loading; /* on their way; 0 while some are missing: no room for them */

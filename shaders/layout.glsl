@@ -1,6 +1,15 @@
 // Bindings and packed layouts of all shaders. runtime/gl/gpu_layout.h has the same as C structs;
 // tests/gl/test_gl_layout.c compares the two.
 
+// A software driver gathers a member of a block lane by lane at each use, which costs more than the
+// arithmetic around it. A shader that loops over samples defines STP_FRAME_HELD and begins with
+// stp_frame_hold(): then the members are variables, read once.
+#ifdef STP_FRAME_HELD
+#define STP_FRAME_BLOCK frame_block
+#else
+#define STP_FRAME_BLOCK
+#endif
+
 // The values of a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
 layout(std140, binding = 0) uniform stp_frame {
     vec4 axis_right;    // xyz: eye space's axes in the world
@@ -19,7 +28,32 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 clip_max;
     uvec4 hidden[2];    // bit set of classes that are not drawn
     vec4 openings[128]; // balls that show backs: centre relative to the eye, radius
-};
+} STP_FRAME_BLOCK;
+
+#ifdef STP_FRAME_HELD
+vec4 axis_right, axis_up, axis_back, viewport, centre, quality, terms, colour_range, clip_min, clip_max;
+ivec4 modes;
+uvec4 hidden[2];
+#define STP_OPENING(i) frame_block.openings[i] // too many to hold
+
+void stp_frame_hold()
+{
+    axis_right = frame_block.axis_right;
+    axis_up = frame_block.axis_up;
+    axis_back = frame_block.axis_back;
+    viewport = frame_block.viewport;
+    centre = frame_block.centre;
+    quality = frame_block.quality;
+    terms = frame_block.terms;
+    colour_range = frame_block.colour_range;
+    clip_min = frame_block.clip_min;
+    clip_max = frame_block.clip_max;
+    modes = frame_block.modes;
+    hidden = frame_block.hidden;
+}
+#else
+#define STP_OPENING(i) openings[i]
+#endif
 
 #define STP_BACKS_DRAWN 256 // no back is left out, even if hidden
 
@@ -51,14 +85,14 @@ layout(std140, binding = 0) uniform stp_frame {
 layout(binding = 0) uniform usamplerBuffer object_texture;
 // Eleven texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
-// Two texels a resident chunk, by slot: see patch.glsl.
+// Three texels a resident chunk, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 
 #define STP_PATCH_TEXELS 11
-#define STP_CHUNK_TEXELS 2
+#define STP_CHUNK_TEXELS 3
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu

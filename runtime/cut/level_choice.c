@@ -95,26 +95,28 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
            along * along > (1.0f - cos2) * tangent2;
 }
 
-/* Whether an opening lies between the eye and any place in the bound. shaders/project/project.glsl
- * does the same for one place. */
+/* shaders/project/project.glsl does the same. */
+bool stp_opening_shows(const stp_gpu_frame *frame, int i, const float centre[3], float radius)
+{
+    const float *ball = frame->openings[i], *back = frame->axis_back;
+    float off[3], reach = ball[3] + radius * 1.00001f, part = 1.0f;
+    if (frame->modes[0] == 0) {
+        part = dot3(ball, centre) / fmaxf(dot3(centre, centre), 1e-30f);
+        part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
+    }
+    for (int k = 0; k < 3; k++)
+        off[k] = ball[k] - part * centre[k];
+    float nearer = frame->modes[0] != 0 ? dot3(off, back) : 0.0f;
+    for (int k = 0; k < 3 && frame->modes[0] != 0; k++)
+        off[k] -= nearer * back[k];
+    return nearer >= -reach && dot3(off, off) <= reach * reach;
+}
+
 static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
-    const float *c = bound->centre, *back = frame->axis_back;
-    for (int i = 0; i < frame->modes[3]; i++) {
-        const float *ball = frame->openings[i];
-        float off[3], reach = ball[3] + bound->radius * 1.00001f, part = 1.0f;
-        if (frame->modes[0] == 0) {
-            part = dot3(ball, c) / fmaxf(dot3(c, c), 1e-30f);
-            part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
-        }
-        for (int k = 0; k < 3; k++)
-            off[k] = ball[k] - part * c[k];
-        float nearer = frame->modes[0] != 0 ? dot3(off, back) : 0.0f;
-        for (int k = 0; k < 3 && frame->modes[0] != 0; k++)
-            off[k] -= nearer * back[k];
-        if (nearer >= -reach && dot3(off, off) <= reach * reach)
+    for (int i = 0; i < frame->modes[3]; i++)
+        if (stp_opening_shows(frame, i, bound->centre, bound->radius))
             return true;
-    }
     return false;
 }
 

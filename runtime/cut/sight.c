@@ -122,6 +122,30 @@ static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_
         add(l, STP_SIGHT_TRIANGLES, draw, item);
 }
 
+/* Finds the openings through which a draw may be seen (docs/closed.md). Returns a frame that has
+ * only these: it gives the same answers about the draw's patches, sooner. */
+static stp_gpu_frame narrow(const look *l, size_t index)
+{
+    const stp_scene *scene = l->params->scene;
+    const uint32_t block = l->draws[index].block;
+    const stp_ball ball = stp_block_ball(&scene->blocks[block],
+                                         stp_scene_entry(scene, block)->origin, l->params->eye);
+    const float centre[3] = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z};
+    const float radius = (float)ball.radius * 1.001f; /* more than rounding takes */
+    stp_gpu_frame frame = *l->params->frame;
+    uint32_t *set = l->sight->openings[index];
+    int count = frame.modes[3];
+    memset(set, 0, sizeof *l->sight->openings);
+    frame.modes[3] = 0;
+    for (int i = 0; i < count; i++)
+        if (stp_opening_shows(l->params->frame, i, centre, radius)) {
+            set[i / 32] |= UINT32_C(1) << i % 32;
+            memcpy(frame.openings[frame.modes[3]++], l->params->frame->openings[i],
+                   sizeof *frame.openings);
+        }
+    return frame;
+}
+
 static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
@@ -134,6 +158,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, draw->block));
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
     size_t state = l->sight->cut->blocks[draw->block].state;
+    const stp_gpu_frame frame = narrow(l, index);
     float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
@@ -141,7 +166,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (!is_left(l->sight, state, i))
             continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        if (!stp_rule_visible(params->frame, &bound, eye) ||
+        if (!stp_rule_visible(&frame, &bound, eye) ||
             leave_below(l, draw, &r->patches[i], brief, &bound))
             continue;
         mark_tiles(params, worker, eye, bound.radius);
@@ -233,6 +258,8 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
         l.found[i] = found + (size_t)i * count;
         STP_TRY(reserve(&s->lists[i], params, draws, count, used[i], err));
     }
+    STP_TRY(stp_grow(&s->openings, &s->opening_capacity, count + 1, sizeof *s->openings,
+                     "lists of patches", err));
     STP_TRY(stp_alloc(&l.radius_px, count + 1, sizeof *l.radius_px, "lists of patches", err));
     STP_TRY(look_at_tiers(&l, count, err));
     s->radius_px = 0.0f;
@@ -253,5 +280,6 @@ void stp_sight_destroy(stp_sight *s)
         free(s->lists[i].begin);
     }
     free(s->below);
+    free(s->openings);
     *s = (stp_sight){0};
 }

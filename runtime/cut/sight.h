@@ -34,6 +34,8 @@ typedef struct stp_sight {
     const stp_cut *cut; /* borrowed from stp_sight_begin */
     bool *below;        /* by link of the cut: the patch draws, or a patch further below */
     size_t below_capacity;
+    uint32_t (*openings)[STP_OPENING_WORDS]; /* by draw: the set through which it may be seen */
+    size_t opening_capacity;
     float radius_px; /* greatest projected radius of any sample that may be drawn of the draws
                         looked at */
 } stp_sight;

@@ -46,7 +46,7 @@ static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder
         .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
     if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
-    if (lod == STP_LOD_COMPUTE && p->scatter.depth == 0)
+    if (lod == STP_LOD_COMPUTE && p->scatter.depth.runs == 0)
         STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
     if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
         STP_TRY(stp_program_create(&p->sample_program, &samples, err));
@@ -69,7 +69,7 @@ stp_status stp_project_prepare(stp_project *p, const stp_variant *variant, stp_l
         return prepare_pixels(p, lod, folder, defines, err);
     if (p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
-    if (p->splat.list == 0)
+    if (p->splat.list.runs == 0)
         STP_TRY(stp_splat_create(&p->splat, folder, defines, err));
 done:
     return status;

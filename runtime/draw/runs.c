@@ -5,14 +5,18 @@
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/gl/shader.h"
 
+#include <stdio.h>
+
 /* The same as in shaders/project/runs.glsl and the shaders' bindings. */
 #define GROUP_PATCHES 64u
-#define GROUP_SAMPLES 64u
+#define GROUP_SAMPLES 256u
 #define RUN_SAMPLES 4
 #define DROP_COUNTERS 64
 #define DROP_STRIDE 16
 #define SAMPLES_LIMIT (UINT32_C(1) << 29)
-enum { UNIT_RUNS = 9 };
+enum { IMAGE_RUNS = 2, IMAGE_SEEN = 3 };
+
+#define SEEN_BYTES 32
 
 /* Groups of invocations. Some drivers do not allow more than 65535 in a row. */
 #define RUNS_GROUPS_LIMIT 1024
@@ -24,6 +28,39 @@ typedef struct runs_head {
     GLuint run_count, points_listed, unused;
     GLuint dropped[DROP_COUNTERS * DROP_STRIDE];
 } runs_head;
+
+stp_status stp_each_create(stp_each *out, const char *file, const char *folder, const char *defines,
+                           stp_error *err)
+{
+    stp_each each = {0};
+    GLuint *const programs[2] = {&each.runs, &each.listed};
+    stp_status status = STP_OK;
+    for (int i = 0; i < 2; i++) {
+        char lines[STP_VARIANT_DEFINES_BYTES + 32];
+        snprintf(lines, sizeof lines, "%s#define STP_LISTED %d\n", defines, i);
+        STP_TRY(stp_program_create(
+            programs[i], &(stp_program_params){.compute = file, .defines = lines, .folder = folder},
+            err));
+    }
+    *out = each;
+    each = (stp_each){0};
+done:
+    stp_each_destroy(&each);
+    return status;
+}
+
+void stp_each_destroy(stp_each *each)
+{
+    glDeleteProgram(each->runs);
+    glDeleteProgram(each->listed);
+    *each = (stp_each){0};
+}
+
+void stp_each_set(const stp_each *each, GLint location, GLint value)
+{
+    glProgramUniform1i(each->runs, location, value);
+    glProgramUniform1i(each->listed, location, value);
+}
 
 stp_status stp_runs_create(stp_runs *out, const char *folder, const char *defines, stp_error *err)
 {
@@ -40,7 +77,7 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
 
 void stp_runs_destroy(stp_runs *r)
 {
-    const GLuint buffers[4] = {r->patches, r->listed, r->runs, r->lattices};
+    const GLuint buffers[4] = {r->patches, r->listed, r->runs, r->seen};
     glDeleteProgram(r->program);
     if (r->patches != 0)
         glDeleteBuffers(4, buffers);
@@ -78,7 +115,7 @@ static size_t most_runs(const stp_project_params *params)
     return runs;
 }
 
-/* Chooses levels, and fills runs and lattices. */
+/* Chooses levels, and fills runs and seen. */
 static void make_runs(stp_runs *r, const stp_project_params *params)
 {
     static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};
@@ -86,15 +123,14 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
     size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
     reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
             sizeof head + most_runs(params) * 2 * sizeof(uint32_t));
-    reserve(&r->lattices, &r->textures[1], GL_RGBA32F, &r->lattice_bytes,
-            patches * 4 * sizeof(float));
+    reserve(&r->seen, &r->textures[1], GL_RGBA32UI, &r->seen_bytes, patches * SEEN_BYTES);
     glNamedBufferSubData(r->runs, 0, sizeof head, &head);
     glNamedBufferData(r->patches,
                       (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
                       params->sight->lists[STP_SIGHT_PATCHES].items, GL_STREAM_DRAW);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->patches);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LATTICES, r->lattices);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_SEEN, r->seen);
     glUseProgram(r->program);
     glUniform1ui(STP_UNIFORM_SETTING, (GLuint)patches);
     glDispatchCompute((GLuint)(groups < RUNS_GROUPS_LIMIT ? groups : RUNS_GROUPS_LIMIT), 1, 1);
@@ -149,19 +185,21 @@ size_t stp_runs_places(const stp_runs *r)
     return RUN_SAMPLES * r->run_count + r->listed_count;
 }
 
-void stp_runs_each(const stp_runs *r, GLint first)
+void stp_runs_each(const stp_runs *r, const stp_each *each, GLint first)
 {
     size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
     if (r->chosen) {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
-        glBindTextures(UNIT_RUNS, 2, r->textures);
-        glUniform1ui(STP_UNIFORM_VERTICES, 0);
+        glBindImageTexture(IMAGE_RUNS, r->textures[0], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32UI);
+        glBindImageTexture(IMAGE_SEEN, r->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32UI);
+        glUseProgram(each->runs);
         glUniform1ui(first, 0);
         glDispatchComputeIndirect(0);
     }
     if (r->listed_count > 0) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->listed);
+        glUseProgram(each->listed);
         glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)r->listed_count);
         glUniform1ui(first, (GLuint)(RUN_SAMPLES * r->run_count));
         glDispatchCompute(ROW_GROUPS, (GLuint)((r->listed_count + row - 1) / row), 1);

@@ -15,24 +15,32 @@
 typedef struct stp_project_params stp_project_params; /* runtime/draw/project.h */
 
 /* Storage blocks of the shaders; other passes may use those from STP_STORAGE_FREE on. */
-enum {
-    STP_STORAGE_LISTED = 1,
-    STP_STORAGE_RUNS = 2,
-    STP_STORAGE_LATTICES = 3,
-    STP_STORAGE_FREE = 4
-};
-/* A uniform location that stp_runs_each leaves to the program in use. */
+enum { STP_STORAGE_LISTED = 1, STP_STORAGE_RUNS = 2, STP_STORAGE_SEEN = 3, STP_STORAGE_FREE = 4 };
+/* A uniform location that stp_runs_each leaves to its programs. */
 enum { STP_UNIFORM_SETTING = 1 };
 
 typedef struct stp_runs {
     GLuint program;
-    GLuint patches, listed, runs, lattices; /* buffers; patches and lattices: by patch in sight */
-    GLuint textures[2];                     /* of runs, lattices */
-    size_t run_bytes, lattice_bytes;        /* of the buffers */
+    GLuint patches, listed, runs, seen; /* buffers; patches and seen: by patch in sight */
+    GLuint textures[2];                 /* of runs, seen */
+    size_t run_bytes, seen_bytes;       /* of the buffers */
     size_t listed_count;
     bool chosen;      /* there are runs */
     size_t run_count; /* samples in runs, if they were counted */
 } stp_runs;
+
+/* Two programs of one compute shader that includes shaders/splat/listed.glsl: for the samples in
+ * runs, and for the listed ones. Zero: none. */
+typedef struct stp_each {
+    GLuint runs, listed;
+} stp_each;
+
+/* file: the shader's name; folder, defines: as in stp_program_params. Errors: GL. */
+stp_status stp_each_create(stp_each *out, const char *file, const char *folder, const char *defines,
+                           stp_error *err);
+void stp_each_destroy(stp_each *each);
+/* Sets a uniform of both programs. */
+void stp_each_set(const stp_each *each, GLint location, GLint value);
 
 /* folder, defines: of the variant, as in stp_program_params. Errors: GL. */
 stp_status stp_runs_create(stp_runs *out, const char *folder, const char *defines, stp_error *err);
@@ -50,8 +58,8 @@ size_t stp_runs_places(const stp_runs *runs);
 /* Number of samples in the chosen levels, without those that a shader including listed.glsl counted
  * as dropped. Waits for the GPU. */
 uint64_t stp_runs_count_drawn(const stp_runs *runs);
-/* Runs the program in use, which includes shaders/splat/listed.glsl, once for each sample. first:
- * the location of the uniform for the place of the first invocation, or -1. */
-void stp_runs_each(const stp_runs *runs, GLint first);
+/* Runs the programs for each sample. first: the location of the uniform for the number of the first
+ * place, or -1. */
+void stp_runs_each(const stp_runs *runs, const stp_each *each, GLint first);
 
 #endif

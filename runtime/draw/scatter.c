@@ -13,11 +13,8 @@ stp_status stp_scatter_create(stp_scatter *out, const char *folder, const char *
 {
     stp_status status = STP_OK;
     stp_scatter s = {0};
-    stp_program_params params = {
-        .compute = "scatter_depth.comp", .defines = defines, .folder = folder};
-    STP_TRY(stp_program_create(&s.depth, &params, err));
-    params.compute = "scatter_name.comp";
-    STP_TRY(stp_program_create(&s.name, &params, err));
+    STP_TRY(stp_each_create(&s.depth, "scatter_depth.comp", folder, defines, err));
+    STP_TRY(stp_each_create(&s.name, "scatter_name.comp", folder, defines, err));
     *out = s;
     s = (stp_scatter){0};
 done:
@@ -27,17 +24,16 @@ done:
 
 void stp_scatter_destroy(stp_scatter *s)
 {
-    glDeleteProgram(s->depth);
-    glDeleteProgram(s->name);
+    stp_each_destroy(&s->depth);
+    stp_each_destroy(&s->name);
     *s = (stp_scatter){0};
 }
 
-/* Runs a program for each sample. */
-static void visit(GLuint program, const stp_runs *runs, const stp_project_params *params)
+/* Runs programs for each sample. */
+static void visit(const stp_each *each, const stp_runs *runs, const stp_project_params *params)
 {
-    glUseProgram(program);
-    glUniform1i(STP_UNIFORM_FIRST_PASS, params->first);
-    stp_runs_each(runs, -1);
+    stp_each_set(each, STP_UNIFORM_FIRST_PASS, params->first);
+    stp_runs_each(runs, each, -1);
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
@@ -57,10 +53,9 @@ stp_status stp_scatter_draw(const stp_scatter *s, stp_runs *runs, const stp_proj
     glBindImageTexture(IMAGE_DEPTH, pyramid->scatter_depth, 0, GL_FALSE, 0, GL_READ_WRITE,
                        GL_R32UI);
     glBindImageTexture(IMAGE_SAMPLE, pyramid->nearest, 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
-    visit(s->depth, runs, params);
-    glUseProgram(s->name);
-    glUniform1i(STP_UNIFORM_SETTING, params->waits);
-    visit(s->name, runs, params);
+    visit(&s->depth, runs, params);
+    stp_each_set(&s->name, STP_UNIFORM_SETTING, params->waits);
+    visit(&s->name, runs, params);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
                     GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     return stp_gl_check("projecting by compute shaders", err);

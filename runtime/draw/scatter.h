@@ -5,9 +5,9 @@
 
 #include "runtime/draw/runs.h"
 
-/* Programs. Zero: none. */
+/* Zero: none. */
 typedef struct stp_scatter {
-    GLuint depth, name;
+    stp_each depth, name;
 } stp_scatter;
 
 /* folder, defines: of the variant, as in stp_program_params. Errors: GL. */

@@ -33,11 +33,11 @@ stp_status stp_splat_create(stp_splat *out, const char *folder, const char *defi
     const struct {
         GLuint *program;
         const char *vertex, *fragment, *compute;
-    } programs[4] = {{&s.list, NULL, NULL, "splat.comp"},
-                     {&s.scan, NULL, NULL, "splat_scan.comp"},
+    } programs[3] = {{&s.scan, NULL, NULL, "splat_scan.comp"},
                      {&s.fronts, "screen.vert", "splat_front.frag", NULL},
                      {&s.blends, "screen.vert", "splat_blend.frag", NULL}};
-    for (int i = 0; i < 4; i++)
+    STP_TRY(stp_each_create(&s.list, "splat.comp", folder, defines, err));
+    for (int i = 0; i < 3; i++)
         STP_TRY(stp_program_create(programs[i].program,
                                    &(stp_program_params){.vertex = programs[i].vertex,
                                                          .fragment = programs[i].fragment,
@@ -63,7 +63,7 @@ static void empty_store(stp_splat_store *store)
 
 void stp_splat_destroy(stp_splat *s)
 {
-    glDeleteProgram(s->list);
+    stp_each_destroy(&s->list);
     glDeleteProgram(s->scan);
     glDeleteProgram(s->fronts);
     glDeleteProgram(s->blends);
@@ -124,9 +124,8 @@ static void scan_bins(const stp_splat *s, size_t bins)
 
 static void visit_samples(const stp_splat *s, const stp_runs *runs, bool listing)
 {
-    glUseProgram(s->list);
-    glUniform1i(STP_UNIFORM_SETTING, listing);
-    stp_runs_each(runs, UNIFORM_SPLAT);
+    stp_each_set(&s->list, STP_UNIFORM_SETTING, listing);
+    stp_runs_each(runs, &s->list, UNIFORM_SPLAT);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 

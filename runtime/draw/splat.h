@@ -17,7 +17,8 @@ typedef struct stp_splat_store {
 
 /* Zero: none. */
 typedef struct stp_splat {
-    GLuint list, scan, fronts, blends;  /* programs */
+    stp_each list;
+    GLuint scan, fronts, blends;        /* programs */
     stp_splat_store bins, lists, looks; /* grow and are reused; looks: of each splat */
     GLuint levels_used;                 /* bit set of the bins' levels in use */
 } stp_splat;

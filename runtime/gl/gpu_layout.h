@@ -44,6 +44,9 @@ enum {
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
 
+/* Words of a set of openings: bit i % 32 of word i / 32 stands for openings[i] of the frame. */
+#define STP_OPENING_WORDS (STP_OPENINGS_LIMIT / 32)
+
 /* A further bit of modes[1], besides the flags: backs are drawn nevertheless. */
 #define STP_BACKS_DRAWN 256
 
@@ -91,11 +94,12 @@ typedef struct stp_gpu_chunk {
     uint32_t id;
     uint32_t depth;
     uint32_t unused[2];
+    uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
 _Static_assert(sizeof(stp_gpu_frame) == 240 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
-_Static_assert(sizeof(stp_gpu_chunk) == 32, "STP_CHUNK_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
 
 #endif

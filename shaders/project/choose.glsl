@@ -30,24 +30,54 @@ bvec4 stp_fit(stp_sight s, vec4 error, vec4 tangential_error, float radius, floa
                  stp_fits(s, error.w, tangential_error.w, radius, variation));
 }
 
+// How the eye sees the bound of a patch: distance of its centre; sine of half the angle under which
+// it is seen; cosine between the cone's axis and the direction to the centre.
+struct stp_aspect {
+    float range, sin_beta, cos_phi;
+};
+
+stp_aspect stp_patch_aspect(stp_patch p)
+{
+    const bool orthographic = STP_ORTHOGRAPHIC != 0;
+    float range = length(stp_to_eye(p.bound_centre));
+    float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
+    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
+    return stp_aspect(range, sin_beta, clamp(dot(direction, p.cone_axis), -1.0, 1.0));
+}
+
+// The openings through which a place in the bound of a patch may be seen, out of those of its block.
+// If every normal of the patch faces the eye, stp_culled drops no sample, and the set is empty.
+uvec4 stp_patch_openings(stp_patch p, uint slot)
+{
+    uvec4 set = uvec4(0u);
+#if STP_OPENINGS
+    stp_aspect a = stp_patch_aspect(p);
+    bool faces = a.cos_phi < 0.0 && stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta) < 1.0;
+    uvec4 left = faces || modes.y == 0 ? uvec4(0u) : stp_chunk_openings(slot);
+    while (left != uvec4(0u)) {
+        int i = stp_openings_take(left);
+        bool through = stp_seen_through(STP_OPENING(i), p.bound_centre, p.bound_radius * 1.00001);
+        uvec4 bit = uvec4(equal(ivec4(i >> 5), ivec4(0, 1, 2, 3))) << uint(i & 31);
+        set |= through ? bit : uvec4(0u);
+    }
+#endif
+    return set;
+}
+
 // The level of each quarter of a patch in sight, no finer than the finest resident level;
 // STP_LEVEL_SKIP for absent quarters. Level 3 stands for the whole patch, in quarter 0.
 ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
 {
     const ivec4 skip = ivec4(STP_LEVEL_SKIP);
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
-    vec3 centre = stp_to_eye(p.bound_centre);
-    float range = length(centre);
-    float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
-    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
-    float cos_phi = clamp(dot(direction, p.cone_axis), -1.0, 1.0);
+    stp_aspect a = stp_patch_aspect(p);
     bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(p.count[2]));
     ivec4 finest = mix(ivec4(chunk.finest), skip, absent);
-    float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
+    float scale = stp_rule_scale(-stp_to_eye(p.bound_centre).z, a.range, p.bound_radius, viewport.z, viewport.w,
                                  orthographic);
     if (quality.x <= 0.0 || scale < 0.0)
         return finest;
-    float sin_alpha = stp_rule_sin_alpha(cos_phi, p.cone_cos, sin_beta);
+    float sin_alpha = stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta);
     stp_sight sight = stp_sight(scale, sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
     if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
         return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);

@@ -21,10 +21,10 @@ void main()
     uvec4 first = s.first - uvec4(0u, s.end.xyz);
     uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.end.w, begin + uint(STP_SHARE));
-    bool opened = stp_patch_opened(p);
+    uvec4 set = stp_patch_openings(p, stp_patch_slot(patch_index[0]));
     for (uint i = begin; i < end; i++) {
         uint index = i + (i < s.end.x ? first.x : i < s.end.y ? first.y : i < s.end.z ? first.z : first.w);
-        vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step, opened);
+        vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step, set);
         if (position.z > 1.0)
             continue;
         position.z = stp_depth_apart(position.z, STP_ORDER_SAMPLE);

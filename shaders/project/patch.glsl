@@ -51,6 +51,13 @@ stp_chunk stp_chunk_fetch(uint slot)
     return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y);
 }
 
+// The openings through which the patches of a block may be seen: bit i % 32 of word i / 32 stands for
+// openings[i].
+uvec4 stp_chunk_openings(uint slot)
+{
+    return texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
+}
+
 // The slot of a patch's chunk.
 uint stp_patch_slot(uint index)
 {

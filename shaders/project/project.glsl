@@ -51,58 +51,64 @@ bool stp_clipped(vec3 from_eye)
 }
 
 // Whether the line of sight to any place in a ball passes through an opening of a closed surface.
-// from_eye: the ball's centre relative to the eye.
-bool stp_seen_through(vec3 from_eye, float radius)
+// opening: its centre relative to the eye, and its radius. from_eye: the ball's centre relative to
+// the eye.
+bool stp_seen_through(vec4 opening, vec3 from_eye, float radius)
 {
-#if STP_OPENINGS
-    for (int i = 0; i < modes.w; i++) {
-        vec4 ball = openings[i];
-        ball.w += radius;
+    float reach = opening.w + radius;
 #if STP_ORTHOGRAPHIC
-        vec3 off = ball.xyz - from_eye;
-        float nearer = dot(off, axis_back.xyz);
-        off -= nearer * axis_back.xyz;
-        if (nearer >= -ball.w && dot(off, off) <= ball.w * ball.w)
-            return true;
+    vec3 off = opening.xyz - from_eye;
+    float nearer = dot(off, axis_back.xyz);
+    off -= nearer * axis_back.xyz;
+    return nearer >= -reach && dot(off, off) <= reach * reach;
 #else
-        float part = clamp(dot(ball.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
-        vec3 off = ball.xyz - part * from_eye;
-        if (dot(off, off) <= ball.w * ball.w)
-            return true;
+    float part = clamp(dot(opening.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
+    vec3 off = opening.xyz - part * from_eye;
+    return dot(off, off) <= reach * reach;
 #endif
-    }
-#endif
-    return false;
 }
 
-// The same for the bound of a patch. If false, no sample of the patch is seen through an opening.
-bool stp_patch_opened(stp_patch p)
+// Takes the first opening out of a set that has one (stp_chunk_openings).
+int stp_openings_take(inout uvec4 set)
 {
-    return stp_seen_through(p.bound_centre, p.bound_radius * 1.00001);
+    int word = set.x != 0u ? 0 : set.y != 0u ? 1 : set.z != 0u ? 2 : 3;
+    uint bits = set.x != 0u ? set.x : set.y != 0u ? set.y : set.z != 0u ? set.z : set.w;
+    uvec4 fewer = set & set - 1u;
+    set = mix(set, fewer, equal(ivec4(0, 1, 2, 3), ivec4(word)));
+    return 32 * word + findLSB(bits);
+}
+
+// Whether the line of sight to a place passes through an opening of the set.
+bool stp_place_opened(vec3 from_eye, uvec4 set)
+{
+#if STP_OPENINGS
+    while (set != uvec4(0u))
+        if (stp_seen_through(STP_OPENING(stp_openings_take(set)), from_eye, 0.0))
+            return true;
+#endif
+    return false;
 }
 
 // A cosine. If a sample is seen from behind at a flatter angle, it is drawn, since outlines need
 // such samples, too. The same number is in runtime/cut/level_choice.c.
 #define STP_CULL_COSINE 0.1
 
-// Whether a sample is left out because its back is turned to the eye (docs/closed.md). opened:
-// stp_patch_opened of the patch, or true.
-bool stp_culled(uvec4 texel, vec3 from_eye, bool opened)
+// Whether a sample is left out because its back is turned to the eye (docs/closed.md). set:
+// stp_patch_openings of the patch, or stp_chunk_openings.
+bool stp_culled(uvec4 texel, vec3 from_eye, uvec4 set)
 {
     vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
     bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);
-    if (culled && opened)
-        culled = !stp_seen_through(from_eye, 0.0);
-    return culled;
+    return culled && !stp_place_opened(from_eye, culled ? set : uvec4(0u));
 }
 
 // The pixel that holds a sample's centre, and its depth, from 1 at the near plane to 0 far away.
 // Returns false if the sample is not drawn: behind the near plane, outside the picture or the clip
-// box, of a hidden class, or culled. opened: as for stp_culled. Runs for every sample, so it
-// normalises nothing.
-bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, out float z)
+// box, of a hidden class, or culled. set: as for stp_culled. Runs for every sample, so it normalises
+// nothing.
+bool stp_place(uvec4 texel, vec3 origin, float step, uvec4 set, out ivec2 at, out float z)
 {
     vec3 from_eye = stp_sample_position(texel, origin, step);
     vec3 position = stp_to_eye(from_eye);
@@ -111,7 +117,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, bool opened, out ivec2 at, 
     vec2 pixel = floor(window);
     bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
                  all(lessThan(pixel, viewport.xy));
-    drawn = drawn && !stp_culled(texel, from_eye, opened) && !stp_clipped(from_eye) &&
+    drawn = drawn && !stp_culled(texel, from_eye, set) && !stp_clipped(from_eye) &&
             !stp_class_hidden(texel.z >> 24);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
@@ -132,11 +138,11 @@ float stp_depth_apart(float z, uint order)
 
 // The clip position of the pixel's centre, so that no rasteriser's rounding moves the sample. If
 // the sample is not drawn, the position lies outside the clip volume.
-vec4 stp_project(uvec4 texel, vec3 origin, float step, bool opened)
+vec4 stp_project(uvec4 texel, vec3 origin, float step, uvec4 set)
 {
     ivec2 at;
     float z;
-    bool drawn = stp_place(texel, origin, step, opened, at, z);
+    bool drawn = stp_place(texel, origin, step, set, at, z);
     return drawn ? vec4(vec2(2 * at + 1) / viewport.xy - 1.0, z, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }
 

@@ -1,5 +1,6 @@
 // Projection without the rasteriser, first step: chooses the levels of every patch and lists the
 // samples in runs of up to STP_RUN_SAMPLES. The order of runs is random; no picture depends on it.
+#define STP_FRAME_HELD
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -17,7 +18,8 @@ layout(location = 1) uniform uint patch_count;
 void stp_list(uint listed)
 {
     uint patch_index = patches[listed];
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(patch_index));
+    uint slot = stp_patch_slot(patch_index);
+    stp_chunk chunk = stp_chunk_fetch(slot);
     stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
     ivec4 levels = stp_choose_levels(patch_index, p, chunk);
     stp_selection s = stp_select(p, levels);
@@ -36,17 +38,18 @@ void stp_list(uint listed)
     uint at = atomicAdd(run_count, total);
     atomicAdd(points_listed, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
-    bool opened = stp_patch_opened(p);
-    lattices[listed] = vec4(p.origin, p.step);
+    seen[2u * listed] = floatBitsToUint(vec4(p.origin, p.step));
+    seen[2u * listed + 1u] = stp_patch_openings(p, slot);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
-            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed, opened);
+            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed);
             at++;
         }
 }
 
 void main()
 {
+    stp_frame_hold();
     uint share = (patch_count + gl_NumWorkGroups.x - 1u) / gl_NumWorkGroups.x;
     uint end = min((gl_WorkGroupID.x + 1u) * share, patch_count);
     for (uint i = gl_WorkGroupID.x * share + gl_LocalInvocationID.x; i < end; i += STP_GROUP_PATCHES)

@@ -12,9 +12,9 @@ flat out uint id; // of the sample
 
 void main()
 {
-    vec3 offset = stp_chunk_fetch(stp_patch_slot(patch_index)).offset;
-    vec4 lattice = stp_lattice_fetch(patch_index, offset);
+    uint slot = stp_patch_slot(patch_index);
+    vec4 lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(slot).offset);
     id = uint(gl_VertexID);
-    gl_Position = stp_project(texel, lattice.xyz, lattice.w, true);
+    gl_Position = stp_project(texel, lattice.xyz, lattice.w, stp_chunk_openings(slot));
     gl_Position.z = stp_depth_apart(gl_Position.z, vertices ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
 }

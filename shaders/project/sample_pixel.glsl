@@ -49,16 +49,12 @@ int stp_mark_of(uvec2 id, stp_chunk chunk)
 // The projected error, in pixels, of a patch with this perpendicular and tangential error.
 float stp_patch_error(stp_patch p, vec2 error)
 {
-    vec3 centre = stp_to_eye(p.bound_centre);
-    float range = length(centre);
-    const bool orthographic = STP_ORTHOGRAPHIC != 0;
-    float scale = stp_rule_scale(-centre.z, range, p.bound_radius, viewport.z, viewport.w,
-                                 orthographic);
+    stp_aspect a = stp_patch_aspect(p);
+    float scale = stp_rule_scale(-stp_to_eye(p.bound_centre).z, a.range, p.bound_radius, viewport.z,
+                                 viewport.w, STP_ORTHOGRAPHIC != 0);
     if (scale < 0.0)
         return 0.0;
-    vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
-    float sin_alpha = stp_rule_sin_alpha(clamp(dot(direction, p.cone_axis), -1.0, 1.0), p.cone_cos,
-                                         orthographic ? 0.0 : min(1.0, p.bound_radius / range));
+    float sin_alpha = stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta);
     return stp_rule_error(scale, sin_alpha, error.x, error.y);
 }
 

@@ -1,7 +1,7 @@
-// Projection without the rasteriser, second step; an invocation is a sample. One pass over all
-// samples finds the nearest depth of each pixel (scatter_depth.comp), another names the samples
-// that have it (scatter_name.comp). They are two programs because software rasterisers run both
-// sides of a branch, one sample after the other if there are atomics.
+// Projection without the rasteriser, second step. One pass over all samples finds the nearest depth
+// of each pixel (scatter_depth.comp), another names the samples that have it (scatter_name.comp).
+// They are two programs because software rasterisers run both sides of a branch, one sample after
+// the other if there are atomics.
 
 layout(r32ui, binding = 0) uniform uimage2D nearest_depth; // bits of a float that is never negative
 layout(r32ui, binding = 1) uniform uimage2D nearest_sample;
@@ -11,12 +11,12 @@ layout(location = 6) uniform bool first_pass;
 const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no name yet
 
 // The pixel and the depth of a sample. False if the sample is not drawn.
-bool stp_scatter_place(uint index, vec4 lattice, bool opened, out ivec2 pixel, out uint bits)
+bool stp_scatter_place(stp_projected s, out ivec2 pixel, out uint bits)
 {
     float z;
-    bool drawn = stp_place(texelFetch(object_texture, int(index)), lattice.xyz, lattice.w, opened, pixel, z);
+    bool drawn = stp_place(texelFetch(object_texture, int(s.index)), s.lattice.xyz, s.lattice.w, s.openings, pixel, z);
     // The list holds patch vertices, the runs hold other samples.
-    z = stp_depth_apart(z, listed_count != 0u ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
+    z = stp_depth_apart(z, STP_LISTED != 0 ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     bits = floatBitsToUint(z);
     return drawn;
 }

@@ -1,4 +1,5 @@
 // Finds the nearest depth of each pixel (scatter.glsl).
+#define STP_FRAME_HELD
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -8,12 +9,15 @@
 
 void main()
 {
-    uint index, bits;
-    vec4 lattice;
-    bool opened;
-    ivec2 pixel;
-    if (!stp_find(index, lattice, opened) || !stp_scatter_place(index, lattice, opened, pixel, bits))
-        return;
-    if (imageAtomicMax(nearest_depth, pixel, bits) < bits && !first_pass)
-        imageStore(nearest_sample, pixel, uvec4(RAISED));
+    stp_frame_hold();
+    bool first = first_pass;
+    uint end = stp_end_place();
+    for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
+        stp_projected s;
+        ivec2 pixel;
+        uint bits;
+        if (stp_find(place, s) && stp_scatter_place(s, pixel, bits) && imageLoad(nearest_depth, pixel).x < bits &&
+            imageAtomicMax(nearest_depth, pixel, bits) < bits && !first)
+            imageStore(nearest_sample, pixel, uvec4(RAISED));
+    }
 }

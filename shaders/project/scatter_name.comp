@@ -1,5 +1,6 @@
 // Names the samples that have the nearest depth (scatter.glsl). Counts the samples that are not
 // drawn.
+#define STP_FRAME_HELD
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -18,30 +19,52 @@ bool comes_first(uint a, uint b)
     return p < q || p == q && a < b;
 }
 
-// Gives the pixel to the first of equal samples. If an earlier pass has named the pixel, and no
-// sample of this pass is nearer, the pixel is not RAISED and keeps its name.
-void name(ivec2 pixel, uint index)
+// Whether a sample has the nearest depth of its pixel.
+bool is_nearest(uint place, out stp_projected s, out ivec2 pixel, out bool dropped)
 {
-    uint had = imageAtomicCompSwap(nearest_sample, pixel, first_pass ? STP_NO_SAMPLE : RAISED, index);
-    while (had < RAISED && comes_first(index, had)) {
+    uint bits;
+    bool there = stp_find(place, s);
+    bool drawn = stp_scatter_place(s, pixel, bits);
+    dropped = there && !drawn;
+    return there && drawn && imageLoad(nearest_depth, pixel).x == bits;
+}
+
+// Gives a pixel to a sample that comes before the one it has a name of, if `asked`.
+void settle(ivec2 pixel, uint index, bool asked)
+{
+    uint had = asked ? imageLoad(nearest_sample, pixel).x : STP_NO_SAMPLE;
+    bool tied = had < RAISED;
+    // A software driver always looks up once. Without a tie it looks up sample 0, which stays in its
+    // cache and does not come before itself.
+    while (comes_first(tied ? index : 0u, tied ? had : 0u)) {
         uint now = imageAtomicCompSwap(nearest_sample, pixel, had, index);
-        if (now == had)
-            break;
+        tied = now != had;
         had = now;
     }
 }
 
+// Names pixels that have no name. If an earlier pass has named a pixel, and no sample of this pass is
+// nearer, the pixel is not RAISED and stays as it is. Ties are few, so the samples of an invocation
+// that met one are looked at again.
 void main()
 {
-    uint index, bits;
-    vec4 lattice;
-    bool opened;
-    ivec2 pixel;
-    if (!stp_find(index, lattice, opened))
-        return;
-    bool drawn = stp_scatter_place(index, lattice, opened, pixel, bits);
-    if (counting && !drawn)
-        stp_count_dropped();
-    if (drawn && imageLoad(nearest_depth, pixel).x == bits)
-        name(pixel, index);
+    stp_frame_hold();
+    bool counts = counting, met = false;
+    uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_place();
+    for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
+        stp_projected s;
+        ivec2 pixel;
+        bool dropped;
+        if (is_nearest(place, s, pixel, dropped) &&
+            imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.index) < RAISED)
+            met = true;
+        if (counts && dropped)
+            stp_count_dropped();
+    }
+    for (uint place = met ? stp_first_place() : end; place < end; place += STP_PLACE_STEP) {
+        stp_projected s;
+        ivec2 pixel;
+        bool dropped, nearest = is_nearest(place, s, pixel, dropped);
+        settle(pixel, s.index, nearest);
+    }
 }

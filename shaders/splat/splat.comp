@@ -1,5 +1,6 @@
-// Splatting, first step; an invocation is a sample. One pass counts the splats of each bin, another
+// Splatting, first step. One pass counts the splats of each bin, another
 // pass writes the lists.
+#define STP_FRAME_HELD
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -31,7 +32,7 @@ layout(std430, binding = 6) writeonly buffer stp_looks_block {
 };
 
 layout(location = 1) uniform bool listing;
-layout(location = 5) uniform uint first_splat; // number of the first invocation's splat
+layout(location = 5) uniform uint first_splat; // number of the splat at place 0
 
 uint stp_splat_colour_pack(vec3 colour)
 {
@@ -72,27 +73,31 @@ void stp_splat_list(stp_splat s, uint splat)
         atomicOr(levels_used, 1u << level);
 }
 
-void main()
+void stp_splat_visit(stp_projected s, uint splat)
 {
-    uint index;
-    vec4 lattice;
-    bool opened;
     ivec2 pixel;
     float z;
-    if (!stp_find(index, lattice, opened))
+    uvec4 texel = texelFetch(object_texture, int(s.index));
+    if (!stp_place(texel, s.lattice.xyz, s.lattice.w, s.openings, pixel, z))
         return;
-    uvec4 texel = texelFetch(object_texture, int(index));
-    if (!stp_place(texel, lattice.xyz, lattice.w, opened, pixel, z))
-        return;
-    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index)).x);
-    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, lattice.xyz, lattice.w)), id, vec2(0.0));
+    uvec2 id = uvec2(s.index, texelFetch(patch_of_sample, int(s.index)).x);
+    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), id, vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
-    stp_splat s = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
+    stp_splat disc = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
     if (p.radius <= 0.0) // covers only its own pixel
-        s.place.xyz = vec3(vec2(pixel) + 0.5, 1e6);
-    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint splat = first_splat + group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+        disc.place.xyz = vec3(vec2(pixel) + 0.5, 1e6);
     if (listing)
-        looks[splat] = uvec2(stp_splat_colour_pack(p.colour), index);
-    stp_splat_list(s, splat);
+        looks[splat] = uvec2(stp_splat_colour_pack(p.colour), s.index);
+    stp_splat_list(disc, splat);
+}
+
+void main()
+{
+    stp_frame_hold();
+    uint end = stp_end_place();
+    for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
+        stp_projected s;
+        if (stp_find(place, s))
+            stp_splat_visit(s, first_splat + place);
+    }
 }
