@@ -1,8 +1,7 @@
-/* Draws one frame: chooses the cut, loads blocks, projects, reconstructs. Either waits for the
- * whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
+/* Draws one frame: projects what the cut chose (frame_load.c) and reconstructs. Either waits for
+ * the whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
 #include "runtime/colour_range.h"
 #include "runtime/cut/culling.h"
-#include "runtime/cut/need.h"
 #include "runtime/draw/filter.h"
 #include "runtime/renderer_parts.h"
 
@@ -10,57 +9,6 @@
 #include "base/memory.h"
 
 #include <string.h>
-
-/* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
-#define AHEAD_LIMIT 512
-#define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
-
-/* For frames that wait for the cut: every block that is not damaged will be resident. */
-/* A view that a cut is chosen for: the frame's own, or the one ahead. */
-typedef struct cut_view {
-    const stp_renderer *renderer;
-    const stp_gpu_frame *frame;
-    stp_dvec3 eye;
-} cut_view;
-
-static int available_soon(const void *context, uint32_t block)
-{
-    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
-    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER : 0;
-}
-
-static int available_now(const void *context, uint32_t block)
-{
-    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
-    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER
-                                                 : stp_block_cache_finest(cache, block);
-}
-
-static const stp_resident *resident_now(const void *context, uint32_t block)
-{
-    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
-    return stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT
-               ? NULL
-               : stp_block_cache_get(cache, stp_block_cache_slot(cache, block));
-}
-
-/* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
-static int needed_now(const void *context, uint32_t block, int estimate)
-{
-    const cut_view *v = context;
-    const stp_resident *resident = resident_now(context, block);
-    if (v->frame->quality[0] <= 0.0f || (resident != NULL && resident->finest <= estimate))
-        return estimate;
-    if (resident == NULL)
-        return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
-    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate);
-}
-
-static bool was_drawn(const void *context, uint32_t block)
-{
-    const stp_renderer *r = ((const cut_view *)context)->renderer;
-    return stp_block_cache_used(r->cache, block, r->drawn_stamp);
-}
 
 /* Whether the picture shows the samples' own colours, or how a picture that does chooses levels. */
 static bool shows_colours(const stp_draw_params *params)
@@ -120,28 +68,6 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 {
     return stp_frame_prepare_road(&r->project, &r->reconstruct, r->shader_folder, &r->variant, lod,
                                   err);
-}
-
-/* now: of what is resident; else as if everything were. */
-static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
-                             const cut_view *view, bool now, stp_error *err)
-{
-    stp_cut_params params = {
-        .scene = &r->scene,
-        .frame = view->frame,
-        .eye = view->eye,
-        .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
-                   resident_now, d->params->stream && r->moves ? was_drawn : NULL},
-        .hidden_models = d->params->hidden_models,
-    };
-    return stp_cut_select(cut, &params, err);
-}
-
-stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
-{
-    const cut_view view = {r, &r->frame, r->eye};
-    stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
-    return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
 
 /* Uploads the records of the drawn blocks for the shaders. */
@@ -338,76 +264,6 @@ stp_splat_part stp_frame_part(const stp_renderer *r, bool fronts_done, size_t be
     return fronts_done ? STP_SPLAT_BLENDS : STP_SPLAT_FRONTS;
 }
 
-stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
-                                stp_error *err)
-{
-    const int coarsest = headers ? STP_NEED_HEADERS : 0;
-    stp_status status =
-        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of blocks", err);
-    for (size_t i = 0; status == STP_OK && i < count; i++)
-        r->wants[i] =
-            (stp_want){draws[i].block, draws[i].finest > coarsest ? draws[i].finest : coarsest};
-    return status;
-}
-
-/* What refine_one needs. */
-typedef struct needs {
-    cut_view view;
-    stp_draw *draws;
-} needs;
-
-static stp_status refine_one(void *context, size_t index, unsigned worker, stp_error *err)
-{
-    const needs *n = context;
-    stp_draw *draw = &n->draws[index];
-    (void)worker;
-    (void)err;
-    draw->finest = needed_now(&n->view, draw->block, draw->finest);
-    return STP_OK;
-}
-
-bool stp_frame_asks_headers(const stp_renderer *r)
-{
-    return r->frame.quality[0] > 0.0f;
-}
-
-stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
-{
-    return stp_pool_run(r->pool, count, refine_one, &(needs){{r, &r->frame, r->eye}, draws}, err);
-}
-
-/* Loads draws, as many as there is room for. */
-static stp_status load_round(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
-                             stp_cache_load *load, stp_error *err)
-{
-    stp_status status = stp_frame_list_wants(r, draws, count, headers, err);
-    if (status != STP_OK)
-        return status;
-    *load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
-    return stp_block_cache_load(r->cache, load, err);
-}
-
-/* Loads the cut's draws from draw `begin` on: first what tells their levels, then the levels. */
-static stp_status load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
-                             stp_error *err)
-{
-    stp_status status = STP_OK;
-    double begun = stp_clock_seconds();
-    stp_draw *draws = r->cut.draws + begin;
-    size_t count = r->cut.draw_count - begin;
-    if (stp_frame_asks_headers(r)) {
-        STP_TRY(load_round(r, draws, count, true, load, err));
-        if (load->damaged)
-            return STP_OK;
-        count = load->there;
-        STP_TRY(stp_frame_refine(r, draws, count, err));
-    }
-    STP_TRY(load_round(r, draws, count, false, load, err));
-    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
-done:
-    return status;
-}
-
 static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error *err)
 {
     const stp_block *refused = NULL;
@@ -416,54 +272,6 @@ static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error 
         err, STP_LIMIT,
         "%s: chunk %u does not fit in the GPU memory given: give a larger --gpu-memory",
         stp_chunk_file_path(m->model->file), refused->chunk);
-}
-
-/* Appends a cut's missing blocks to r->wants, at most `limit`; *count counts all wants. */
-static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
-                            stp_error *err)
-{
-    size_t more = cut->miss_count < limit ? cut->miss_count : limit;
-    stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
-                                 "a list of blocks", err);
-    for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
-        if (stp_block_cache_damaged(r->cache, cut->misses[i].block))
-            continue;
-        r->wants[(*count)++] = (stp_want){cut->misses[i].block, cut->misses[i].finest};
-        more--;
-    }
-    return status;
-}
-
-/* Marks what the cut draws, or falls back on, as used. */
-static void touch_cut(stp_renderer *r)
-{
-    for (size_t i = 0; i < r->cut.draw_count; i++)
-        stp_block_cache_touch(r->cache, r->cut.draws[i].block, r->stamp);
-    for (size_t i = 0; i < r->cut.passed_count; i++)
-        stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
-}
-
-/* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
- * needed. Ends when nothing is missing, or there is no more room: then the picture takes passes. */
-static stp_status load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const cut_view view = {r, &r->frame, r->eye};
-    const double begun = stp_clock_seconds();
-    stp_cache_load load = {0};
-    do {
-        size_t count = 0;
-        STP_TRY(select_for(r, d, &r->cut, &view, true, err));
-        STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
-        r->stamp++;
-        touch_cut(r);
-        load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
-        if (count > 0)
-            STP_TRY(stp_block_cache_load(r->cache, &load, err));
-    } while (load.count > 0 && load.there == load.count);
-done:
-    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
-    return status;
 }
 
 /* Draws the whole cut, in as many passes as the budget needs, and waits for blocks. */
@@ -475,10 +283,10 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     bool fronts_done = false; /* splats: an earlier pass drew all fronts */
     stp_cache_load load;
     if (stp_frame_asks_headers(r))
-        STP_TRY(load_asked(r, d, err));
+        STP_TRY(stp_frame_load_asked(r, d, err));
     STP_TRY(stp_frame_select(r, d, err));
     do {
-        STP_TRY(load_draws(r, d, begin, &load, err));
+        STP_TRY(stp_frame_load_draws(r, d, begin, &load, err));
         if (load.damaged) { /* the damage is now known: choose again without the block */
             STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
@@ -502,25 +310,6 @@ done:
     return status;
 }
 
-/* Requests the blocks that are missing, and the blocks that the camera's motion will reveal. */
-static stp_status want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
-                               stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t count = 0, now = 0;
-    STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
-    now = count;
-    if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
-        stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
-        const cut_view view = {r, &frame, ahead->eye};
-        STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
-        STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
-    }
-    stp_block_cache_want(r->cache, r->wants, count, now);
-done:
-    return status;
-}
-
 /* Draws the resident part of the cut, and requests the missing blocks. */
 static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view *ahead,
                                  stp_error *err)
@@ -530,8 +319,8 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     STP_TRY(stp_block_cache_update(r->cache, r->stamp, err));
     r->stamp++;
     STP_TRY(stp_frame_select(r, d, err));
-    touch_cut(r);
-    STP_TRY(want_missing(r, d, ahead, err));
+    stp_frame_touch(r);
+    STP_TRY(stp_frame_want_missing(r, d, ahead, err));
     d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     STP_TRY(stp_frame_finish(r, d, (double)r->sight.radius_px, err));

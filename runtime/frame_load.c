@@ -1,0 +1,217 @@
+/* What a frame draws and asks for: chooses the cut by what is resident, and loads blocks, first
+ * their headers, then as far as their patches ask. */
+#include "runtime/cut/need.h"
+#include "runtime/renderer_parts.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
+
+/* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
+#define AHEAD_LIMIT 512
+#define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
+
+/* A view that a cut is chosen for: the frame's own, or the one ahead. */
+typedef struct cut_view {
+    const stp_renderer *renderer;
+    const stp_gpu_frame *frame;
+    stp_dvec3 eye;
+} cut_view;
+
+/* For frames that wait for the cut: every block that is not damaged will be resident. */
+static int available_soon(const void *context, uint32_t block)
+{
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER : 0;
+}
+
+static int available_now(const void *context, uint32_t block)
+{
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_damaged(cache, block) ? STP_CUT_NEVER
+                                                 : stp_block_cache_finest(cache, block);
+}
+
+static const stp_resident *resident_now(const void *context, uint32_t block)
+{
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    return stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT
+               ? NULL
+               : stp_block_cache_get(cache, stp_block_cache_slot(cache, block));
+}
+
+/* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
+static int needed_now(const void *context, uint32_t block, int estimate)
+{
+    const cut_view *v = context;
+    const stp_resident *resident = resident_now(context, block);
+    if (v->frame->quality[0] <= 0.0f || (resident != NULL && resident->finest <= estimate))
+        return estimate;
+    if (resident == NULL)
+        return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
+    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate);
+}
+
+static bool was_drawn(const void *context, uint32_t block)
+{
+    const stp_renderer *r = ((const cut_view *)context)->renderer;
+    return stp_block_cache_used(r->cache, block, r->drawn_stamp);
+}
+
+/* now: of what is resident; else as if everything were. */
+static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
+                             const cut_view *view, bool now, stp_error *err)
+{
+    stp_cut_params params = {
+        .scene = &r->scene,
+        .frame = view->frame,
+        .eye = view->eye,
+        .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
+                   resident_now, d->params->stream && r->moves ? was_drawn : NULL},
+        .hidden_models = d->params->hidden_models,
+    };
+    return stp_cut_select(cut, &params, err);
+}
+
+stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
+{
+    const cut_view view = {r, &r->frame, r->eye};
+    stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
+    return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
+}
+
+stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
+                                stp_error *err)
+{
+    const int coarsest = headers ? STP_NEED_HEADERS : 0;
+    stp_status status =
+        stp_grow(&r->wants, &r->want_capacity, count, sizeof *r->wants, "a list of blocks", err);
+    for (size_t i = 0; status == STP_OK && i < count; i++)
+        r->wants[i] =
+            (stp_want){draws[i].block, draws[i].finest > coarsest ? draws[i].finest : coarsest};
+    return status;
+}
+
+/* What refine_one needs. */
+typedef struct needs {
+    cut_view view;
+    stp_draw *draws;
+} needs;
+
+static stp_status refine_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const needs *n = context;
+    stp_draw *draw = &n->draws[index];
+    (void)worker;
+    (void)err;
+    draw->finest = needed_now(&n->view, draw->block, draw->finest);
+    return STP_OK;
+}
+
+bool stp_frame_asks_headers(const stp_renderer *r)
+{
+    return r->frame.quality[0] > 0.0f;
+}
+
+stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
+{
+    return stp_pool_run(r->pool, count, refine_one, &(needs){{r, &r->frame, r->eye}, draws}, err);
+}
+
+/* Loads draws, as many as there is room for. */
+static stp_status load_round(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,
+                             stp_cache_load *load, stp_error *err)
+{
+    stp_status status = stp_frame_list_wants(r, draws, count, headers, err);
+    if (status != STP_OK)
+        return status;
+    *load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = ++r->stamp};
+    return stp_block_cache_load(r->cache, load, err);
+}
+
+/* Loads the cut's draws from draw `begin` on: first what tells their levels, then the levels. */
+stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    double begun = stp_clock_seconds();
+    stp_draw *draws = r->cut.draws + begin;
+    size_t count = r->cut.draw_count - begin;
+    if (stp_frame_asks_headers(r)) {
+        STP_TRY(load_round(r, draws, count, true, load, err));
+        if (load->damaged)
+            return STP_OK;
+        count = load->there;
+        STP_TRY(stp_frame_refine(r, draws, count, err));
+    }
+    STP_TRY(load_round(r, draws, count, false, load, err));
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+done:
+    return status;
+}
+
+/* Appends a cut's missing blocks to r->wants, at most `limit`; *count counts all wants. */
+static stp_status add_wants(stp_renderer *r, const stp_cut *cut, size_t limit, size_t *count,
+                            stp_error *err)
+{
+    size_t more = cut->miss_count < limit ? cut->miss_count : limit;
+    stp_status status = stp_grow(&r->wants, &r->want_capacity, *count + more, sizeof *r->wants,
+                                 "a list of blocks", err);
+    for (size_t i = 0; status == STP_OK && i < cut->miss_count && more > 0; i++) {
+        if (stp_block_cache_damaged(r->cache, cut->misses[i].block))
+            continue;
+        r->wants[(*count)++] = (stp_want){cut->misses[i].block, cut->misses[i].finest};
+        more--;
+    }
+    return status;
+}
+
+/* Marks what the cut draws, or falls back on, as used. */
+void stp_frame_touch(stp_renderer *r)
+{
+    for (size_t i = 0; i < r->cut.draw_count; i++)
+        stp_block_cache_touch(r->cache, r->cut.draws[i].block, r->stamp);
+    for (size_t i = 0; i < r->cut.passed_count; i++)
+        stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
+}
+
+/* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
+ * needed. Ends when nothing is missing, or there is no more room: then the picture takes passes. */
+stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const cut_view view = {r, &r->frame, r->eye};
+    const double begun = stp_clock_seconds();
+    stp_cache_load load = {0};
+    do {
+        size_t count = 0;
+        STP_TRY(select_for(r, d, &r->cut, &view, true, err));
+        STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
+        r->stamp++;
+        stp_frame_touch(r);
+        load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
+        if (count > 0)
+            STP_TRY(stp_block_cache_load(r->cache, &load, err));
+    } while (load.count > 0 && load.there == load.count);
+done:
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    return status;
+}
+
+/* Requests the blocks that are missing, and the blocks that the camera's motion will reveal. */
+stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const stp_view *ahead,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t count = 0, now = 0;
+    STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
+    now = count;
+    if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
+        stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
+        const cut_view view = {r, &frame, ahead->eye};
+        STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
+        STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
+    }
+    stp_block_cache_want(r->cache, r->wants, count, now);
+done:
+    return status;
+}
