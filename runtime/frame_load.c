@@ -1,6 +1,9 @@
-/* What a frame draws and asks for: chooses the cut by what is resident, and loads blocks, first
- * their headers, then as far as their patches ask. */
+/* What a frame draws and asks for: describes the view, chooses the cut by what is resident, and
+ * loads blocks, first their headers, then as far as their patches ask. */
+#include "runtime/colour_range.h"
+#include "runtime/cut/culling.h"
 #include "runtime/cut/need.h"
+#include "runtime/draw/filter.h"
 #include "runtime/renderer_parts.h"
 
 #include "base/clock.h"
@@ -9,6 +12,33 @@
 /* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
 #define AHEAD_LIMIT 512
 #define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
+
+/* Whether the picture shows the samples' own colours, or how a picture that does chooses levels. */
+static bool shows_colours(const stp_draw_params *params)
+{
+    bool plain = params->shade == STP_SHADE_NORMAL || params->shade == STP_SHADE_DEPTH;
+    return params->colour == STP_COLOUR_RGB && !plain;
+}
+
+stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *params,
+                                 const stp_scene *scene)
+{
+    stp_gpu_frame frame = stp_gpu_frame_from_view(view);
+    bool every = params->every_sample || params->lod == STP_LOD_FULL;
+    double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
+    double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    uint32_t terms = params->terms != 0 ? params->terms : STP_TERMS_DEFAULT;
+    bool colour = (terms & STP_TERM_COLOUR) != 0 && shows_colours(params);
+    frame.quality[0] = every ? 0.0f : (float)threshold;
+    frame.quality[1] =
+        terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold * threshold)) : INFINITY;
+    frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
+    frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
+    stp_culling_place(&frame, params, view, scene);
+    stp_colour_range_place(frame.colour_range, params, &view->eye);
+    stp_filter_place(&frame, params, &view->eye);
+    return frame;
+}
 
 /* A view that a cut is chosen for: the frame's own, or the one ahead. */
 typedef struct cut_view {

@@ -518,15 +518,3 @@ void stp_cut_destroy(stp_cut *cut)
     free(cut->stack);
     *cut = (stp_cut){0};
 }
-
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_scene *scene, const stp_draw *draw, stp_dvec3 eye)
-{
-    const stp_chunk_entry *e = stp_scene_entry(scene, draw->block);
-    stp_dvec3 offset = stp_dvec3_sub(e->origin, eye);
-    return (stp_gpu_chunk){
-        .offset = {(float)offset.x, (float)offset.y, (float)offset.z},
-        .finest = (uint32_t)draw->finest,
-        .id = scene->blocks[draw->block].chunk,
-        .depth = e->depth,
-    };
-}

@@ -96,7 +96,11 @@ typedef struct stp_cut_params {
 } stp_cut_params;
 
 /* The record that shaders and the CPU read for one draw. */
-stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_scene *scene, const stp_draw *draw, stp_dvec3 eye);
+static inline stp_gpu_chunk stp_gpu_chunk_from_draw(const stp_scene *scene, const stp_draw *draw,
+                                                    stp_dvec3 eye)
+{
+    return stp_scene_record(scene, draw->block, draw->finest, eye);
+}
 
 /* Errors: OUT_OF_MEMORY. */
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err);

@@ -1,13 +1,10 @@
 /* Asks all patches of a block for their levels. */
 #include "runtime/cut/need.h"
 
-#include "runtime/cut/cut.h"
-
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_resident *resident, int estimate)
 {
-    const stp_draw draw = {.block = resident->block, .finest = estimate};
-    const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(scene, &draw, eye);
+    const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     int need = STP_NEED_HEADERS;
     for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
         const stp_rule_bound bound = stp_patch_bound(&resident->briefs[i], &chunk);
@@ -26,8 +23,7 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
                      const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
-    const stp_draw draw = {.block = resident->block};
-    const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(scene, &draw, eye);
+    const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, 0, eye);
     for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
         const stp_patch_brief *brief = &resident->briefs[i];
         const stp_rule_bound bound = stp_patch_bound(brief, &chunk);

@@ -193,3 +193,15 @@ bool stp_scene_has_openings(const stp_scene *scene)
             return true;
     return false;
 }
+
+stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye)
+{
+    const stp_chunk_entry *e = stp_scene_entry(scene, block);
+    const stp_dvec3 offset = stp_dvec3_sub(e->origin, eye);
+    return (stp_gpu_chunk){
+        .offset = {(float)offset.x, (float)offset.y, (float)offset.z},
+        .finest = (uint32_t)finest,
+        .id = scene->blocks[block].chunk,
+        .depth = e->depth,
+    };
+}

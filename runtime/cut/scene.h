@@ -8,6 +8,7 @@
 #define STP_RUNTIME_CUT_SCENE_H
 
 #include "runtime/cut/model.h"
+#include "runtime/gl/gpu_layout.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -59,6 +60,9 @@ const stp_scene_model *stp_scene_find_block(const stp_scene *scene, uint32_t blo
                                             const stp_block **out);
 /* The entry of a block's chunk. */
 const stp_chunk_entry *stp_scene_entry(const stp_scene *scene, uint32_t block);
+
+/* The record that shaders and the CPU read of a block that is drawn at levels >= finest. */
+stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye);
 
 /* Whether a block's chunk is the root of a model. */
 bool stp_scene_is_root(const stp_scene *scene, uint32_t block);
