@@ -59,7 +59,9 @@ awk -F, '
         if (all > 1.02 * waited + 0.1) { print "GPU longer than waited for: " $0; bad = 1 }
         if ($at["gpu_project_ms"] <= 0 || $at["gpu_resolve_ms"] <= 0 || $at["gpu_finish_ms"] <= 0) timeless++
     }
-    $at["road"] == "full" && $at["gpu_choose_ms"] + $at["gpu_blend_ms"] > 0 { print "no such stage: " $0; bad = 1 }
+    # A software driver draws every sample by compute shaders, which list the samples first.
+    $at["road"] == "full" && $at["gpu_choose_ms"] > 0 && !/llvmpipe/ { print "no such stage: " $0; bad = 1 }
+    $at["road"] == "full" && $at["gpu_blend_ms"] > 0 { print "no such stage: " $0; bad = 1 }
     $at["road"] == "compute" && $at["gpu_blend_ms"] > 0 { print "no such stage: " $0; bad = 1 }
     $at["road"] == "splat" && $at["gpu_pull_ms"] + $at["gpu_push_ms"] > 0 { print "no such stage: " $0; bad = 1 }
     END {
