@@ -40,6 +40,10 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     return frame;
 }
 
+/* A round loads a tier of the tree or a finer level. More rounds than this would mean that blocks
+ * push each other out: then the picture takes passes. */
+#define ASKED_ROUNDS_LIMIT 1000
+
 /* A view that a cut is chosen for: the frame's own, or the one ahead. */
 typedef struct cut_view {
     const stp_renderer *renderer;
@@ -212,6 +216,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
     const cut_view view = {r, &r->frame, r->eye};
     const double begun = stp_clock_seconds();
     stp_cache_load load = {0};
+    int rounds = 0;
     do {
         size_t count = 0;
         STP_TRY(select_for(r, d, &r->cut, &view, true, err));
@@ -221,7 +226,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
         load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
-    } while (load.count > 0 && load.there == load.count);
+    } while (load.count > 0 && load.there == load.count && ++rounds < ASKED_ROUNDS_LIMIT);
 done:
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     return status;

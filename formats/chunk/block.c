@@ -263,6 +263,9 @@ stp_status stp_block_decode(stp_chunk_file *file, const stp_block *block, int fi
     stp_chunk_entry entry;
     stp_chunk *chunk = NULL;
     stp_chunk_scratch own = {0};
+    if (finest_level < 0 || finest_level > 2)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "level %d asked for: use 0, 1 or 2",
+                             finest_level);
     STP_TRY(stp_chunk_file_entry(file, block->chunk, &entry, err));
     if (entry.block_count == 0)
         return stp_chunk_file_decode(file, block->chunk, finest_level, payload, scratch, out, err);

@@ -24,7 +24,8 @@ stp_status stp_chunk_cut(stp_chunk *chunk, const uint32_t *run_ends, uint32_t ru
     if (status != STP_OK)
         return status;
     for (uint32_t r = 0; r + 1 < run_count; r++)
-        if (samples[run_ends[r]] - samples[begin] >= least &&
+        if (run_ends[r] > begin && run_ends[r] < chunk->patch_count &&
+            samples[run_ends[r]] - samples[begin] >= least &&
             total - samples[run_ends[r]] >= least / 2)
             begin = ends[count++] = run_ends[r];
     ends[count++] = chunk->patch_count;

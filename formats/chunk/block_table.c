@@ -149,6 +149,12 @@ static const char *block_fault(const stp_block *b, const stp_chunk_entry *e, int
             return "its box is empty or reaches outside the chunk's, or its cone is not finite";
     if (!(b->cone_angle >= 0.0f && isfinite(b->cone_angle)))
         return "its cone's angle is negative or not finite";
+    bool near = b->radius_max <= (float)STP_REACH_LIMIT;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        near = near && b->error[l] <= (float)STP_REACH_LIMIT &&
+               b->tangential_error[l] <= (float)STP_REACH_LIMIT;
+    if (!near)
+        return "an error or a radius reaches too far";
     return NULL;
 }
 

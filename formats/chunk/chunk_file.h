@@ -46,7 +46,7 @@ typedef enum stp_codec {
 
 static inline bool stp_codec_has_blocks(stp_codec codec)
 {
-    return codec >= STP_CODEC_RAW_BLOCKS;
+    return codec >= STP_CODEC_RAW_BLOCKS && codec < STP_CODEC_COUNT;
 }
 
 /* The codec of a block's parts: the codec of the same name without blocks. */

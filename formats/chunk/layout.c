@@ -216,6 +216,12 @@ static stp_status header_check_sections(const stp_header *h, stp_error *err)
                                  "byte %u: section %" PRIu32 " at byte %" PRIu64
                                  " does not follow what is before it",
                                  SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
+        if (s->kind == STP_SECTION_BLOCKS &&
+            (s->bytes % STP_BLOCK_BYTES != 0 || stp_header_section(h, s->kind) != s))
+            return stp_error_set(err, STP_CORRUPT,
+                                 "byte %u: section %" PRIu32
+                                 " is a second table of blocks, or has a part of a record",
+                                 SECTIONS_AT + i * SECTION_BYTES, i);
         if (s->kind != STP_SECTION_BLOCKS && s->flags & STP_SECTION_NEEDED)
             return stp_error_set(err, STP_VERSION,
                                  "it needs a part that this program does not know: use a newer "
@@ -263,12 +269,10 @@ static stp_status header_check_places(const stp_header *h, uint64_t file_bytes, 
     return STP_OK;
 }
 
-/* Discs reach beyond the points, and so do the boxes of chunks. */
-#define REACH_LIMIT (8.0 * STP_COORDINATE_LIMIT)
-
 static bool within(stp_dvec3 p)
 {
-    return fabs(p.x) <= REACH_LIMIT && fabs(p.y) <= REACH_LIMIT && fabs(p.z) <= REACH_LIMIT;
+    return fabs(p.x) <= STP_REACH_LIMIT && fabs(p.y) <= STP_REACH_LIMIT &&
+           fabs(p.z) <= STP_REACH_LIMIT;
 }
 
 static stp_status header_check_facts(const stp_header *h, stp_error *err)
@@ -488,12 +492,12 @@ static const char *entry_check_numbers(const stp_chunk_entry *e)
             return "its box is empty";
     if (!all_bounds(&e->cone_angle, 1, (double)FLT_MAX))
         return "its cone's angle is negative or not finite";
-    if (!all_bounds(e->error, STP_LEVEL_COUNT, REACH_LIMIT) ||
-        !all_bounds(e->tangential_error, STP_LEVEL_COUNT, REACH_LIMIT) ||
+    if (!all_bounds(e->error, STP_LEVEL_COUNT, STP_REACH_LIMIT) ||
+        !all_bounds(e->tangential_error, STP_LEVEL_COUNT, STP_REACH_LIMIT) ||
         !all_bounds(e->colour_error, STP_LEVEL_COUNT, (double)FLT_MAX))
         return "an error is negative or not finite, or reaches too far";
-    if (!all_bounds(&e->radius_min, 1, REACH_LIMIT) ||
-        !all_bounds(&e->radius_max, 1, REACH_LIMIT) || e->radius_min > e->radius_max)
+    if (!all_bounds(&e->radius_min, 1, STP_REACH_LIMIT) ||
+        !all_bounds(&e->radius_max, 1, STP_REACH_LIMIT) || e->radius_min > e->radius_max)
         return "its radius range is negative, reversed or not finite, or reaches too far";
     return NULL;
 }
@@ -504,7 +508,7 @@ stp_status stp_entry_read(const uint8_t *bytes, uint32_t id, const stp_header *h
     stp_chunk_entry entry;
     entry_parse(bytes, &entry);
     if (header->version_major < 2)
-        entry.first_block = entry.block_count = 0;
+        entry.first_block = entry.block_count = 0, entry.blocks_hash = 0;
     const char *fault = entry_check_payload(&entry, header);
     if (!fault)
         fault = entry_check_tree(&entry, id, header);

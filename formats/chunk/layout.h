@@ -27,6 +27,8 @@
 #define STP_METADATA_BYTES_LIMIT (64u << 20)
 #define STP_DEPTH_LIMIT 256u
 #define STP_EXPONENT_LIMIT 200
+/* Discs reach beyond the points, and so do the boxes of chunks. */
+#define STP_REACH_LIMIT (8.0 * STP_COORDINATE_LIMIT)
 
 static inline void stp_put_u16(uint8_t *bytes, uint16_t value)
 {

@@ -90,7 +90,7 @@ static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
     float error = fminf(level_error(sight, b, STP_LEVEL_COUNT - 1), GAIN_ERROR_MOST_PX);
     float reach = bound->radius * sight->scale;
     float area = sight->scale < 0.0f ? screen : fminf(3.14159265f * reach * reach, screen);
-    float gain = area * fmaxf(error, 1.0f) / (float)(1 + stp_block_payload_bytes(b, finest));
+    float gain = area * fmaxf(error, 1.0f) / (1.0f + (float)stp_block_payload_bytes(b, finest));
     return fmaxf(gain, GAIN_LEAST);
 }
 
@@ -148,12 +148,13 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
     STP_TRY(stp_grow(&cut->blocks, &cut->block_capacity, block_count, sizeof *cut->blocks,
                      "a list of blocks", err));
     memset(cut->blocks + had, 0, (cut->block_capacity - had) * sizeof *cut->blocks);
+    const size_t had_asked = cut->asked_capacity;
     had = cut->seen_capacity;
     STP_TRY(stp_grow(&cut->seen, &cut->seen_capacity, block_count, sizeof *cut->seen,
                      "a list of blocks", err));
     STP_TRY(stp_grow(&cut->asked, &cut->asked_capacity, block_count, sizeof *cut->asked,
                      "a list of blocks", err));
-    if (had < cut->seen_capacity || ++cut->serial == 0) {
+    if (had < cut->seen_capacity || had_asked < cut->asked_capacity || ++cut->serial == 0) {
         memset(cut->seen, 0, cut->seen_capacity * sizeof *cut->seen);
         memset(cut->asked, 0, cut->asked_capacity * sizeof *cut->asked);
         cut->serial = 1;
@@ -288,9 +289,10 @@ done:
 }
 
 /* Takes back the draws of a chunk that is drawn as a whole or not at all, if a block in sight is
- * missing. Below it, nothing gains more than its missing blocks. */
-static void withdraw(stp_cut *cut, stp_scene_run run, size_t draw_count)
+ * missing; what is resident of it is kept. Below it, nothing gains more than its missing blocks. */
+static stp_status withdraw(stp_cut *cut, stp_scene_run run, size_t draw_count, stp_error *err)
 {
+    stp_status status = STP_OK;
     float least = INFINITY;
     bool missing = false;
     for (uint32_t b = run.begin; b < run.end; b++) {
@@ -299,12 +301,17 @@ static void withdraw(stp_cut *cut, stp_scene_run run, size_t draw_count)
             least = fminf(least, cut->blocks[b].limit);
     }
     if (!missing)
-        return;
+        return STP_OK;
     cut->draw_count = draw_count;
+    STP_TRY(stp_grow(&cut->passed, &cut->passed_capacity, cut->passed_count + (run.end - run.begin),
+                     sizeof *cut->passed, "a list of blocks", err));
     for (uint32_t b = run.begin; b < run.end; b++) {
+        cut->passed[cut->passed_count++] = b; /* those that are resident wait for the others */
         bool hidden = cut->blocks[b].state == STP_CUT_HIDDEN;
         cut->blocks[b] = (stp_cut_block){STP_CUT_LEFT, hidden ? 0.0f : least};
     }
+done:
+    return status;
 }
 
 /* Whether all blocks of a child are out of sight, or left to the parent. Then they are decided. */
@@ -328,25 +335,26 @@ static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t 
 static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
                               uint32_t child, size_t *stack_count, stp_error *err)
 {
+    stp_status status = STP_OK;
     stp_scene_run run = stp_scene_blocks(params->scene, child);
     size_t draw_count = cut->draw_count;
     bool several = run.end - run.begin > 1, together = several && params->scene->undivided[child];
     if (several && decide_at_once(cut, params, child))
         return STP_OK;
-    for (uint32_t b = run.begin; b < run.end; b++) {
-        stp_status status = visit_block(cut, params, parent, b, together, err);
-        if (status != STP_OK)
-            return status;
-    }
+    for (uint32_t b = run.begin; b < run.end; b++)
+        STP_TRY(visit_block(cut, params, parent, b, together, err));
     if (together)
-        withdraw(cut, run, draw_count);
+        STP_TRY(withdraw(cut, run, draw_count, err));
     stp_cut_visit visit = {child, parent.complete, false};
     bool wanted = false;
     for (uint32_t b = run.begin; b < run.end; b++) {
         visit.complete &= cut->blocks[b].state != STP_CUT_LEFT;
         wanted |= cut->blocks[b].limit > 0.0f;
     }
-    return wanted ? push(cut, stack_count, visit, err) : STP_OK;
+    if (wanted)
+        STP_TRY(push(cut, stack_count, visit, err));
+done:
+    return status;
 }
 
 static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,

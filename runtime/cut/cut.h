@@ -30,7 +30,7 @@ typedef struct stp_miss {
 /* What the cut decided about a block. */
 enum {
     STP_CUT_LEFT,   /* not drawn: what is above draws its patches */
-    STP_CUT_HIDDEN, /* out of sight */
+    STP_CUT_HIDDEN, /* out of sight: so is every patch above that refers to it */
     STP_CUT_WHOLE,  /* drawn: all patches in sight */
     /* Drawn: the patches that are left to it. The state is STP_CUT_LINKED + the link of its first
      * patch. The links of a cut count the patches of all such blocks. */

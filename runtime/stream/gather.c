@@ -68,7 +68,8 @@ static size_t run_of(const span *spans, size_t count, uint64_t gap, uint64_t *en
 {
     size_t run = 1;
     *end = spans[0].end;
-    while (run < count && spans[run].begin - spans[0].begin <= *end - spans[0].begin + gap &&
+    while (run < count && *end - spans[0].begin <= STP_GATHER_BYTES &&
+           spans[run].begin - spans[0].begin <= *end - spans[0].begin + gap &&
            spans[run].end - spans[0].begin <= STP_GATHER_BYTES) {
         *end = spans[run].end > *end ? spans[run].end : *end;
         run++;

@@ -100,6 +100,8 @@ static int run(int argc, char **argv)
         return cli_usage(&cli_convert, "no output given: add -o N.stipple");
     if (o.has_threshold && !(isfinite(o.threshold_px) && o.threshold_px > 0.0))
         return cli_usage(&cli_convert, "--threshold: give pixels above 0");
+    if (o.block_samples > 0 && o.has_format && o.format == 0)
+        return cli_usage(&cli_convert, "--block: files of format 1 have no blocks");
     if (o.block_samples > STP_CHUNK_SAMPLES_LIMIT)
         return cli_usage(&cli_convert, "--block: a chunk has at most 65536 samples");
     return convert(&o, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_convert, &err);
