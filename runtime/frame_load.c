@@ -9,9 +9,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-/* Requests at most so many blocks ahead of the camera's motion, and at most so many in all. */
+/* Requests at most so many blocks ahead of the camera's motion. */
 #define AHEAD_LIMIT 512
-#define WANTS_LIMIT STP_STREAM_WANTS_LIMIT
 
 /* Whether the picture shows the samples' own colours, or how a picture that does chooses levels. */
 static bool shows_colours(const stp_draw_params *params)
@@ -173,13 +172,13 @@ stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, s
     if (stp_frame_asks_headers(r)) {
         STP_TRY(load_round(r, draws, count, true, load, err));
         if (load->damaged)
-            return STP_OK;
+            goto done;
         count = load->there;
         STP_TRY(stp_frame_refine(r, draws, count, err));
     }
     STP_TRY(load_round(r, draws, count, false, load, err));
-    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
 done:
+    d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     return status;
 }
 
@@ -238,9 +237,9 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
 {
     stp_status status = STP_OK;
     size_t count = 0, now = 0;
-    STP_TRY(add_wants(r, &r->cut, WANTS_LIMIT, &count, err));
+    STP_TRY(add_wants(r, &r->cut, STP_STREAM_WANTS_LIMIT, &count, err));
     now = count;
-    if (ahead != NULL && count + AHEAD_LIMIT <= WANTS_LIMIT) {
+    if (ahead != NULL && count + AHEAD_LIMIT <= STP_STREAM_WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
         const cut_view view = {r, &frame, ahead->eye};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));

@@ -1,4 +1,4 @@
-/* The members of a renderer, and the functions that renderer.c, frame.c, settle.c and
+/* The members of a renderer, and the functions that renderer.c, frame.c, frame_load.c, settle.c and
  * draw/readback.c share. Only these files include this header. */
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H

@@ -84,8 +84,7 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
     return status;
 }
 
-/* The block that holds all patches of a chunk whose codec has no blocks. */
-static stp_block block_of_entry(const stp_chunk_entry *e, uint32_t id)
+stp_block stp_block_of_entry(const stp_chunk_entry *e, uint32_t id)
 {
     stp_block block = {
         .chunk = id,
@@ -120,7 +119,7 @@ stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *o
     stp_error inner = {0};
     STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
     if (entry.block_count == 0) {
-        *out = block_of_entry(&entry, id);
+        *out = stp_block_of_entry(&entry, id);
         return STP_OK;
     }
     STP_TRY(find_records(file, &entry, id, &records, &own, err));
@@ -157,15 +156,10 @@ const char *stp_block_fault(const stp_block *block, const stp_patch *patch)
 
 /* ---- payloads ---- */
 
-static int segment_count(int finest_level)
-{
-    return finest_level >= 2 ? 1 : finest_level == 1 ? 2 : 3;
-}
-
 uint32_t stp_block_payload_bytes(const stp_block *block, int finest_level)
 {
     uint32_t bytes = 0;
-    for (int s = 0; s < segment_count(finest_level); s++)
+    for (int s = 0; s < stp_segment_count(finest_level); s++)
         bytes += block->parts[s].bytes;
     return bytes;
 }
@@ -235,7 +229,7 @@ static stp_status decode_parts(const stp_chunk_file *file, const stp_block *bloc
                                stp_chunk *chunk, stp_chunk_scratch *scratch, stp_error *err)
 {
     const int codec = (int)stp_codec_of_part((stp_codec)entry->codec);
-    for (int s = 0; s < segment_count(chunk->finest_level); s++) {
+    for (int s = 0; s < stp_segment_count(chunk->finest_level); s++) {
         const stp_block_part *part = &block->parts[s];
         stp_error inner = {0};
         if (stp_hash(payload, part->bytes) != part->hash)

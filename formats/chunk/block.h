@@ -40,6 +40,8 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
 /* Fills out[stp_chunk_file_block_count]. Errors: as stp_chunk_file_entry. */
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err);
 
+/* All patches of a chunk as one block: what a chunk is whose codec has no blocks. */
+stp_block stp_block_of_entry(const stp_chunk_entry *entry, uint32_t id);
 /* Gives an entry the block's box, cone and errors in place of the chunk's. */
 void stp_block_describe(const stp_block *block, stp_chunk_entry *entry);
 /* Whether a block's flags and greatest radius hold for one of its patches: NULL, or what is

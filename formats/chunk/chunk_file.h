@@ -203,6 +203,12 @@ stp_status stp_chunk_file_read(stp_chunk_file *file, uint32_t id, int finest_lev
                                stp_error *err);
 void stp_chunk_destroy(stp_chunk **chunk);
 
+/* How many segments hold the levels down to finest_level (2, 1 or 0). */
+static inline int stp_segment_count(int finest_level)
+{
+    return finest_level >= 2 ? 1 : finest_level == 1 ? 2 : 3;
+}
+
 /* Reading in two steps, if you read and decode on different threads, or keep payloads. The first
  * stp_chunk_payload_bytes of a payload are what decoding to a level needs. */
 uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level);

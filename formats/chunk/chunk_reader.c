@@ -368,14 +368,9 @@ stp_status stp_chunk_file_entry(stp_chunk_file *file, uint32_t id, stp_chunk_ent
 
 /* ---- payloads ---- */
 
-static int last_segment(int finest_level)
-{
-    return finest_level >= 2 ? 0 : finest_level == 1 ? 1 : 2;
-}
-
 uint32_t stp_chunk_payload_bytes(const stp_chunk_entry *entry, int finest_level)
 {
-    return entry->segment_end[last_segment(finest_level)];
+    return entry->segment_end[stp_segment_count(finest_level) - 1];
 }
 
 /* Whether all segments that lie whole in [begin, end) match their checksums. */
@@ -418,7 +413,7 @@ static stp_status decode_segments(const stp_chunk_file *file, const stp_chunk_en
                                   stp_chunk_scratch *scratch, stp_error *err)
 {
     uint32_t begin = 0;
-    for (int s = 0; s <= last_segment(chunk->finest_level); s++) {
+    for (int s = 0; s < stp_segment_count(chunk->finest_level); s++) {
         stp_error inner = {0};
         uint32_t size = entry->segment_end[s] - begin;
         uint64_t place = entry->offset + begin;

@@ -507,8 +507,10 @@ stp_status stp_entry_read(const uint8_t *bytes, uint32_t id, const stp_header *h
 {
     stp_chunk_entry entry;
     entry_parse(bytes, &entry);
-    if (header->version_major < 2)
-        entry.first_block = entry.block_count = 0, entry.blocks_hash = 0;
+    if (header->version_major < 2) {
+        entry.first_block = entry.block_count = 0;
+        entry.blocks_hash = 0;
+    }
     const char *fault = entry_check_payload(&entry, header);
     if (!fault)
         fault = entry_check_tree(&entry, id, header);

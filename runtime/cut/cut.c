@@ -22,23 +22,6 @@ static stp_rule_bound block_bound(const stp_block *b, stp_dvec3 origin, stp_dvec
     };
 }
 
-/* What culls and chooses a chunk as a whole, as one block. */
-static stp_block block_of_entry(const stp_chunk_entry *e)
-{
-    enum { COARSEST = STP_LEVEL_COUNT - 1 };
-    return (stp_block){
-        .flags = (uint8_t)(e->flags & (STP_PATCH_TWO_SIDED | STP_CHUNK_CLOSED)),
-        .box_min = e->box_min,
-        .box_max = e->box_max,
-        .cone_axis = e->cone_axis,
-        .cone_angle = e->cone_angle,
-        .error = {[COARSEST] = e->error[COARSEST]},
-        .tangential_error = {[COARSEST] = e->tangential_error[COARSEST]},
-        .colour_error = {[COARSEST] = e->colour_error[COARSEST]},
-        .radius_max = e->radius_max,
-    };
-}
-
 /* The greatest error of a level, pixels; infinite if nothing bounds the projection. */
 static float level_error(const stp_rule_sight *sight, const stp_block *b, int level)
 {
@@ -319,7 +302,7 @@ static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t 
 {
     const stp_chunk_entry *e = &params->scene->entries[child];
     stp_scene_run run = stp_scene_blocks(params->scene, child);
-    stp_block whole = block_of_entry(e);
+    stp_block whole = stp_block_of_entry(e, child);
     stp_rule_bound bound = block_bound(&whole, e->origin, params->eye);
     float eye[3];
     bool visible = stp_rule_visible(params->frame, &bound, eye);

@@ -14,9 +14,10 @@ static stp_status count_all(stp_scene *s, const stp_model *const *models, size_t
         chunks += models[i]->info->chunk_count;
         blocks += models[i]->first_block[models[i]->info->chunk_count];
         if (chunks >= STP_CHUNK_NONE || blocks >= STP_BLOCK_NONE)
-            return stp_error_set(err, STP_LIMIT,
-                                 "%llu chunks in one scene are too many: show fewer models",
-                                 (unsigned long long)chunks);
+            return stp_error_set(
+                err, STP_LIMIT,
+                "%llu chunks of %llu blocks in one scene are too many: show fewer models",
+                (unsigned long long)chunks, (unsigned long long)blocks);
     }
     s->chunk_count = (uint32_t)chunks;
     s->block_count = (uint32_t)blocks;

@@ -17,14 +17,11 @@ const cli_command cli_convert = {
     .name = "convert",
     .summary = "rewrite a chunk file with another codec, without loss",
     .usage = "stipple convert M.stipple -o N.stipple [options]",
-    .details =
-        "Every sample and everything that the file says about samples stays the same. zstd "
-        "decodes\n"
-        "several times as fast as draco and takes about a fifth more space; raw is for tests.\n"
-        "Without --codec the payloads are copied. --format 2 cuts chunks into blocks, so that "
-        "views\n"
-        "read less. --threshold is the threshold that drawing\n"
-        "commands use if they are given none.",
+    .details = "Every sample and everything that the file says about samples stays the same.\n"
+               "zstd decodes several times as fast as draco and takes about a fifth more space;\n"
+               "raw is for tests. Without --codec and --format the payloads are copied.\n"
+               "--format 2 cuts chunks into blocks, so that views read less. --threshold is the\n"
+               "threshold that drawing commands use if they are given none.",
     .run = run,
 };
 

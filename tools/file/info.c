@@ -30,8 +30,7 @@ typedef struct depth_summary {
     uint64_t patch_count;
     uint64_t sample_count[STP_LEVEL_COUNT];
     uint64_t payload_bytes;
-    unsigned codecs;      /* bits, by codec without blocks */
-    uint64_t block_count; /* a bit for each that a chunk has */
+    unsigned codecs; /* by codec without blocks, a bit for each that a chunk has */
     double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
     double radius_min, radius_max;
 } depth_summary;
@@ -44,7 +43,6 @@ static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
     sum->patch_count += e->patch_count;
     sum->codecs |= 1u << (e->codec < STP_CODEC_COUNT ? stp_codec_of_part((stp_codec)e->codec)
                                                      : STP_CODEC_COUNT); /* any unknown one */
-    sum->block_count += e->block_count;
     sum->payload_bytes += e->segment_end[STP_SEGMENT_COUNT - 1];
     sum->radius_min = fmin(sum->radius_min, (double)e->radius_min);
     sum->radius_max = fmax(sum->radius_max, (double)e->radius_max);
@@ -254,6 +252,8 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     print_repairs(info);
     printf("chunks         %" PRIu32 " in %" PRIu32 " level%s\n", info->chunk_count, info->depth,
            info->depth == 1 ? "" : "s");
+    if (info->block_count > 0)
+        printf("blocks         %" PRIu64 "\n", info->block_count);
     name_codecs(depths, info->depth, codecs);
     printf("codec          %s\n", codecs);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
@@ -329,6 +329,7 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     cJSON_AddStringToObject(out, "version", version);
     cJSON_AddNumberToObject(out, "points", (double)info->point_count);
     cJSON_AddNumberToObject(out, "chunks", info->chunk_count);
+    cJSON_AddNumberToObject(out, "blocks", (double)info->block_count);
     cJSON_AddNumberToObject(out, "depth", info->depth);
     cJSON_AddNumberToObject(out, "file_bytes", (double)info->file_bytes);
     cJSON_AddNumberToObject(out, "bytes_per_point",

@@ -1,9 +1,10 @@
-/* Encodes and decodes a block: a table of integer columns. */
+/* Encodes and decodes a table of integer columns. */
 #include "formats/chunk/codec/table.h"
 
 #include "base/memory.h"
 #include "formats/chunk/layout.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,22 +43,31 @@ static uint32_t varying_columns(const stp_table *table, unsigned begin, uint64_t
     return count;
 }
 
+/* Copies the varying columns of a stream, one behind the other, to the cells or from them. */
+static void copy_stream(const stp_table *table, unsigned begin, uint64_t mask, int16_t *cells,
+                        bool from_cells)
+{
+    const uint32_t rows = table->row_count;
+    for (unsigned c = begin; c < stream_end(table, begin); c++) {
+        int16_t *column = stp_table_column(table, c);
+        if (mask >> c & 1u)
+            continue;
+        memcpy(from_cells ? column : cells, from_cells ? cells : column, rows * sizeof *cells);
+        cells += rows;
+    }
+}
+
 /* Encodes the stream that begins with a column: its varying columns, one behind the other. */
 static stp_status stream_encode(const stp_table *table, unsigned begin, uint64_t mask,
                                 stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t rows = table->row_count, count = varying_columns(table, begin, mask) * rows;
+    const uint32_t count = varying_columns(table, begin, mask) * table->row_count;
     int16_t *cells = NULL;
-    uint32_t at = 0;
     if (count == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
-    for (unsigned c = begin; c < stream_end(table, begin); c++)
-        if (!(mask >> c & 1u)) {
-            memcpy(cells + at, stp_table_column(table, c), rows * sizeof *cells);
-            at += rows;
-        }
+    copy_stream(table, begin, mask, cells, false);
     STP_TRY(stp_column_encode(cells, count, out, err));
 done:
     free(cells);
@@ -89,7 +99,7 @@ done:
 
 /* ---- decoding ---- */
 
-/* The bytes of a block not read yet. */
+/* The bytes of a table not read yet. */
 typedef struct cursor {
     const uint8_t *bytes;
     size_t left;
@@ -104,7 +114,7 @@ static void skip(cursor *c, size_t size)
 static stp_status decode_constant(cursor *c, int16_t *column, uint32_t count, stp_error *err)
 {
     if (c->left < 2)
-        return stp_error_set(err, STP_CORRUPT, "a block ends within its constants");
+        return stp_error_set(err, STP_CORRUPT, "a table ends within its constants");
     int16_t value = (int16_t)stp_get_u16(c->bytes);
     for (uint32_t r = 0; r < count; r++)
         column[r] = value;
@@ -129,18 +139,13 @@ static stp_status decode_stream(cursor *c, const stp_table *table, unsigned begi
     stp_status status = STP_OK;
     const uint32_t rows = table->row_count, count = varying_columns(table, begin, mask) * rows;
     int16_t *cells = NULL;
-    uint32_t at = 0;
     if (count == 0)
         return STP_OK;
     if (stream_end(table, begin) == begin + 1)
         return decode_column(c, stp_table_column(table, begin), rows, err);
     STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
     STP_TRY(decode_column(c, cells, count, err));
-    for (unsigned k = begin; k < stream_end(table, begin); k++)
-        if (!(mask >> k & 1u)) {
-            memcpy(stp_table_column(table, k), cells + at, rows * sizeof *cells);
-            at += rows;
-        }
+    copy_stream(table, begin, mask, cells, true);
 done:
     free(cells);
     return status;
@@ -156,19 +161,19 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
     }
     if (size < SIZE_BYTES + MASK_BYTES || stp_get_u32(bytes) > size - SIZE_BYTES ||
         stp_get_u32(bytes) < MASK_BYTES)
-        return stp_error_set(err, STP_CORRUPT, "a block does not fit into the %zu bytes left",
+        return stp_error_set(err, STP_CORRUPT, "a table does not fit into the %zu bytes left",
                              size);
     cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
     uint64_t mask = stp_get_u64(bytes + SIZE_BYTES);
     if (mask >> table->column_count != 0)
-        return stp_error_set(err, STP_CORRUPT, "a block has constants for columns it lacks");
+        return stp_error_set(err, STP_CORRUPT, "a table has constants for columns it lacks");
     for (unsigned k = 0; k < table->column_count; k++)
         if (mask >> k & 1u)
             STP_TRY(decode_constant(&c, stp_table_column(table, k), table->row_count, err));
     for (unsigned k = 0; k < table->column_count; k = stream_end(table, k))
         STP_TRY(decode_stream(&c, table, k, mask, err));
     if (c.left != 0)
-        return stp_error_set(err, STP_CORRUPT, "%zu bytes of a block are left over", c.left);
+        return stp_error_set(err, STP_CORRUPT, "%zu bytes of a table are left over", c.left);
     *used = SIZE_BYTES + (size_t)stp_get_u32(bytes);
 done:
     return status;

@@ -16,6 +16,27 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Whether all segments of a chunk match their checksums as they are. */
+static stp_status is_whole(const stp_damaged *d, const stp_chunk_entry *e, bool *whole,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t size = e->segment_end[STP_SEGMENT_COUNT - 1];
+    uint8_t *bytes = NULL;
+    uint32_t begin = 0;
+    *whole = stp_range_inside(e->offset, size, d->file_bytes);
+    STP_TRY(stp_alloc(&bytes, (*whole ? size : 0) + 1, 1, "payload", err));
+    if (*whole)
+        STP_TRY(stp_damaged_read(d, e->offset, bytes, size, err));
+    for (int s = 0; s < STP_SEGMENT_COUNT && *whole; s++) {
+        *whole = stp_hash(bytes + begin, e->segment_end[s] - begin) == e->segment_hash[s];
+        begin = e->segment_end[s];
+    }
+done:
+    free(bytes);
+    return status;
+}
+
 /* Sets how far a chunk can be read: up to the first segment that is neither sound nor mended. */
 static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
 {
@@ -23,8 +44,11 @@ static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
     const stp_chunk_entry *e = &d->entries[id];
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
-    bool lost[STP_SEGMENT_COUNT] = {false};
-    d->finest[id] = STP_NOTHING_READABLE;
+    bool lost[STP_SEGMENT_COUNT] = {false}, whole = false;
+    STP_TRY(is_whole(d, e, &whole, err));
+    d->finest[id] = whole ? 0 : STP_NOTHING_READABLE;
+    if (whole)
+        goto done;
     STP_TRY(stp_lost_blocks_mend(d, id, lost, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         char what[64];

@@ -93,11 +93,6 @@ done:
     return status;
 }
 
-static int last_segment(int finest_level)
-{
-    return 2 - finest_level;
-}
-
 stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level, stp_chunk **out,
                              stp_error *err)
 {
@@ -107,13 +102,13 @@ stp_status stp_damaged_chunk(const stp_damaged *d, uint32_t id, int finest_level
     stp_chunk_scratch scratch = {0};
     uint8_t *bytes = NULL;
     uint32_t begin = 0;
-    size_t size = e->segment_end[last_segment(finest_level)];
+    size_t size = e->segment_end[stp_segment_count(finest_level) - 1];
     STP_TRY(stp_alloc(&bytes, size + 1, 1, "payload", err));
     STP_TRY(stp_damaged_read(d, e->offset, bytes, size, err));
     STP_TRY(stp_chunk_create(&chunk, e->patch_count, e->sample_count, finest_level, err));
     chunk->id = id;
     chunk->linked = (e->flags & STP_CHUNK_LINKED) != 0;
-    for (int s = 0; s <= last_segment(finest_level); s++) {
+    for (int s = 0; s < stp_segment_count(finest_level); s++) {
         stp_error inner = {0};
         status = stp_segment_decode(bytes + begin, e->segment_end[s] - begin, s, e->codec,
                                     e->child_count, chunk, &scratch, &inner);

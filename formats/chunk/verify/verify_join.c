@@ -119,6 +119,20 @@ static uint32_t find_wrong_side(const stp_chunk *parent, uint32_t child_index,
     return STP_CHUNK_NONE;
 }
 
+/* Where the block ends that holds a patch of a chunk. */
+static uint32_t first_end_after(const stp_chunk *chunk, uint32_t patch)
+{
+    uint32_t low = 0, high = chunk->block_count - 1;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (chunk->block_ends[middle] > patch)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return chunk->block_ends[low];
+}
+
 /* The first patch of the parent that stands for patches of two blocks of the child. If the parent
  * is not linked, any patch may. */
 static uint32_t find_cut(const stp_chunk *parent, uint32_t child_index, const stp_chunk *child)
@@ -128,9 +142,8 @@ static uint32_t find_cut(const stp_chunk *parent, uint32_t child_index, const st
         const uint32_t begin = patch->first_below, end = begin + patch->counts[0];
         if (patch->child != child_index)
             continue;
-        for (uint32_t b = 0; b + 1 < child->block_count; b++)
-            if (!parent->linked || (child->block_ends[b] > begin && child->block_ends[b] < end))
-                return p;
+        if (!parent->linked || first_end_after(child, begin) < end)
+            return p;
     }
     return STP_CHUNK_NONE;
 }
