@@ -20,7 +20,7 @@ made="$FOLDER/made"
 mkdir "$made"
 trap 'umount "$made" 2>/dev/null; rm -rf "$FOLDER"' EXIT
 draws=0
-"$STIPPLE" --help | grep -q '^  render ' && draws=1
+"$STIPPLE" --help | found '^  render ' && draws=1
 
 # commands[NAME] is the command that writes $made/NAME; {} stands for the folder.
 declare -A commands=(

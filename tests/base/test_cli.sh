@@ -44,7 +44,7 @@ test_command() {
         expect_text out "usage: stipple $name"
         expect_text out "--threads"
     done
-    if awk 'length($0) > 100' "$FOLDER/out" | grep -q .; then
+    if awk 'length($0) > 100' "$FOLDER/out" | found .; then
         fail "$name --help has lines over 100 columns"
     fi
     run "$STIPPLE" "$name" --version

@@ -24,7 +24,7 @@ check_links() { # page
         [ -n "$file" ] && file=$folder/$file || file=$page
         if [ ! -e "$file" ]; then
             fail "$page links to $link, which is not there"
-        elif [ -n "$part" ] && ! anchors "$file" | grep -qxF -- "$part"; then
+        elif [ -n "$part" ] && ! anchors "$file" | found -xF -- "$part"; then
             fail "$page links to $link: $file has no such heading"
         fi
     done < <(grep -oP '\]\(\K[^) ]+' "$page")

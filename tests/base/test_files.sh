@@ -5,7 +5,7 @@ set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
 have_renderer() {
-    "$STIPPLE" --help | grep -q '^  render '
+    "$STIPPLE" --help | found '^  render '
 }
 "$STIPPLE" gen sphere -n 3000 -o "$FOLDER/s.ply" --quiet || fail "no scan"
 "$STIPPLE" prep "$FOLDER/s.ply" -o "$model" --quiet || fail "no model"
@@ -89,7 +89,7 @@ test_killed_tune() {
         "$STIPPLE" tune "$model" -o "$FOLDER/tune/t" --force --size 64x64 --views 1 --repeat 1 --quiet \
             >/dev/null 2>&1 &
         child=$!
-        while kill -0 $child 2>/dev/null && ! ls "$FOLDER/tune" | grep -q part; do :; done
+        while kill -0 $child 2>/dev/null && ! ls "$FOLDER/tune" | found part; do :; done
         kill -KILL $child 2>/dev/null
         wait $child 2>/dev/null
     done

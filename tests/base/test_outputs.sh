@@ -68,7 +68,7 @@ check_refused "scan.ply is also an input"
 words=(export "$FOLDER/model.stipple" -o '{}/o.ply' --quiet)
 check_existing o.ply
 
-if "$STIPPLE" --help | grep -q '^  render '; then
+if "$STIPPLE" --help | found '^  render '; then
     words=(render "$FOLDER/model.stipple" -o '{}/i.png' --stats '{}/s.json' --size 8x8)
     check_existing i.png s.json
     words=(render "$FOLDER/model.stipple" -o '{}/same.png' --stats '{}/same.png' --size 8x8)

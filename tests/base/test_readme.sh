@@ -3,7 +3,7 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-"$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 # docs/format-2.md and docs/plan.md describe things that do not exist yet.
 mapfile -t pages < <(ls "$SOURCE"/README.md "$SOURCE"/docs/*.md "$SOURCE"/benchmarks/README.md |
     grep -v '/docs/\(format-2\|plan\)\.md$')

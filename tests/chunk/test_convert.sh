@@ -16,8 +16,8 @@ for codec in zstd raw draco; do
         expect_code 0
     done
     cmp "${codec}1.stipple" "${codec}3.stipple" || fail "$codec: other bytes with three threads"
-    "$STIPPLE" info ${codec}1.stipple | grep -qE "^codec +$codec$" || fail "info does not say $codec"
-    "$STIPPLE" info ${codec}1.stipple --json | grep -qE "\"codec\":[[:space:]]*\"$codec\"" || fail "info --json does not say $codec"
+    "$STIPPLE" info ${codec}1.stipple | found -E "^codec +$codec$" || fail "info does not say $codec"
+    "$STIPPLE" info ${codec}1.stipple --json | found -E "\"codec\":[[:space:]]*\"$codec\"" || fail "info --json does not say $codec"
     "$STIPPLE" verify ${codec}1.stipple --quiet || fail "$codec: not sound"
     "$STIPPLE" convert ${codec}1.stipple -o back.stipple --codec draco --force --quiet
     cmp back.stipple 'a ö.stipple' || fail "$codec: other bytes after coming back"
@@ -38,7 +38,7 @@ grep -q '^threshold' info.txt && fail "info says a threshold where none is"
 "$STIPPLE" convert t.stipple -o t1.stipple --codec draco --quiet
 "$STIPPLE" info t1.stipple >info.txt
 grep -q '^threshold *2.5 px' info.txt || fail "convert loses the threshold"
-if "$STIPPLE" --help | grep -q '^  render'; then
+if "$STIPPLE" --help | found '^  render'; then
     "$STIPPLE" render t.stipple -o default.png --size 200x200 --quiet || fail "render"
     "$STIPPLE" render z.stipple -o told.png --size 200x200 --threshold 2.5 --quiet
     "$STIPPLE" render t.stipple -o one.png --size 200x200 --threshold 1 --quiet
@@ -97,5 +97,5 @@ if mkdir small && mount -t tmpfs -o size=64k stipple-test small 2>/dev/null; the
     done
     umount small
 fi
-ls | grep -q 'n.stipple.' && fail "temporary files are left"
+ls | found 'n.stipple.' && fail "temporary files are left"
 end_test

@@ -40,12 +40,12 @@ check statue raw 1
 
 "$STIPPLE" convert terrain-draco-2.stipple -o zstd.stipple --codec zstd --quiet || fail "convert --codec of version 2"
 cmp zstd.stipple terrain-zstd-2.stipple || fail "another codec does not give the file that prep writes"
-"$STIPPLE" info terrain-draco-2.stipple | grep -q '2\.0' || fail "info does not say the version"
+"$STIPPLE" info terrain-draco-2.stipple | found '2\.0' || fail "info does not say the version"
 for version in 1 2; do
     "$STIPPLE" export terrain-draco-$version.stipple -o points$version.ply --quiet || fail "export of version $version"
 done
 cmp points1.ply points2.ply || fail "points differ"
-if "$STIPPLE" --help | grep -q '^  render'; then
+if "$STIPPLE" --help | found '^  render'; then
     for version in 1 2; do
         "$STIPPLE" render terrain-draco-$version.stipple -o picture$version.png --size 200x200 --quiet ||
             fail "render of version $version"

@@ -150,7 +150,7 @@ fi
 
 # ---- pictures ----
 
-"$STIPPLE" --help | grep -q '^  render ' || end_test
+"$STIPPLE" --help | found '^  render ' || end_test
 render() { # model, picture, options...
     run "$STIPPLE" render "$1" -o "$FOLDER/$2" --size 128x128 --force \
         --stats "$FOLDER/stats.json" "${@:3}"

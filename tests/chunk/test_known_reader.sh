@@ -40,7 +40,7 @@ compare_models() { # scan, first line
     done
     cmp "$FOLDER/raw.samples" "$FOLDER/draco.samples" || fail "draco holds other samples than raw"
     cmp "$FOLDER/raw.samples" "$FOLDER/zstd.samples" || fail "zstd holds other samples than raw"
-    head -1 "$FOLDER/raw.samples" | grep -q "$2" || fail "another model: $(head -1 "$FOLDER/raw.samples")"
+    head -1 "$FOLDER/raw.samples" | found "$2" || fail "another model: $(head -1 "$FOLDER/raw.samples")"
 }
 
 # The models: a closed surface, which needs 32,768 points, and a plant of two tiers.

@@ -119,9 +119,11 @@ static void rest(void **state)
     stp_view view = view_at(&plain.fixture.model->ball, FRAMES - 4);
     draw(&plain, &view);
     assert_memory_not_equal(plain.now, fades.now, sizeof plain.now);
-    for (; stats.fading; frames++) {
-        assert_true(frames < 40);
+    while (stats.fading) {
         check_ok(stp_renderer_draw(fades.fixture.renderer, &view, &fades.params, &stats, err));
+        /* A block that was asked for ahead may still come; fading begins anew then. */
+        frames = stats.chunks_loading > 0 ? 0 : frames + 1;
+        assert_true(frames < 40);
     }
     check_ok(stp_renderer_read(fades.fixture.renderer, fades.now, err));
     assert_memory_equal(plain.now, fades.now, sizeof plain.now);

@@ -90,7 +90,7 @@ usage "give --outliers mark or drop" --outlier-distance 3
 usage "give 1 or more" --outliers drop --outlier-distance 0.5
 usage "--outlier-distance" --outliers drop --outlier-distance nan
 
-if "$STIPPLE" --help | grep -q '^  render '; then
+if "$STIPPLE" --help | found '^  render '; then
     run "$STIPPLE" render "$FOLDER/m.stipple" -o "$FOLDER/m.png" --colour outliers --size 64x64
     [ "$code" = 1 ] || fail "outliers were drawn, though none is marked"
     expect_text err "prepare it with --outliers mark"

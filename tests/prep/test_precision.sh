@@ -52,7 +52,7 @@ expect_text err "every stored position rounds to the very number that was read"
 grep -q '"exact":[[:space:]]*true' "$FOLDER/info.json" || fail "metadata: exact"
 # Exported numbers must be those of the file.
 "$STIPPLE" export "$model" -o "$FOLDER/out.ply" --quiet
-head -c 300 "$FOLDER/out.ply" | grep -aq 'property double x' || fail "export: floats for millimetres over kilometres"
+head -c 300 "$FOLDER/out.ply" | found -a 'property double x' || fail "export: floats for millimetres over kilometres"
 # Doubles of sixteen digits have more bits than a patch can store, and prep must say so.
 awk 'BEGIN { for (i = 0; i < 3000; i++) printf "%.15f %.15f %.15f\n", sin(i), cos(i), sin(i * 0.7) }' >"$FOLDER/digits.xyz"
 prepared "$FOLDER/digits.xyz" --precision exact

@@ -137,7 +137,7 @@ left_out() {
     [ "$(grep -c ',,unreadable$' "$FOLDER/rejects.csv")" = "$count" ] || fail "rejects: $count files"
     [ "$(grep -c '"why":' "$FOLDER/stats.json")" = "$count" ] || fail "stats: $count files"
     for sentence in "$@"; do
-        grep '^not read: ' "$FOLDER/err" | grep -qF -- "$sentence" || fail "no sentence: $sentence"
+        grep '^not read: ' "$FOLDER/err" | found -F -- "$sentence" || fail "no sentence: $sentence"
     done
 }
 # Whether two models have the same points; their metadata name different inputs.
@@ -222,6 +222,6 @@ prepared 4 4 "$FOLDER/keys.las"
 # what intensities were in the scan
 printf '\x28' | dd of="$FOLDER/keys.las" bs=1 seek=309 conv=notrunc status=none # the first is 40
 prepared 4 4 "$FOLDER/keys.las"
-"$STIPPLE" info "$FOLDER/m.stipple" | grep -q '^intensity      0 to 40 as in the scans' ||
+"$STIPPLE" info "$FOLDER/m.stipple" | found '^intensity      0 to 40 as in the scans' ||
     fail "info does not know the scan's intensities"
 end_test

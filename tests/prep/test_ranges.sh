@@ -29,7 +29,7 @@ points() { # lines of coordinates
 }
 
 draws=0
-"$STIPPLE" --help | grep -q '^  render ' && draws=1
+"$STIPPLE" --help | found '^  render ' && draws=1
 for e in 0 49 -49 20 -20; do
     ball $e
     expect_code 0

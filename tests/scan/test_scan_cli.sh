@@ -52,14 +52,14 @@ prepared() {
     expect_empty err
     run "$STIPPLE" info "$FOLDER/m.stipple" --json
     expect_code 0
-    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"points\":$points," || fail "$input $*: not $points points"
-    tr -d '\t ' <"$FOLDER/out" | grep -qx "\"orientation\":\"$orientation\"," ||
+    tr -d '\t ' <"$FOLDER/out" | found -x "\"points\":$points," || fail "$input $*: not $points points"
+    tr -d '\t ' <"$FOLDER/out" | found -x "\"orientation\":\"$orientation\"," ||
         fail "$input $*: orientation is not $orientation"
     run "$STIPPLE" verify "$FOLDER/m.stipple" --quiet
     expect_code 0
     run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
     expect_code 0
-    head -c 1000 "$FOLDER/m.ply" | grep -aqx "element vertex $points" || fail "$input $*: export"
+    head -c 1000 "$FOLDER/m.ply" | found -ax "element vertex $points" || fail "$input $*: export"
     rm -f "$FOLDER/m.stipple" "$FOLDER/m.ply"
 }
 
@@ -137,7 +137,7 @@ run "$STIPPLE" prep "$FOLDER/far.ply" -o "$FOLDER/m.stipple" --quiet --force
 expect_code 0
 run "$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet --force
 expect_code 0
-LC_ALL=C sed -n '/^property/p; /^end_header/q' "$FOLDER/m.ply" | grep -aqx 'property double y' ||
+LC_ALL=C sed -n '/^property/p; /^end_header/q' "$FOLDER/m.ply" | found -ax 'property double y' ||
     fail "coordinates of six digits and two were written as floats"
 header=$(LC_ALL=C sed '/^end_header/q' "$FOLDER/m.ply" | wc -c)
 # A point has 36 bytes, so only every other point is aligned for doubles: reads from two starts.
@@ -197,7 +197,7 @@ expect_no_litter
 printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"
 for command in "info" "verify" "export -o $FOLDER/none.ply" "convert -o $FOLDER/none.stipple" \
     "render -o $FOLDER/none.png" "fly --turntable 1 -o $FOLDER/none"; do
-    "$STIPPLE" --help | grep -q "^  ${command%% *} " || continue
+    "$STIPPLE" --help | found "^  ${command%% *} " || continue
     # shellcheck disable=SC2086
     run "$STIPPLE" ${command%% *} "$FOLDER/ball.ply" $([[ $command == *" "* ]] && echo "${command#* }")
     expect_failure "ball.ply is a scan (PLY), not a chunk file: make one with \`stipple prep $FOLDER/ball.ply"

@@ -39,7 +39,7 @@ draw() { # options
 check_picture() { # name
     local error
     draw
-    "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | grep -q '"coverage_a": 0*\.*0*[1-9]' ||
+    "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | found '"coverage_a": 0*\.*0*[1-9]' ||
         fail "$1: the picture is empty"
     error=$(field max_error_px)
     draw --threshold 0
@@ -156,7 +156,7 @@ check_file() { # name
 check_folder() { # find's test of the size; for check_cull how many directions, and the pictures' width
     local file seconds drawn=0 directions=$2 width=$3
     [ -n "${STIPPLE_SCANS:-}" ] || skip_test "STIPPLE_SCANS names no folder of real scans"
-    "$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+    "$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
     while IFS= read -r -d '' file; do
         seconds=$SECONDS
         printf '%s: ' "${file#"$STIPPLE_SCANS"/}"

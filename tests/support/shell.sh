@@ -32,6 +32,10 @@ run() {
     command="${*##*/}"
 }
 
+# As grep -q, but reads to the end: grep -q ends at the first match, and a program that still writes
+# into the pipe would fail by SIGPIPE.
+found() { [ "$(grep -c "$@")" != 0 ]; }
+
 field() { # number of a field in $FOLDER/stats.json, as --stats writes it
     sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json" | head -1
 }

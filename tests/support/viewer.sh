@@ -5,7 +5,7 @@
 for tool in Xvfb xdotool; do
     command -v $tool >/dev/null || skip_test "$tool is not installed"
 done
-"$STIPPLE" --help | grep -q '^  view ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  view ' || skip_test "built without the renderer"
 
 export XDG_STATE_HOME="$FOLDER/state"
 screen="$FOLDER/Xvfb_screen0"

@@ -2,7 +2,7 @@
 # Tests that a model in blocks (format 2) gives the same pictures as in format 1, from fewer bytes.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
-"$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 command -v python3 >/dev/null || skip_test "python3 is not installed"
 "$STIPPLE" gen terrain -n 300000 -o "$FOLDER/s.ply" --quiet || fail "no scan"
 "$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/1.stipple" --quiet || fail "no model"

@@ -4,7 +4,7 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-"$STIPPLE" --help | grep -q '^  fly ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  fly ' || skip_test "built without the renderer"
 model="$FOLDER/módel a.stipple"
 path="$FOLDER/path.json"
 frames="$FOLDER/frames"

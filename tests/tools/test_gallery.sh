@@ -4,7 +4,7 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-"$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 scans="$FOLDER/Gänge & <Säle>"
 out="$FOLDER/Bilder im Haus"
 page="$out/index.html"

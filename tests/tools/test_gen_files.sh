@@ -28,7 +28,7 @@ done
 # The file must say where the stations are and which one saw a point, and prep must turn normals to
 # them.
 header_line() { # file, line
-    LC_ALL=C sed '/^end_header/q' "$1" | grep -qx "$2"
+    LC_ALL=C sed '/^end_header/q' "$1" | found -x "$2"
 }
 orientation() { # what info says of s.stipple
     run "$STIPPLE" info "$FOLDER/s.stipple" --json

@@ -3,7 +3,7 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-"$STIPPLE" --help | grep -q '^  render ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 model="$FOLDER/model.stipple"
 picture="$FOLDER/picture.png"
 

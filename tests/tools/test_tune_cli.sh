@@ -4,7 +4,7 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
-"$STIPPLE" --help | grep -q '^  tune ' || skip_test "built without the renderer"
+"$STIPPLE" --help | found '^  tune ' || skip_test "built without the renderer"
 model="$FOLDER/módel a.stipple"
 report="$FOLDER/re port"
 "$STIPPLE" gen bumpy -n 60000 -o "$FOLDER/scan.ply" --quiet &&

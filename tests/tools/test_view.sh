@@ -116,7 +116,7 @@ test_first_size() {
     geometry_is 600x460 || fail "not the size given: $(xdotool getwindowgeometry "$window")"
     expect_kill_by_key q
 }
-geometry_is() { xdotool getwindowgeometry "$window" | grep -q "Geometry: $1\$"; }
+geometry_is() { xdotool getwindowgeometry "$window" | found "Geometry: $1\$"; }
 
 # A window at rest must not go on drawing: its threads use next to no time.
 test_rest() {

@@ -274,7 +274,7 @@ test_full_screen() {
     has_ended && fail "Esc in full screen ends the viewer"
     expect_kill_by_key Escape
 }
-geometry_is() { xdotool getwindowgeometry "$window" | grep -q "Geometry: $1\$"; }
+geometry_is() { xdotool getwindowgeometry "$window" | found "Geometry: $1\$"; }
 
 hills() {
     awk 'BEGIN { for (x = -40; x <= 40; x += 0.5) for (y = -40; y <= 40; y += 0.5)
