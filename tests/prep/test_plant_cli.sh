@@ -38,4 +38,13 @@ for other in --hybrid "--sample 100"; do
     expect_code 2
     expect_text err "--lines auto leaves no faces"
 done
+# A plant that is read as points gets a hint. Other meshes do not.
+run "$STIPPLE" prep "$FOLDER/mesh.ply" -o "$FOLDER/points.stipple"
+expect_code 0
+expect_text err "mesh.ply looks like a plant: --lines auto turns"
+run "$STIPPLE" gen statue -n 2000 -o "$FOLDER/statue.ply" --mesh "$FOLDER/statue-mesh.ply" --quiet
+expect_code 0
+run "$STIPPLE" prep "$FOLDER/statue-mesh.ply" -o "$FOLDER/statue.stipple"
+expect_code 0
+grep -q "looks like a plant" "$FOLDER/err" && fail "a statue is taken for a plant"
 end_test

@@ -391,6 +391,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     } else {
         stp_scan_take_triangles(scan, &triangles);
         source->point_count += info->point_count;
+        if (info->face_count > 0 && !in->suspect && prep_plants_suspect(in->paths[i], info))
+            in->suspect = in->paths[i];
     }
     STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
     note_intensity(source, info, (*any & STP_POINT_HAS_INTENSITY) == 0);

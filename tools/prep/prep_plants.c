@@ -2,7 +2,6 @@
 #include "tools/prep/prep_plants.h"
 
 #include "base/memory.h"
-#include "formats/scan/scan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -70,4 +69,28 @@ done:
     stp_plant_clear(&plant);
     stp_mesh_destroy(&mesh);
     return status;
+}
+
+/* Closed surfaces have half as many vertices as faces, loose leaves of two triangles have twice as
+ * many. */
+#define SUSPECT_VERTICES_PER_FACE 0.6
+#define SUSPECT_FACES_MOST 1000000u
+#define SUSPECT_LEAVES_LEAST 32u
+
+bool prep_plants_suspect(const char *path, const stp_scan_info *info)
+{
+    bool suspect = false;
+    stp_mesh *mesh = NULL;
+    stp_plant plant = {0};
+    const double faces = (double)info->face_count;
+    if (info->face_count > SUSPECT_FACES_MOST ||
+        (double)info->point_count < SUSPECT_VERTICES_PER_FACE * faces)
+        return false;
+    if (stp_mesh_load(&mesh, path, NULL) == STP_OK &&
+        stp_plant_convert(&plant, mesh, NULL, NULL) == STP_OK)
+        suspect = plant.report.ribbons >= SUSPECT_LEAVES_LEAST &&
+                  2 * plant.report.kept_triangles < plant.report.triangles;
+    stp_plant_clear(&plant);
+    stp_mesh_destroy(&mesh);
+    return suspect;
 }

@@ -299,7 +299,13 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 " normals of the input are averaged with their neighbours': they are noisy, "
                 "near points' differ as much as farther ones'\n",
                 s->normals_wide.averaged);
-    if (s->normals_wide.averaged > 0 && !s->join_layers)
+    if (inputs->suspect)
+        fprintf(
+            stderr,
+            "%s looks like a plant: --lines auto turns its leaves into ribbons and its branches "
+            "into tubes\n",
+            inputs->suspect);
+    else if (s->normals_wide.averaged > 0 && !s->join_layers)
         fprintf(stderr,
                 "if these are overlapping scans, --layers joined moves them onto one surface "
                 "and sharpens the picture\n");
