@@ -95,6 +95,9 @@ static void read_run(stp_chunk_file *file, stp_gather_item *items, const span *s
             item->status = status;
             item->error = error;
         }
+        const uint32_t at = item->begin + (uint32_t)(spans[i].out - item->out);
+        if (status != STP_OK && at < item->got)
+            item->got = at;
     }
 }
 
@@ -105,10 +108,26 @@ static bool is_wrong(const span *s, const stp_gather_item *items)
            stp_hash(s->out, (size_t)(s->end - s->begin)) != s->hash;
 }
 
+/* Reads one item. A request brings the parts that lie together. */
 static uint64_t fetch(stp_chunk_file *file, stp_gather_item *item)
 {
-    item->status =
-        stp_block_fetch(file, item->block, item->begin, item->end, item->out, &item->error);
+    const stp_block_part *parts = item->block->parts;
+    uint32_t end = 0;
+    item->got = item->begin;
+    item->status = STP_OK;
+    for (int s = 0; s < STP_SEGMENT_COUNT && item->got < item->end; s++) {
+        end += parts[s].bytes;
+        bool joins =
+            s + 1 < STP_SEGMENT_COUNT && parts[s + 1].offset == parts[s].offset + parts[s].bytes;
+        if (end <= item->got || (joins && end < item->end))
+            continue;
+        end = end < item->end ? end : item->end;
+        item->status = stp_block_fetch(file, item->block, item->got, end,
+                                       item->out + (item->got - item->begin), &item->error);
+        if (item->status != STP_OK)
+            break;
+        item->got = end;
+    }
     return item->end - item->begin;
 }
 
@@ -120,8 +139,10 @@ uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t co
     uint64_t read = 0, end = 0;
     if (count == 1)
         return fetch(file, &items[0]);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
+        items[i].got = items[i].end;
         span_count += list_spans(&items[i], i, spans + span_count);
+    }
     qsort(spans, span_count, sizeof *spans, compare_spans);
     for (size_t i = 0, run; i < span_count; i += run) {
         run = run_of(spans + i, span_count - i, gap_of(file), &end);

@@ -15,7 +15,10 @@ typedef struct stp_gather_item {
     const stp_block *block; /* as its file knows it */
     uint32_t begin, end;
     uint8_t *out;
-    stp_status status; /* afterwards, with `error` */
+    /* Afterwards. If reading failed, the bytes before `got` are there, and need not be read again.
+     */
+    uint32_t got;
+    stp_status status;
     stp_error error;
 } stp_gather_item;
 

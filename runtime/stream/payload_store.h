@@ -49,7 +49,7 @@ bool stp_payload_store_make(stp_payload_store *store, uint32_t block, uint32_t b
 /* Says that the first `bytes` of a pinned payload are there now. */
 void stp_payload_store_filled(stp_payload_store *store, uint32_t block, uint32_t bytes);
 void stp_payload_store_unpin(stp_payload_store *store, uint32_t block);
-/* Forgets a pinned payload that was damaged or could not be read. */
+/* Forgets a pinned payload that is damaged, or of which nothing could be read. */
 void stp_payload_store_discard(stp_payload_store *store, uint32_t block);
 
 #endif

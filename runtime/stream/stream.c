@@ -205,8 +205,7 @@ static void read_group(stp_stream *s, reading *group, size_t count, uint8_t *buf
     for (size_t i = 0; i < count; i++) {
         stp_load *load = group[i].load;
         bool there = items[i].status == STP_OK;
-        if (there)
-            stp_payload_store_filled(&s->store, load->want.block, items[i].end);
+        stp_payload_store_filled(&s->store, load->want.block, items[i].got);
         any |= there;
         load->error = items[i].error;
         load->error.status = items[i].status;
@@ -312,6 +311,8 @@ static void decode_load(stp_stream *s, stp_load *load, stp_chunk_scratch *scratc
     pthread_mutex_lock(&s->mutex);
     load->error = error;
     load->error.status = status;
+    if (status != STP_OK) /* the payload may be damaged: it is read anew */
+        stp_payload_store_filled(&s->store, load->want.block, 0);
     set_state(s, load, status == STP_OK ? STP_LOAD_DONE : STP_LOAD_FAILED);
 }
 
@@ -421,7 +422,7 @@ void stp_stream_destroy(stp_stream **stream)
 static void end_load(stp_stream *s, stp_load *load)
 {
     bool pinned = load->payload.count > 0;
-    if (pinned && load->state == STP_LOAD_FAILED)
+    if (pinned && stp_payload_store_known(&s->store, load->want.block) == 0)
         stp_payload_store_discard(&s->store, load->want.block);
     else if (pinned)
         stp_payload_store_unpin(&s->store, load->want.block);

@@ -1,6 +1,7 @@
 /* Tests streaming when something goes wrong: damaged chunks, a failing server, no memory to decode,
  * sizes and settings that change at each frame. Each must come to an end, with the picture of a
  * renderer that waited. */
+#include "runtime/stream/gather.h"
 #include "tests/fixtures/chunk_fixture.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
@@ -70,12 +71,12 @@ static void check_rest(stp_renderer *streaming, const stp_model *model, const st
 
 /* ---- damage ---- */
 
-/* Swaps some bytes of a chunk's first segment with `bytes`. */
+/* Swaps some bytes near the end of a chunk's first segment with `bytes`. */
 static void swap_bytes(const stp_chunk_entry *e, uint8_t bytes[DAMAGE_BYTES])
 {
     uint8_t before[DAMAGE_BYTES];
     int file = open(path, O_RDWR);
-    off_t at = (off_t)e->offset + 20;
+    off_t at = (off_t)e->offset + e->segment_end[0] - DAMAGE_BYTES - 1; /* of the last block */
     assert_true(file >= 0);
     assert_int_equal(pread(file, before, DAMAGE_BYTES, at), DAMAGE_BYTES);
     assert_int_equal(pwrite(file, bytes, DAMAGE_BYTES, at), DAMAGE_BYTES);
@@ -284,40 +285,40 @@ static void silence_holds_nothing_up(void **state)
 
 /* ---- no memory ---- */
 
-/* The linker puts these functions before those that read and decode chunks (CMakeLists.txt). A read
- * may be slow, so that a picture asks for the next chunk before it has this one. A decoder may run
+/* The linker puts these functions before those that read and decode blocks (CMakeLists.txt). A read
+ * may be slow, so that a picture asks for the next block before it has this one. A decoder may run
  * out of memory, also after a while. */
 #define SLOW_READ_US 20000
 #define SLOW_FAILURE_US 200000
 static atomic_bool reads_are_slow, next_decode_fails;
 
-stp_status __real_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
-                                       uint32_t end, uint8_t *out, stp_error *err);
-stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
-                                       uint32_t end, uint8_t *out, stp_error *err);
-stp_status __real_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk_scratch *scratch,
-                                        stp_chunk **out, stp_error *err);
-stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk_scratch *scratch,
-                                        stp_chunk **out, stp_error *err);
+uint64_t __real_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer);
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer);
+stp_status __real_stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest,
+                                   const uint8_t *payload, stp_chunk_scratch *scratch,
+                                   stp_chunk **out, stp_error *err);
+stp_status __wrap_stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest,
+                                   const uint8_t *payload, stp_chunk_scratch *scratch,
+                                   stp_chunk **out, stp_error *err);
 
-stp_status __wrap_stp_chunk_file_fetch(stp_chunk_file *file, uint32_t id, uint32_t begin,
-                                       uint32_t end, uint8_t *out, stp_error *err)
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer)
 {
     if (reads_are_slow)
         usleep(SLOW_READ_US);
-    return __real_stp_chunk_file_fetch(file, id, begin, end, out, err);
+    return __real_stp_gather_read(file, items, count, buffer);
 }
 
-stp_status __wrap_stp_chunk_file_decode(stp_chunk_file *file, uint32_t id, int finest,
-                                        const uint8_t *payload, stp_chunk_scratch *scratch,
-                                        stp_chunk **out, stp_error *err)
+stp_status __wrap_stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest,
+                                   const uint8_t *payload, stp_chunk_scratch *scratch,
+                                   stp_chunk **out, stp_error *err)
 {
     if (!atomic_exchange(&next_decode_fails, false))
-        return __real_stp_chunk_file_decode(file, id, finest, payload, scratch, out, err);
+        return __real_stp_block_decode(file, block, finest, payload, scratch, out, err);
     usleep(SLOW_FAILURE_US);
-    return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to decode chunk %u", id);
+    return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to decode chunk %u", block->chunk);
 }
 
 /* A waiting picture must fail with a message if one of its chunks fails. The chunk may be one that
