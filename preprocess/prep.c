@@ -402,10 +402,10 @@ static void set_defaults(prep_job *job)
 {
     const stp_prep_params *params = job->params;
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    job->tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-                                  .resolution = resolution_of(job->source, params),
-                                  .codec = params->format == 2 ? stp_codec_in_blocks(params->codec)
-                                                               : params->codec};
+    job->tree = (stp_tree_params){
+        .lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+        .resolution = resolution_of(job->source, params),
+        .codec = params->format == 1 ? params->codec : stp_codec_in_blocks(params->codec)};
     job->orient = (stp_orient_params){.mode = params->orient,
                                       .position = params->orient_position,
                                       .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};

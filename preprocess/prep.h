@@ -81,7 +81,7 @@ typedef struct stp_prep_params {
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec; /* without blocks */
-    int format;      /* major version of the file: 1 (or 0), 2 is in blocks */
+    int format;      /* major version of the file: 2 (or 0) is in blocks, 1 is not */
     stp_outlier_mode outliers;
     double outlier_distance; /* spacings; 0: STP_OUTLIER_DISTANCE */
     bool unlit;              /* the default shading of the file is unlit */

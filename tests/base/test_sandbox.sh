@@ -16,7 +16,7 @@ model="$FOLDER/m.stipple"
 "$STIPPLE" gen sphere -n 30000 -o "$FOLDER/s.ply" --quiet || fail "no scan"
 "$STIPPLE" prep "$FOLDER/s.ply" -o "$model" --quiet || fail "no model"
 cp "$model" "$FOLDER/hurt.stipple"
-printf 'x' | dd of="$FOLDER/hurt.stipple" bs=1 seek=200000 conv=notrunc status=none
+printf 'x' | dd of="$FOLDER/hurt.stipple" bs=1 seek=20 conv=notrunc status=none
 
 tried() { # $1: the rights that the command must have at its end
     run env LD_PRELOAD="$STIPPLE_SANDBOX_SHIM" "$STIPPLE" "${@:2}"

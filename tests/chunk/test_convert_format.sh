@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Tests files of version 2: `prep --format 2` and `convert --format 2` write the same bytes, for any
+# Tests files of version 2: `prep` and `convert --format 2` write the same bytes, for any
 # number of threads; converting back gives the file of version 1; files grow little; points, info and
 # pictures stay the same.
 set -uo pipefail
@@ -18,8 +18,8 @@ growth() {
 # check NAME CODEC PERCENT: scan.ply in both versions.
 check() {
     local one=$1-$2-1.stipple two=$1-$2-2.stipple
-    "$STIPPLE" prep $1.ply -o $one --codec $2 --quiet || fail "prep $1 $2"
-    "$STIPPLE" prep $1.ply -o $two --codec $2 --format 2 --quiet || fail "prep --format 2 $1 $2"
+    "$STIPPLE" prep $1.ply -o $one --codec $2 --format 1 --quiet || fail "prep $1 $2"
+    "$STIPPLE" prep $1.ply -o $two --codec $2 --quiet || fail "prep $1 $2 in blocks"
     for threads in 1 3; do
         "$STIPPLE" convert $one -o there.stipple --format 2 --threads $threads --force --quiet ||
             fail "convert --format 2 $1 $2"

@@ -17,7 +17,7 @@ typedef struct raw_file {
 static raw_file raw_file_make(void)
 {
     stp_line_set set = line_set_make(73, 2);
-    const stp_prep_params params = {.codec = STP_CODEC_RAW};
+    const stp_prep_params params = {.codec = STP_CODEC_RAW, .format = 1};
     stp_prep_stats stats;
     stp_error err = {0};
     raw_file out = {0};

@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
 points=200000
 
-"$STIPPLE" gen bumpy -n $points -o scan.ply --quiet && "$STIPPLE" prep scan.ply -o sound.stipple --quiet ||
+"$STIPPLE" gen bumpy -n $points -o scan.ply --quiet && "$STIPPLE" prep scan.ply -o sound.stipple --format 1 --quiet ||
     fail "no model"
 "$STIPPLE" export sound.stipple -o sound.ply --quiet || fail "no export"
 

@@ -68,7 +68,7 @@ static void every_triangle_comes_back(void **state)
     stp_chunk_file *file = prep_open_verified(OUT);
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     assert_int_equal(info->point_count, 3 * set.triangle_count);
-    assert_int_equal(info->version_minor, 1);
+    assert_int_equal(info->version_major, 2);
     assert_true(info->attributes & STP_HAS_TRIANGLES);
     assert_true(info->chunk_count > 2);
     assert_holds(file, &set, 0.001);

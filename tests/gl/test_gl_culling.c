@@ -62,7 +62,7 @@ static void closed_model(void **state)
                         &(model_recipe){.shape = GEN_STATUE, .point_count = 400000});
     gl_fixture_open(&f, "closed.stipple", NULL);
     assert_true(f.model->info->attributes & STP_HAS_CLOSED);
-    assert_int_equal(f.model->info->version_minor, 2);
+    assert_int_equal(f.model->info->version_major, 2);
     for (int t = 0; t < 2; t++) {
         size_t lost = 0, all = 0, within = 0;
         double share = 0.0;

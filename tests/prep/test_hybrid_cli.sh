@@ -22,7 +22,7 @@ run "$STIPPLE" verify "$FOLDER/d.stipple"
 expect_code 0
 run "$STIPPLE" info "$FOLDER/d.stipple"
 expect_text out "triangles      2; 6 of the points are their corners"
-expect_text out "version        1.2"
+expect_text out "version        2.0"
 run "$STIPPLE" export "$FOLDER/d.stipple" -o "$FOLDER/d.ply" --quiet
 expect_code 0
 grep -aqx "element vertex 3727" "$FOLDER/d.ply" || fail "export: vertices"

@@ -95,7 +95,7 @@ static void every_vertex_comes_back(void **state)
         stp_chunk_file *file = prep_open_verified(OUT);
         const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
         assert_int_equal(info->point_count, stats.lines.samples);
-        assert_int_equal(info->version_minor, 1);
+        assert_int_equal(info->version_major, 2);
         assert_true(info->attributes & STP_HAS_LINES);
         assert_holds(file, &set, 0.02 / 4.0);
         assert_joined(file, &set, stats.lines.samples - 40000);

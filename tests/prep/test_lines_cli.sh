@@ -32,7 +32,7 @@ expect_code 0
 run "$STIPPLE" info "$FOLDER/h.stipple"
 expect_code 0
 expect_text out "1 strips, 3000 vertices, 2999 segments"
-expect_text out "version        1.1"
+expect_text out "version        2.0"
 expect_text out "colour lines"
 run "$STIPPLE" info "$FOLDER/h.stipple" --json
 expect_text out '"lines"'

@@ -5,7 +5,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 "$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 command -v python3 >/dev/null || skip_test "python3 is not installed"
 "$STIPPLE" gen terrain -n 300000 -o "$FOLDER/s.ply" --quiet || fail "no scan"
-"$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/1.stipple" --quiet || fail "no model"
+"$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/1.stipple" --format 1 --quiet || fail "no model"
 "$STIPPLE" convert "$FOLDER/1.stipple" -o "$FOLDER/2.stipple" --format 2 --block 500 --quiet || fail "no blocks"
 
 bytes_read() { # stats

@@ -240,7 +240,7 @@ static int check_options(const prep_options *o)
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[INPUTS_LIMIT];
-    prep_options o = {.orient = "auto", .neighbours = 16};
+    prep_options o = {.orient = "auto", .neighbours = 16, .format = 1};
     const cli_option options[] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
@@ -272,7 +272,7 @@ static int prep_main(int argc, char **argv)
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
          "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
         {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
-         "version of the file (1); 2 is in blocks, so that views read less", NULL},
+         "version of the file (2): 2 is in blocks, so that views read less", NULL},
         {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
          "memory limit (half the machine's); the rest goes to files in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
