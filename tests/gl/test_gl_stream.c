@@ -215,7 +215,7 @@ static void fly(flight *f, const stp_draw_params *params, const stp_draw_params 
  * passes. */
 static void fly_budgets(flight *f)
 {
-    static const uint64_t budgets[][2] = {{256, 256}, {24, 24}, {TEST_SIZE(10, 8), 16}};
+    static const uint64_t budgets[][2] = {{256, 256}, {24, 24}, {TEST_SIZE(10, 6), 16}};
     f->layers = model_layers_load(f->model);
     for (size_t i = 0; i < sizeof budgets / sizeof *budgets; i++) {
         stp_draw_params params = {.threshold_px = TEST_SIZE(0.5, 2.0),
