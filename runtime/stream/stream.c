@@ -143,28 +143,37 @@ static begun begin_want(stp_stream *s, size_t index, reading *out)
     return MUST_READ;
 }
 
-/* Begins wants whose payloads lie next to those of a group: of the blocks that follow it, or come
- * before it. Returns how many are in the group then. */
-static size_t begin_neighbours(stp_stream *s, reading *group, uint32_t step)
+/* A neighbour may have so many blocks between that are not wanted. */
+#define NEIGHBOURS_APART 4u
+
+/* Begins wants whose payloads lie near that of a group's last block: of the blocks that follow it
+ * (step 1), or come before it (step -1). *bytes: the group's. Returns how many blocks the group has
+ * then. */
+static size_t begin_neighbours(stp_stream *s, reading *group, size_t count, uint32_t step,
+                               uint64_t *bytes)
 {
+    reading last = step == 1 ? group[count - 1] : group[0];
     const stp_scene_model *m =
-        stp_scene_find(s->scene, s->scene->blocks[group[0].load->want.block].chunk);
-    size_t count = 1;
-    uint64_t bytes = group[0].item.end - group[0].item.begin;
-    uint32_t block_count = m->model->first_block[m->model->info->chunk_count];
-    for (uint32_t block = group[0].load->want.block + step;
-         block - m->first_block < block_count && s->want_of[block] != 0 &&
-         count < STP_GATHER_BLOCKS;
+        stp_scene_find(s->scene, s->scene->blocks[last.load->want.block].chunk);
+    const uint32_t block_count = m->model->first_block[m->model->info->chunk_count];
+    uint32_t block = last.load->want.block + step;
+    for (uint32_t apart = 0; apart <= NEIGHBOURS_APART && block - m->first_block < block_count &&
+                             count < STP_GATHER_BLOCKS;
          block += step) {
-        size_t index = s->want_of[block] - 1;
+        size_t index = s->want_of[block];
+        if (index-- == 0) {
+            apart++;
+            continue;
+        }
         stp_gather_item item =
             item_of(s, &s->wants[index], stp_payload_store_known(&s->store, block));
-        bytes += item.begin < item.end ? item.end - item.begin : 0;
-        if (bytes > STP_GATHER_BYTES || item.begin >= item.end ||
-            !stp_gather_joins(m->model->file, &group[count - 1].item, &item) ||
+        *bytes += item.begin < item.end ? item.end - item.begin : 0;
+        if (*bytes > STP_GATHER_BYTES || item.begin >= item.end ||
+            !stp_gather_joins(m->model->file, &last.item, &item) ||
             begin_want(s, index, &group[count]) != MUST_READ)
             break;
-        count++;
+        last = group[count++];
+        apart = 0;
     }
     return count;
 }
@@ -181,12 +190,11 @@ static size_t begin_next(stp_stream *s, reading *group, bool joins)
         if (state == NO_ROOM)
             return 0;
         s->want_next++;
-        if (state == MUST_READ) {
-            if (!joins)
-                return 1;
-            size_t count = begin_neighbours(s, group, 1);
-            return count > 1 ? count : begin_neighbours(s, group, UINT32_MAX);
-        }
+        if (state != MUST_READ)
+            continue;
+        uint64_t bytes = group[0].item.end - group[0].item.begin;
+        size_t count = joins ? begin_neighbours(s, group, 1, 1, &bytes) : 1;
+        return joins ? begin_neighbours(s, group, count, UINT32_MAX, &bytes) : count;
     }
     return 0;
 }
