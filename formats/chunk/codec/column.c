@@ -21,6 +21,9 @@
 #define KEPT_BITS 2u
 #define KEPT_BITS_SHORT 1u
 #define SHORT_COLUMN 3000u
+/* A block's columns try from 0 (if the mean is not above ALL_BITS_MEAN) to this many. */
+#define KEPT_BITS_MOST 4u
+#define ALL_BITS_MEAN 255u
 
 stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err)
 {
@@ -133,18 +136,16 @@ done:
     return status;
 }
 
-stp_status stp_column_encode(const int16_t *cells, uint32_t count, stp_bytes *out, stp_error *err)
+/* Appends the cells with `kept` bits of a cell for Draco; 0: all bits. */
+static stp_status encode_kept(const int16_t *cells, uint32_t count, unsigned kept, uint32_t mean,
+                              stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint64_t sum = 0;
+    unsigned first = bit_length(mean >> 1);
     int16_t *high = NULL;
     bit_writer low = {0};
-    for (uint32_t i = 0; i < count; i++)
-        sum += (uint64_t)abs(cells[i]);
-    if (2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count)
+    if (kept == 0)
         return append_parts(cells, count, 0, 0, &low, out, err);
-    unsigned kept = count < SHORT_COLUMN ? KEPT_BITS_SHORT : KEPT_BITS;
-    unsigned first = bit_length((uint32_t)(sum / count) >> 1);
     STP_TRY(stp_alloc(&high, count, sizeof *high, "a column", err));
     STP_TRY(stp_alloc(&low.bytes, 2 * (size_t)count + 1, 1, "a column", err));
     split(cells, count, spread_begin(kept, first), high, &low);
@@ -153,6 +154,42 @@ done:
     free(high);
     free(low.bytes);
     return status;
+}
+
+/* Appends what is smallest. */
+static stp_status encode_smallest(const int16_t *cells, uint32_t count, uint32_t mean,
+                                  stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes best = {0}, other = {0};
+    for (unsigned kept = mean > ALL_BITS_MEAN ? 1 : 0; kept <= KEPT_BITS_MOST; kept++) {
+        other.size = 0;
+        STP_TRY(encode_kept(cells, count, kept, mean, &other, err));
+        if (best.size == 0 || other.size < best.size) {
+            const stp_bytes swapped = best;
+            best = other;
+            other = swapped;
+        }
+    }
+    STP_TRY(stp_bytes_append(out, best.data, best.size, err));
+done:
+    free(best.data);
+    free(other.data);
+    return status;
+}
+
+stp_status stp_column_encode(const int16_t *cells, uint32_t count, bool smallest, stp_bytes *out,
+                             stp_error *err)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++)
+        sum += (uint64_t)abs(cells[i]);
+    const uint32_t mean = (uint32_t)(sum / count);
+    if (smallest)
+        return encode_smallest(cells, count, mean, out, err);
+    unsigned kept = count < SHORT_COLUMN ? KEPT_BITS_SHORT : KEPT_BITS;
+    return encode_kept(cells, count, 2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count ? 0 : kept,
+                       mean, out, err);
 }
 
 /* ---- decoding ---- */
