@@ -225,6 +225,7 @@ typedef struct stp_chunk_scratch {
     void *context; /* zstd's context, in this memory; NULL until it is needed */
     void *spare;   /* arrays of a recycled chunk: the next chunk needs no new pages */
     size_t spare_bytes;
+    struct stp_shares *shares; /* decoding adds what its bytes hold (shares.h); NULL: nobody asks */
 } stp_chunk_scratch;
 
 /* Makes room for `bytes`; the old content is lost. Errors: OUT_OF_MEMORY. */

@@ -177,15 +177,22 @@ static void test_guard(void **state)
 static size_t column_bytes(const int16_t *cells, uint32_t count)
 {
     int16_t *out = malloc(count * sizeof *out);
-    stp_bytes bytes = {0};
+    stp_bytes bytes = {0}, smallest = {0};
     size_t used = 0;
     assert_non_null(out);
-    assert_int_equal(stp_column_encode(cells, count, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_column_encode(cells, count, true, &smallest, NULL), STP_OK);
+    assert_int_equal(stp_column_decode(smallest.data, smallest.size, out, count, &used, NULL),
+                     STP_OK);
+    assert_memory_equal(cells, out, count * sizeof *out);
+    assert_int_equal(used, smallest.size);
+    assert_int_equal(stp_column_encode(cells, count, false, &bytes, NULL), STP_OK);
+    assert_true(smallest.size <= bytes.size);
     assert_int_equal(stp_column_decode(bytes.data, bytes.size, out, count, &used, NULL), STP_OK);
     assert_memory_equal(cells, out, count * sizeof *out);
     assert_int_equal(used, bytes.size);
     for (size_t cut = 0; cut < bytes.size; cut += 1 + bytes.size / 64)
         assert_int_equal(stp_column_decode(bytes.data, cut, out, count, &used, NULL), STP_CORRUPT);
+    free(smallest.data);
     free(bytes.data);
     free(out);
     return used;

@@ -1,4 +1,6 @@
-/* `stipple info`: prints what is in a chunk file, from its header and directory only. */
+/* `stipple info`: prints what is in a chunk file, from its header and directory, and from its
+ * payloads if bytes are to be counted. */
+#include "tools/file/info_bytes.h"
 #include "tools/file/sandbox_options.h"
 #include "tools/file/source_options.h"
 
@@ -18,9 +20,11 @@ static int run(int argc, char **argv);
 const cli_command cli_info = {
     .name = "info",
     .summary = "print what is in a chunk file",
-    .usage = "stipple info M.stipple [--json]",
-    .details =
-        "Reads header, directory and metadata, no payloads. Lengths are in the scan's own units.",
+    .usage = "stipple info M.stipple [--bytes] [--json]",
+    .details = "Reads header, directory and metadata. Lengths are in the scan's own units.\n"
+               "--bytes decodes every chunk and says how many bytes hold positions, normals, radii "
+               "and so\n"
+               "on. If the codec is zstd, this is an estimate by entropy; else it is exact.",
     .run = run,
 };
 
@@ -241,11 +245,13 @@ static void print_repairs(const stp_chunk_file_info *info)
                sum.repairs, sum.repairs == 1 ? "" : "s", sum.points_lost, sum.stand_ins);
 }
 
-static void print_text(const char *path, const stp_chunk_file_info *info,
-                       const depth_summary *depths)
+/* bytes: NULL if they were not counted. */
+static void print_text(const stp_chunk_file *file, const depth_summary *depths,
+                       const info_bytes *bytes)
 {
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     char codecs[64];
-    printf("file           %s\n", path);
+    printf("file           %s\n", stp_chunk_file_path(file));
     printf("version        %u.%u\n", info->version_major, info->version_minor);
     printf("points         %" PRIu64 "\n", info->point_count);
     print_shapes(info);
@@ -270,6 +276,8 @@ static void print_text(const char *path, const stp_chunk_file_info *info,
     if (stp_chunk_file_threshold(info) > 0.0)
         printf("threshold      %g px by default\n", stp_chunk_file_threshold(info));
     print_depths(depths, info->depth);
+    if (bytes)
+        info_bytes_print(bytes, info);
     print_metadata(info);
 }
 
@@ -354,10 +362,14 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     return out;
 }
 
-static stp_status print_json(const char *path, const stp_chunk_file_info *info,
-                             const depth_summary *depths, stp_error *err)
+/* bytes: NULL if they were not counted. */
+static stp_status print_json(const stp_chunk_file *file, const depth_summary *depths,
+                             const info_bytes *bytes, stp_error *err)
 {
-    cJSON *json = json_info(path, info, depths);
+    const char *path = stp_chunk_file_path(file);
+    cJSON *json = json_info(path, stp_chunk_file_get_info(file), depths);
+    if (bytes)
+        info_bytes_json(bytes, json);
     char *text = cJSON_Print(json);
     cJSON_Delete(json);
     if (!text)
@@ -370,7 +382,8 @@ static stp_status print_json(const char *path, const stp_chunk_file_info *info,
 static int run(int argc, char **argv)
 {
     const char *path = NULL;
-    bool json = false, no_sandbox = false;
+    bool json = false, no_sandbox = false, count_bytes = false;
+    info_bytes bytes = {0};
     double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
@@ -381,6 +394,10 @@ static int run(int argc, char **argv)
     const cli_option options[] = {
         source_options_timeout(&timeout_s),
         sandbox_options_off(&no_sandbox),
+        {.name = "--bytes",
+         .kind = CLI_FLAG,
+         .target = &count_bytes,
+         .help = "what the bytes hold, by attribute; decodes every chunk"},
         {.name = "--json", .kind = CLI_FLAG, .target = &json, .help = "as one JSON object"},
     };
     int code = cli_parse(&cli_info, options, sizeof options / sizeof *options, argc, argv, &path, 1,
@@ -391,10 +408,13 @@ static int run(int argc, char **argv)
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(source_options_open(&file, path, &source, &err));
     STP_TRY(summarise(file, &depths, &err));
+    if (count_bytes)
+        STP_TRY(info_bytes_count(file, &bytes, &err));
+    const info_bytes *counted = count_bytes ? &bytes : NULL;
     if (json)
-        STP_TRY(print_json(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths, &err));
+        STP_TRY(print_json(file, depths, counted, &err));
     else
-        print_text(stp_chunk_file_path(file), stp_chunk_file_get_info(file), depths);
+        print_text(file, depths, counted);
 done:
     free(depths);
     stp_chunk_file_close(&file);

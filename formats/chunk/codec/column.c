@@ -5,6 +5,7 @@
 #include "formats/chunk/codec/draco_shim.h"
 #include "formats/chunk/layout.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,11 @@
 #define KEPT_BITS 2u
 #define KEPT_BITS_SHORT 1u
 #define SHORT_COLUMN 3000u
+/* A block's columns try from 0 (if the mean is not above ALL_BITS_MEAN) to this many. */
+#define KEPT_BITS_MOST 4u
+#define ALL_BITS_MEAN 255u
+/* What Draco's table takes for a symbol that occurs, about. */
+#define BITS_OF_TABLE_SYMBOL 10.0
 
 stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err)
 {
@@ -133,25 +139,91 @@ done:
     return status;
 }
 
-stp_status stp_column_encode(const int16_t *cells, uint32_t count, stp_bytes *out, stp_error *err)
+/* Memory to encode a column. */
+typedef struct work {
+    int16_t *high;
+    bit_writer low;
+    uint32_t *counts; /* of symbols; all 0 between uses */
+} work;
+
+static void work_destroy(work *w)
+{
+    free(w->high);
+    free(w->low.bytes);
+    free(w->counts);
+}
+
+static stp_status work_create(work *w, uint32_t cell_count, stp_error *err)
 {
     stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&w->high, cell_count, sizeof *w->high, "a column", err));
+    STP_TRY(stp_alloc(&w->low.bytes, 2 * (size_t)cell_count + 1, 1, "a column", err));
+done:
+    return status;
+}
+
+/* Splits the cells so that `kept` bits of a cell go to Draco; 0: all bits. */
+static void split_for(const int16_t *cells, uint32_t count, unsigned kept, unsigned first, work *w)
+{
+    w->low = (bit_writer){.bytes = w->low.bytes};
+    if (kept > 0)
+        split(cells, count, spread_begin(kept, first), w->high, &w->low);
+    else
+        memcpy(w->high, cells, count * sizeof *cells);
+}
+
+/* How many bytes the parts take: the low bits, and by the entropy of the high parts. */
+static double estimate(uint32_t count, work *w)
+{
+    double bits = 0.0;
+    for (uint32_t i = 0; i < count; i++)
+        bits += w->counts[(uint16_t)w->high[i]]++ == 0 ? BITS_OF_TABLE_SYMBOL : 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t *symbols = &w->counts[(uint16_t)w->high[i]];
+        if (*symbols > 0)
+            bits += (double)*symbols * log2((double)count / (double)*symbols);
+        *symbols = 0;
+    }
+    return (double)w->low.size + bits / 8.0;
+}
+
+/* The number of bits for Draco that makes the parts smallest. */
+static stp_status find_smallest(const int16_t *cells, uint32_t count, uint32_t mean, unsigned first,
+                                work *w, unsigned *out, stp_error *err)
+{
+    double least = INFINITY;
+    stp_status status =
+        stp_alloc(&w->counts, UINT16_MAX + (size_t)1, sizeof *w->counts, "a column", err);
+    for (unsigned kept = mean > ALL_BITS_MEAN ? 1 : 0; status == STP_OK && kept <= KEPT_BITS_MOST;
+         kept++) {
+        split_for(cells, count, kept, first, w);
+        double bytes = estimate(count, w);
+        *out = bytes < least ? kept : *out;
+        least = fmin(least, bytes);
+    }
+    return status;
+}
+
+stp_status stp_column_encode(const int16_t *cells, uint32_t count, bool smallest, stp_bytes *out,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    work w = {0};
     uint64_t sum = 0;
-    int16_t *high = NULL;
-    bit_writer low = {0};
     for (uint32_t i = 0; i < count; i++)
         sum += (uint64_t)abs(cells[i]);
-    if (2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count)
-        return append_parts(cells, count, 0, 0, &low, out, err);
+    const uint32_t mean = (uint32_t)(sum / count);
+    const unsigned first = bit_length(mean >> 1);
     unsigned kept = count < SHORT_COLUMN ? KEPT_BITS_SHORT : KEPT_BITS;
-    unsigned first = bit_length((uint32_t)(sum / count) >> 1);
-    STP_TRY(stp_alloc(&high, count, sizeof *high, "a column", err));
-    STP_TRY(stp_alloc(&low.bytes, 2 * (size_t)count + 1, 1, "a column", err));
-    split(cells, count, spread_begin(kept, first), high, &low);
-    STP_TRY(append_parts(high, count, kept, first, &low, out, err));
+    if (2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count)
+        kept = 0;
+    STP_TRY(work_create(&w, count, err));
+    if (smallest)
+        STP_TRY(find_smallest(cells, count, mean, first, &w, &kept, err));
+    split_for(cells, count, kept, first, &w);
+    STP_TRY(append_parts(w.high, count, kept, kept > 0 ? first : 0, &w.low, out, err));
 done:
-    free(high);
-    free(low.bytes);
+    work_destroy(&w);
     return status;
 }
 

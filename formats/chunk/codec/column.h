@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -21,8 +22,10 @@ typedef struct stp_bytes {
 /* Appends size bytes; zeros if data is NULL. Errors: OUT_OF_MEMORY. */
 stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err);
 
-/* Appends 1 to 65536 cells. Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
-stp_status stp_column_encode(const int16_t *cells, uint32_t count, stp_bytes *out, stp_error *err);
+/* Appends 1 to 65536 cells. smallest: tries how many bits should be low; else the mean decides, as
+ * the first writers did. Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
+stp_status stp_column_encode(const int16_t *cells, uint32_t count, bool smallest, stp_bytes *out,
+                             stp_error *err);
 
 /* Decodes `count` cells from the start of bytes. *used: the column's size in bytes. Errors:
  * CORRUPT, OUT_OF_MEMORY. */

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
@@ -58,13 +59,16 @@ done:
 }
 
 static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                             stp_chunk *chunk, stp_error *err)
+                             stp_chunk *chunk, stp_shares *shares, stp_error *err)
 {
     size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
     for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
         needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
     if (size != needed)
         return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
+    if (shares)
+        stp_shares_add_raw(shares, segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0,
+                           size);
     if (segment == 0) {
         for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += patch_bytes(chunk)) {
             stp_patch_read(bytes, &chunk->patches[i]);
@@ -108,6 +112,7 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     table->stride = row_count;
     table->column_count = column_count;
     table->row_count = row_count;
+    table->smallest = chunk->is_block;
     if (chunk->is_block && row_count < JOINED_ROWS)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
@@ -187,23 +192,31 @@ typedef struct cursor {
     size_t left;
 } cursor;
 
-static stp_status table_read(cursor *c, stp_table *table, stp_error *err)
+/* shares: NULL if nobody asks. */
+static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, stp_error *err)
 {
     size_t used = 0;
+    uint64_t column_bytes[STP_LINKED_PATCH_COLUMN_COUNT] = {0};
+    table->column_bytes = shares ? column_bytes : NULL;
     stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
-    if (status == STP_OK) {
-        c->bytes += used;
-        c->left -= used;
-    }
-    return status;
+    if (status != STP_OK)
+        return status;
+    c->bytes += used;
+    c->left -= used;
+    if (shares && table->column_count == STP_SAMPLE_COLUMN_COUNT)
+        stp_shares_add_samples(shares, column_bytes, used);
+    else if (shares)
+        shares->bytes[STP_SHARE_PATCHES] += used;
+    return STP_OK;
 }
 
-static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk, stp_error *err)
+static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk,
+                                 stp_shares *shares, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, err));
+    STP_TRY(table_read(c, &table, shares, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
 done:
@@ -211,25 +224,26 @@ done:
     return status;
 }
 
-static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_error *err)
+static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_shares *shares, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, err));
+    STP_TRY(table_read(c, &table, shares, err));
     stp_predict_vertices_decode(chunk, &table);
 done:
     free(table.values);
     return status;
 }
 
-static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_error *err)
+static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_shares *shares,
+                               stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
     STP_TRY(level_tables_create(chunk, level, &tables, err));
-    STP_TRY(table_read(c, &tables.elder, err));
-    STP_TRY(table_read(c, &tables.last, err));
+    STP_TRY(table_read(c, &tables.elder, shares, err));
+    STP_TRY(table_read(c, &tables.last, shares, err));
     stp_predict_level_decode(chunk, level, &tables);
 done:
     level_tables_destroy(&tables);
@@ -237,15 +251,15 @@ done:
 }
 
 static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                               stp_chunk *chunk, stp_error *err)
+                               stp_chunk *chunk, stp_shares *shares, stp_error *err)
 {
     stp_status status = STP_OK;
     cursor c = {bytes, size};
     if (segment == 0) {
-        STP_TRY(patches_decode(&c, child_count, chunk, err));
-        STP_TRY(vertices_decode(&c, chunk, err));
+        STP_TRY(patches_decode(&c, child_count, chunk, shares, err));
+        STP_TRY(vertices_decode(&c, chunk, shares, err));
     }
-    STP_TRY(level_decode(&c, finest_level[segment], chunk, err));
+    STP_TRY(level_decode(&c, finest_level[segment], chunk, shares, err));
     if (c.left != 0)
         status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", c.left);
 done:
@@ -306,9 +320,9 @@ stp_status stp_part_decode(const uint8_t *bytes, size_t size, int segment, int c
 {
     stp_status status = STP_OK;
     if (codec == STP_CODEC_RAW)
-        status = raw_decode(bytes, size, segment, child_count, chunk, err);
+        status = raw_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
     else if (codec == STP_CODEC_DRACO)
-        status = draco_decode(bytes, size, segment, child_count, chunk, err);
+        status = draco_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
     else if (codec == STP_CODEC_ZSTD)
         status = zstd_decode(bytes, size, segment, child_count, chunk, scratch, err);
     else

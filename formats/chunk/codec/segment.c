@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/part.h"
+#include "formats/chunk/codec/shares.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
@@ -249,6 +250,8 @@ static stp_status decode_blocks(const uint8_t *bytes, size_t size, int segment, 
     STP_TRY(stp_block_count_read(bytes, size, &count, err));
     STP_TRY(stp_alloc(&rows, count, sizeof *rows, "blocks", err));
     STP_TRY(stp_block_rows_read(bytes, size, segment, rows, count, err));
+    if (scratch->shares)
+        scratch->shares->bytes[STP_SHARE_FRAME] += stp_block_index_bytes(count, segment);
     if (segment == 0)
         STP_TRY(take_ends(chunk, rows, count, err));
     if (count != chunk->block_count) {

@@ -68,7 +68,7 @@ static stp_status stream_encode(const stp_table *table, unsigned begin, uint64_t
         return STP_OK;
     STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
     copy_stream(table, begin, mask, cells, false);
-    STP_TRY(stp_column_encode(cells, count, out, err));
+    STP_TRY(stp_column_encode(cells, count, table->smallest, out, err));
 done:
     free(cells);
     return status;
@@ -111,14 +111,23 @@ static void skip(cursor *c, size_t size)
     c->left -= size;
 }
 
-static stp_status decode_constant(cursor *c, int16_t *column, uint32_t count, stp_error *err)
+static void count_bytes(const stp_table *table, unsigned column, size_t bytes)
 {
+    if (table->column_bytes)
+        table->column_bytes[column] += bytes;
+}
+
+static stp_status decode_constant(cursor *c, const stp_table *table, unsigned column,
+                                  stp_error *err)
+{
+    int16_t *cells = stp_table_column(table, column);
     if (c->left < 2)
         return stp_error_set(err, STP_CORRUPT, "a table ends within its constants");
     int16_t value = (int16_t)stp_get_u16(c->bytes);
-    for (uint32_t r = 0; r < count; r++)
-        column[r] = value;
+    for (uint32_t r = 0; r < table->row_count; r++)
+        cells[r] = value;
     skip(c, 2);
+    count_bytes(table, column, 2);
     return STP_OK;
 }
 
@@ -169,9 +178,12 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
         return stp_error_set(err, STP_CORRUPT, "a table has constants for columns it lacks");
     for (unsigned k = 0; k < table->column_count; k++)
         if (mask >> k & 1u)
-            STP_TRY(decode_constant(&c, stp_table_column(table, k), table->row_count, err));
-    for (unsigned k = 0; k < table->column_count; k = stream_end(table, k))
+            STP_TRY(decode_constant(&c, table, k, err));
+    for (unsigned k = 0; k < table->column_count; k = stream_end(table, k)) {
+        const size_t left = c.left;
         STP_TRY(decode_stream(&c, table, k, mask, err));
+        count_bytes(table, k, left - c.left);
+    }
     if (c.left != 0)
         return stp_error_set(err, STP_CORRUPT, "%zu bytes of a table are left over", c.left);
     *used = SIZE_BYTES + (size_t)stp_get_u32(bytes);

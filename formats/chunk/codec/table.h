@@ -18,6 +18,10 @@ typedef struct stp_table {
     /* Bit c: column c is coded in one stream with the column before it. A short stream has its
      * table of symbols to pay for, so short tables join columns of the same kind. */
     uint64_t joined;
+    bool smallest; /* encoding: see stp_column_encode */
+    /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
+     * nobody asks. */
+    uint64_t *column_bytes;
 } stp_table;
 
 static inline int16_t *stp_table_column(const stp_table *table, unsigned column)

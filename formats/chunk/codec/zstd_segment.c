@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/families.h"
 #include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/zstd_frame.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
@@ -172,6 +173,23 @@ static stp_status unpack(const uint8_t *frame, size_t size, uint8_t *out, size_t
     return stp_zstd_unpack(frame, size, out, out_bytes, scratch->context, err);
 }
 
+/* Counts what the head's frame holds: column by column, low bytes, then high bytes. */
+static void count_head(stp_shares *shares, const uint8_t *planes, unsigned patch_column_count,
+                       uint32_t rows, size_t frame)
+{
+    const unsigned columns = patch_column_count + STP_SAMPLE_COLUMN_COUNT;
+    stp_share_costs costs = {{0}};
+    for (unsigned i = 0; i < 2 * columns; i++) {
+        const unsigned c = i % columns;
+        stp_share_costs_add(&costs,
+                            c < patch_column_count ? STP_SHARE_PATCHES
+                                                   : stp_share_of_column(c - patch_column_count),
+                            planes + (size_t)i * rows, rows);
+    }
+    shares->bytes[STP_SHARE_FRAME] += SIZE_BYTES;
+    stp_shares_add_packed(shares, &costs, frame);
+}
+
 stp_status stp_zstd_patches_decode(const uint8_t *bytes, size_t size, stp_patch *patches,
                                    uint32_t patch_count, bool linked, stp_chunk_scratch *scratch,
                                    size_t *used, stp_error *err)
@@ -185,6 +203,8 @@ stp_status stp_zstd_patches_decode(const uint8_t *bytes, size_t size, stp_patch 
     if (status != STP_OK)
         return status;
     unsigned columns = patch_columns(linked);
+    if (scratch->shares)
+        count_head(scratch->shares, planes, columns, patch_count, frame);
     stp_table table = table_at(planes + 2 * cells, columns + STP_SAMPLE_COLUMN_COUNT, patch_count);
     planes_to_cells(planes, planes + cells, &table);
     table.column_count = columns;
@@ -210,6 +230,22 @@ static size_t masked_bytes(uint32_t mask, uint32_t families)
     for (unsigned i = 0; i < PARTS; i++)
         bytes += mask >> i & 1u ? part_bytes(i, families) : 0;
     return bytes;
+}
+
+/* Counts what a level holds. mask: of raw parts; frame: bytes of the frame of the other parts. */
+static void count_level(stp_shares *shares, const uint8_t *const parts[PARTS], uint32_t mask,
+                        uint32_t families, size_t frame)
+{
+    stp_share_costs costs = {{0}};
+    shares->bytes[STP_SHARE_FRAME] += MASK_BYTES;
+    for (unsigned i = 0; i < PARTS; i++) {
+        const stp_share share = stp_share_of_plane(i % STP_FAMILY_PLANES);
+        if (mask >> i & 1u)
+            shares->bytes[share] += part_bytes(i, families);
+        else
+            stp_share_costs_add(&costs, share, parts[i], part_bytes(i, families));
+    }
+    stp_shares_add_packed(shares, &costs, frame);
 }
 
 stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
@@ -243,6 +279,8 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
         parts[i] = *from;
         *from += part_bytes(i, families);
     }
+    if (scratch->shares)
+        count_level(scratch->shares, parts, mask, families, frame_bytes);
     stp_families_decode(chunk, level, parts, lanes_of(scratch));
     return STP_OK;
 }
