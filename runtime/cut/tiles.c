@@ -79,7 +79,7 @@ static int tile_at(float px, int count)
 void stp_tiles_mark(stp_tiles *t, unsigned worker, float x, float y, float reach)
 {
     const float add = reach + MARGIN_PX;
-    if (isnan(x + y + add)) { /* the place is unknown, so it may be anywhere */
+    if (!isfinite(x + y + add)) { /* the place is unknown, so it may be anywhere */
         stp_tiles_mark_all(t, worker);
         return;
     }

@@ -173,12 +173,13 @@ static void terrain(void **state)
     judge(&(model_recipe){.shape = GEN_TERRAIN, .point_count = 5000});
 }
 
-/* A sample whose place is not a number may be anywhere. */
+/* A sample whose place or reach is not a number, or infinite, may be anywhere. */
 static void no_number(void **state)
 {
-    const float bad[][3] = {{NAN, 0.0f, 1.0f}, {0.0f, NAN, 1.0f}, {0.0f, 0.0f, NAN}};
+    const float bad[][3] = {
+        {NAN, 0.0f, 1.0f}, {0.0f, NAN, 1.0f}, {0.0f, 0.0f, NAN}, {INFINITY, 0.0f, INFINITY}};
     (void)state;
-    for (int i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         stp_tiles tiles = {0};
         assert_int_equal(stp_tiles_begin(&tiles, 300, 200, 1, NULL), STP_OK);
         stp_tiles_mark(&tiles, 0, bad[i][0], bad[i][1], bad[i][2]);

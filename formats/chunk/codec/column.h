@@ -22,8 +22,8 @@ typedef struct stp_bytes {
 /* Appends size bytes; zeros if data is NULL. Errors: OUT_OF_MEMORY. */
 stp_status stp_bytes_append(stp_bytes *bytes, const void *data, size_t size, stp_error *err);
 
-/* Appends 1 to 65536 cells. smallest: tries how many bits should be low; else the mean decides, as
- * the first writers did. Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
+/* Appends 1 to 65536 cells. smallest: as many bits are low as make it smallest, by entropy; else
+ * the mean decides, as the first writers did. Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
 stp_status stp_column_encode(const int16_t *cells, uint32_t count, bool smallest, stp_bytes *out,
                              stp_error *err);
 
