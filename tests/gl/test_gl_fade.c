@@ -27,15 +27,16 @@ static stp_view view_at(const stp_ball *ball, int frame)
     return view;
 }
 
-/* Draws until everything that the view needs is there. */
-static void draw(rider *r, const stp_view *view)
+/* Draws until everything that the view needs is there. Returns the number of frames. */
+static int draw(rider *r, const stp_view *view)
 {
     stp_draw_stats stats = {0};
+    int frames = 0;
     memcpy(r->before, r->now, sizeof r->now);
-    do
+    for (; !stats.cut_complete; frames++)
         check_ok(stp_renderer_draw(r->fixture.renderer, view, &r->params, &stats, err));
-    while (!stats.cut_complete);
     check_ok(stp_renderer_read(r->fixture.renderer, r->now, err));
+    return frames;
 }
 
 static int change_of(const rider *r, size_t pixel)
@@ -76,12 +77,15 @@ static void dolly(void **state)
     open_rider(&riders[2],
                (stp_draw_params){
                    .threshold_px = COARSE, .radius_cap_px = cap_px, .stream = true, .fade = kept});
-    for (int i = 0; i < FRAMES; i++) {
-        stp_view view = view_at(&levels.fixture.model->ball, i);
-        draw(&levels, &view);
+    /* The first flight reads the blocks. The second one is measured: each view takes one frame, for
+     * a difference fades by frames. */
+    for (int i = 0; i < 2 * FRAMES; i++) {
+        stp_view view = view_at(&levels.fixture.model->ball, i % FRAMES);
+        int frames = draw(&levels, &view);
         for (int k = 0; k < 3; k++)
-            draw(&riders[k], &view);
-        for (size_t p = 0; i > 0 && p < PIXELS; p++) {
+            frames += draw(&riders[k], &view);
+        assert_true(i < FRAMES || frames == 4);
+        for (size_t p = 0; i > FRAMES && p < PIXELS; p++) {
             if (change_of(&levels, p) < LEVEL_CHANGE || !stays(&riders[0], p) ||
                 !stays(&riders[1], p))
                 continue;
@@ -94,9 +98,8 @@ static void dolly(void **state)
     printf("%zu level changes: every sample %.2f, threshold %.2f, faded %.2f of 255\n", pixels,
            change[0] / n, change[1] / n, change[2] / n);
     assert_true(pixels > 10000);
-    /* Compares whole changes. The change beyond that of every sample shrinks as normals get
-     * better. */
-    assert_true(change[2] < 0.8125 * change[1]);
+    /* Every sample changes too, since the camera moves. What levels add to that must fade. */
+    assert_true(change[2] - change[0] < 0.8 * (change[1] - change[0]));
     gl_fixture_close(&levels.fixture);
     for (int k = 0; k < 3; k++)
         gl_fixture_close(&riders[k].fixture);
