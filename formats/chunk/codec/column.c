@@ -212,7 +212,7 @@ stp_status stp_column_encode(const int16_t *cells, uint32_t count, bool smallest
     uint64_t sum = 0;
     for (uint32_t i = 0; i < count; i++)
         sum += (uint64_t)abs(cells[i]);
-    const uint32_t mean = (uint32_t)(sum / count);
+    const uint32_t mean = count > 0 ? (uint32_t)(sum / count) : 0;
     const unsigned first = bit_length(mean >> 1);
     unsigned kept = count < SHORT_COLUMN ? KEPT_BITS_SHORT : KEPT_BITS;
     if (2 * sum <= (uint64_t)LOW_BITS_MEAN_HALVES * count)
