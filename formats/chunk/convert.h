@@ -39,9 +39,9 @@ bool stp_chunk_file_unlit(const stp_chunk_file_info *info);
  * leaves the old file. Changing the file in place would not be safe: metadata and directory lie
  * behind the payloads without a gap, up to the file's end, and the header holds their checksums and
  * offsets. Metadata of another length would overwrite what the old header still needs. So this
- * takes the time and room of a copy; payloads are copied. (In version 2 the
- * records of blocks are made from them anew.) Errors: INVALID_ARGUMENT
- * (not a finite number above 0), those of stp_chunk_file_convert. */
+ * takes the time and room of a copy; payloads are copied. (In version 2 the records of blocks are
+ * made from them anew.) Errors: INVALID_ARGUMENT (not a finite number above 0), those of
+ * stp_chunk_file_convert. */
 stp_status stp_chunk_file_set_threshold(const char *path, double threshold_px, stp_error *err);
 
 #endif

@@ -83,9 +83,9 @@ typedef struct stp_cut_source {
     bool (*was_drawn)(const void *context, uint32_t block);
 } stp_cut_source;
 
-/* Where no patches above tell what is needed (stp_cut_source.resident), a block
- * that was drawn stays drawn until its error falls below this share of the threshold. So a
- * block near the threshold does not come and go with each move. */
+/* Where no patches above tell what is needed (stp_cut_source.resident), a block that was drawn
+ * stays drawn until its error falls below this share of the threshold. So a block near the
+ * threshold does not come and go with each move. */
 #define STP_CUT_HYSTERESIS 0.8f
 
 typedef struct stp_cut_params {

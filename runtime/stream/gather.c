@@ -108,7 +108,8 @@ static bool is_wrong(const span *s, const stp_gather_item *items)
            stp_hash(s->out, (size_t)(s->end - s->begin)) != s->hash;
 }
 
-/* Reads one item. A request brings the parts that lie together. */
+/* Reads one item. A request brings the parts that lie together; those that came are kept if the
+ * next request fails. */
 static uint64_t fetch(stp_chunk_file *file, stp_gather_item *item)
 {
     const stp_block_part *parts = item->block->parts;

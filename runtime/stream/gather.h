@@ -15,8 +15,7 @@ typedef struct stp_gather_item {
     const stp_block *block; /* as its file knows it */
     uint32_t begin, end;
     uint8_t *out;
-    /* Afterwards. If reading failed, the bytes before `got` are there, and need not be read again.
-     */
+    /* Afterwards. Bytes [begin, got) are there, also if reading failed. */
     uint32_t got;
     stp_status status;
     stp_error error;

@@ -146,13 +146,13 @@ static begun begin_want(stp_stream *s, size_t index, reading *out)
 /* A neighbour may have so many blocks between that are not wanted. */
 #define NEIGHBOURS_APART 4u
 
-/* Begins wants whose payloads lie near that of a group's last block: of the blocks that follow it
- * (step 1), or come before it (step -1). *bytes: the group's. Returns how many blocks the group has
- * then. */
+/* Begins wants whose payloads lie near a group's: of the blocks that follow its first block (step
+ * 1) or come before it (step -1). *bytes: the group's. Returns how many blocks the group has then.
+ */
 static size_t begin_neighbours(stp_stream *s, reading *group, size_t count, uint32_t step,
                                uint64_t *bytes)
 {
-    reading last = step == 1 ? group[count - 1] : group[0];
+    reading last = group[0];
     const stp_scene_model *m =
         stp_scene_find(s->scene, s->scene->blocks[last.load->want.block].chunk);
     const uint32_t block_count = m->model->first_block[m->model->info->chunk_count];
@@ -167,12 +167,12 @@ static size_t begin_neighbours(stp_stream *s, reading *group, size_t count, uint
         }
         stp_gather_item item =
             item_of(s, &s->wants[index], stp_payload_store_known(&s->store, block));
-        *bytes += item.begin < item.end ? item.end - item.begin : 0;
-        if (*bytes > STP_GATHER_BYTES || item.begin >= item.end ||
+        if (item.begin >= item.end || *bytes + item.end - item.begin > STP_GATHER_BYTES ||
             !stp_gather_joins(m->model->file, &last.item, &item) ||
             begin_want(s, index, &group[count]) != MUST_READ)
             break;
         last = group[count++];
+        *bytes += item.end - item.begin;
         apart = 0;
     }
     return count;
@@ -193,8 +193,12 @@ static size_t begin_next(stp_stream *s, reading *group, bool joins)
         if (state != MUST_READ)
             continue;
         uint64_t bytes = group[0].item.end - group[0].item.begin;
-        size_t count = joins ? begin_neighbours(s, group, 1, 1, &bytes) : 1;
-        return joins ? begin_neighbours(s, group, count, UINT32_MAX, &bytes) : count;
+        size_t count = 1;
+        if (joins)
+            count = begin_neighbours(s, group, count, 1, &bytes);
+        if (joins)
+            count = begin_neighbours(s, group, count, UINT32_MAX, &bytes);
+        return count;
     }
     return 0;
 }

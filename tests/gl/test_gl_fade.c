@@ -1,7 +1,7 @@
 /* Tests that changes of level fade. A camera moves slowly at a coarse threshold; the test looks at
- * pixels whose level changes. With fading they differ from the last frame by little more than half
- * of what they differ without fading. If no level changes, nothing fades. A picture at rest soon
- * equals, byte for byte, the picture without fading. */
+ * pixels whose level changes. They change more from frame to frame than if every sample is drawn.
+ * With fading, this excess is at most three quarters of the excess without. If no level changes,
+ * nothing fades. A picture at rest soon equals, byte for byte, the picture without fading. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/support/views.h"
@@ -99,7 +99,7 @@ static void dolly(void **state)
            change[0] / n, change[1] / n, change[2] / n);
     assert_true(pixels > 10000);
     /* Every sample changes too, since the camera moves. What levels add to that must fade. */
-    assert_true(change[2] - change[0] < 0.8 * (change[1] - change[0]));
+    assert_true(change[2] - change[0] < 0.75 * (change[1] - change[0]));
     gl_fixture_close(&levels.fixture);
     for (int k = 0; k < 3; k++)
         gl_fixture_close(&riders[k].fixture);

@@ -38,6 +38,7 @@ for other in --hybrid "--sample 100"; do
     expect_code 2
     expect_text err "--lines auto leaves no faces"
 done
+
 # A plant that is read as points gets a hint. Other meshes do not.
 run "$STIPPLE" prep "$FOLDER/mesh.ply" -o "$FOLDER/points.stipple"
 expect_code 0

@@ -21,10 +21,10 @@ const cli_command cli_info = {
     .name = "info",
     .summary = "print what is in a chunk file",
     .usage = "stipple info M.stipple [--bytes] [--json]",
-    .details = "Reads header, directory and metadata. Lengths are in the scan's own units.\n"
-               "--bytes decodes every chunk and says how many bytes hold positions, normals, radii "
-               "and so\n"
-               "on. If the codec is zstd, this is an estimate by entropy; else it is exact.",
+    .details =
+        "Reads header, directory and metadata. Lengths are in the scan's own units.\n"
+        "--bytes decodes every chunk and says how many bytes hold positions, normals, radii\n"
+        "and so on. If the codec is zstd, this is an estimate by entropy; else it is exact.",
     .run = run,
 };
 

@@ -17,7 +17,7 @@ typedef struct info_bytes {
 /* Errors: as stp_chunk_file_read. */
 stp_status info_bytes_count(stp_chunk_file *file, info_bytes *out, stp_error *err);
 void info_bytes_print(const info_bytes *bytes, const stp_chunk_file_info *info);
-/* Adds the object "bytes": bytes by attribute, and `scale`. */
+/* Adds the object "bytes": bytes by attribute; and the number "scale_bytes". */
 void info_bytes_json(const info_bytes *bytes, struct cJSON *json);
 
 #endif

@@ -16,6 +16,9 @@
 
 #define INPUTS_LIMIT 4096
 
+/* The choice "2" among FORMAT_CHOICES. */
+#define DEFAULT_FORMAT 1
+
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision;
     uint64_t neighbours, sample, seed, memory;
@@ -240,7 +243,7 @@ static int check_options(const prep_options *o)
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[INPUTS_LIMIT];
-    prep_options o = {.orient = "auto", .neighbours = 16, .format = 1};
+    prep_options o = {.orient = "auto", .neighbours = 16, .format = DEFAULT_FORMAT};
     const cli_option options[] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
