@@ -5,6 +5,7 @@
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/codec/zstd_frame.h"
 #include "formats/chunk/layout.h"
+#include "tests/fixtures/any_chunk.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,88 +15,14 @@
 
 #include <cmocka.h>
 
-/* Makes a chunk of patches of any size. kind: random bits, all samples equal, or all at an
- * extreme. */
-static stp_chunk *make_chunk(uint32_t patch_count, unsigned most, uint64_t seed, int kind)
-{
-    uint32_t counts[STP_LEVEL_COUNT] = {0};
-    uint8_t sizes[64];
-    stp_chunk *chunk = NULL;
-    for (uint32_t p = 0; p < patch_count; p++) {
-        unsigned count = 1 + (unsigned)(stp_random_u64(seed, p) % most);
-        sizes[p] = (uint8_t)count;
-        for (int l = 0; l < STP_LEVEL_COUNT; l++, count = stp_level_count_above(count))
-            counts[l] += count;
-    }
-    assert_int_equal(stp_chunk_create(&chunk, patch_count, counts, 0, NULL), STP_OK);
-    for (uint32_t p = 0; p < patch_count; p++) {
-        stp_patch *patch = &chunk->patches[p];
-        uint64_t r = stp_random_u64(seed + 1, p);
-        patch->child = STP_PATCH_NO_CHILD;
-        patch->flags = STP_PATCH_TWO_SIDED;
-        patch->exponent = (int16_t)((int)(r % 401) - 200);
-        memcpy(patch->cone_axis, &r, 3);
-        for (int i = 0; i < 3; i++)
-            patch->origin[i] = (int32_t)((uint32_t)(r >> (8 * i)) * (kind == 0 ? 1u : 7919u));
-        patch->counts[0] = sizes[p];
-        for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
-            patch->counts[l + 1] = (uint8_t)stp_level_count_above(patch->counts[l]);
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            chunk->level_begin[l][p + 1] = chunk->level_begin[l][p] + patch->counts[l];
-    }
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        for (size_t i = 0; i < counts[l] * sizeof(stp_sample) / 8; i++) {
-            uint64_t value = stp_random_u64(seed + 2 + (uint64_t)l, i);
-            value = kind == 0 ? value : kind == 1 ? UINT64_MAX : 0;
-            memcpy((uint8_t *)chunk->samples[l] + 8 * i, &value, 8);
-        }
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) /* the kinds of samples that a surface has */
-        for (uint32_t i = 0; i < counts[l]; i++)
-            chunk->samples[l][i].flags &= (uint8_t)~STP_SAMPLE_KIND_MASK;
-    return chunk;
-}
-
-static stp_chunk *empty_like(const stp_chunk *chunk)
-{
-    stp_chunk *out = NULL;
-    uint32_t counts[STP_LEVEL_COUNT];
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        counts[l] = chunk->level_begin[l][chunk->patch_count];
-    assert_int_equal(stp_chunk_create(&out, chunk->patch_count, counts, 0, NULL), STP_OK);
-    return out;
-}
-
-static void round_trip(const stp_chunk *chunk, stp_chunk_scratch *scratch)
-{
-    stp_chunk *back = empty_like(chunk);
-    stp_error err = {0};
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        stp_bytes bytes = {0};
-        assert_int_equal(stp_segment_encode(chunk, s, STP_CODEC_ZSTD, &bytes, &err), STP_OK);
-        uint8_t *exact = malloc(bytes.size); /* so that a sanitizer sees reads behind the end */
-        assert_non_null(exact);
-        memcpy(exact, bytes.data, bytes.size);
-        assert_int_equal(
-            stp_segment_decode(exact, bytes.size, s, STP_CODEC_ZSTD, 0, back, scratch, &err),
-            STP_OK);
-        free(exact);
-        free(bytes.data);
-    }
-    assert_memory_equal(chunk->patches, back->patches, chunk->patch_count * sizeof *chunk->patches);
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        assert_memory_equal(chunk->samples[l], back->samples[l],
-                            chunk->level_begin[l][chunk->patch_count] * sizeof(stp_sample));
-    stp_chunk_destroy(&back);
-}
-
 static void test_any_samples(void **state)
 {
     (void)state;
     stp_chunk_scratch scratch = {0};
     for (uint64_t seed = 0; seed < 60; seed++) {
-        stp_chunk *chunk = make_chunk(1 + (uint32_t)(seed * 7 % 64), 1 + (unsigned)(seed * 11 % 64),
-                                      seed, (int)(seed % 3));
-        round_trip(chunk, &scratch);
+        stp_chunk *chunk = any_chunk(1 + (uint32_t)(seed * 7 % 64), 1 + (unsigned)(seed * 11 % 64),
+                                     seed, (int)(seed % 3));
+        any_chunk_round_trip(chunk, STP_CODEC_ZSTD, &scratch);
         stp_chunk_destroy(&chunk);
     }
     stp_chunk_scratch_free(&scratch);
@@ -140,8 +67,8 @@ static void test_hostile_segments(void **state)
 {
     (void)state;
     stp_chunk_scratch scratch = {0};
-    stp_chunk *chunk = make_chunk(40, 64, 5, 0);
-    stp_chunk *back = empty_like(chunk);
+    stp_chunk *chunk = any_chunk(40, 64, 5, 0);
+    stp_chunk *back = any_chunk_empty_like(chunk);
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         stp_bytes bytes = {0};
         assert_int_equal(stp_segment_encode(chunk, s, STP_CODEC_ZSTD, &bytes, NULL), STP_OK);
@@ -170,7 +97,7 @@ static void test_hostile_segments(void **state)
     stp_chunk_destroy(&back);
 }
 
-/* A payload as version 1.1 wrote it: it must stay readable. It holds the samples of make_chunk(2,
+/* A payload as version 1.1 wrote it: it must stay readable. It holds the samples of any_chunk(2,
  * 9, 7, 0). */
 static const uint8_t known_segments[] = {
     0x84, 0x00, 0x00, 0x00, 0x28, 0xb5, 0x2f, 0xfd, 0x20, 0xe4, 0xdd, 0x03, 0x00, 0x42, 0xce, 0x1d,
@@ -216,8 +143,8 @@ static void test_known_answer(void **state)
 {
     (void)state;
     stp_chunk_scratch scratch = {0};
-    stp_chunk *chunk = make_chunk(2, 9, 7, 0);
-    stp_chunk *back = empty_like(chunk);
+    stp_chunk *chunk = any_chunk(2, 9, 7, 0);
+    stp_chunk *back = any_chunk_empty_like(chunk);
     size_t begin = 0;
     assert_int_equal(sizeof known_segments, known_ends[STP_SEGMENT_COUNT - 1]);
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {

@@ -9,7 +9,7 @@ import codec_zstd
 from model import Cursor, require
 from xxh3 import xxh3
 
-PARTS = (codec_raw.decode, codec_draco.decode_block, codec_zstd.decode)
+PARTS = (codec_raw.decode, codec_draco.decode_block, codec_zstd.decode_block)
 RECORD = struct.Struct("<HBB3Hh3I3Q6f4f4B4B4BB3s")
 
 

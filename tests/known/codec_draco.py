@@ -2,8 +2,8 @@
 
 import math
 
-from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, integer_normal,
-                   require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
+from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
+                   grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -49,11 +49,14 @@ def streams_of(rows, columns, block):
 
 
 def read_table(cursor, rows, columns, joined=False):
-    """Rows of cells."""
+    """Rows of cells, and the shift of normals, which a block's table of samples has."""
     if rows == 0:
-        return []
+        return [], 0
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask = block.number(8)
+    mask, shift = block.number(8), 0
+    if joined and columns == SAMPLE_COLUMNS:
+        mask, shift = mask & (1 << 60) - 1, mask >> 60
+        require(shift <= 11, f"{cursor.name}: normals are shifted by {shift} bits")
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
@@ -62,7 +65,7 @@ def read_table(cursor, rows, columns, joined=False):
         cells = read_column(block, rows * len(varying)) if varying else []
         table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return list(zip(*(table[c] for c in range(columns))))
+    return list(zip(*(table[c] for c in range(columns)))), shift
 
 
 def quarters(cells, patch, before):
@@ -121,12 +124,20 @@ def add_colour(sample, predicted, cells, with_green):
                      (predicted[2] + change + cells[2]) & 255, (predicted[3] + cells[3]) & 255]
 
 
-def coarsest_level(rows, patches):
+def add_normal(sample, predicted, cells, shift):
+    """Turns columns 3 and 4 into u and v."""
+    if shift:
+        sample.u, sample.v = (grid_code(grid_place(p, shift) + cell, shift) for p, cell in zip(predicted, cells))
+    else:
+        sample.u, sample.v = ((p + cell) & 4095 for p, cell in zip(predicted, cells))
+
+
+def coarsest_level(rows, patches, shift=0):
     samples, before = [], Sample()
     for patch, cells in zip(patches, rows):
         s = Sample((patch.radius[3] + cells[0]) & 255, (before.flags + cells[1]) & 255,
-                   (before.class_id + cells[2]) & 255, (patch.u + cells[3]) & 4095,
-                   (patch.v + cells[4]) & 4095)
+                   (before.class_id + cells[2]) & 255)
+        add_normal(s, (patch.u, patch.v), cells[3:5], shift)
         add_colour(s, before.colour, cells[5:9], True)
         for axis, cell in zip(axes_of(integer_normal(s.u, s.v)), cells[9:12]):
             s.position[axis] = (patch.bound[axis] + cell) & 65535
@@ -197,13 +208,13 @@ class NormalsOfFamily:
         self.s = [s + self.weights[e] * n for s, n in zip(self.s, unit_normal(child.u, child.v))]
 
 
-def family(parent, children, rows, turnings):
+def family(parent, children, rows, shifts, turnings):
     """Fills all but the radii of a parent's children."""
     weights = weights_of([s.radius for s in children])
     n = integer_normal(parent.u, parent.v)
     a, b, c = axes_of(n)
     normals = NormalsOfFamily(parent, weights, turnings)
-    for e, (child, cells) in enumerate(zip(children, rows)):
+    for e, (child, cells, shift) in enumerate(zip(children, rows, shifts)):
         last, rest = e == len(children) - 1, sum(weights[e:])
 
         def left(what, i):
@@ -222,13 +233,13 @@ def family(parent, children, rows, turnings):
             slope = -(n[a] * d_a + n[b] * d_b)
             predicted[c] += round_div(slope * sign(n[c]), abs(n[c]))
         child.position[c] = (predicted[c] + cells[11]) & 65535
-        u, v = normals.predict(e, child)
-        child.u, child.v = (u + cells[3]) & 4095, (v + cells[4]) & 4095
+        add_normal(child, normals.predict(e, child), cells[3:5], shift)
         normals.add(e, child)
 
 
 def finer_level(elder, last, patches, level, coarser):
-    """The samples of a level; coarser: the samples of level + 1."""
+    """The samples of a level; elder, last: tables of read_table; coarser: the samples of level + 1."""
+    (elder, elder_shift), (last, last_shift) = elder, last
     elder, last, out, begin = iter(elder), iter(last), [], 0
     for patch in patches:
         parents = coarser[begin:begin + patch.counts[level + 1]]
@@ -244,7 +255,8 @@ def finer_level(elder, last, patches, level, coarser):
             turnings = Turnings([parents[k] for k in group])
             for k in group:
                 children = [samples[i] for i in ranges[k]]
-                family(parents[k], children, rows[k], turnings)
+                shifts = [elder_shift] * (len(children) - 1) + [last_shift]
+                family(parents[k], children, rows[k], shifts, turnings)
         out += samples
     return out
 
@@ -252,9 +264,10 @@ def finer_level(elder, last, patches, level, coarser):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined), linked)
+    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined)[0], linked)
+    rows, shift = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
     levels = [None, None, None,
-              coarsest_level(read_table(cursor, patch_count, SAMPLE_COLUMNS, joined), patches)]
+              coarsest_level(rows, patches, shift)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")

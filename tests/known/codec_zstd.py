@@ -6,8 +6,8 @@ import struct
 import subprocess
 
 from codec_draco import SAMPLE_COLUMNS, coarsest_level, patch_columns, patches_of
-from model import (Cursor, Fault, Sample, axes_of, families, integer_normal, require, signed, unfold,
-                   weights_of)
+from model import (Cursor, Fault, Sample, axes_of, families, grid_code, grid_place, integer_normal,
+                   require, signed, unfold, weights_of)
 
 PARTS = 32
 PLANES = 16
@@ -54,9 +54,11 @@ def tables_of(content, rows, columns):
 class Planes:
     """The sixteen planes of a level, one byte per slot."""
 
-    def __init__(self, cursor, families_count):
+    def __init__(self, cursor, families_count, block):
         sizes = [3 * families_count] * PLANES + [families_count] * PLANES
         mask = cursor.number(4)
+        self.shift = cursor.number(1) if block else 0
+        require(self.shift <= 11, f"{cursor.name}: normals are shifted by {self.shift} bits")
         parts = [cursor.take(size) if mask >> i & 1 else None for i, size in enumerate(sizes)]
         rest = sum(size for part, size in zip(parts, sizes) if part is None)
         content = b""
@@ -84,6 +86,13 @@ class Planes:
         return unfold(self.byte(10 + 2 * axis, family, slot) | self.byte(11 + 2 * axis, family, slot) << 8)
 
 
+def normal_code(predicted, residual, shift):
+    if shift == 0:
+        return (predicted + residual) & 4095
+    place = grid_place(min(max(predicted, 0), 4095), shift)
+    return grid_code((place + residual) & 4095, shift)
+
+
 def read_family(planes, f, parent, count, order):
     """The children of one parent; order: axes A, B, C."""
     slots = list(range(count - 1)) + [3]
@@ -103,7 +112,7 @@ def read_family(planes, f, parent, count, order):
         change = green - predicted[0] if slot < 3 else 0
         others = [predicted[1] + change, predicted[2] + change, predicted[3]]
         s.colour = [green] + [(o + planes.byte(4 + i, f, slot)) & 255 for i, o in enumerate(others)]
-        s.u, s.v = ((p + r) & 4095 for p, r in zip(predicted[4:6], planes.normals(f, slot)))
+        s.u, s.v = (normal_code(p, r, planes.shift) for p, r in zip(predicted[4:6], planes.normals(f, slot)))
         along = [planes.position(axis, f, slot) for axis in range(3)]
         if slot < 3:
             products = [single(a * b) for a, b in zip(slopes, along)]
@@ -115,8 +124,8 @@ def read_family(planes, f, parent, count, order):
     return children
 
 
-def read_level(cursor, patches, level, coarser):
-    planes, f, samples = Planes(cursor, len(coarser)), 0, []
+def read_level(cursor, patches, level, coarser, block):
+    planes, f, samples = Planes(cursor, len(coarser), block), 0, []
     for patch in patches:
         order = axes_of(integer_normal(patch.u, patch.v))
         for children in families(patch, level):
@@ -125,7 +134,7 @@ def read_level(cursor, patches, level, coarser):
     return samples
 
 
-def decode(segments, patch_count, linked, name):
+def decode(segments, patch_count, linked, name, block=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
     columns = patch_columns(linked), SAMPLE_COLUMNS
@@ -137,5 +146,10 @@ def decode(segments, patch_count, linked, name):
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
-        levels[level] = read_level(cursor, patches, level, levels[level + 1])
+        levels[level] = read_level(cursor, patches, level, levels[level + 1], block)
     return patches, levels
+
+
+def decode_block(segments, patch_count, linked, name):
+    """A block's parts: normals may be on a grid."""
+    return decode(segments, patch_count, linked, name, True)

@@ -144,6 +144,15 @@ def integer_normal(u, v):
     return x, y, z
 
 
+def grid_place(code, s):
+    """The place on the grid of shift s that is nearest to a code."""
+    return (code + (1 << s >> 1)) >> s
+
+
+def grid_code(place, s):
+    return min(max(place, 0) << s, 4095)
+
+
 def unit_normal(u, v):
     """A vector of length 2^14."""
     n = integer_normal(u, v)

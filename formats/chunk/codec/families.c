@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/families.h"
 
 #include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -44,7 +45,8 @@ typedef struct plane_cursor {
     uint8_t *const *parts;
     size_t stride; /* families of the level */
     size_t first;  /* of the run */
-    bool decode;   /* a constant in each caller, so the compiler makes two straight loops */
+    unsigned normal_shift;
+    bool decode; /* a constant in each caller, so the compiler makes two straight loops */
 } plane_cursor;
 
 size_t stp_families_scratch_bytes(void)
@@ -305,6 +307,40 @@ INLINE void code_normals(const plane_cursor *c, unsigned slot, uint32_t count,
     }
 }
 
+/* The nearest place on the grid to a prediction. */
+INLINE int32_t place_of(int32_t predicted, unsigned shift)
+{
+    predicted = predicted > 0 ? predicted : 0;
+    return stp_normal_grid_place(predicted < 4095 ? predicted : 4095, shift);
+}
+
+/* The same by places on a grid. */
+INLINE void code_places(const plane_cursor *c, unsigned slot, uint32_t count,
+                        const lane *restrict predicted, lane *restrict value)
+{
+    const unsigned shift = c->normal_shift;
+    uint8_t *restrict u = plane_of(c, STP_PLANE_NORMAL_U, slot);
+    uint8_t *restrict v = plane_of(c, STP_PLANE_NORMAL_V, slot);
+    uint8_t *restrict high = plane_of(c, STP_PLANE_NORMAL_HIGH, slot);
+    for (uint32_t i = 0; i < count; i++) {
+        int32_t pu = place_of(predicted[NU][i], shift), pv = place_of(predicted[NV][i], shift);
+        if (c->decode) {
+            uint32_t top = high[i];
+            int32_t nu = (pu + unfold(u[i] | (top & 15u) << 8)) & 4095;
+            int32_t nv = (pv + unfold(v[i] | (top >> 4) << 8)) & 4095;
+            value[NU][i] = stp_normal_grid_code(nu, shift);
+            value[NV][i] = stp_normal_grid_code(nv, shift);
+        } else {
+            int32_t nu = stp_normal_grid_place(value[NU][i], shift);
+            int32_t nv = stp_normal_grid_place(value[NV][i], shift);
+            uint32_t fu = fold(wrap_normal(nu - pu)), fv = fold(wrap_normal(nv - pv));
+            u[i] = (uint8_t)fu;
+            v[i] = (uint8_t)fv;
+            high[i] = (uint8_t)(fu >> 8 | fv >> 8 << 4);
+        }
+    }
+}
+
 /* ---- prediction ---- */
 
 /* Weight by radius code difference: 1024 * 2^(-code / 8), rounded; the area of a disc relative to
@@ -415,7 +451,10 @@ INLINE void code_slot(const plane_cursor *c, families *f, unsigned slot, bool la
         f->predicted[PC][i] += nearest(f->slope_a[i] * (float)f->residual[PA][i] +
                                        f->slope_b[i] * (float)f->residual[PB][i]);
     code_shorts(c, STP_PLANE_C_LOW, slot, n, f->predicted[PC], child[PC], f->residual[PC]);
-    code_normals(c, slot, n, f->predicted, child);
+    if (c->normal_shift > 0)
+        code_places(c, slot, n, f->predicted, child);
+    else
+        code_normals(c, slot, n, f->predicted, child);
     for (int m = 0; !last && m < MEAN_COUNT; m++)
         if (has(f, m))
             take_moment(n, f->weight[slot], f->parent[m], child[m], f->moment[m]);
@@ -482,11 +521,12 @@ INLINE uint32_t run_end(const stp_chunk *chunk, int level, uint32_t begin)
     return end;
 }
 
-INLINE void decode_level(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
+INLINE void decode_level(stp_chunk *chunk, int level, unsigned shift, const uint8_t *const *parts,
+                         families *f)
 {
     /* Decoding only reads the parts. */
     plane_cursor c = {(uint8_t *const *)(uintptr_t)parts, stp_families_count(chunk, level), 0,
-                      true};
+                      shift, true};
     for (uint32_t begin = 0, end; begin < chunk->patch_count; begin = end) {
         end = run_end(chunk, level, begin);
         take_parents(chunk, level, begin, end, true, f);
@@ -498,10 +538,12 @@ INLINE void decode_level(stp_chunk *chunk, int level, const uint8_t *const *part
 
 #ifdef __x86_64__
 /* The same for processors with wider registers, with the same results. */
-__attribute__((target("avx2"))) static void
-decode_level_wide(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
+__attribute__((target("avx2"))) static void decode_level_wide(stp_chunk *chunk, int level,
+                                                              unsigned shift,
+                                                              const uint8_t *const *parts,
+                                                              families *f)
 {
-    decode_level(chunk, level, parts, f);
+    decode_level(chunk, level, shift, parts, f);
 }
 
 #define AVX512 "avx512f,avx512bw,avx512dq,avx512vl"
@@ -510,9 +552,10 @@ __attribute__((target(AVX512))) static void
 #else
 __attribute__((target(AVX512 ",prefer-vector-width=512"))) static void
 #endif
-decode_level_widest(stp_chunk *chunk, int level, const uint8_t *const *parts, families *f)
+decode_level_widest(stp_chunk *chunk, int level, unsigned shift, const uint8_t *const *parts,
+                    families *f)
 {
-    decode_level(chunk, level, parts, f);
+    decode_level(chunk, level, shift, parts, f);
 }
 
 static bool has_avx512(void)
@@ -522,25 +565,27 @@ static bool has_avx512(void)
 }
 #endif
 
-void stp_families_decode(stp_chunk *chunk, int level, const uint8_t *const *parts, void *scratch)
+void stp_families_decode(stp_chunk *chunk, int level, unsigned normal_shift,
+                         const uint8_t *const *parts, void *scratch)
 {
 #ifdef __x86_64__
     if (has_avx512()) {
-        decode_level_widest(chunk, level, parts, scratch);
+        decode_level_widest(chunk, level, normal_shift, parts, scratch);
         return;
     }
     if (__builtin_cpu_supports("avx2")) {
-        decode_level_wide(chunk, level, parts, scratch);
+        decode_level_wide(chunk, level, normal_shift, parts, scratch);
         return;
     }
 #endif
-    decode_level(chunk, level, parts, scratch);
+    decode_level(chunk, level, normal_shift, parts, scratch);
 }
 
-void stp_families_encode(const stp_chunk *chunk, int level, uint8_t *const *parts, void *scratch)
+void stp_families_encode(const stp_chunk *chunk, int level, unsigned normal_shift,
+                         uint8_t *const *parts, void *scratch)
 {
     families *f = scratch;
-    plane_cursor c = {parts, stp_families_count(chunk, level), 0, false};
+    plane_cursor c = {parts, stp_families_count(chunk, level), 0, normal_shift, false};
     for (uint32_t begin = 0, end; begin < chunk->patch_count; begin = end) {
         end = run_end(chunk, level, begin);
         take_parents(chunk, level, begin, end, false, f);

@@ -6,6 +6,7 @@
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"
 
 #include <stdlib.h>
@@ -113,10 +114,18 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     table->column_count = column_count;
     table->row_count = row_count;
     table->smallest = chunk->is_block;
+    table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
     if (chunk->is_block && row_count < JOINED_ROWS)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
     return status;
+}
+
+/* The shift of a level's normals in the tables of a block. */
+static unsigned level_shift(const stp_chunk *chunk, int level)
+{
+    return chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], level_count(chunk, level))
+                           : 0;
 }
 
 static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_level_tables *tables,
@@ -154,6 +163,7 @@ static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_er
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    table.normal_shift = level_shift(chunk, VERTEX_LEVEL);
     stp_predict_vertices_encode(chunk, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
@@ -166,6 +176,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
     STP_TRY(level_tables_create(chunk, level, &tables, err));
+    tables.elder.normal_shift = tables.last.normal_shift = level_shift(chunk, level);
     stp_predict_level_encode(chunk, level, &tables);
     STP_TRY(stp_table_encode(&tables.elder, out, err));
     STP_TRY(stp_table_encode(&tables.last, out, err));

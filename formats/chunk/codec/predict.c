@@ -3,6 +3,7 @@
 #include "formats/chunk/codec/predict.h"
 
 #include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <stdlib.h>
 
@@ -48,12 +49,16 @@ INLINE void sample_pack(const parts *p, stp_sample *out)
 typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
+    unsigned normal_shift; /* of the grid that all normals are on */
     bool decode;
 } coder;
 
 INLINE coder table_coder(const stp_table *table, bool decode)
 {
-    return (coder){.cells = table->values, .stride = table->stride, .decode = decode};
+    return (coder){.cells = table->values,
+                   .stride = table->stride,
+                   .normal_shift = table->normal_shift,
+                   .decode = decode};
 }
 
 /* The residual of least magnitude, modulo the component's range. */
@@ -83,8 +88,24 @@ INLINE void code_colours(const coder *c, const parts *predicted, bool free, part
     code(c, STP_COLUMN_INTENSITY, INTENSITY, predicted->v[INTENSITY], p);
 }
 
+/* Codes a coordinate of a normal by places on the grid. */
+INLINE void code_place(const coder *c, int column, int component, int32_t predicted, parts *p)
+{
+    int16_t *residual = c->cells + (size_t)column * c->stride;
+    int32_t place = stp_normal_grid_place(predicted, c->normal_shift);
+    if (c->decode)
+        p->v[component] = stp_normal_grid_code(place + *residual, c->normal_shift);
+    else
+        *residual = (int16_t)(stp_normal_grid_place(p->v[component], c->normal_shift) - place);
+}
+
 INLINE void code_normal(const coder *c, const parts *predicted, parts *p)
 {
+    if (c->normal_shift > 0) {
+        code_place(c, STP_COLUMN_NORMAL_U, NU, predicted->v[NU], p);
+        code_place(c, STP_COLUMN_NORMAL_V, NV, predicted->v[NV], p);
+        return;
+    }
     code(c, STP_COLUMN_NORMAL_U, NU, predicted->v[NU], p);
     code(c, STP_COLUMN_NORMAL_V, NV, predicted->v[NV], p);
 }

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -10,6 +11,8 @@
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 8u
+/* The bits of the mask from here on are the shift of normals. */
+#define SHIFT_BIT 60
 
 static uint64_t constant_mask(const stp_table *table)
 {
@@ -82,7 +85,7 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
     if (table->row_count == 0)
         return STP_OK;
     uint64_t mask = constant_mask(table);
-    stp_put_u64(head + SIZE_BYTES, mask);
+    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->normal_shift << SHIFT_BIT);
     STP_TRY(stp_bytes_append(out, head, sizeof head, err));
     for (unsigned c = 0; c < table->column_count; c++) {
         uint8_t value[2];
@@ -160,6 +163,18 @@ done:
     return status;
 }
 
+/* Takes the shift of normals off the mask. */
+static stp_status take_shift(uint64_t *mask, stp_table *table, stp_error *err)
+{
+    table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
+    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT);
+    if (table->normal_shift > STP_NORMAL_SHIFT_MOST)
+        return stp_error_set(err, STP_CORRUPT,
+                             "a table's normals are shifted by %u bits, at most %u",
+                             table->normal_shift, STP_NORMAL_SHIFT_MOST);
+    return STP_OK;
+}
+
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,
                             stp_error *err)
 {
@@ -174,6 +189,7 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
                              size);
     cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
     uint64_t mask = stp_get_u64(bytes + SIZE_BYTES);
+    STP_TRY(take_shift(&mask, table, err));
     if (mask >> table->column_count != 0)
         return stp_error_set(err, STP_CORRUPT, "a table has constants for columns it lacks");
     for (unsigned k = 0; k < table->column_count; k++)

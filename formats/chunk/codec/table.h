@@ -1,8 +1,9 @@
 /* A block of a payload: a table of integer columns. Constant columns are stored as one value, the
  * rest is coded.
  *
- * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal; one i16 for
- * each set bit in order; then each other column in order (column.h). A table without rows is no
+ * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, and in bits
+ * 60-63 the shift of the table's normals; one i16 for each other set bit in order; then each other
+ * column in order (column.h). A table without rows is no
  * bytes at all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_TABLE_H
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
@@ -19,6 +20,10 @@ typedef struct stp_table {
      * table of symbols to pay for, so short tables join columns of the same kind. */
     uint64_t joined;
     bool smallest; /* encoding: see stp_column_encode */
+    /* Normals are on the grid of this shift (normal_grid.h). Decoding sets it if the table may have
+     * one; else the file must say 0. */
+    unsigned normal_shift;
+    bool may_shift;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;

@@ -7,6 +7,7 @@
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/zstd_frame.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"
 
 #include <stdlib.h>
@@ -14,6 +15,7 @@
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 4u
+#define SHIFT_BYTES 1u /* in blocks: the shift of the level's normals, behind the mask */
 /* The least size of a block with tables of its own. The tables take as long to read as this many
  * bytes. */
 #define BLOCK_BYTES_LEAST 8192u
@@ -25,6 +27,12 @@
 #define RAW_BYTES_LEAST 512u
 /* Parts of planes: first the elder slots of all planes, then the last slots of all planes. */
 #define PARTS (2u * STP_FAMILY_PLANES)
+
+/* Bytes of a level before its raw parts. */
+static size_t level_head_bytes(const stp_chunk *chunk)
+{
+    return MASK_BYTES + (chunk->is_block ? SHIFT_BYTES : 0);
+}
 
 static size_t part_bytes(unsigned part, uint32_t families)
 {
@@ -232,12 +240,12 @@ static size_t masked_bytes(uint32_t mask, uint32_t families)
     return bytes;
 }
 
-/* Counts what a level holds. mask: of raw parts; frame: bytes of the frame of the other parts. */
+/* Counts what a level holds behind its head. mask: of raw parts; frame: bytes of the frame of the
+ * other parts. */
 static void count_level(stp_shares *shares, const uint8_t *const parts[PARTS], uint32_t mask,
                         uint32_t families, size_t frame)
 {
     stp_share_costs costs = {{0}};
-    shares->bytes[STP_SHARE_FRAME] += MASK_BYTES;
     for (unsigned i = 0; i < PARTS; i++) {
         const stp_share share = stp_share_of_plane(i % STP_FAMILY_PLANES);
         if (mask >> i & 1u)
@@ -254,14 +262,20 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
     uint32_t families = stp_families_count(chunk, level);
     const uint8_t *parts[PARTS];
     uint8_t *planes = planes_of(scratch);
-    uint32_t mask = size < MASK_BYTES ? 0 : stp_get_u32(bytes);
+    const size_t head = level_head_bytes(chunk);
+    uint32_t mask = size < head ? 0 : stp_get_u32(bytes);
     size_t raw = masked_bytes(mask, families);
     size_t packed = masked_bytes(~mask, families);
-    if (size < MASK_BYTES || raw > size - MASK_BYTES)
+    if (size < head || raw > size - head)
         return stp_error_set(err, STP_CORRUPT, "level %d does not fit into its %zu bytes", level,
                              size);
-    const uint8_t *frame = bytes + MASK_BYTES + raw;
-    size_t frame_bytes = size - MASK_BYTES - raw;
+    const unsigned shift = chunk->is_block ? bytes[MASK_BYTES] : 0;
+    if (shift > STP_NORMAL_SHIFT_MOST)
+        return stp_error_set(err, STP_CORRUPT,
+                             "normals of level %d are shifted by %u bits, at most %u", level, shift,
+                             STP_NORMAL_SHIFT_MOST);
+    const uint8_t *frame = bytes + head + raw;
+    size_t frame_bytes = size - head - raw;
     if (packed == 0 && frame_bytes != 0)
         return stp_error_set(err, STP_CORRUPT, "%zu bytes of level %d are left over", frame_bytes,
                              level);
@@ -271,7 +285,7 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
             return status;
     }
     /* Raw parts go behind the others: lanes may be read behind the end of each part. */
-    memcpy(planes + packed, bytes + MASK_BYTES, raw);
+    memcpy(planes + packed, bytes + head, raw);
     const uint8_t *next_raw = planes + packed;
     const uint8_t *next = planes;
     for (unsigned i = 0; i < PARTS; i++) {
@@ -279,9 +293,11 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
         parts[i] = *from;
         *from += part_bytes(i, families);
     }
-    if (scratch->shares)
+    if (scratch->shares) {
+        scratch->shares->bytes[STP_SHARE_FRAME] += head;
         count_level(scratch->shares, parts, mask, families, frame_bytes);
-    stp_families_decode(chunk, level, parts, lanes_of(scratch));
+    }
+    stp_families_decode(chunk, level, shift, parts, lanes_of(scratch));
     return STP_OK;
 }
 
@@ -297,7 +313,7 @@ static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_erro
     return status;
 }
 
-static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families,
+static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, unsigned shift,
                                const stp_chunk *chunk, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -305,7 +321,9 @@ static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families,
     size_t begin = out->size, packed = 0;
     block_ends ends = ends_begin(chunk);
     uint8_t *rest = NULL;
-    STP_TRY(stp_bytes_append(out, NULL, MASK_BYTES, err));
+    STP_TRY(stp_bytes_append(out, NULL, level_head_bytes(chunk), err));
+    if (chunk->is_block)
+        out->data[begin + MASK_BYTES] = (uint8_t)shift;
     STP_TRY(stp_alloc(&rest, STP_FAMILY_PLANES * STP_FAMILY_SLOTS, families, "planes", err));
     for (unsigned i = 0; i < PARTS; i++) {
         size_t size = part_bytes(i, families);
@@ -335,6 +353,9 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
 {
     stp_status status = STP_OK;
     uint32_t families = stp_families_count(chunk, level);
+    const uint32_t count = chunk->level_begin[level][chunk->patch_count];
+    const unsigned shift =
+        chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], count) : 0;
     uint8_t *planes = NULL;
     void *lanes = NULL;
     uint8_t *parts[PARTS];
@@ -345,8 +366,8 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
         parts[i] = planes + at;
         at += part_bytes(i, families);
     }
-    stp_families_encode(chunk, level, parts, lanes);
-    STP_TRY(append_parts(parts, families, chunk, out, err));
+    stp_families_encode(chunk, level, shift, parts, lanes);
+    STP_TRY(append_parts(parts, families, shift, chunk, out, err));
 done:
     free(planes);
     free(lanes);

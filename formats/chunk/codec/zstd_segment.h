@@ -31,8 +31,8 @@ void stp_zstd_vertices_decode(stp_chunk *chunk, stp_chunk_scratch *scratch);
 stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
                                  stp_chunk_scratch *scratch, stp_error *err);
 
-/* For a payload without its directory entry: the bytes of a level of this many families, derived
- * from the bytes there; 0 if there is no level. */
+/* For a payload of codec 2 without its directory entry: the bytes of a level of this many families,
+ * derived from the bytes there; 0 if there is no level. */
 size_t stp_zstd_level_bytes(const uint8_t *bytes, size_t left, uint32_t families);
 
 #endif

@@ -1,0 +1,39 @@
+/* Grids of normal codes: a grid of b bits has the codes min(k * 2^(12 - b), 4095), k = 0 to 2^b, of
+ * each coordinate. So 0, 2048 and 4095 are on every grid, and with them the directions of the axes.
+ *
+ * Noisy normals are rounded to a grid, because bits of noise take space. Threads: any (pure
+ * functions). */
+#ifndef STP_FORMATS_CHUNK_NORMAL_GRID_H
+#define STP_FORMATS_CHUNK_NORMAL_GRID_H
+
+#include "formats/chunk/sample.h"
+
+#include <stddef.h>
+
+/* Bits of a coordinate of a normal code; least bits of a grid that a writer rounds to. */
+#define STP_NORMAL_BITS 12u
+#define STP_NORMAL_BITS_LEAST 6u
+/* A shift is 12 - bits; the greatest one leaves the directions of the axes. */
+#define STP_NORMAL_SHIFT_MOST 11u
+
+/* The place k of a code on a grid, of any other number the nearest place. */
+static inline int32_t stp_normal_grid_place(int32_t code, unsigned shift)
+{
+    return (code + (1 << shift >> 1)) >> shift;
+}
+
+/* The code at a place, of any other number the nearest code. place < 2^20 */
+static inline int32_t stp_normal_grid_code(int32_t place, unsigned shift)
+{
+    int32_t code = (int32_t)((uint32_t)(place > 0 ? place : 0) << shift);
+    return code < 4095 ? code : 4095;
+}
+
+/* Like stp_normal_encode, but takes the nearest code of the grid of `bits`, 6 to 12. */
+void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3]);
+/* The greatest angle between a direction and its nearest code on a grid, radians. */
+double stp_normal_grid_angle(unsigned bits);
+/* The greatest shift for which all normals are on the grid. */
+unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count);
+
+#endif

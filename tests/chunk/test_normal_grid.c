@@ -1,0 +1,209 @@
+/* Tests grids of normal codes: rounding stays within its angle, and codecs of blocks bring back any
+ * samples on any grid, in fewer bytes, whatever hostile bytes say. */
+#include "formats/chunk/normal_grid.h"
+
+#include "formats/chunk/layout.h"
+#include "tests/fixtures/any_chunk.h"
+
+#include <math.h>
+
+static int32_t coordinate(const uint8_t code[3], int which)
+{
+    const uint32_t word = (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
+    return (int32_t)(word >> (12 * which) & 4095u);
+}
+
+static void set_code(uint8_t code[3], int32_t u, int32_t v)
+{
+    const uint32_t word = (uint32_t)u | (uint32_t)v << 12;
+    for (int i = 0; i < 3; i++)
+        code[i] = (uint8_t)(word >> (8 * i));
+}
+
+static vec3s random_direction(uint64_t which)
+{
+    const double z = 2.0 * stp_random_unit(1, which) - 1.0;
+    const double around = 2.0 * M_PI * stp_random_unit(2, which), r = sqrt(1.0 - z * z);
+    return (vec3s){{(float)(r * cos(around)), (float)(r * sin(around)), (float)z}};
+}
+
+static double angle_between(vec3s a, vec3s b)
+{
+    return 2.0 * asin(0.5 * (double)glms_vec3_norm(glms_vec3_sub(a, b)));
+}
+
+/* The angle holds, and some directions come near it. */
+static void test_angles(void **state)
+{
+    (void)state;
+    for (unsigned bits = STP_NORMAL_BITS_LEAST; bits < STP_NORMAL_BITS; bits++) {
+        const unsigned shift = STP_NORMAL_BITS - bits;
+        double greatest = 0.0;
+        for (uint64_t i = 0; i < 200000; i++) {
+            uint8_t code[3];
+            const vec3s n = random_direction(i);
+            stp_normal_encode_on(n, bits, code);
+            for (int c = 0; c < 2; c++)
+                assert_int_equal(
+                    stp_normal_grid_code(stp_normal_grid_place(coordinate(code, c), shift), shift),
+                    coordinate(code, c));
+            greatest = fmax(greatest, angle_between(stp_normal_decode(code), n));
+        }
+        print_message("%u bits: %.4f degrees, bound %.4f\n", bits, greatest * 180.0 / M_PI,
+                      stp_normal_grid_angle(bits) * 180.0 / M_PI);
+        assert_true(greatest <= stp_normal_grid_angle(bits));
+        assert_true(greatest >= 0.9 * stp_normal_grid_angle(bits));
+    }
+}
+
+/* What is on a grid stays, axes above all, and unknown normals. */
+static void test_fixed_points(void **state)
+{
+    (void)state;
+    for (unsigned bits = STP_NORMAL_BITS_LEAST; bits <= STP_NORMAL_BITS; bits++)
+        for (int axis = 0; axis < 7; axis++) {
+            uint8_t exact[3], code[3];
+            vec3s n = {{0.0f, 0.0f, 0.0f}};
+            if (axis < 6)
+                n.raw[axis / 2] = axis % 2 ? -1.0f : 1.0f;
+            stp_normal_encode(n, exact);
+            stp_normal_encode_on(n, bits, code);
+            assert_true(angle_between(stp_normal_decode(code), stp_normal_decode(exact)) < 1e-6);
+        }
+    for (unsigned bits = STP_NORMAL_BITS_LEAST; bits < STP_NORMAL_BITS; bits++)
+        for (uint64_t i = 0; i < 2000; i++) {
+            uint8_t once[3], twice[3], finer[3];
+            stp_normal_encode_on(random_direction(i), bits, once);
+            stp_normal_encode_on(stp_normal_decode(once), bits, twice);
+            stp_normal_encode_on(stp_normal_decode(once), bits + 1, finer);
+            /* on the rim a direction has a second code, which may lie one code beside the grid */
+            const vec3s n = stp_normal_decode(once);
+            const double most = 2.0 * stp_normal_grid_angle(STP_NORMAL_BITS);
+            assert_true(angle_between(stp_normal_decode(twice), n) <= most);
+            assert_true(angle_between(stp_normal_decode(finer), n) <= most);
+        }
+}
+
+static void put_on_grid(stp_chunk *chunk, unsigned shift)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t i = 0; i < chunk->level_begin[l][chunk->patch_count]; i++) {
+            uint8_t *code = chunk->samples[l][i].normal;
+            int32_t on[2];
+            for (int c = 0; c < 2; c++)
+                on[c] =
+                    stp_normal_grid_code(stp_normal_grid_place(coordinate(code, c), shift), shift);
+            set_code(code, on[0], on[1]);
+        }
+}
+
+static void test_shift_is_found(void **state)
+{
+    (void)state;
+    stp_sample samples[3] = {{.radius = 0}};
+    for (unsigned shift = 0; shift <= STP_NORMAL_SHIFT_MOST; shift++) {
+        set_code(samples[0].normal, 4095, 0);
+        set_code(samples[1].normal, 0, 4095);
+        set_code(samples[2].normal, 2048, 1 << shift);
+        assert_int_equal(stp_normal_grid_shift(samples, 3), shift);
+    }
+    set_code(samples[2].normal, 2048, 4095);
+    assert_int_equal(stp_normal_grid_shift(samples, 3), STP_NORMAL_SHIFT_MOST);
+    assert_int_equal(stp_normal_grid_shift(samples, 0), STP_NORMAL_SHIFT_MOST);
+}
+
+/* Any samples on any grid come back from blocks, and from codecs without blocks as well. Each bit
+ * less makes a block smaller. */
+static void test_round_trips(void **state)
+{
+    (void)state;
+    static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_ZSTD};
+    stp_chunk_scratch scratch = {0};
+    for (size_t c = 0; c < sizeof codecs / sizeof *codecs; c++)
+        for (uint64_t seed = 0; seed < 6; seed++) {
+            size_t before = SIZE_MAX;
+            for (unsigned shift = 0; shift <= STP_NORMAL_SHIFT_MOST; shift++) {
+                stp_chunk *chunk = any_chunk(40, 64, seed, (int)(seed % 3));
+                put_on_grid(chunk, shift);
+                (void)any_chunk_round_trip(chunk, codecs[c], &scratch);
+                chunk->is_block = true;
+                const size_t bytes = any_chunk_round_trip(chunk, codecs[c], &scratch);
+                if (seed % 3 == 0)
+                    assert_true(bytes < before);
+                before = bytes;
+                stp_chunk_destroy(&chunk);
+            }
+        }
+    stp_chunk_scratch_free(&scratch);
+}
+
+/* Places of the shift in an encoded segment 1: the last byte of the mask of the elder children's
+ * table; the byte behind the mask of planes. */
+static size_t shift_place(stp_codec codec)
+{
+    return codec == STP_CODEC_DRACO ? 11 : 4;
+}
+
+/* Shifts that do not exist are refused. A false shift gives other normals, and no harm. */
+static void test_false_shifts(void **state)
+{
+    (void)state;
+    static const stp_codec codecs[] = {STP_CODEC_DRACO, STP_CODEC_ZSTD};
+    for (size_t c = 0; c < sizeof codecs / sizeof *codecs; c++) {
+        stp_chunk_scratch scratch = {0};
+        stp_chunk *chunk = any_chunk(40, 64, 3, 0);
+        chunk->is_block = true;
+        stp_chunk *back = any_chunk_empty_like(chunk);
+        for (int s = 0; s < 2; s++) {
+            stp_bytes bytes = {0};
+            assert_int_equal(stp_segment_encode(chunk, s, codecs[c], &bytes, NULL), STP_OK);
+            for (unsigned shift = 0; s == 1 && shift < 16; shift++) {
+                uint8_t *at = bytes.data + shift_place(codecs[c]);
+                const bool exists = shift <= STP_NORMAL_SHIFT_MOST;
+                *at = (uint8_t)(codecs[c] == STP_CODEC_DRACO ? shift << 4 : shift);
+                assert_int_equal(stp_segment_decode(bytes.data, bytes.size, s, codecs[c], 0, back,
+                                                    &scratch, NULL),
+                                 exists ? STP_OK : STP_CORRUPT);
+            }
+            if (s == 0)
+                assert_int_equal(stp_segment_decode(bytes.data, bytes.size, s, codecs[c], 0, back,
+                                                    &scratch, NULL),
+                                 STP_OK);
+            free(bytes.data);
+        }
+        stp_chunk_destroy(&chunk);
+        stp_chunk_destroy(&back);
+        stp_chunk_scratch_free(&scratch);
+    }
+}
+
+/* Codec 1 has no grids: the mask's high bits are columns that do not exist. */
+static void test_none_without_blocks(void **state)
+{
+    (void)state;
+    stp_chunk_scratch scratch = {0};
+    stp_chunk *chunk = any_chunk(40, 64, 3, 0), *back = any_chunk_empty_like(chunk);
+    for (int s = 0; s < 2; s++) {
+        stp_bytes bytes = {0};
+        assert_int_equal(stp_segment_encode(chunk, s, STP_CODEC_DRACO, &bytes, NULL), STP_OK);
+        if (s == 1)
+            bytes.data[shift_place(STP_CODEC_DRACO)] = 1u << 4;
+        assert_int_equal(
+            stp_segment_decode(bytes.data, bytes.size, s, STP_CODEC_DRACO, 0, back, &scratch, NULL),
+            s == 1 ? STP_CORRUPT : STP_OK);
+        free(bytes.data);
+    }
+    stp_chunk_destroy(&chunk);
+    stp_chunk_destroy(&back);
+    stp_chunk_scratch_free(&scratch);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_angles),         cmocka_unit_test(test_fixed_points),
+        cmocka_unit_test(test_shift_is_found), cmocka_unit_test(test_round_trips),
+        cmocka_unit_test(test_false_shifts),   cmocka_unit_test(test_none_without_blocks),
+    };
+    return cmocka_run_group_tests_name("normal_grid", tests, NULL, NULL);
+}
