@@ -3,8 +3,10 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
 #include "preprocess/prep_metadata.h"
+#include "preprocess/surface/normal_error.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 #include "preprocess/viewpoint/first_view.h"
@@ -318,6 +320,17 @@ static stp_surface_params surface_params(const prep_job *job)
                                 .unit_points = unit_points(job)};
 }
 
+/* Chooses the grids that normals are rounded to. */
+static void choose_normal_bits(prep_job *job)
+{
+    const unsigned wanted = job->params->normal_bits;
+    const stp_surface_counts *found = &job->stats->normals_wide;
+    const bool quiet = 2 * found->grown < found->computed;
+    job->tree.given_bits = wanted ? wanted : STP_NORMAL_BITS;
+    job->tree.normal_bits = wanted ? wanted : stp_normal_bits_for(found->normal_error, quiet);
+    job->stats->normal_bits = job->tree.normal_bits;
+}
+
 /* Finds spacings, normals, their signs, and sheets. */
 static stp_status find_surface(prep_job *job, stp_error *err)
 {
@@ -328,6 +341,7 @@ static stp_status find_surface(prep_job *job, stp_error *err)
     const stp_surface_params params = surface_params(job);
     STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, job->pool,
                              job->progress, err));
+    choose_normal_bits(job);
     STP_TRY(end_stage(job, STAGE_SURFACE, err));
     STP_TRY(stp_orientation_find(cloud, job->k, &graphs, &job->orient, job->pool,
                                  &stats->orientation, err));

@@ -78,6 +78,8 @@ typedef struct stp_prep_params {
     double precision;         /* 0: half the source's scale, if it has one */
     bool exact;               /* stored positions round to the numbers that were read */
     bool join_layers;         /* see join_layers.h; not together with exact */
+    unsigned normal_bits;     /* of the grid that normals are rounded to, 6 to 12; 0: those that the
+                                 input gave are not rounded, the others as their noise allows */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec; /* without blocks */
@@ -115,7 +117,8 @@ typedef struct stp_prep_stats {
     uint64_t points_unstationed; /* stored points of unknown stations, if normals need stations */
     uint64_t temporary_bytes;    /* greatest size of temporary files at a time */
     stp_surface_counts normals_wide;
-    bool join_layers; /* was requested */
+    unsigned normal_bits; /* of the grid of normals that the input did not give; 0: no points */
+    bool join_layers;     /* was requested */
     stp_joined_layers joined;
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */
     double seconds;

@@ -2,6 +2,7 @@
 #include "preprocess/patch/patch_build.h"
 
 #include "formats/chunk/measure/surroundings.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <string.h>
 
@@ -128,6 +129,15 @@ static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp
     disc->bound = stp_max(disc->bound, decoded->radius);
 }
 
+/* Bits of the grid of a level's normals. A merged sample is twice as wide as those it is merged
+ * from, and the noise of four normals in their mean is half that of one: both ask for a bit more.
+ */
+static unsigned level_bits(const builder *b, int level)
+{
+    const unsigned bits = b->ground->normal_bits + (unsigned)level;
+    return bits < STP_NORMAL_BITS ? bits : STP_NORMAL_BITS;
+}
+
 /* Quantises a merged disc into a sample and reads it back. `like` holds the sample's other fields.
  */
 static void store(builder *b, int level, unsigned index, const stp_disc *disc, spacing on,
@@ -137,7 +147,7 @@ static void store(builder *b, int level, unsigned index, const stp_disc *disc, s
     *out = like;
     encode(b, disc, on, out);
     if (stp_sample_kind_of(&like) == STP_KIND_SURFACE)
-        stp_normal_encode(stp_dvec3_to_float(disc->normal), out->normal);
+        stp_normal_encode_on(stp_dvec3_to_float(disc->normal), level_bits(b, level), out->normal);
     stp_flat_disc decoded = stp_flat_disc_from_sample(out, b->patch);
     b->discs[level][index] = *disc;
     take_decoded(&b->discs[level][index], &decoded, out);

@@ -1,6 +1,7 @@
 /* Makes points of a scan into items of a leaf chunk. */
 #include "preprocess/patch/point_item.h"
 
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/world_lattice.h"
 
@@ -93,7 +94,9 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item
                            .radius = radius,
                            .reach = radius,
                            .bound = radius};
-    stp_normal_encode(normal, item.normal);
+    stp_normal_encode_on(normal,
+                         point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
+                         item.normal);
     for (int c = 0; c < 3; c++)
         item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
     return item;

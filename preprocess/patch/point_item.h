@@ -10,6 +10,8 @@ typedef struct stp_point_item_params {
     stp_resolution resolution;
     uint16_t intensity_max; /* of all points; 255 in the file stands for it */
     int vertex_least;       /* exponent of the finest lattice of patch vertices */
+    unsigned normal_bits;   /* of the grid of level-0 normals (normal_grid.h) */
+    unsigned given_bits;    /* the same of normals that the input gave */
 } stp_point_item_params;
 
 /* The exponent of a point's lattice. spacing: the distance to its neighbours. If exact: by the

@@ -283,7 +283,18 @@ static vec3s shift_of(const estimation *e, uint32_t self)
     return glms_vec3_scale(f->normal, height / (float)e->scale);
 }
 
-stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_error *err)
+/* Adds the errors of own normals that are not given. */
+static void add_errors(const estimation *e, uint32_t count, stp_normal_errors *errors)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const plane *f = &e->planes[i];
+        if (!e->cloud->points[i].given && f->moments.row[3][3] > 0.0f)
+            stp_normal_errors_add(errors, &f->moments, f->wide ? f->noise : f->variance);
+    }
+}
+
+stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors *errors,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     estimation e = {
@@ -308,6 +319,7 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_error *err)
     STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
         unit->wide[i] = points[i].given ? 0 : e.planes[i].wide;
+    add_errors(&e, unit->ring_end[0], errors);
     for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
         shifts[i] = shift_of(&e, i);
     for (uint32_t i = 0; i < count; i++)

@@ -7,6 +7,7 @@
 #define STP_PREPROCESS_SURFACE_NORMALS_H
 
 #include "preprocess/cloud/unit.h"
+#include "preprocess/surface/normal_error.h"
 
 /* Sets the normals of all points with four rings around them.
  * 1. Fits a plane to the point and its neighbours (smallest eigenvector of the covariance, Hoppe
@@ -17,7 +18,9 @@
  *
  * Given normals stay. With fewer than three distinct neighbours, or all on a line, the normal is
  * unknown: zero. shifts: NULL, or ring_end[0] entries: an own point's way to its plane, along the
- * normal, if the plane has grown and is near beside the noise; else zero. Errors: OUT_OF_MEMORY. */
-stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_error *err);
+ * normal, if the plane has grown and is near beside the noise; else zero. errors: gets those of the
+ * normals of own points that were not given. Errors: OUT_OF_MEMORY. */
+stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors *errors,
+                                stp_error *err);
 
 #endif

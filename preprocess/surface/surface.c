@@ -13,7 +13,7 @@ typedef struct finding {
     stp_cloud *cloud;
     const stp_surface_params *params;
     const stp_progress *progress;
-    atomic_uint_fast64_t done_count, grown_count;
+    atomic_uint_fast64_t done_count, grown_count, errors[STP_NORMAL_ERROR_BINS];
     uint32_t *unit_ends; /* by unit: one past its last cell */
     uint32_t unit_count;
     stp_graph *graphs; /* by cell */
@@ -59,13 +59,16 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     stp_status status = STP_OK;
     finding *f = context;
     stp_unit unit = {0};
+    stp_normal_errors errors = {{0}};
     uint32_t first = index > 0 ? f->unit_ends[index - 1] : 0, end = f->unit_ends[index];
     unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
     (void)worker;
     STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
     STP_TRY(stp_spacing_smooth(&unit, err));
     STP_TRY(stp_normals_estimate(
-        &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, err));
+        &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, &errors, err));
+    for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++)
+        atomic_fetch_add(&f->errors[i], errors.counts[i]);
     for (uint32_t c = first; f->graphs && c < end; c++)
         STP_TRY(
             stp_graph_create(&f->graphs[c], &unit, &f->cloud->cells[c], f->params->stations, err));
@@ -110,6 +113,7 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     stp_status status = STP_OK;
     finding f = {.cloud = cloud, .params = params, .progress = progress};
     stp_surface_counts found = {0};
+    stp_normal_errors errors;
     STP_TRY(make_units(&f, err));
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
@@ -119,6 +123,9 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
     found.averaged = f.averaged ? take_averaged(&f) : 0;
     found.grown = atomic_load(&f.grown_count);
+    for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++)
+        found.computed += errors.counts[i] = atomic_load(&f.errors[i]);
+    found.normal_error = stp_normal_errors_median(&errors);
     if (counts)
         *counts = found;
     *graphs = f.graphs;

@@ -16,10 +16,13 @@ typedef struct stp_surface_params {
     vec3s *shifts; /* by point: gets its way to its plane (normals.h); NULL: not wanted */
 } stp_surface_params;
 
-/* What noise led to. */
+/* What noise led to, and how exact the normals are in spite of it. */
 typedef struct stp_surface_counts {
+    uint64_t computed; /* points whose normals were not given and are known */
     uint64_t grown;    /* points whose planes have more than their nearest neighbours */
     uint64_t averaged; /* points whose given normals are averaged (given_normals.h) */
+    double
+        normal_error; /* median standard error of normals that were not given, radians; 0: none */
 } stp_surface_counts;
 
 /* Sets the spacings and normals of a sorted cloud. If pieces are wanted, also sets its marks, its

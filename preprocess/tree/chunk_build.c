@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/measure/overhang.h"
+#include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"
 #include "preprocess/patch/partition.h"
 
@@ -23,6 +24,7 @@ typedef struct assembly {
     size_t carry_capacity;
     uint32_t *order; /* of the patches: a run of them becomes one patch of the parent */
     int vertex_least;
+    unsigned normal_bits;
     const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
     bool leaf, linked;
@@ -139,7 +141,7 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_patch patch;
     stp_patch_samples samples;
     stp_item vertex;
-    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least};
+    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least, a->normal_bits};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
         patch.child = child;
         patch.first_below = a->linked ? (uint16_t)order[0] : 0;
@@ -348,16 +350,21 @@ done:
 }
 
 stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *points,
-                                int vertex_least, const stp_resolution *resolution, stp_error *err)
+                                const stp_point_item_params *params, stp_error *err)
 {
-    assembly a = {.leaf = true, .vertex_least = vertex_least, .resolution = resolution};
+    assembly a = {.leaf = true,
+                  .vertex_least = params->vertex_least,
+                  .normal_bits = params->normal_bits,
+                  .resolution = &params->resolution};
     return build_groups(out, &a, points, 1, err);
 }
 
 stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,
                                  uint32_t group_count, stp_error *err)
 {
-    assembly a = {.linked = groups[0].run_ends != NULL, .vertex_least = INT_MIN};
+    assembly a = {.linked = groups[0].run_ends != NULL,
+                  .vertex_least = INT_MIN,
+                  .normal_bits = STP_NORMAL_BITS};
     return build_groups(out, &a, groups, group_count, err);
 }
 

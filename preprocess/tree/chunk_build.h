@@ -8,6 +8,7 @@
 #include "formats/chunk/measure/surroundings.h"
 #include "preprocess/patch/displacement.h"
 #include "preprocess/patch/patch_build.h"
+#include "preprocess/patch/point_item.h"
 
 /* Items that one child chunk refines. All items of a leaf are one group. */
 typedef struct stp_item_group {
@@ -56,12 +57,11 @@ typedef stp_status stp_patch_maker(const void *context, uint32_t index, stp_dvec
  * Errors: those of `make`, OUT_OF_MEMORY. Free with stp_built_chunk_clear. */
 stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t patch_count,
                                 stp_patch_maker *make, const void *context, stp_error *err);
-/* Builds a leaf of points, without tangential errors. vertex_least: exponent of the finest lattice
- * of patch vertices; no item's lattice is more than STP_VERTEX_OCTAVES finer. resolution: what the
- * displacement is compared with. Errors: OUT_OF_MEMORY, LIMIT (the points are too far apart). Free
- * with stp_built_chunk_clear. */
+/* Builds a leaf of points, without tangential errors. params: what the items were made with,
+ * borrowed; no item's lattice is more than STP_VERTEX_OCTAVES finer than vertex_least. Errors:
+ * OUT_OF_MEMORY, LIMIT (the points are too far apart). Free with stp_built_chunk_clear. */
 stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *points,
-                                int vertex_least, const stp_resolution *resolution, stp_error *err);
+                                const stp_point_item_params *params, stp_error *err);
 /* Builds a chunk, without tangential errors, from its children's patch vertices, which it stores
  * unchanged. patch.child is the number of the group, at most 64 groups. Errors: likewise. */
 stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,

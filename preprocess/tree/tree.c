@@ -78,8 +78,7 @@ static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, st
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
     stp_point_items_make(items, t->cloud, cell->begin, count, &t->items);
     stp_item_group group = {.items = items, .count = count};
-    STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, t->items.vertex_least, &t->items.resolution,
-                                 err));
+    STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, &t->items, err));
 done:
     free(items);
     return status;
@@ -344,6 +343,8 @@ static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_
     return (stp_point_item_params){.lambda = params->lambda,
                                    .resolution = params->resolution,
                                    .intensity_max = params->intensity_max,
+                                   .normal_bits = params->normal_bits,
+                                   .given_bits = params->given_bits,
                                    .vertex_least = side > 0.0 && isfinite(side)
                                                        ? stp_floor_log2(side) - STP_MODEL_OCTAVES
                                                        : INT_MIN / 2};

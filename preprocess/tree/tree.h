@@ -11,9 +11,10 @@
 #include "preprocess/tree/triangle_leaves.h"
 
 typedef struct stp_tree_params {
-    double lambda;             /* radius of a sample over its spacing */
-    uint16_t intensity_max;    /* of all points; 255 in the file stands for it */
-    stp_resolution resolution; /* of the inputs */
+    double lambda;                    /* radius of a sample over its spacing */
+    uint16_t intensity_max;           /* of all points; 255 in the file stands for it */
+    stp_resolution resolution;        /* of the inputs */
+    unsigned normal_bits, given_bits; /* of the grids of normals, see point_item.h */
     stp_codec codec;
     const stp_line_leaves *lines;         /* borrowed; NULL for none */
     const stp_triangle_leaves *triangles; /* likewise */

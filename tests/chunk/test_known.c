@@ -189,6 +189,7 @@ static void test_version_2_0(void **state)
 {
     (void)state;
     check_codecs("blocks_2_0");
+    check_codecs("grid_2_0");
 }
 
 int main(int argc, char **argv)

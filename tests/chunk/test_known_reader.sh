@@ -24,7 +24,7 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 12 ] || fail "$count known-answer files, expected 12"
+    [ $count -ge 15 ] || fail "$count known-answer files, expected 15"
 }
 
 # Builds a model of the scan with each codec: read.py and our reader must print the same text, and

@@ -24,7 +24,7 @@ END
 
 answer() { # name scan options...
     local name=$1
-    "$program" prep "$2" -o "${name}_raw.stipple" --codec raw --format 1 --quiet "${@:3}"
+    "$program" prep "$2" -o "${name}_raw.stipple" --codec raw --format 1 --normal-bits 12 --quiet "${@:3}"
     for codec in draco zstd; do
         "$program" convert "${name}_raw.stipple" -o "${name}_$codec.stipple" --codec $codec --quiet
     done
@@ -40,10 +40,17 @@ columns=x,y,z,r,g,b,i,class
 answer points_1_0 sphere.txt --columns $columns --orient 0,0,0
 answer lines_1_1 tree.ply --lines auto --recompute-normals
 answer fits_1_2 statue.txt --columns $columns --outliers mark --orient 0,9,0
+
+in_blocks() { # name scan options...
+    local name=$1
+    "$program" prep "$2" -o whole.stipple --format 1 --quiet --force "${@:3}"
+    for codec in raw draco zstd; do
+        "$program" convert whole.stipple -o "${name}_$codec.stipple" --codec $codec --format 2 --block 200 --quiet
+    done
+    python3 "$known/read.py" "${name}_raw.stipple" >"$name.samples"
+}
+
 "$program" gen tree -n 1200 -o leaves.ply --mesh tree.ply --quiet --force
-"$program" prep tree.ply -o whole.stipple --format 1 --lines auto --recompute-normals --quiet
-for codec in raw draco zstd; do
-    "$program" convert whole.stipple -o blocks_2_0_$codec.stipple --codec $codec --format 2 --block 200 --quiet
-done
-python3 "$known/read.py" blocks_2_0_raw.stipple >blocks_2_0.samples
+in_blocks blocks_2_0 tree.ply --lines auto --recompute-normals
+in_blocks grid_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
 rm whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

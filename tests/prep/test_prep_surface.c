@@ -199,10 +199,11 @@ static void as_by_one_index(void **state)
     stp_error err = {0};
     surface_cloud s = surface_scan(GEN_STATUE, TEST_SIZE(300000u, 150000u), 0.1, 0);
     stp_unit all;
+    stp_normal_errors errors = {{0}};
     surface_prepare(&s, NEIGHBOURS);
     index_all(&all, &s.cloud);
     assert_int_equal(stp_spacing_smooth(&all, &err), STP_OK);
-    assert_int_equal(stp_normals_estimate(&all, NULL, &err), STP_OK);
+    assert_int_equal(stp_normals_estimate(&all, NULL, &errors, &err), STP_OK);
     double worst_cosine = 1.0, worst_spacing = 0.0;
     for (uint32_t i = 0; i < s.cloud.count; i++) {
         const stp_cloud_point *p = &s.cloud.points[i], *q = &all.cloud.points[i];

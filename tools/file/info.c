@@ -130,6 +130,14 @@ static void print_intensity(const stp_chunk_file_info *info)
                top / 255.0);
 }
 
+/* Prints how many bits prep left of normals, if it rounded them. */
+static void print_normal_bits(const cJSON *metadata)
+{
+    const cJSON *bits = cJSON_GetObjectItemCaseSensitive(metadata, "normal_bits");
+    if (cJSON_IsNumber(bits))
+        printf("normals        of 2 x %.0f bits where they are computed\n", bits->valuedouble);
+}
+
 /* Prints "by 0.002 at most, 0.0001 on average": how far prep moved points. */
 static void print_joined(const cJSON *metadata)
 {
@@ -156,6 +164,7 @@ static void print_displacement(const stp_chunk_file_info *info)
         printf("; %.0f are farther off than the input resolves", beyond->valuedouble);
     if (d)
         printf("\n");
+    print_normal_bits(metadata);
     print_joined(metadata);
     cJSON_Delete(metadata);
 }

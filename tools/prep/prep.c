@@ -2,6 +2,7 @@
 #include "tools/commands.h"
 
 #include "base/json.h"
+#include "formats/chunk/normal_grid.h"
 #include "tools/cli/cli_value.h"
 #include "tools/file/codec_options.h"
 #include "tools/prep/prep_inputs.h"
@@ -20,7 +21,7 @@
 #define DEFAULT_FORMAT 1
 
 typedef struct prep_options {
-    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision;
+    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits;
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
@@ -72,6 +73,20 @@ static stp_status parse_precision(const char *text, stp_prep_params *params, stp
         return STP_OK;
     return stp_error_set(err, STP_INVALID_ARGUMENT,
                          "--precision %s: give a positive length, or exact", text);
+}
+
+/* Parses --normal-bits: a number, or "auto". */
+static stp_status parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err)
+{
+    uint64_t bits = 0;
+    const cli_option number = {.kind = CLI_UINT, .target = &bits};
+    if (!text || strcmp(text, "auto") == 0)
+        return STP_OK;
+    if (!cli_value_store(&number, text) || bits < STP_NORMAL_BITS_LEAST || bits > STP_NORMAL_BITS)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--normal-bits %s: give %u to %u, or auto",
+                             text, STP_NORMAL_BITS_LEAST, STP_NORMAL_BITS);
+    params->normal_bits = (unsigned)bits;
+    return STP_OK;
 }
 
 /* Runs the stages. The files of rejects and statistics appear after the model. */
@@ -148,6 +163,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     cli_progress_expect(&plan);
     STP_TRY(parse_orient(o->orient, &params, err));
     STP_TRY(parse_precision(o->precision, &params, err));
+    STP_TRY(parse_normal_bits(o->normal_bits, &params, err));
     in.exact = params.exact;
     in.strict = o->strict;
     for (size_t i = 0; i < count; i++)
@@ -270,6 +286,8 @@ static int prep_main(int argc, char **argv)
          "distance in local spacings that makes a point an outlier, 1 or more (3)", NULL},
         {"--precision", 0, CLI_STRING, &o.precision, "LENGTH|exact",
          "largest position error (half the input's scale); exact: the input's numbers", NULL},
+        {"--normal-bits", 0, CLI_STRING, &o.normal_bits, "auto|6..12",
+         "bits of each coordinate of normals (auto: as many as their noise leaves)", NULL},
         {"--shade", 0, CLI_CHOICE, &o.shade, "phong|unlit",
          "default shading; unlit: for scans that carry their own light (phong)", NULL},
         {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,

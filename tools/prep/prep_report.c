@@ -3,9 +3,11 @@
 
 #include "base/clock.h"
 #include "base/file.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 /* The number of stored samples: points, and vertices of lines and triangles as often as they are
@@ -91,6 +93,8 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     cJSON_AddNumberToObject(root, "normals_grown", (double)s->normals_wide.grown);
     cJSON_AddNumberToObject(root, "normals_averaged", (double)s->normals_wide.averaged);
     cJSON_AddNumberToObject(root, "normals_seen", (double)s->normals_seen);
+    cJSON_AddNumberToObject(root, "normal_bits", s->normal_bits);
+    cJSON_AddNumberToObject(root, "normal_error_deg", s->normals_wide.normal_error * 180.0 / M_PI);
     add_lines(cJSON_AddObjectToObject(root, "lines"), &s->lines, &inputs->edges);
     if (inputs->plants)
         add_plants(cJSON_AddObjectToObject(root, "plants"), &inputs->plant);
@@ -214,6 +218,19 @@ static void print_displacement(const stp_prep_stats *s)
                 d->beyond);
 }
 
+/* Prints the grid of normals, if they were rounded. */
+static void print_normal_bits(const stp_prep_stats *s)
+{
+    const double error_deg = s->normals_wide.normal_error * 180.0 / M_PI;
+    if (s->normal_bits == 0 || s->normal_bits >= STP_NORMAL_BITS)
+        return;
+    fprintf(stderr, "normals are rounded to 2 x %u bits, by at most %.2g degrees", s->normal_bits,
+            stp_normal_grid_angle(s->normal_bits) * 180.0 / M_PI);
+    if (error_deg > 0.0)
+        fprintf(stderr, "; noise makes half of them wrong by %.2g degrees or more", error_deg);
+    fprintf(stderr, "\n");
+}
+
 /* Prints "3 of 90 edges are left out: 1 join a vertex with itself, 2 are there already". */
 static void print_edges(const stp_edge_counts *e)
 {
@@ -314,6 +331,7 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
                 s->joined.greatest, s->joined.mean);
     print_displacement(s);
+    print_normal_bits(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / samples_of(s));

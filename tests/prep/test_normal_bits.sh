@@ -1,0 +1,89 @@
+#!/usr/bin/env bash
+# Tests `prep --normal-bits`: what it says, that files are sound and smaller, that given normals are
+# rounded only if the option asks for it, and that versions 1 and 2 hold the same samples.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+cd "$FOLDER" || exit 1
+
+bits_of() { # model
+    "$STIPPLE" info "$1" --json | sed -n 's/.*"normal_bits":[[:space:]]*\([0-9]*\).*/\1/p' | head -1
+}
+
+expect_bits() { # model bits
+    [ "$(bits_of "$1")" = "$2" ] || fail "$1: $(bits_of "$1") bits, expected $2"
+    run "$STIPPLE" info "$1"
+    found "of 2 x $2 bits" out || fail "$command: does not say the bits"
+}
+
+prepare() { # scan model options...
+    run "$STIPPLE" prep "$1" -o "$2" --force --stats stats.json "${@:3}"
+    expect_code 0
+    run "$STIPPLE" verify "$2"
+    expect_code 0
+}
+
+test_every_grid() {
+    local bits size before=999999999
+    for bits in 12 11 10 9 8 7 6; do
+        for codec in draco zstd; do
+            prepare noisy.ply $codec.stipple --normal-bits $bits --codec $codec
+            expect_bits $codec.stipple $bits
+            "$STIPPLE" convert $codec.stipple -o there.stipple --format 1 --force --quiet || fail "convert"
+            "$STIPPLE" convert there.stipple -o back.stipple --format 2 --force --quiet || fail "convert"
+            cmp $codec.stipple back.stipple || fail "$codec, $bits bits: conversion changes it"
+        done
+        "$STIPPLE" convert zstd.stipple -o other.stipple --codec draco --force --quiet || fail "convert"
+        cmp draco.stipple other.stipple || fail "$bits bits: codecs hold other samples"
+        size=$(stat -c %s draco.stipple)
+        [ "$size" -lt "$before" ] || fail "$bits bits take $size bytes, one more $before"
+        before=$size
+    done
+}
+
+# More noise leaves fewer bits; smooth models keep many.
+test_auto() {
+    local quiet noisy
+    prepare smooth.ply smooth.stipple
+    quiet=$(bits_of smooth.stipple)
+    [ "$quiet" -ge 9 ] || fail "a smooth surface keeps $quiet bits"
+    prepare noisy.ply noisy.stipple
+    run "$STIPPLE" prep noisy.ply -o noisy.stipple --force
+    expect_text err "normals are rounded to 2 x"
+    noisy=$(bits_of noisy.stipple)
+    [ "$noisy" -lt "$quiet" ] || fail "a noisy surface keeps $noisy bits, a smooth one $quiet"
+    [ "$noisy" -ge 6 ] || fail "a noisy surface keeps $noisy bits"
+    [ "$(field normal_bits)" = "$noisy" ] || fail "--stats has other bits: $(field normal_bits)"
+    for threads in 1 3; do
+        "$STIPPLE" prep noisy.ply -o again.stipple --threads $threads --force --quiet || fail "prep"
+        cmp noisy.stipple again.stipple || fail "$threads threads write other bytes"
+    done
+    prepare noisy.ply whole.stipple --normal-bits 12
+    [ "$(stat -c %s noisy.stipple)" -lt "$(stat -c %s whole.stipple)" ] || fail "rounding saves nothing"
+}
+
+test_given() {
+    prepare given.ply given.stipple
+    prepare given.ply whole.stipple --normal-bits 12
+    cmp given.stipple whole.stipple || fail "given normals are rounded"
+    prepare given.ply eight.stipple --normal-bits 8
+    expect_bits eight.stipple 8
+    [ "$(stat -c %s eight.stipple)" -lt "$(stat -c %s whole.stipple)" ] || fail "rounding saves nothing"
+}
+
+test_wrong() {
+    local bits
+    for bits in 5 13 0 x 8.5 -1; do
+        run "$STIPPLE" prep noisy.ply -o wrong.stipple --normal-bits $bits
+        expect_failure normal-bits
+        [ ! -e wrong.stipple ] || fail "--normal-bits $bits writes a file"
+    done
+}
+
+"$STIPPLE" gen bumpy -n 20000 -o smooth.ply --quiet || fail "gen"
+"$STIPPLE" gen statue -n 20000 --noise 0.2 -o noisy.ply --quiet || fail "gen"
+"$STIPPLE" gen statue -n 20000 --noise 0.2 --normals -o given.ply --quiet || fail "gen"
+test_every_grid
+test_auto
+test_given
+test_wrong
+end_test
