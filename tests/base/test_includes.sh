@@ -56,11 +56,9 @@ check_cpp() {
 
 check_headers() {
     local header
-    while read -r header; do
-        echo "#include \"$header\"" |
-            "${CC:-cc}" -std=c17 -Wall -Wextra -Werror -D_GNU_SOURCE -I. -fsyntax-only -x c - \
-                2>"$FOLDER/err" || fail "$header does not compile by itself: $(head -2 "$FOLDER/err")"
-    done < <(for f in base formats preprocess runtime; do sources "$f"; done | grep '\.h$')
+    for f in base formats preprocess runtime; do sources "$f"; done | grep '\.h$' |
+        xargs "${CC:-cc}" -std=c17 -Wall -Wextra -Werror -D_GNU_SOURCE -I. -fsyntax-only -x c \
+            2>"$FOLDER/err" || fail "a header does not compile by itself: $(head -3 "$FOLDER/err")"
     while read -r header; do
         grep -nE '\b(class|template|namespace|std::|public:)' "$header" |
             grep -v '^[0-9]*: *\*\|/\*' && fail "$header has C++ in it"

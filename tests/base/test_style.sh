@@ -44,10 +44,9 @@ check_format() {
         echo "formatting not checked: clang-format is not installed"
         return
     fi
-    local file found=
-    while read -r file; do
-        clang-format --dry-run --Werror "$file" 2>/dev/null || found+=" $file"
-    done < <(files '*.c' '*.h' '*.cpp')
+    local found
+    found=$(files '*.c' '*.h' '*.cpp' | xargs clang-format --dry-run --Werror 2>&1 |
+        sed -n 's/^\([^:]*\):[0-9]*:[0-9]*: error:.*/ \1/p' | sort -u | tr -d '\n')
     [ -z "$found" ] || fail "clang-format -i these:$found"
 }
 

@@ -175,7 +175,9 @@ static stp_status open_file(las_reader *las, const char *path, stp_error *err)
     const size_t fit = STP_LAS_BLOCK_BYTES / header->record_bytes;
     las->block_points = fit < 1 ? 1 : fit < STP_LAS_BLOCK_POINTS ? fit : STP_LAS_BLOCK_POINTS;
     if (header->compressed) {
-        STP_TRY(stp_laz_open(&las->laz, path, header, err));
+        const stp_laz_params params = {
+            .source = &las->source, .header = header, .record = &las->records.kept[STP_LAS_LASZIP]};
+        STP_TRY(stp_laz_open(&las->laz, &params, err));
         STP_TRY(stp_alloc(&las->unpacked, las->block_points, header->record_bytes, "records", err));
     }
     STP_TRY(find_depth(las, err));

@@ -1,95 +1,96 @@
-/* Reads the points of a compressed LAS file through LASzip's C library, if the build found it. */
+/* Unpacks the points of a LAZ file, chunk by chunk. */
 #include "formats/scan/las/laz.h"
-
-#ifndef STP_HAVE_LASZIP
-
-stp_status stp_laz_open(stp_laz **out, const char *path, const stp_las_header *header,
-                        stp_error *err)
-{
-    (void)out;
-    (void)header;
-    return stp_error_set(err, STP_UNSUPPORTED,
-                         "%s is compressed LAS (LAZ), and this stipple was built without LASzip: "
-                         "install LASzip's library and build stipple again, or unpack the file "
-                         "(laszip -i in.laz -o out.las, or pdal translate in.laz out.las)",
-                         path);
-}
-
-stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
-{
-    (void)laz;
-    (void)point;
-    return stp_error_set(err, STP_UNSUPPORTED, "LAZ: built without LASzip");
-}
-
-/* as with LASzip, which writes to them: NOLINTNEXTLINE(readability-non-const-parameter) */
-stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_error *err)
-{
-    (void)records;
-    (void)count;
-    return stp_laz_seek(laz, 0, err);
-}
-
-void stp_laz_close(stp_laz **laz)
-{
-    *laz = NULL;
-}
-
-#else
 
 #include "base/memory.h"
 #include "formats/scan/las/las_bytes.h"
-
-#include <laszip/laszip_api.h>
+#include "formats/scan/las/laz_layout.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+/* Layers of POINT14 that stipple reads: up to intensity. */
+#define POINT14_LAYERS_READ 5u
+/* Points that a seek unpacks at once. */
+#define SKIP_POINTS 64u
+
 struct stp_laz {
-    const char *path;
-    const stp_las_header *header;
-    laszip_POINTER library;
-    laszip_point_struct *point; /* the point that was read last; owned by the library */
-    bool reading;
-    uint64_t next;
+    stp_laz_params params;
+    stp_laz_layout layout;
+    stp_laz_chunks chunks;
+    void *states[STP_LAZ_ITEMS_MOST];
+    uint16_t *words; /* of all models */
+    unsigned layer_count;
+    stp_laz_decoder *decoders; /* one for each layer; not layered: one for all */
+    uint32_t *layer_bytes;     /* of the chunk */
+    uint32_t epoch;            /* number of chunks opened */
+    size_t chunk;              /* the chunk that is read */
+    uint64_t next, end;        /* points; end: behind the chunk's last. next = end: none is open */
+    bool begun;                /* the chunk's first point was unpacked */
+    unsigned char *first;      /* the chunk's first record */
 };
 
-/* Makes an error from the library's message, up to the end of its line. */
-static stp_status failed(const stp_laz *laz, const char *what, stp_error *err)
+static stp_status damaged(const stp_laz *laz, const char *what, stp_error *err)
 {
-    laszip_CHAR *text = NULL;
-    if (laszip_get_error(laz->library, &text) != 0 || !text)
-        text = "no reason given";
     return stp_error_set(err, STP_CORRUPT,
-                         "%s: LASzip could not %s point %llu of %llu (%.*s): the file was cut or "
-                         "damaged; copy or export it again",
-                         laz->path, what, (unsigned long long)laz->next,
-                         (unsigned long long)laz->header->point_count, (int)strcspn(text, "\r\n"),
-                         text);
+                         "%s: point %llu of %llu: %s: the file was cut or damaged; copy or export "
+                         "it again",
+                         laz->params.source->path, (unsigned long long)laz->next,
+                         (unsigned long long)laz->params.header->point_count, what);
 }
 
-stp_status stp_laz_open(stp_laz **out, const char *path, const stp_las_header *header,
-                        stp_error *err)
+/* Says what a decoder met, if it ran out of bytes. */
+static stp_status check_decoders(const stp_laz *laz, stp_error *err)
+{
+    for (unsigned i = 0; i < laz->layer_count; i++) {
+        const stp_laz_decoder *d = &laz->decoders[i];
+        if (d->io_error)
+            return stp_error_set(err, STP_IO, "%s: byte %llu: %s", laz->params.source->path,
+                                 (unsigned long long)d->next, strerror(d->io_error));
+        if (d->cut)
+            return damaged(laz, "its chunk ends too early", err);
+    }
+    return STP_OK;
+}
+
+/* ---- opening ---- */
+
+static stp_status place_models(stp_laz *laz, stp_error *err)
 {
     stp_status status = STP_OK;
-    laszip_BOOL compressed = 0;
+    stp_laz_arena arena = {0};
+    for (unsigned i = 0; i < laz->layout.item_count; i++) {
+        const stp_laz_coder *coder = laz->layout.items[i].coder;
+        STP_TRY(stp_alloc(&laz->states[i], 1, coder->state_bytes, "LAZ models", err));
+        if (!coder->skipped)
+            coder->place(laz->states[i], laz->layout.items[i].bytes, &arena);
+        laz->layer_count += stp_laz_item_layers(&laz->layout, i);
+    }
+    STP_TRY(stp_alloc(&laz->words, arena.used, sizeof *laz->words, "LAZ models", err));
+    arena = (stp_laz_arena){.words = laz->words};
+    for (unsigned i = 0; i < laz->layout.item_count; i++)
+        if (!laz->layout.items[i].coder->skipped)
+            laz->layout.items[i].coder->place(laz->states[i], laz->layout.items[i].bytes, &arena);
+done:
+    return status;
+}
+
+stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
     stp_laz *laz = NULL;
+    const stp_source *source = params->source;
     STP_TRY(stp_alloc(&laz, 1, sizeof *laz, "LAZ reader", err));
-    *laz = (stp_laz){.path = path, .header = header};
-    if (laszip_create(&laz->library) != 0) {
-        laz->library = NULL;
-        status = stp_error_set(err, STP_OUT_OF_MEMORY, "%s: LASzip could not be started", path);
-        goto done;
-    }
-    if (laszip_open_reader(laz->library, path, &compressed) != 0) {
-        status = failed(laz, "open the file for", err);
-        goto done;
-    }
-    laz->reading = true;
-    if (laszip_get_point_pointer(laz->library, &laz->point) != 0) {
-        status = failed(laz, "give a place for", err);
-        goto done;
-    }
+    laz->params = *params;
+    STP_TRY(stp_laz_layout_read(&laz->layout, params->record, params->header, source->path, err));
+    STP_TRY(place_models(laz, err));
+    if (!laz->layout.layered)
+        laz->layer_count = 1;
+    STP_TRY(stp_alloc(&laz->decoders, laz->layer_count, sizeof *laz->decoders, "LAZ layers", err));
+    STP_TRY(stp_alloc(&laz->layer_bytes, laz->layer_count, sizeof *laz->layer_bytes, "LAZ layers",
+                      err));
+    STP_TRY(stp_alloc(&laz->first, 1, params->header->record_bytes, "a record", err));
+    STP_TRY(stp_laz_chunks_read(&laz->chunks, &laz->layout, params->header, source->descriptor,
+                                source->size, source->path, err));
     *out = laz;
     laz = NULL;
 done:
@@ -97,58 +98,240 @@ done:
     return status;
 }
 
-stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
-{
-    if (point == laz->next)
-        return STP_OK;
-    laz->next = point;
-    if (laszip_seek_point(laz->library, (laszip_I64)point) != 0)
-        return failed(laz, "go to", err);
-    return STP_OK;
-}
-
-static void pack(const stp_laz *laz, unsigned char *record)
-{
-    const laszip_point_struct *p = laz->point;
-    const stp_las_format *format = laz->header->format;
-    memset(record, 0, laz->header->record_bytes);
-    stp_las_put_u32(record, (uint32_t)p->X);
-    stp_las_put_u32(record + 4, (uint32_t)p->Y);
-    stp_las_put_u32(record + 8, (uint32_t)p->Z);
-    stp_las_put_u16(record + 12, p->intensity);
-    if (format->extended) {
-        record[15] = (unsigned char)(p->extended_classification_flags | p->withheld_flag << 2);
-        record[16] = p->extended_classification;
-    } else {
-        record[15] = (unsigned char)(p->classification | p->synthetic_flag << 5 |
-                                     p->keypoint_flag << 6 | p->withheld_flag << 7);
-    }
-    for (unsigned k = 0; k < 3 && format->rgb > 0; k++)
-        stp_las_put_u16(record + format->rgb + 2 * k, p->rgb[k]);
-}
-
-stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_error *err)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (laszip_read_point(laz->library) != 0)
-            return failed(laz, "unpack", err);
-        pack(laz, records + i * laz->header->record_bytes);
-        laz->next++;
-    }
-    return STP_OK;
-}
-
 void stp_laz_close(stp_laz **laz)
 {
     stp_laz *l = *laz;
     if (!l)
         return;
-    if (l->reading)
-        laszip_close_reader(l->library);
-    if (l->library)
-        laszip_destroy(l->library);
+    for (unsigned i = 0; i < STP_LAZ_ITEMS_MOST; i++)
+        free(l->states[i]);
+    stp_laz_chunks_free(&l->chunks);
+    free(l->words);
+    free(l->decoders);
+    free(l->layer_bytes);
+    free(l->first);
     free(l);
     *laz = NULL;
 }
 
-#endif
+/* ---- a chunk ---- */
+
+/* Whether a layer is unpacked. layer: within its item. */
+static bool is_wanted(const stp_laz *laz, unsigned item, unsigned layer)
+{
+    const stp_laz_coder *coder = laz->layout.items[item].coder;
+    if (coder->skipped)
+        return false;
+    return laz->params.all_fields || coder->type != STP_LAZ_POINT14 || layer < POINT14_LAYERS_READ;
+}
+
+/* Opens the decoders of a layered chunk, whose layers begin at a place of the file. *behind: where
+ * they end. */
+static stp_status open_layers(stp_laz *laz, uint64_t begin, uint64_t end, uint64_t *behind,
+                              stp_error *err)
+{
+    const int descriptor = laz->params.source->descriptor;
+    unsigned layer = 0;
+    for (unsigned item = 0; item < laz->layout.item_count; item++) {
+        const unsigned count = stp_laz_item_layers(&laz->layout, item);
+        for (unsigned l = 0; l < count; l++, layer++) {
+            const uint32_t bytes = laz->layer_bytes[layer];
+            stp_laz_decoder *d = &laz->decoders[layer];
+            if (bytes > end - begin)
+                return damaged(laz, "a layer of its chunk is longer than the chunk", err);
+            stp_laz_decoder_open(d, descriptor, begin, begin + bytes);
+            if (bytes > 0 && is_wanted(laz, item, l))
+                stp_laz_decoder_begin(d, laz->epoch);
+            else
+                d->length = 0;
+            begin += bytes;
+        }
+    }
+    *behind = begin;
+    return STP_OK;
+}
+
+/* Adds the chunk behind the one that is open, if no table told it. */
+static stp_status learn_next(stp_laz *laz, uint64_t begin, stp_error *err)
+{
+    if (laz->chunks.complete || laz->chunk + 1 < laz->chunks.count)
+        return STP_OK;
+    return stp_laz_chunks_add(&laz->chunks, begin, laz->end, err);
+}
+
+/* Where a chunk ends at the latest, in the file. */
+static uint64_t chunk_limit(const stp_laz *laz, size_t index)
+{
+    return index + 1 < laz->chunks.count ? laz->chunks.list[index + 1].begin : laz->chunks.end;
+}
+
+/* Points of a chunk by table or header. */
+static uint64_t chunk_points(const stp_laz *laz, size_t index)
+{
+    const uint64_t first = laz->chunks.list[index].first;
+    const uint64_t left = laz->params.header->point_count - first;
+    uint64_t points = laz->layout.chunked ? laz->layout.chunk_points : left;
+    if (index + 1 < laz->chunks.count)
+        points = laz->chunks.list[index + 1].first - first;
+    return points < left ? points : left;
+}
+
+/* Reads the count of points and the sizes of layers that follow the first record. */
+static stp_status begin_layered(stp_laz *laz, size_t index, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_laz_decoder *d = &laz->decoders[0];
+    unsigned char bytes[4];
+    uint64_t behind = 0;
+    stp_laz_decoder_raw(d, bytes, sizeof bytes);
+    const uint32_t points = stp_las_u32(bytes);
+    for (unsigned i = 0; i < laz->layer_count; i++) {
+        stp_laz_decoder_raw(d, bytes, sizeof bytes);
+        laz->layer_bytes[i] = stp_las_u32(bytes);
+    }
+    STP_TRY(check_decoders(laz, err));
+    if (laz->layout.chunk_points == UINT32_MAX && !laz->chunks.complete)
+        laz->end = laz->chunks.list[index].first + points;
+    if (points < laz->end - laz->next) {
+        status = damaged(laz, "its chunk has fewer points than the table of chunks says", err);
+        goto done;
+    }
+    STP_TRY(open_layers(laz, stp_laz_decoder_place(d), chunk_limit(laz, index), &behind, err));
+    if (laz->end - laz->next > 1 && laz->decoders[0].length == 0) {
+        status = damaged(laz, "its chunk has no positions", err);
+        goto done;
+    }
+    STP_TRY(learn_next(laz, behind, err));
+done:
+    return status;
+}
+
+static stp_status open_chunk(stp_laz *laz, size_t index, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t begin = laz->chunks.list[index].begin, end = chunk_limit(laz, index);
+    const unsigned char *at = laz->first;
+    stp_laz_decoder *d = &laz->decoders[0];
+    unsigned channel = 0;
+    laz->chunk = index;
+    laz->next = laz->chunks.list[index].first;
+    laz->end = laz->next; /* none is open until all is well */
+    for (unsigned i = 0; i < laz->layer_count; i++)
+        laz->decoders[i].cut = false;
+    if (begin > end)
+        return damaged(laz, "its chunk lies outside of the file", err);
+    stp_laz_decoder_open(d, laz->params.source->descriptor, begin, end);
+    stp_laz_decoder_raw(d, laz->first, laz->params.header->record_bytes);
+    STP_TRY(check_decoders(laz, err));
+    laz->epoch++;
+    laz->begun = false;
+    for (unsigned i = 0; i < laz->layout.item_count; i++) {
+        if (!laz->layout.items[i].coder->skipped)
+            channel = laz->layout.items[i].coder->begin(laz->states[i], at, channel);
+        at += laz->layout.items[i].bytes;
+    }
+    laz->end = laz->next + chunk_points(laz, index);
+    if (laz->layout.layered)
+        status = begin_layered(laz, index, err);
+    if (status != STP_OK)
+        laz->end = laz->next;
+done:
+    return status;
+}
+
+/* ---- points ---- */
+
+static void unpack(stp_laz *laz, unsigned char *record)
+{
+    unsigned layer = 0, channel = 0;
+    for (unsigned i = 0; i < laz->layout.item_count; i++) {
+        const stp_laz_coder *coder = laz->layout.items[i].coder;
+        if (coder->skipped)
+            memset(record, 0, laz->layout.items[i].bytes);
+        else
+            channel = coder->next(laz->states[i], &laz->decoders[layer], channel, record);
+        record += laz->layout.items[i].bytes;
+        layer += stp_laz_item_layers(&laz->layout, i);
+    }
+}
+
+/* Unpacks count points of the open chunk. */
+static void unpack_run(stp_laz *laz, unsigned char *records, size_t count)
+{
+    const size_t bytes = laz->params.header->record_bytes;
+    size_t i = 0;
+    if (!laz->begun && count > 0) {
+        memcpy(records, laz->first, bytes);
+        /* A chunk of one point has nothing else. */
+        if (!laz->layout.layered && laz->end - laz->next > 1)
+            stp_laz_decoder_begin(&laz->decoders[0], laz->epoch);
+        laz->begun = true;
+        i = 1;
+    }
+    for (; i < count; i++)
+        unpack(laz, records + i * bytes);
+    laz->next += count;
+}
+
+/* Opens the chunk behind the one that has ended. */
+static stp_status next_chunk(stp_laz *laz, stp_error *err)
+{
+    const bool first = laz->epoch == 0;
+    const size_t index = first ? 0 : laz->chunk + 1;
+    if (index + laz->chunks.complete >= laz->chunks.count)
+        return damaged(laz, "there is no chunk for it", err);
+    return open_chunk(laz, index, err);
+}
+
+stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    while (count > 0) {
+        if (laz->next == laz->end)
+            STP_TRY(next_chunk(laz, err));
+        const uint64_t left = laz->end - laz->next;
+        const size_t part = left < count ? (size_t)left : count;
+        unpack_run(laz, records, part);
+        STP_TRY(check_decoders(laz, err));
+        if (laz->next == laz->end && !laz->layout.layered)
+            STP_TRY(learn_next(laz, stp_laz_decoder_place(&laz->decoders[0]), err));
+        records += part * laz->params.header->record_bytes;
+        count -= part;
+    }
+done:
+    return status;
+}
+
+/* The last known chunk that begins at or before a point. */
+static size_t find_chunk(const stp_laz *laz, uint64_t point)
+{
+    size_t low = 0, high = laz->chunks.count - laz->chunks.complete;
+    while (high > low + 1) {
+        const size_t middle = low + (high - low) / 2;
+        if (laz->chunks.list[middle].first <= point)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
+{
+    stp_status status = STP_OK;
+    unsigned char *skipped = NULL;
+    if (laz->epoch > 0 && point == laz->next)
+        return STP_OK;
+    const size_t index = find_chunk(laz, point);
+    const bool ahead = laz->epoch > 0 && index == laz->chunk && point > laz->next;
+    if (!ahead)
+        STP_TRY(open_chunk(laz, index, err));
+    STP_TRY(stp_alloc(&skipped, SKIP_POINTS, laz->params.header->record_bytes, "records", err));
+    while (laz->next < point) {
+        const uint64_t left = point - laz->next;
+        STP_TRY(stp_laz_read(laz, skipped, left < SKIP_POINTS ? (size_t)left : SKIP_POINTS, err));
+    }
+done:
+    free(skipped);
+    return status;
+}
