@@ -190,7 +190,8 @@ stp_status reference_segment_wide(const stp_view *view, const reference_disc *a,
         reach = fmax(reach, 1.0 + ball_reach(view, disc.position, disc.radius));
     }
     for (int k = 0; k < 2; k++) {
-        low[k] = fmax(0.0, floor(fmin(m.from[k], m.from[k] + m.way[k]) - reach));
+        low[k] = floor(fmin(m.from[k], m.from[k] + m.way[k]) - reach);
+        low[k] = fmin(size[k], fmax(0.0, low[k]));
         high[k] = fmin(size[k], fmax(m.from[k], m.from[k] + m.way[k]) + reach);
     }
     for (int y = (int)low[1]; y < high[1]; y++)

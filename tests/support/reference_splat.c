@@ -82,7 +82,7 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
             c.q = own ? INFINITY
                       : reference_meet(pyramid, &p, p.dx, p.dy, i + 0.5, j + 0.5, &c.depth);
             if (own)
-                c.q = (int)p.dx == i && (int)p.dy == j ? 0.0 : INFINITY;
+                c.q = trunc(p.dx) == i && trunc(p.dy) == j ? 0.0 : INFINITY;
             c.end = c.depth + p.z_max - p.z_min;
             if (c.q <= 1.0 && c.depth > view->near_depth)
                 each(&pixels[j * view->width + i], &c, i, j);
