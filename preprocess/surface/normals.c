@@ -148,10 +148,11 @@ static plane fit(const estimation *e, uint32_t self)
  * farther half of the neighbours is as good as all. */
 static float noise_near(const estimation *e, const uint32_t *list, unsigned count)
 {
+    const unsigned begin = count / 2;
     float inverse = 0.0f;
-    for (unsigned i = count / 2; i < count; i++)
+    for (unsigned i = begin; i < count; i++)
         inverse += 1.0f / e->planes[list[i]].variance;
-    return (float)(count - count / 2) / inverse;
+    return (float)(count - begin) / inverse;
 }
 
 /* Adds to a plane the moments of those of the farther half of the neighbours that are on the same

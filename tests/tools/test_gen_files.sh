@@ -12,7 +12,7 @@ header_bytes() { # file
     LC_ALL=C sed '/^end_header/q' "$1" | wc -c
 }
 
-for shape in bumpy terrain sphere plane torus sheet tree; do
+for shape in bumpy terrain sphere plane torus sheet tree building; do
     stride=15 # three floats, three bytes; the sheet also has a class
     [ $shape = sheet ] && stride=16
     for count in 1 2 1000; do

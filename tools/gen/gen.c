@@ -195,6 +195,8 @@ static const char *check(const options *o, gen_shape shape)
         return "--normals: LAS has no normals; give -o F.ply";
     if (o->truth != NULL && shape != GEN_BUMPY)
         return "--truth needs the shape bumpy";
+    if (o->mesh_triangles > 0 && shape == GEN_BUILDING)
+        return "--mesh-triangles: the building's mesh is the building";
     if (o->mesh_triangles > 0 && shape == GEN_TREE)
         return "--mesh-triangles: the tree's mesh is the tree; give -n N for about N vertices";
     if (o->station_count > GEN_STATION_LIMIT)
@@ -255,7 +257,8 @@ const cli_command cli_gen = {
     .details =
         "Shapes: statue, bumpy, terrain, sphere, plane, torus, sheet (two sides one spacing "
         "apart),\n"
-        "tree (leaves and branches; its mesh has about N vertices, 16 million at most).\n"
+        "tree (leaves and branches; its mesh has about N vertices, 16 million at most),\n"
+        "building (twenty rooms with doors, windows and furniture).\n"
         "The scan is LAS 1.4 if its name ends in .las, else PLY.\n"
         "Points are spread evenly over the true surface. Memory grows with the tree, but not with\n"
         "the number of points of other shapes.\n"

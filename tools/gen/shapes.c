@@ -41,6 +41,9 @@ void gen_surface_init(gen_surface *surface, gen_shape shape, uint64_t point_coun
     case GEN_TREE:
         gen_tree_init(surface, point_count);
         break;
+    case GEN_BUILDING:
+        gen_building_init(surface);
+        break;
     case GEN_SHEET:
     case GEN_SHAPE_COUNT:
         gen_sheet_init(surface, point_count);

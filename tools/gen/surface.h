@@ -2,10 +2,10 @@
  *
  * A surface is a proxy and a projection. The proxy is a triangle mesh near the surface; it only
  * says where there is how much area. The projection takes any point near the surface onto it and
- * gives the truth: the exact position, the exact normal, the colour. Only the tree is its own mesh:
- * flat triangles, whose vertices have the normals and colours. No surface has state beyond this
- * struct, so nothing is destroyed. Units: the model's own, right-handed; +y up, the terrain +z up.
- * Threads: any, once made. */
+ * gives the truth: the exact position, the exact normal, the colour. The tree and the building
+ * are their own meshes: flat triangles, whose vertices have the normals and colours. No surface has
+ * state beyond this struct, so nothing is destroyed. Units: the model's own, right-handed; +y up,
+ * terrain and building +z up. Threads: any, once made. */
 #ifndef STP_TOOLS_GEN_SURFACE_H
 #define STP_TOOLS_GEN_SURFACE_H
 
@@ -27,7 +27,8 @@
     X(PLANE, plane)                                                                                \
     X(TORUS, torus)                                                                                \
     X(SHEET, sheet)                                                                                \
-    X(TREE, tree)
+    X(TREE, tree)                                                                                  \
+    X(BUILDING, building)
 
 typedef enum gen_shape {
 #define X(constant, name) GEN_##constant,
@@ -66,7 +67,7 @@ struct gen_surface {
     uint64_t mesh_triangles;  /* the default of --mesh */
     stp_dvec3 centre;         /* centre of a ball around the surface */
     double radius;
-    /* Makes a mesh of about triangle_count triangles; the tree has only one mesh. Errors:
+    /* Makes a mesh of about triangle_count triangles; tree and building have only one mesh. Errors:
      * OUT_OF_MEMORY, LIMIT. */
     stp_status (*mesh)(const gen_surface *surface, uint64_t triangle_count, stp_pool *pool,
                        gen_mesh *out, stp_error *err);
@@ -99,5 +100,6 @@ void gen_plane_init(gen_surface *surface);
 void gen_torus_init(gen_surface *surface);
 void gen_sheet_init(gen_surface *surface, uint64_t point_count);
 void gen_tree_init(gen_surface *surface, uint64_t point_count);
+void gen_building_init(gen_surface *surface);
 
 #endif
