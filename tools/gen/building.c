@@ -269,9 +269,9 @@ static void add_storey(builder *b, double floor)
                 add_leaf(b, &w);
         }
     for (int k = 0; k < 4 * COLUMNS * ROWS; k++) {
-        const int room = k / 4;
-        const double x = (room % COLUMNS) * room_m + (k % 2 ? room_m - 1.75 : 0.3);
-        const double y = (room / COLUMNS) * room_m + (k / 2 % 2 ? room_m - 1.75 : 0.3);
+        const int column = k / 4 % COLUMNS, row = k / 4 / COLUMNS;
+        const double x = column * room_m + (k % 2 ? room_m - 1.75 : 0.3);
+        const double y = row * room_m + (k / 2 % 2 ? room_m - 1.75 : 0.3);
         furnish(b, (stp_dvec3){x, y, floor});
     }
 }
