@@ -144,6 +144,7 @@ check_file() { # name
     [ "$code" = 0 ] || return
     drawn=$((drawn + 1))
     check_prep "$1"
+    [[ $1 != */ept-data/* ]] || return 0 # tiles: parts of one survey
     check_picture "$1"
     write_views
     check_cull "$1"
