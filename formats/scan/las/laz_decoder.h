@@ -94,6 +94,12 @@ uint64_t stp_laz_decode_u64(stp_laz_decoder *d);
 int32_t stp_laz_decode_integer(stp_laz_decoder *d, stp_laz_integer *m, int32_t predicted,
                                unsigned context);
 
+/* Contexts of numbers are limited. */
+static inline unsigned stp_laz_at_most(unsigned value, unsigned most)
+{
+    return value < most ? value : most;
+}
+
 /* A symbol is added to a byte, modulo 256. */
 static inline unsigned char stp_laz_decode_byte(stp_laz_decoder *d, stp_laz_symbols *m,
                                                 unsigned predicted)

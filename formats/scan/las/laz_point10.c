@@ -1,7 +1,6 @@
 /* Decodes LAZ's POINT10, the 20 bytes that all points of formats 0 to 5 begin with. */
 #include "formats/scan/las/laz_item.h"
 
-#include "formats/scan/las/las_bytes.h"
 #include "formats/scan/las/laz_median.h"
 
 #include <string.h>
@@ -9,22 +8,6 @@
 /* Places in a record. */
 enum { AT_X = 0, AT_Y = 4, AT_Z = 8, AT_INTENSITY = 12, AT_RETURNS = 14, AT_CLASS = 15 };
 enum { AT_ANGLE = 16, AT_USER = 17, AT_SOURCE = 18 };
-
-static int32_t get_i32(const unsigned char *at)
-{
-    return (int32_t)stp_las_u32(at);
-}
-
-/* a + b without overflow of signed numbers */
-static int32_t add(int32_t a, int32_t b)
-{
-    return (int32_t)((uint32_t)a + (uint32_t)b);
-}
-
-static unsigned at_most(unsigned value, unsigned most)
-{
-    return value < most ? value : most;
-}
 
 /* ---- version 1 ---- */
 
@@ -76,16 +59,17 @@ static unsigned v1_next(void *state, stp_laz_decoder *d, unsigned channel, unsig
     point10_v1 *s = state;
     unsigned char *p = s->last;
     const int32_t x = stp_laz_decode_integer(d, &s->x, median_of_three(s->x_changes), 0);
-    const int32_t y =
-        stp_laz_decode_integer(d, &s->y, median_of_three(s->y_changes), at_most(s->x.size, 19));
-    stp_las_put_u32(p + AT_X, (uint32_t)add(get_i32(p + AT_X), x));
-    stp_las_put_u32(p + AT_Y, (uint32_t)add(get_i32(p + AT_Y), y));
+    const int32_t y = stp_laz_decode_integer(d, &s->y, median_of_three(s->y_changes),
+                                             stp_laz_at_most(s->x.size, 19));
+    stp_las_put_u32(p + AT_X, stp_las_u32(p + AT_X) + (uint32_t)x);
+    stp_las_put_u32(p + AT_Y, stp_las_u32(p + AT_Y) + (uint32_t)y);
     s->x_changes[s->oldest] = x;
     s->y_changes[s->oldest] = y;
     s->oldest = (s->oldest + 1) % 3;
     const unsigned size = (s->x.size + s->y.size) / 2;
-    stp_las_put_u32(
-        p + AT_Z, (uint32_t)stp_laz_decode_integer(d, &s->z, get_i32(p + AT_Z), at_most(size, 19)));
+    stp_las_put_u32(p + AT_Z,
+                    (uint32_t)stp_laz_decode_integer(d, &s->z, (int32_t)stp_las_u32(p + AT_Z),
+                                                     stp_laz_at_most(size, 19)));
     const unsigned changed = stp_laz_decode_symbol(d, &s->changed);
     if (changed & 32)
         stp_las_put_u16(p + AT_INTENSITY, (uint16_t)stp_laz_decode_integer(
@@ -173,7 +157,7 @@ static void v2_fields(point10_v2 *s, stp_laz_decoder *d, unsigned changed)
     const unsigned context = return_context[p[AT_RETURNS] >> 3 & 7][p[AT_RETURNS] & 7];
     if (changed & 16)
         s->intensities[context] = (uint16_t)stp_laz_decode_integer(
-            d, &s->intensity, s->intensities[context], at_most(context, 3));
+            d, &s->intensity, s->intensities[context], stp_laz_at_most(context, 3));
     stp_las_put_u16(p + AT_INTENSITY, s->intensities[context]);
     if (changed & 8)
         p[AT_CLASS] = (unsigned char)stp_laz_decode_symbol(d, &s->classes[p[AT_CLASS]]);
@@ -197,18 +181,12 @@ static unsigned v2_next(void *state, stp_laz_decoder *d, unsigned channel, unsig
     const unsigned context = return_context[count][number];
     const unsigned level = count > number ? count - number : number - count;
     const unsigned single = count == 1;
-    stp_laz_median *median = &s->x_median[context];
-    const int32_t x = stp_laz_decode_integer(d, &s->x, stp_laz_median_get(median), single);
-    stp_laz_median_add(median, x);
-    stp_las_put_u32(p + AT_X, (uint32_t)add(get_i32(p + AT_X), x));
-    median = &s->y_median[context];
-    const int32_t y = stp_laz_decode_integer(d, &s->y, stp_laz_median_get(median),
-                                             single + at_most(s->x.size & ~1u, 20));
-    stp_laz_median_add(median, y);
-    stp_las_put_u32(p + AT_Y, (uint32_t)add(get_i32(p + AT_Y), y));
+    stp_laz_decode_along(d, &s->x, &s->x_median[context], single, p + AT_X);
+    stp_laz_decode_along(d, &s->y, &s->y_median[context],
+                         single + stp_laz_at_most(s->x.size & ~1u, 20), p + AT_Y);
     const unsigned size = (s->x.size + s->y.size) / 2;
-    s->heights[level] =
-        stp_laz_decode_integer(d, &s->z, s->heights[level], single + at_most(size & ~1u, 18));
+    s->heights[level] = stp_laz_decode_integer(d, &s->z, s->heights[level],
+                                               single + stp_laz_at_most(size & ~1u, 18));
     stp_las_put_u32(p + AT_Z, (uint32_t)s->heights[level]);
     memcpy(out, p, sizeof s->last);
     return channel;

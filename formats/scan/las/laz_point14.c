@@ -2,7 +2,6 @@
  * 4 differ in what the point's other items take for its channel. */
 #include "formats/scan/las/laz_item.h"
 
-#include "formats/scan/las/las_bytes.h"
 #include "formats/scan/las/laz_median.h"
 #include "formats/scan/las/laz_time.h"
 
@@ -74,11 +73,6 @@ static const uint8_t return_context[16][16] = {{0, 1, 2, 3, 4, 5, 3, 4, 4, 5, 5,
                                                {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5},
                                                {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5}};
 #define HEIGHT_CONTEXT_MOST 7u
-
-static unsigned at_most(unsigned value, unsigned most)
-{
-    return value < most ? value : most;
-}
 
 static void channel_place(channel_state *c, stp_laz_arena *arena)
 {
@@ -184,30 +178,21 @@ static returns decode_returns(channel_state *c, stp_laz_decoder *d, unsigned cha
     return r;
 }
 
-/* Adds a difference near the median of those before it to a coordinate. */
-static void decode_along(stp_laz_decoder *d, stp_laz_integer *m, stp_laz_median *median,
-                         unsigned context, unsigned char *at)
-{
-    const int32_t change = stp_laz_decode_integer(d, m, stp_laz_median_get(median), context);
-    stp_laz_median_add(median, change);
-    stp_las_put_u32(at, stp_las_u32(at) + (uint32_t)change);
-}
-
 static void decode_position(channel_state *c, stp_laz_decoder *layers, const returns *r)
 {
     const unsigned context = (unsigned)return_context[r->count][r->number] << 1 | r->time_changed;
     const unsigned single = r->count == 1;
     stp_laz_decoder *d = &layers[LAYER_RETURNS_XY];
-    decode_along(d, &c->x, &c->x_median[context], single, c->last + AT_X);
-    decode_along(d, &c->y, &c->y_median[context], single + at_most(c->x.size & ~1u, 20),
-                 c->last + AT_Y);
+    stp_laz_decode_along(d, &c->x, &c->x_median[context], single, c->last + AT_X);
+    stp_laz_decode_along(d, &c->y, &c->y_median[context],
+                         single + stp_laz_at_most(c->x.size & ~1u, 20), c->last + AT_Y);
     if (layers[LAYER_Z].length == 0)
         return;
     const unsigned off = r->count > r->number ? r->count - r->number : r->number - r->count;
-    int32_t *height = &c->heights[at_most(off, HEIGHT_CONTEXT_MOST)];
+    int32_t *height = &c->heights[stp_laz_at_most(off, HEIGHT_CONTEXT_MOST)];
     const unsigned size = (c->x.size + c->y.size) / 2;
-    *height =
-        stp_laz_decode_integer(&layers[LAYER_Z], &c->z, *height, single + at_most(size & ~1u, 18));
+    *height = stp_laz_decode_integer(&layers[LAYER_Z], &c->z, *height,
+                                     single + stp_laz_at_most(size & ~1u, 18));
     stp_las_put_u32(c->last + AT_Z, (uint32_t)*height);
 }
 

@@ -77,10 +77,10 @@ static void rgb12_place(void *state, unsigned bytes, stp_laz_arena *arena)
     rgb_place(&s->models, arena);
 }
 
+/* Both versions' states begin with the last colour. */
 static unsigned rgb12_begin(void *state, const unsigned char *first, unsigned channel)
 {
-    rgb12 *s = state;
-    memcpy(s->last, first, sizeof s->last);
+    memcpy(state, first, RGB_BYTES);
     return channel;
 }
 
@@ -115,13 +115,6 @@ static void rgb1_place(void *state, unsigned bytes, stp_laz_arena *arena)
     stp_laz_integer_place(&s->value, 8, RGB_BYTES, arena);
 }
 
-static unsigned rgb1_begin(void *state, const unsigned char *first, unsigned channel)
-{
-    rgb12_v1 *s = state;
-    memcpy(s->last, first, sizeof s->last);
-    return channel;
-}
-
 static unsigned rgb1_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
 {
     rgb12_v1 *s = state;
@@ -138,7 +131,7 @@ const stp_laz_coder stp_laz_rgb12_v1 = {.type = STP_LAZ_RGB12,
                                         .bytes = RGB_BYTES,
                                         .state_bytes = sizeof(rgb12_v1),
                                         .place = rgb1_place,
-                                        .begin = rgb1_begin,
+                                        .begin = rgb12_begin,
                                         .next = rgb1_next};
 
 /* ---- RGB14 and RGBNIR14 ---- */
