@@ -71,3 +71,9 @@ unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count)
         shift++;
     return shift;
 }
+
+unsigned stp_level_normal_shift(const stp_chunk *chunk, int level)
+{
+    const uint32_t count = chunk->level_begin[level][chunk->patch_count];
+    return chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], count) : 0;
+}

@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_NORMAL_GRID_H
 #define STP_FORMATS_CHUNK_NORMAL_GRID_H
 
-#include "formats/chunk/sample.h"
+#include "formats/chunk/chunk_file.h"
 
 #include <stddef.h>
 
@@ -35,5 +35,7 @@ void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3]);
 double stp_normal_grid_angle(unsigned bits);
 /* The greatest shift for which all normals are on the grid. */
 unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count);
+/* The same of a level of a block; 0 for a chunk without blocks, which has no grids. */
+unsigned stp_level_normal_shift(const stp_chunk *chunk, int level);
 
 #endif

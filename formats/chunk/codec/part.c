@@ -121,13 +121,6 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     return status;
 }
 
-/* The shift of a level's normals in the tables of a block. */
-static unsigned level_shift(const stp_chunk *chunk, int level)
-{
-    return chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], level_count(chunk, level))
-                           : 0;
-}
-
 static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_level_tables *tables,
                                       stp_error *err)
 {
@@ -163,7 +156,7 @@ static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_er
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
-    table.normal_shift = level_shift(chunk, VERTEX_LEVEL);
+    table.normal_shift = stp_level_normal_shift(chunk, VERTEX_LEVEL);
     stp_predict_vertices_encode(chunk, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
@@ -176,7 +169,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
     STP_TRY(level_tables_create(chunk, level, &tables, err));
-    tables.elder.normal_shift = tables.last.normal_shift = level_shift(chunk, level);
+    tables.elder.normal_shift = tables.last.normal_shift = stp_level_normal_shift(chunk, level);
     stp_predict_level_encode(chunk, level, &tables);
     STP_TRY(stp_table_encode(&tables.elder, out, err));
     STP_TRY(stp_table_encode(&tables.last, out, err));

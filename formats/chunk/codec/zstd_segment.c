@@ -353,9 +353,7 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
 {
     stp_status status = STP_OK;
     uint32_t families = stp_families_count(chunk, level);
-    const uint32_t count = chunk->level_begin[level][chunk->patch_count];
-    const unsigned shift =
-        chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], count) : 0;
+    const unsigned shift = stp_level_normal_shift(chunk, level);
     uint8_t *planes = NULL;
     void *lanes = NULL;
     uint8_t *parts[PARTS];

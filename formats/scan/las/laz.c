@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Layers of POINT14 that stipple reads: up to intensity. */
+/* Layers that stipple reads: of POINT14 up to intensity, and colour. */
 #define POINT14_LAYERS_READ 5u
 /* Points that a seek unpacks at once. */
 #define SKIP_POINTS 64u
@@ -120,9 +120,9 @@ void stp_laz_close(stp_laz **laz)
 static bool is_wanted(const stp_laz *laz, unsigned item, unsigned layer)
 {
     const stp_laz_coder *coder = laz->layout.items[item].coder;
-    if (coder->skipped)
-        return false;
-    return laz->params.all_fields || coder->type != STP_LAZ_POINT14 || layer < POINT14_LAYERS_READ;
+    const bool read = coder->type == STP_LAZ_POINT14 ? layer < POINT14_LAYERS_READ
+                                                     : layer == 0 && coder->type != STP_LAZ_BYTES14;
+    return !coder->skipped && (read || laz->params.all_fields);
 }
 
 /* Opens the decoders of a layered chunk, whose layers begin at a place of the file. *behind: where
