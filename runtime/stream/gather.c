@@ -101,6 +101,15 @@ static void read_run(stp_chunk_file *file, stp_gather_item *items, const span *s
     }
 }
 
+/* Whether an item still gains by a run: a part is of no use where one before it did not come. */
+static bool is_useful(const stp_gather_item *items, const span *spans, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (items[spans[i].item].status == STP_OK)
+            return true;
+    return false;
+}
+
 /* Whether a server sent other bytes than the file has. */
 static bool is_wrong(const span *s, const stp_gather_item *items)
 {
@@ -147,6 +156,8 @@ uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t co
     qsort(spans, span_count, sizeof *spans, compare_spans);
     for (size_t i = 0, run; i < span_count; i += run) {
         run = run_of(spans + i, span_count - i, gap_of(file), &end);
+        if (!is_useful(items, spans + i, run))
+            continue;
         read_run(file, items, spans + i, run, end, buffer);
         read += end - spans[i].begin;
     }

@@ -237,6 +237,52 @@ static void a_server_fails_in_part(void **state)
     disconnect(&x);
 }
 
+/* Reads what is left of a group. Returns whether all of it is there. */
+static bool read_rest(const remote *x, stp_gather_item *items, size_t count)
+{
+    static uint8_t buffer[STP_GATHER_BYTES];
+    bool there = true;
+    stp_gather_read(x->model->file, items, count, buffer);
+    for (size_t i = 0; i < count; i++) {
+        there &= items[i].status == STP_OK;
+        items[i].out += items[i].got - items[i].begin;
+        items[i].begin = items[i].got;
+        items[i].status = STP_OK;
+    }
+    return there;
+}
+
+/* A group of blocks takes several requests, of which each second fails: each attempt gets farther
+ * than the one before, and nothing is asked for that is of no use. */
+static void a_group_gets_farther(void **state)
+{
+    enum { BLOCKS = 2 };
+    (void)state;
+    remote x;
+    connect_to(&x, 2000);
+    for (uint32_t b = 0; b + BLOCKS <= x.model->first_block[x.model->info->chunk_count]; b++) {
+        stp_gather_item items[BLOCKS] = {0};
+        uint8_t *memory[BLOCKS];
+        for (size_t i = 0; i < BLOCKS; i++) {
+            items[i].block = &x.model->blocks[b + i];
+            items[i].end = stp_block_payload_bytes(items[i].block, 0);
+            items[i].out = memory[i] = malloc(items[i].end);
+            assert_non_null(memory[i]);
+        }
+        order(&x, FAULT_STATUS);
+        assert_false(read_rest(&x, items, BLOCKS));
+        assert_true(fault_server_requests(&x.server) <= BLOCKS);
+        fault_server_order(
+            &x.server,
+            &(fault_orders){.kind = FAULT_STATUS, .count = UINT32_MAX, .every = 2, .code = 503});
+        for (int attempt = 0; !read_rest(&x, items, BLOCKS); attempt++)
+            assert_true(attempt < BLOCKS * STP_SEGMENT_COUNT);
+        for (size_t i = 0; i < BLOCKS; i++)
+            free(memory[i]);
+    }
+    disconnect(&x);
+}
+
 /* A picture that waits fails with a sentence, as often as the server does, and not once more. */
 static void waiting_fails_and_goes_on(void **state)
 {
@@ -491,6 +537,7 @@ int main(void)
         cmocka_unit_test_prestate(outages_pass, model),
         cmocka_unit_test_prestate(a_return_is_noticed_soon, model),
         cmocka_unit_test_prestate(a_server_fails_in_part, model),
+        cmocka_unit_test_prestate(a_group_gets_farther, model),
         cmocka_unit_test_prestate(waiting_fails_and_goes_on, model),
         cmocka_unit_test_prestate(silence_holds_nothing_up, model),
         cmocka_unit_test_prestate(no_memory_ends_a_waiting_picture, model),
