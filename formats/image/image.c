@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "formats/image/image_module.h"
+#include "formats/image/png_file.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -25,7 +26,10 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     stp_status status = stp_file_open(path, &descriptor, &size, err);
     if (status != STP_OK)
         return status;
+    bool is_png = stp_png_is_file(descriptor);
     close(descriptor);
+    if (is_png)
+        return stp_png_load(out, path, err);
     status = stp_image_module_get(&module, err);
     if (status != STP_OK)
         return status;
@@ -105,6 +109,8 @@ stp_status stp_image_save(const stp_image *image, const char *path, bool force, 
     int memory = -1;
     stp_status status = STP_OK;
     stp_image_module module;
+    if (stp_png_is_named(path))
+        return stp_png_save(image, path, force, err);
     STP_TRY(stp_image_module_get(&module, err));
     STP_TRY(open_memory(&memory, name, path, err));
     stp_oiio_result result =

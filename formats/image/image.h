@@ -1,5 +1,5 @@
-/* Reads and writes images through OpenImageIO: 8-bit RGBA both ways, floats only out; top row
- * first. Threads: any, one image each. */
+/* Reads and writes images, PNG by libpng, others through OpenImageIO: 8-bit RGBA both ways, floats
+ * only out; top row first. Threads: any, one image each. */
 #ifndef STP_FORMATS_IMAGE_IMAGE_H
 #define STP_FORMATS_IMAGE_IMAGE_H
 

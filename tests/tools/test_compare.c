@@ -203,6 +203,15 @@ static void images_keep_their_bytes(void **state)
     stp_image_destroy(&a);
 }
 
+static size_t read_bytes(const char *path, unsigned char *bytes, size_t limit)
+{
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    const size_t size = fread(bytes, 1, limit, file);
+    fclose(file);
+    return size;
+}
+
 static void images_that_fail(void **state)
 {
     (void)state;
@@ -216,16 +225,104 @@ static void images_that_fail(void **state)
     assert_int_equal(access("picture.unknown", F_OK), -1);
     assert_int_equal(stp_image_save(&a, "whole.tif", false, &err), STP_OK);
     unsigned char bytes[4096];
-    FILE *file = fopen("whole.tif", "rb");
-    assert_non_null(file);
-    const size_t size = fread(bytes, 1, sizeof bytes, file);
-    fclose(file);
-    /* no PNG here: libpng leaves OpenImageIO's reader by longjmp, which leaks memory */
+    const size_t size = read_bytes("whole.tif", bytes, sizeof bytes);
     scan_fixture_bytes("cut.tif", bytes, size / 2);
     const stp_status status = stp_image_load(&b, "cut.tif", &err);
     assert_true(status == STP_CORRUPT || status == STP_FORMAT);
     assert_null(b.rgba);
     stp_image_destroy(&a);
+}
+
+/* However little of a PNG is there, it is named as damaged, and nothing leaks. */
+static void cut_pngs_are_damaged(void **state)
+{
+    (void)state;
+    stp_image a = blank(8, 8), b = {0};
+    stp_error err = {0};
+    unsigned char bytes[4096];
+    assert_int_equal(stp_image_save(&a, "whole.png", true, &err), STP_OK);
+    const size_t size = read_bytes("whole.png", bytes, sizeof bytes);
+    assert_true(size > 60 && size < sizeof bytes);
+    for (size_t cut = 8; cut + 12 < size; cut++) { /* the last 12 bytes are IEND */
+        scan_fixture_bytes("cut.png", bytes, cut);
+        assert_int_equal(stp_image_load(&b, "cut.png", &err), STP_CORRUPT);
+        assert_int_equal(strncmp(err.message, "cut.png: the image is damaged", 29), 0);
+        assert_null(b.rgba);
+    }
+    stp_image_destroy(&a);
+}
+
+/* Writes a chunk of a PNG: its length, its name and data, and their CRC-32. */
+static void png_chunk(FILE *file, const unsigned char *bytes, size_t size)
+{
+    uint32_t crc = 0xffffffff;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= bytes[i];
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
+    }
+    crc = ~crc;
+    const unsigned char length[4] = {0, 0, 0, (unsigned char)(size - 4)};
+    const unsigned char check[4] = {(unsigned char)(crc >> 24), (unsigned char)(crc >> 16),
+                                    (unsigned char)(crc >> 8), (unsigned char)crc};
+    fwrite(length, 1, 4, file);
+    fwrite(bytes, 1, size, file);
+    fwrite(check, 1, 4, file);
+}
+
+/* Pixels of 3, 200, 3 and 200 of 255 grey by four kinds of PNG; zlib stores them as they are. */
+static void any_png_is_rgba(void **state)
+{
+    (void)state;
+    static const struct {
+        unsigned char header[5]; /* bits, kind, and what is always 0 */
+        const char *extra;       /* a chunk between, its length in front */
+        size_t extra_bytes;
+        unsigned char row[8];
+        size_t row_bytes;
+    } kinds[] = {
+        {{8, 0}, NULL, 0, {3, 200, 3, 200}, 4},                  /* grey */
+        {{16, 0}, NULL, 0, {3, 3, 200, 200, 3, 3, 200, 200}, 8}, /* 16 bits */
+        {{1, 3}, "PLTE\3\3\3\310\310\310", 10, {0x50}, 1},       /* a palette */
+        {{8, 0}, "gAMA\0\0\261\217", 8, {3, 200, 3, 200}, 4},    /* 0.45455 */
+    };
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        stp_image image = {0};
+        stp_error err = {0};
+        unsigned char header[17] = {'I', 'H', 'D', 'R', 0, 0, 0, 4, 0, 0, 0, 1};
+        unsigned char data[32] = {'I', 'D', 'A', 'T', 0x78, 1, 1};
+        const size_t raw = kinds[k].row_bytes + 1; /* the row's filter comes first */
+        unsigned char *at = data + 7;
+        uint32_t a = 1, b = 0; /* Adler-32 */
+        memcpy(header + 12, kinds[k].header, 5);
+        *at++ = (unsigned char)raw;
+        *at++ = 0;
+        *at++ = (unsigned char)~raw;
+        *at++ = 0xff;
+        memcpy(at + 1, kinds[k].row, kinds[k].row_bytes);
+        for (size_t i = 0; i < raw; i++)
+            b += a += at[i];
+        at += raw;
+        const unsigned char check[4] = {(unsigned char)(b >> 8), (unsigned char)b,
+                                        (unsigned char)(a >> 8), (unsigned char)a};
+        memcpy(at, check, 4);
+        FILE *file = fopen("kind.png", "wb");
+        assert_non_null(file);
+        fwrite("\x89PNG\r\n\x1a\n", 1, 8, file);
+        png_chunk(file, header, sizeof header);
+        if (kinds[k].extra != NULL)
+            png_chunk(file, (const unsigned char *)kinds[k].extra, kinds[k].extra_bytes);
+        png_chunk(file, data, (size_t)(at + 4 - data));
+        png_chunk(file, (const unsigned char *)"IEND", 4);
+        fclose(file);
+        if (stp_image_load(&image, "kind.png", &err) != STP_OK)
+            fail_msg("kind %zu: %s", k, err.message);
+        static const uint8_t wanted[16] = {3, 3, 3, 255, 200, 200, 200, 255,
+                                           3, 3, 3, 255, 200, 200, 200, 255};
+        assert_int_equal(image.width, 4);
+        assert_memory_equal(image.rgba, wanted, sizeof wanted);
+        stp_image_destroy(&image);
+    }
 }
 
 /* JPEG has no alpha: what is covered in part is darker by as much as over black. */
@@ -255,6 +352,8 @@ int main(void)
         cmocka_unit_test(nothing_in_common),
         cmocka_unit_test(images_keep_their_bytes),
         cmocka_unit_test(images_that_fail),
+        cmocka_unit_test(cut_pngs_are_damaged),
+        cmocka_unit_test(any_png_is_rgba),
         cmocka_unit_test(jpeg_is_over_black),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
