@@ -47,7 +47,7 @@ stp_status stp_png_load(stp_image *out, const char *path, stp_error *err)
     *out = image;
     image.rgba = NULL;
 done:
-    stp_image_destroy(&image);
+    free(image.rgba);
     png_image_free(&png);
     return status;
 }
