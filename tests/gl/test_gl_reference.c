@@ -7,7 +7,7 @@
  * windows of three widths: the test judges each scene with one of them, in turns. It judges Gauss
  * from all ten views, any other mode from five of them: even views in one scene, odd views in the
  * next. With the argument --every, as in long_gl_reference, it judges each scene in all modes from
- * all views.
+ * all views, and in larger pictures, as scenes with lines always are.
  *
  * The GPU decides with floats which of two samples is nearer, or in which pixel a sample lies. In
  * doubles, two samples may differ by only a float's last bits. Such a pixel of level 0 is a tie: if
@@ -234,7 +234,8 @@ static size_t project_settled(reference_pyramid *reference, const reference_disc
 
 /* ---- scenes ---- */
 
-static const int sizes[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
+static const int sizes_every[][2] = {{512, 512}, {257, 129}, {333, 480}, {3, 7}, {1, 1}};
+static const int sizes_usual[][2] = {{384, 384}, {257, 129}, {250, 360}, {3, 7}, {1, 1}};
 
 /* Draws the model with both and adds up how they agree. */
 static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct reconstruct,
@@ -251,7 +252,7 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
     };
     stp_draw_stats stats;
     reference_pyramid reference;
-    bool large = view->width == sizes[0][0];
+    bool large = view->width == sizes_every[0][0] || view->width == sizes_usual[0][0];
     stp_draw_params params = {.lod = large ? STP_LOD_GEOMETRY : STP_LOD_COMPUTE,
                               .reconstruct = reconstruct,
                               .shade = shade,
@@ -313,6 +314,7 @@ static bool is_left_to_next(size_t mode, int view, int scene)
 static void judge_model(const char *name, double ties)
 {
     static int scene = -1;
+    const int(*sizes)[2] = everything || ties == SHAPE_TIES ? sizes_every : sizes_usual;
     gl_fixture f = {0};
     promise_disc *leaves = NULL;
     size_t leaf_count = 0;
@@ -355,7 +357,7 @@ static void judge_model(const char *name, double ties)
                       name, modes[m].name, total.agree, total.either,
                       100.0 * (double)total.agree / (double)total.either, total.coverage,
                       total.settled, total.shaded);
-        assert_true(judged >= 5 && total.either > 10000 * judged);
+        assert_true(judged >= 5 && total.either > 5000 * judged);
         assert_true((double)total.settled <= ties * (double)total.either);
         assert_true((double)total.shaded <= (1.0 - SHARE_WANTED) * (double)total.either);
         assert_true((double)total.agree >= SHARE_WANTED * (double)total.either);

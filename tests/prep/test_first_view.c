@@ -1,5 +1,5 @@
 /* Tests first views: which positions of scanners are believed, and from where a model is first
- * seen. */
+ * seen. Real scans: tests/support/real_scans.sh. */
 #include "base/sort.h"
 #include "tests/fixtures/first_view_fixture.h"
 
@@ -459,45 +459,6 @@ static void hidden_shares(void **state)
     free(p.at);
 }
 
-/* Real scans: which scanner is believed, which scan is a room, and which is seen whole. */
-static void real_scans(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *name;
-        stp_first_why why;
-        bool by_position; /* its normals are turned towards the scanner */
-    } cases[] = {
-        {"grids/office1.pcd", STP_FIRST_SCANNER, true},
-        {"grids/milk_cartoon_all_small_clorox.pcd", STP_FIRST_SCANNER, true},
-        {"stanford/bun000.ply", STP_FIRST_SCANNER, false},
-        {"meshlab-rangemaps/lato315.ply", STP_FIRST_SCANNER, false},
-        {"rooms/room-3.23M-rgb.ply", STP_FIRST_INTERIOR, false},
-        {"open3d/fragment.pcd", STP_FIRST_WHOLE, false},
-        {"lidar/FSite8_orig-utm.pcd", STP_FIRST_WHOLE, false},
-        {"lidar/CSite2_orig-utm.pcd", STP_FIRST_WHOLE, false},
-        {"lidar/autzen_trim_7.las", STP_FIRST_WHOLE, false},
-        {"odd/ColouredCubeFloat.e57", STP_FIRST_WHOLE, false},
-        {"stanford/bun_zipper.ply", STP_FIRST_WHOLE, false},
-        {"stanford-dragon/dragon_vrip.ply", STP_FIRST_WHOLE, false},
-        {"lion/lion_takanawa_342k_rgb_n.ply", STP_FIRST_WHOLE, false},
-        {"tree/tls-spruce-83k.las", STP_FIRST_WHOLE, false},
-        {"tree/eztree_oak_large.obj", STP_FIRST_WHOLE, false},
-    };
-    char path[4096];
-    if (!scan_fixture_has_real())
-        skip();
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        if (!scan_fixture_real(cases[i].name, path))
-            continue;
-        const stp_prep_stats stats = first_prep(path, 2);
-        if (stats.first.why != cases[i].why ||
-            (stats.orientation == STP_ORIENTATION_POSITION) != cases[i].by_position)
-            fail_msg("%s: first view %d, orientation %d", cases[i].name, (int)stats.first.why,
-                     (int)stats.orientation);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -516,7 +477,6 @@ int main(void)
         cmocka_unit_test(the_file_says_it),
         cmocka_unit_test(odd_clouds),
         cmocka_unit_test(hidden_shares),
-        cmocka_unit_test(real_scans),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

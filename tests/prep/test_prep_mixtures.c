@@ -9,7 +9,7 @@
 
 #define OUT "test_prep_mixtures.stipple"
 
-enum { MIXTURES = TEST_SIZE(100, 20), EXTREMES = TEST_SIZE(200, 40), TREES = TEST_SIZE(60, 10) };
+enum { MIXTURES = TEST_SIZE(50, 20), EXTREMES = TEST_SIZE(80, 40), TREES = TEST_SIZE(30, 10) };
 
 static void small_mixtures_are_sound(void **state)
 {

@@ -16,6 +16,30 @@ refusal_of() { # name within the folder
     esac
 }
 
+# Prints how a scan must first be seen (from its scanner, inside, or whole: its metadata name no view then), and how its
+# normals are turned if that is by the scanner's position.
+first_view_of() { # name
+    case $1 in
+        grids/office1.pcd | grids/milk_cartoon_all_small_clorox.pcd) echo 'scanner position' ;;
+        stanford/bun000.ply | meshlab-rangemaps/lato315.ply) echo 'scanner' ;;
+        rooms/room-3.23M-rgb.ply) echo 'interior' ;;
+        open3d/fragment.pcd | lidar/FSite8_orig-utm.pcd | lidar/CSite2_orig-utm.pcd | lidar/autzen_trim_7.las | \
+            odd/ColouredCubeFloat.e57 | stanford/bun_zipper.ply | stanford-dragon/dragon_vrip.ply | \
+            lion/lion_takanawa_342k_rgb_n.ply | tree/tls-spruce-83k.las | tree/eztree_oak_large.obj) echo 'whole' ;;
+    esac
+}
+
+check_first_view() { # name
+    local wanted found
+    wanted=$(first_view_of "$1")
+    [ -n "$wanted" ] || return 0
+    found=$("$STIPPLE" info --json "$model" | awk -F '"' '
+        $2 == "why" { why = $4 }
+        $2 == "orientation" { orientation = $4 == "position" ? " position" : "" }
+        END { print (why ? why : "whole") orientation }')
+    [ "$found" = "$wanted" ] || fail "$1: seen first: $found, expected: $wanted"
+}
+
 check_prep() { # name: every point is stored or rejected by name, and the model is sound
     local read stored rejected
     read=$(field points_in)
@@ -144,6 +168,7 @@ check_file() { # name
     [ "$code" = 0 ] || return
     drawn=$((drawn + 1))
     check_prep "$1"
+    check_first_view "$1"
     [[ $1 != */ept-data/* ]] || return 0 # tiles: parts of one survey
     check_picture "$1"
     write_views
