@@ -16,6 +16,26 @@
 
 #define MEMORY_NAME_BYTES 32
 
+/* Converts the library's result for an input to a message for the user. */
+static stp_status check_loaded(stp_oiio_result result, const char *path, const char *reason,
+                               stp_error *err)
+{
+    switch (result) {
+    case STP_OIIO_OK:
+        return STP_OK;
+    case STP_OIIO_NO_MEMORY:
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for the image", path);
+    case STP_OIIO_UNKNOWN_FORMAT:
+        return stp_error_set(err, STP_FORMAT, "%s is not an image that can be read: %s", path,
+                             reason);
+    case STP_OIIO_DISK_FULL:
+    case STP_OIIO_DAMAGED:
+    case STP_OIIO_FAILED:
+        break;
+    }
+    return stp_error_set(err, STP_CORRUPT, "%s: the image is damaged: %s", path, reason);
+}
+
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
 {
     char reason[256] = "";
@@ -33,23 +53,26 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     status = stp_image_module_get(&module, err);
     if (status != STP_OK)
         return status;
-    switch (module.load(path, &image.width, &image.height, &image.rgba, reason, sizeof reason)) {
-    case STP_OIIO_OK:
+    stp_oiio_result result =
+        module.load(path, &image.width, &image.height, &image.rgba, reason, sizeof reason);
+    status = check_loaded(result, path, reason, err);
+    if (status == STP_OK)
         *out = image;
-        return STP_OK;
-    case STP_OIIO_NO_MEMORY:
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for the image", path);
-    case STP_OIIO_UNKNOWN_FORMAT:
-        return stp_error_set(err, STP_FORMAT, "%s is not an image that can be read: %s", path,
-                             reason);
-    case STP_OIIO_DISK_FULL:
-    case STP_OIIO_DAMAGED:
-    case STP_OIIO_FAILED:
-        break;
-    }
-    return stp_error_set(err, STP_CORRUPT, "%s: the image is damaged: %s", path, reason);
+    return status;
 }
 
+stp_status stp_image_load_heights(const char *path, int *width, int *height, float **heights,
+                                  stp_error *err)
+{
+    char reason[256] = "";
+    stp_image_module module;
+    stp_status status = stp_image_module_get(&module, err);
+    if (status != STP_OK)
+        return status;
+    stp_oiio_result result =
+        module.load_heights(path, width, height, heights, reason, sizeof reason);
+    return check_loaded(result, path, reason, err);
+}
 /* Converts the library's result for an output to a message for the user. */
 static stp_status check_saved(stp_oiio_result result, const char *path, const char *use,
                               const char *reason, stp_error *err)

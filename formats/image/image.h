@@ -17,6 +17,10 @@ typedef struct stp_image {
 /* Loads any format that OpenImageIO reads, converted to 8-bit RGBA (alpha 255 if absent). Errors:
  * NOT_FOUND, FORMAT, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err);
+/* Loads one channel of floats, the top row first: the only one, or that named Z, depth or height.
+ * Free *heights with free(). Errors: as stp_image_load. */
+stp_status stp_image_load_heights(const char *path, int *width, int *height, float **heights,
+                                  stp_error *err);
 /* Saves in the format of the name's ending (png, tif, jpg, exr), over black if the format has no
  * alpha. The file appears whole or not at all. Errors: EXISTS, IO, UNSUPPORTED. */
 stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err);

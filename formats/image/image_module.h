@@ -8,6 +8,8 @@
 typedef struct stp_image_module {
     stp_oiio_result (*load)(const char *path, int *width, int *height, uint8_t **rgba,
                             char *message, size_t message_bytes);
+    stp_oiio_result (*load_heights)(const char *path, int *width, int *height, float **heights,
+                                    char *message, size_t message_bytes);
     stp_oiio_result (*save)(const char *path, const char *format_name, int width, int height,
                             const uint8_t *rgba, char *message, size_t message_bytes);
     stp_oiio_result (*save_floats)(const char *path, const char *format_name,

@@ -110,6 +110,46 @@ extern "C" stp_oiio_result stp_oiio_load(const char *path, int *width, int *heig
     }
 }
 
+extern "C" stp_oiio_result stp_oiio_load_heights(const char *path, int *width, int *height,
+                                                 float **heights, char *message,
+                                                 size_t message_bytes)
+{
+    float *values = nullptr;
+    try {
+        auto input = OIIO::ImageInput::open(path);
+        if (!input) {
+            say(message, message_bytes, OIIO::geterror());
+            return STP_OIIO_UNKNOWN_FORMAT;
+        }
+        const OIIO::ImageSpec &spec = input->spec();
+        int channel = spec.nchannels == 1 ? 0 : -1;
+        for (int i = 0; channel < 0 && i < spec.nchannels; i++)
+            for (const char *name : {"Z", "z", "depth", "height", "Y"})
+                if (spec.channelnames[static_cast<size_t>(i)] == name)
+                    channel = i;
+        if (channel < 0) {
+            say(message, message_bytes, "none of its channels is named Z, depth or height");
+            return STP_OIIO_UNKNOWN_FORMAT;
+        }
+        size_t count = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
+        values = static_cast<float *>(std::malloc(count ? count * sizeof *values : 1));
+        if (!values)
+            return STP_OIIO_NO_MEMORY;
+        if (!input->read_image(0, 0, channel, channel + 1, OIIO::TypeDesc::FLOAT, values)) {
+            say(message, message_bytes, input->geterror());
+            std::free(values);
+            return STP_OIIO_DAMAGED;
+        }
+        *width = spec.width;
+        *height = spec.height;
+        *heights = values;
+        return STP_OIIO_OK;
+    } catch (...) {
+        std::free(values);
+        return STP_OIIO_FAILED;
+    }
+}
+
 extern "C" stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width,
                                          int height, const uint8_t *rgba, char *message,
                                          size_t message_bytes)

@@ -19,6 +19,9 @@ typedef enum stp_oiio_result {
 /* *rgba is malloc'ed. message (message_bytes > 0) gets the library's reason in one line. */
 stp_oiio_result stp_oiio_load(const char *path, int *width, int *height, uint8_t **rgba,
                               char *message, size_t message_bytes);
+/* Reads one channel as floats: the only one, or that named Z, depth or height. */
+stp_oiio_result stp_oiio_load_heights(const char *path, int *width, int *height, float **heights,
+                                      char *message, size_t message_bytes);
 /* The ending of format_name chooses the format. The file is written to path. */
 stp_oiio_result stp_oiio_save(const char *path, const char *format_name, int width, int height,
                               const uint8_t *rgba, char *message, size_t message_bytes);

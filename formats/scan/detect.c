@@ -14,7 +14,9 @@
 #define STP_DETECT_BYTES 65536u
 /* The first line of a header is shorter. */
 #define CR_LOOK_BYTES 48u
-#define STP_SUPPORTED "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX"
+#define STP_SUPPORTED                                                                              \
+    "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS, PTX, and "               \
+    "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -114,6 +116,33 @@ static bool is_stl_binary(const prefix *p)
     return count > 0 && p->file_size == 84 + 50 * (uint64_t)count;
 }
 
+/* Heights or depths, as raster.h reads them. */
+static bool is_grid(const prefix *p)
+{
+    static const struct {
+        const char *magic;
+        size_t length;
+    } magics[] = {{"II*\0", 4},
+                  {"MM\0*", 4},
+                  {"II+\0", 4},
+                  {"MM\0+", 4},
+                  {"\x89PNG\r\n", 6},
+                  {"Pf\n", 3},
+                  {"Pf ", 3},
+                  {"P5\n", 3},
+                  {"P5 ", 3},
+                  {"P2\n", 3},
+                  {"P2 ", 3},
+                  {"\x76\x2f\x31\x01", 4},
+                  {"AliconaImaging", 14},
+                  {"ncols", 5},
+                  {"NCOLS", 5}};
+    for (size_t i = 0; i < sizeof magics / sizeof *magics; i++)
+        if (starts_with(p, magics[i].magic, magics[i].length))
+            return true;
+    return false;
+}
+
 static bool detect_by_content(const prefix *p, stp_scan_format *format)
 {
     static const struct {
@@ -123,6 +152,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_ply, STP_SCAN_PLY},
         {is_las, STP_SCAN_LAS},
         {is_e57, STP_SCAN_E57},
+        {is_grid, STP_SCAN_GRID},
         {is_pcd, STP_SCAN_PCD},
         {is_stl_binary,
          STP_SCAN_STL_BINARY}, /* before ASCII STL: some binary files begin with `solid` */
@@ -140,9 +170,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
 }
 
 /* Known formats that are not read here, so that the message can say what to do. */
-#define ADVICE_GRID                                                                                \
-    "write what it shows as points, PLY or XYZ, with the program that made it (a map: "            \
-    "gdal_translate -of XYZ)"
+#define ADVICE_GRID "heights are read as TIFF, PNG, EXR, PFM or PGM, and colours by --colour"
 #define ADVICE_MESH "convert it to PLY or OBJ (Blender and MeshLab do)"
 
 static const struct {
@@ -152,18 +180,8 @@ static const struct {
 } unsupported[] = {
     {"STIPPLE", 8, "a chunk file of ours", "view it, or export its points to make another"},
     {"[Expe/PointSet", 14, "an Expe point set of surfels", "convert it to PLY (MeshLab reads it)"},
-    {"ncols", 5, "a grid of heights (ESRI ASCII)", "convert it to XYZ (gdal_translate -of XYZ)"},
-    {"NCOLS", 5, "a grid of heights (ESRI ASCII)", "convert it to XYZ (gdal_translate -of XYZ)"},
-    {"\x89PNG\r\n", 6, "a picture (PNG)", ADVICE_GRID},
     {"\xff\xd8\xff", 3, "a picture (JPEG)", ADVICE_GRID},
-    {"II*\0", 4, "a picture or a grid (TIFF)", ADVICE_GRID},
-    {"MM\0*", 4, "a picture or a grid (TIFF)", ADVICE_GRID},
-    {"II+\0", 4, "a picture or a grid (BigTIFF)", ADVICE_GRID},
-    {"MM\0+", 4, "a picture or a grid (BigTIFF)", ADVICE_GRID},
-    {"Pf\n", 3, "a picture of floats (PFM)", ADVICE_GRID},
-    {"PF\n", 3, "a picture of floats (PFM)", ADVICE_GRID},
-    {"\x76\x2f\x31\x01", 4, "a picture (OpenEXR)", ADVICE_GRID},
-    {"AliconaImaging", 14, "a microscope's grid of heights (AL3D)", ADVICE_GRID},
+    {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
     {"glTF", 4, "a scene (glTF)", ADVICE_MESH},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
@@ -301,6 +319,6 @@ const char *stp_scan_format_name(stp_scan_format format)
         [STP_SCAN_PLY] = "PLY",       [STP_SCAN_OBJ] = "OBJ",        [STP_SCAN_OFF] = "OFF",
         [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL", [STP_SCAN_LAS] = "LAS",
         [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",        [STP_SCAN_XYZ] = "XYZ",
-        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX"};
+        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",        [STP_SCAN_GRID] = "grid"};
     return names[format];
 }

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/detect.h"
 #include "formats/scan/e57/e57.h"
+#include "formats/scan/grid/grid.h"
 #include "formats/scan/las/las.h"
 #include "formats/scan/mesh/hybrid.h"
 #include "formats/scan/mesh/line_chain.h"
@@ -53,9 +54,10 @@ const char *stp_reject_name(stp_reject reject)
 static const stp_scan_reader *streamed_format(stp_scan_format format)
 {
     static const stp_scan_reader *const readers[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_LAS] = &stp_las_reader, [STP_SCAN_PCD] = &stp_pcd_reader,
-        [STP_SCAN_E57] = &stp_e57_reader, [STP_SCAN_XYZ] = &stp_xyz_reader,
-        [STP_SCAN_PTS] = &stp_pts_reader, [STP_SCAN_PTX] = &stp_ptx_reader,
+        [STP_SCAN_LAS] = &stp_las_reader,   [STP_SCAN_PCD] = &stp_pcd_reader,
+        [STP_SCAN_E57] = &stp_e57_reader,   [STP_SCAN_XYZ] = &stp_xyz_reader,
+        [STP_SCAN_PTS] = &stp_pts_reader,   [STP_SCAN_PTX] = &stp_ptx_reader,
+        [STP_SCAN_GRID] = &stp_grid_reader,
     };
     return readers[format];
 }
@@ -225,9 +227,15 @@ done:
     return status;
 }
 
-/* Fails if the user names columns for a format that names its own. */
-static stp_status check_columns(const stp_scan *scan, stp_scan_format format, stp_error *err)
+/* Fails if the user names columns for a format that names its own, or speaks of a grid that is
+ * none. */
+static stp_status check_params(const stp_scan *scan, stp_scan_format format, stp_error *err)
 {
+    if (scan->params.grid != NULL && format != STP_SCAN_GRID)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s is no grid of heights or depths: --colour, --invalid, --spacing, "
+                             "--height-scale, --pinhole, --depth and --disparity are for grids",
+                             scan->path);
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
         return STP_OK;
     return stp_error_set(
@@ -247,7 +255,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     STP_TRY(stp_text_copy(&scan->path, path, "path", err));
     if (params)
         scan->params = *params;
-    STP_TRY(check_columns(scan, format, err));
+    STP_TRY(check_params(scan, format, err));
     const stp_scan_reader *reader = streamed_format(format);
     if (reader)
         STP_TRY(open_streamed(scan, reader, err));

@@ -1,7 +1,8 @@
 /* Reads scans: a stream of points from a file of any supported format.
  *
  * The format is recognised by content first, by name second. Our streaming readers read PLY, LAS,
- * PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h). OpenMesh reads OBJ, OFF and STL. The
+ * PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), and grids of heights or depths
+ * (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, AL3D). OpenMesh reads OBJ, OFF and STL. The
  * points of a mesh are its vertices, or sample_count points spread over its faces (area-uniform,
  * seeded). Normals are the file's, else the faces' (area-weighted), else none. Edges of PLY and OBJ
  * are lines (line_chain.h); a vertex of a line is no point. Points come as the file has them. The
@@ -59,6 +60,20 @@ enum {
 /* Most stations of a scan. */
 #define STP_STATION_LIMIT 65535u
 
+/* How to read a grid of heights or depths (grid/grid.h). All zero: heights, as the file has them.
+ */
+typedef struct stp_grid_params {
+    const char *colour; /* an image of the same size; NULL: none */
+    bool has_invalid;
+    double invalid;        /* the number that stands for no sample, beside the file's own */
+    double dx, dy;         /* between columns and rows; 0: the file's, else 1 */
+    double scale;          /* of the numbers; 0: 1 */
+    double fx, fy, cx, cy; /* pixels: a pinhole camera; fx 0: heights */
+    bool along_ray;        /* depths are measured along the ray, not along the axis */
+    double disparity_focal, disparity_base; /* pixels, length: depth = focal base / number; 0: no
+                                               disparities */
+} stp_grid_params;
+
 typedef struct stp_scan_params {
     uint64_t
         sample_count; /* 0: the vertices; else the number of points spread over a mesh's faces */
@@ -68,6 +83,7 @@ typedef struct stp_scan_params {
     double line_radius;     /* half the width of lines without a width; 0: from their box */
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
+    const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
 } stp_scan_params;
 
 /* A text of the file about itself, beside its points. A model keeps it in its metadata. */

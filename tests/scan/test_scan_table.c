@@ -26,7 +26,7 @@ typedef struct real_file {
 } real_file;
 
 #define LARGE_POINTS 5000000 /* larger files are left to long_scan_table.sh */
-#define PICTURE "write what it shows as points, PLY or XYZ"
+#define COLOURS "is a picture of colours (3 channels), not of heights"
 
 static const real_file files[] = {
     {"stanford-dragon/dragon_vrip.ply", 437645, 0, 0, NO_SURVEY, NULL},
@@ -58,14 +58,16 @@ static const real_file files[] = {
     {"odd/pdal_epsg_4326.las", 5380, 0, 0, NO_SURVEY,
      "in degrees of longitude and latitude, which are no lengths: project it first"},
     {"odd/bunny16k.pts", 0, 0, 0, NO_SURVEY, "surfels, which is not read here: convert it to PLY"},
-    {"grids/al3d-1.al3d", 0, 0, 0, NO_SURVEY, "(AL3D), which is not read here: " PICTURE},
-    {"grids/al3d-1_depth_m.pfm", 0, 0, 0, NO_SURVEY, "(PFM), which is not read here: " PICTURE},
-    {"grids/al3d-1_texture.png", 0, 0, 0, NO_SURVEY, "(PNG), which is not read here: " PICTURE},
-    {"grids/aloeGT_disparity.png", 0, 0, 0, NO_SURVEY, "(PNG), which is not read here: " PICTURE},
-    {"grids/aloeL.jpg", 0, 0, 0, NO_SURVEY, "(JPEG), which is not read here: " PICTURE},
-    {"grids/qgis_dem_f32.tif", 0, 0, 0, NO_SURVEY, "(TIFF), which is not read here: " PICTURE},
-    {"grids/tum_color.png", 0, 0, 0, NO_SURVEY, "(PNG), which is not read here: " PICTURE},
-    {"grids/tum_depth16.png", 0, 0, 0, NO_SURVEY, "(PNG), which is not read here: " PICTURE},
+    {"grids/al3d-1.al3d", 59200, 0, 0, NO_SURVEY, NULL},
+    {"grids/al3d-1_depth_m.pfm", 59200, 0, 0, NO_SURVEY, NULL},
+    {"grids/al3d-1_texture.png", 59200, 0, 0, NO_SURVEY, COLOURS},
+    {"grids/aloeGT_disparity.png", 1423020, 0, 0, NO_SURVEY, NULL},
+    {"grids/aloeL.jpg", 0, 0, 0, NO_SURVEY,
+     "(JPEG), which is not read here: heights are read as TIFF"},
+    {"grids/qgis_dem_f32.tif", 130550, 0, 0, NO_SURVEY,
+     "columns and rows in degrees of longitude and latitude"},
+    {"grids/tum_color.png", 307200, 0, 0, NO_SURVEY, COLOURS},
+    {"grids/tum_depth16.png", 307200, 0, 0, NO_SURVEY, NULL},
 };
 
 /* A point on its survey's own grid, with a colour of 8 bits. */
@@ -164,6 +166,23 @@ static uint64_t count_e57(const byte_row *file)
     return count;
 }
 
+static uint64_t big_endian(const byte_row *file, size_t at)
+{
+    uint64_t value = 0;
+    for (size_t i = 0; i < 4; i++)
+        value = value << 8 | file->data[at + i];
+    return value;
+}
+
+/* The number of a tag of an AL3D file: 20 bytes of its name, then 30 of its value. */
+static uint64_t text_at(const byte_row *file, const char *name)
+{
+    size_t at = 17;
+    while (at + 52 < file->size && strcmp((const char *)file->data + at, name) != 0)
+        at += 52;
+    return strtoull((const char *)file->data + at + 20, NULL, 10);
+}
+
 /* The number of points by the file's own header. */
 static uint64_t own_count(const char *path, const byte_row *file)
 {
@@ -177,6 +196,12 @@ static uint64_t own_count(const char *path, const byte_row *file)
         return count_lines_of(file, "v ");
     if (ends_with(path, ".e57"))
         return count_e57(file);
+    if (ends_with(path, ".png"))
+        return big_endian(file, 16) * big_endian(file, 20);
+    if (ends_with(path, ".pfm"))
+        return number_after(file, "Pf\n") * number_after(file, "Pf\n200 ");
+    if (ends_with(path, ".al3d"))
+        return text_at(file, "Cols") * text_at(file, "Rows");
     return strtoull((const char *)file->data, NULL, 10); /* PTS */
 }
 

@@ -2,12 +2,12 @@
 #include "tools/commands.h"
 
 #include "base/json.h"
-#include "formats/chunk/normal_grid.h"
 #include "tools/cli/cli_value.h"
 #include "tools/file/codec_options.h"
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_paths.h"
 #include "tools/prep/prep_report.h"
+#include "tools/prep/prep_values.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -28,6 +28,7 @@ typedef struct prep_options {
     int lines; /* 1: meshes of plants become lines */
     int codec, format, progress, outliers, shade;
     int layers; /* 1: overlapping layers are joined */
+    prep_grid grid;
     cli_common common;
 } prep_options;
 
@@ -39,55 +40,6 @@ static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
 #define LAYERS_WEIGHT 60.0
 /* Finding outliers searches for neighbours once more. */
 #define OUTLIERS_WEIGHT 20.0
-
-static stp_status parse_orient(const char *text, stp_prep_params *params, stp_error *err)
-{
-    static const char *const words[] = {"auto", "file", "propagate", "none"};
-    static const stp_orient_mode modes[] = {STP_ORIENT_AUTO, STP_ORIENT_FILE, STP_ORIENT_PROPAGATE,
-                                            STP_ORIENT_NONE};
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
-        if (strcmp(text, words[i]) == 0) {
-            params->orient = modes[i];
-            return STP_OK;
-        }
-    }
-    stp_dvec3 *p = &params->orient_position;
-    int used = 0;
-    if (sscanf(text, "%lf,%lf,%lf%n", &p->x, &p->y, &p->z, &used) == 3 && !text[used] &&
-        stp_dvec3_finite(*p)) {
-        params->orient = STP_ORIENT_POSITION;
-        return STP_OK;
-    }
-    return stp_error_set(err, STP_INVALID_ARGUMENT,
-                         "--orient %s: give auto, file, propagate, none or a position x,y,z", text);
-}
-
-/* Parses --precision: a length, or "exact". */
-static stp_status parse_precision(const char *text, stp_prep_params *params, stp_error *err)
-{
-    const cli_option number = {.kind = CLI_NUMBER, .target = &params->precision};
-    if (!text)
-        return STP_OK;
-    params->exact = strcmp(text, "exact") == 0;
-    if (params->exact || (cli_value_store(&number, text) && params->precision > 0.0))
-        return STP_OK;
-    return stp_error_set(err, STP_INVALID_ARGUMENT,
-                         "--precision %s: give a positive length, or exact", text);
-}
-
-/* Parses --normal-bits: a number, or "auto". */
-static stp_status parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err)
-{
-    uint64_t bits = 0;
-    const cli_option number = {.kind = CLI_UINT, .target = &bits};
-    if (!text || strcmp(text, "auto") == 0)
-        return STP_OK;
-    if (!cli_value_store(&number, text) || bits < STP_NORMAL_BITS_LEAST || bits > STP_NORMAL_BITS)
-        return stp_error_set(err, STP_INVALID_ARGUMENT, "--normal-bits %s: give %u to %u, or auto",
-                             text, STP_NORMAL_BITS_LEAST, STP_NORMAL_BITS);
-    params->normal_bits = (unsigned)bits;
-    return STP_OK;
-}
 
 /* Runs the stages. The files of rejects and statistics appear after the model. */
 static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
@@ -131,6 +83,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
 {
     stp_status status = STP_OK;
     prep_paths paths = {0};
+    stp_grid_params grid = {0};
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
                                  .line_radius = o->line_radius,
@@ -161,9 +114,11 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
             stages[i].weight = LAYERS_WEIGHT;
     }
     cli_progress_expect(&plan);
-    STP_TRY(parse_orient(o->orient, &params, err));
-    STP_TRY(parse_precision(o->precision, &params, err));
-    STP_TRY(parse_normal_bits(o->normal_bits, &params, err));
+    STP_TRY(prep_parse_orient(o->orient, &params, err));
+    STP_TRY(prep_parse_precision(o->precision, &params, err));
+    STP_TRY(prep_parse_normal_bits(o->normal_bits, &params, err));
+    STP_TRY(prep_parse_grid(&o->grid, &grid, err));
+    in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
     in.strict = o->strict;
     for (size_t i = 0; i < count; i++)
@@ -196,11 +151,13 @@ const cli_command cli_prep = {
     .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX. Several inputs\n"
-        "become one model. An input is a file, a folder (all scans in it and below), a pattern in\n"
-        "quotes, or @list.txt with one input per line. If one of several inputs cannot be read, "
-        "or\n"
-        "breaks off, prep leaves that whole input out, names it at the end and exits with code 1.\n"
+        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and heights as "
+        "TIFF,\n"
+        "PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one model. An input is a\n"
+        "file, a folder (all scans in it and below, but no images), a pattern in quotes, or\n"
+        "@list.txt with one input per line. If one of several inputs cannot be read, or breaks "
+        "off,\n"
+        "prep leaves that whole input out, names it at the end and exits with code 1.\n"
         "\n"
         "--orient auto: if the input has normals, they decide which side is the front. If it has\n"
         "none, normals point to the scanner that saw the point, where the input says so (see the\n"
@@ -211,6 +168,10 @@ const cli_command cli_prep = {
         "property radius of a vertex, else --line-radius. A side of a face does not become a "
         "line.\n"
         "Vertices of faces, and vertices that no edge uses, become points.\n"
+        "\n"
+        "Heights: a row for each y, the top one first; a column for each x. The file says how far\n"
+        "they are apart and where they lie (GeoTIFF, ESRI ASCII, AL3D), else --spacing. With\n"
+        "--pinhole the numbers are depths in a camera's image, or with --disparity disparities.\n"
         "\n"
         "--hybrid stores the large triangles of a mesh as triangles and the others as points. A\n"
         "triangle is large if it would get 8 points or more of --sample N. Without --sample, N is\n"
@@ -272,6 +233,20 @@ static int prep_main(int argc, char **argv)
         {"--seed", 0, CLI_UINT, &o.seed, "K", "seed of the random numbers of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
          "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
+        {"--colour", 0, CLI_STRING, &o.grid.colour, "C.png",
+         "colours of a grid of heights or depths: an image of the same size", NULL},
+        {"--invalid", 0, CLI_STRING, &o.grid.invalid, "V",
+         "number of a grid that means: no sample here (what the file says)", NULL},
+        {"--spacing", 0, CLI_STRING, &o.grid.spacing, "DX[,DY]",
+         "distance of a grid's columns and rows (the file's, else 1)", NULL},
+        {"--height-scale", 0, CLI_NUMBER, &o.grid.scale, "S", "factor of a grid's numbers (1)",
+         NULL},
+        {"--pinhole", 0, CLI_STRING, &o.grid.pinhole, "FX,FY,CX,CY",
+         "the grid is a camera's depth image; focal lengths and centre in pixels", NULL},
+        {"--depth", 0, CLI_CHOICE, &o.grid.depth, "z|ray",
+         "whether depths are measured along the camera's axis or along the ray (z)", NULL},
+        {"--disparity", 0, CLI_STRING, &o.grid.disparity, "F,B",
+         "the numbers are disparities: depth = F B / number (F in pixels, B a length)", NULL},
         {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
          "store large triangles as triangles, the others as points", NULL},
         {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",

@@ -1,0 +1,274 @@
+/* Turns rows of heights into points. */
+#include "formats/scan/grid/grid.h"
+
+#include "base/memory.h"
+#include "formats/scan/grid/raster.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rows that are in memory: the one that is read now, the one above it, the one below. */
+enum { ROWS_HELD = 3 };
+
+typedef struct grid_reader {
+    stp_grid_params params;
+    stp_raster *heights, *colours;
+    const stp_raster_info *info, *colour_info;
+    double *row, *colour_row; /* as the files have them */
+    double *z[ROWS_HELD];     /* heights of row r at r % ROWS_HELD; NaN: no sample */
+    uint16_t (*rgb[ROWS_HELD])[3];
+    uint32_t rows_read, next_row, next_column;
+    double dx, dy, x, y; /* x, y: of the first pixel of the top row */
+    bool normals;
+    stp_dvec3 camera; /* the origin, a station */
+    char format[64];
+} grid_reader;
+
+static bool is_pinhole(const grid_reader *g)
+{
+    return g->params.fx > 0.0;
+}
+
+/* ---- opening ---- */
+
+static stp_status check_heights(const grid_reader *g, const char *path, stp_error *err)
+{
+    const stp_raster_info *info = g->info;
+    if (info->channels - info->alpha != 1)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s is a picture of colours (%u channels), not of heights: give the "
+                             "heights, and this with --colour",
+                             path, info->channels);
+    if (info->width < 2 || info->height < 2)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s is %u x %u: a grid has two columns and two rows at least", path,
+                             info->width, info->height);
+    if (info->degrees && !(g->params.dx > 0.0) && !is_pinhole(g))
+        return stp_error_set(
+            err, STP_UNSUPPORTED,
+            "%s has its columns and rows in degrees of longitude and latitude, and "
+            "heights in another unit: project it first (gdalwarp -t_srs), or give "
+            "--spacing DX,DY in the heights' unit",
+            path);
+    return STP_OK;
+}
+
+static stp_status open_colours(grid_reader *g, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const bool own = g->params.colour == NULL;
+    /* AL3D brings its own colours; other formats have none */
+    if (own && strcmp(g->info->format, "AL3D") != 0)
+        return STP_OK;
+    status = stp_raster_open(&g->colours, own ? path : g->params.colour, STP_RASTER_COLOURS, err);
+    if (status != STP_OK) /* an AL3D file may come without colours */
+        return own && status == STP_UNSUPPORTED ? STP_OK : status;
+    g->colour_info = stp_raster_get_info(g->colours);
+    if (g->colour_info->width != g->info->width || g->colour_info->height != g->info->height)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--colour %s is %u x %u, but %s is %u x %u: give colours of the same "
+                             "size",
+                             g->params.colour, g->colour_info->width, g->colour_info->height, path,
+                             g->info->width, g->info->height);
+    STP_TRY(stp_alloc(&g->colour_row, g->info->width,
+                      g->colour_info->channels * sizeof *g->colour_row, "a row of colours", err));
+    for (int i = 0; i < ROWS_HELD; i++)
+        STP_TRY(stp_alloc(&g->rgb[i], g->info->width, sizeof *g->rgb[i], "a row of colours", err));
+done:
+    return status;
+}
+
+static void choose_place(grid_reader *g)
+{
+    const bool given = g->params.dx > 0.0;
+    g->dx = given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0;
+    g->dy = given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0;
+    g->x = !given && g->info->placed ? g->info->x : 0.0;
+    g->y = !given && g->info->placed ? g->info->y : (double)(g->info->height - 1) * g->dy;
+    if (g->params.scale == 0.0)
+        g->params.scale = 1.0;
+}
+
+static void describe(grid_reader *g, stp_scan_info *info)
+{
+    const bool pinhole = is_pinhole(g);
+    snprintf(g->format, sizeof g->format, "%s of %s", g->info->format,
+             !pinhole                          ? "heights"
+             : g->params.disparity_focal > 0.0 ? "disparities"
+                                               : "depths");
+    info->format = g->format;
+    info->point_count = (uint64_t)g->info->width * g->info->height;
+    info->attributes = (g->colours != NULL ? STP_POINT_HAS_COLOUR : 0u) |
+                       (g->normals ? STP_POINT_HAS_NORMAL : 0u) |
+                       (pinhole ? STP_POINT_HAS_STATION : 0u);
+    info->heights = !pinhole;
+    if (!pinhole)
+        return;
+    info->grid = (stp_scan_grid){.columns = g->info->width, .rows = g->info->height};
+    info->stations = &g->camera;
+    info->station_count = 1;
+    info->station_word = STP_STATION_TOLD;
+}
+
+static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
+                            const stp_scan_params *params, stp_error *err)
+{
+    grid_reader *g = state;
+    stp_status status = STP_OK;
+    if (params->grid != NULL)
+        g->params = *params->grid;
+    STP_TRY(stp_raster_open(&g->heights, path, STP_RASTER_HEIGHTS, err));
+    g->info = stp_raster_get_info(g->heights);
+    STP_TRY(check_heights(g, path, err));
+    STP_TRY(stp_alloc(&g->row, g->info->width, g->info->channels * sizeof *g->row,
+                      "a row of heights", err));
+    for (int i = 0; i < ROWS_HELD; i++)
+        STP_TRY(stp_alloc(&g->z[i], g->info->width, sizeof *g->z[i], "a row of heights", err));
+    STP_TRY(open_colours(g, path, err));
+    g->normals = !is_pinhole(g) && !params->recompute_normals;
+    choose_place(g);
+    describe(g, info);
+done:
+    return status;
+}
+
+/* ---- reading ---- */
+
+/* The height or depth of a number; NaN if it is no sample. */
+static double value_of(const grid_reader *g, double number)
+{
+    const stp_grid_params *p = &g->params;
+    if (!isfinite(number) || (g->info->has_none && number == g->info->none) ||
+        (p->has_invalid && number == p->invalid) || (is_pinhole(g) && !(number > 0.0)))
+        return NAN;
+    return p->disparity_focal > 0.0 ? p->disparity_focal * p->disparity_base / number
+                                    : p->scale * number;
+}
+
+static void keep_heights(grid_reader *g, double *z)
+{
+    const uint32_t channels = g->info->channels;
+    for (uint32_t i = 0; i < g->info->width; i++) {
+        const double *pixel = g->row + (size_t)i * channels;
+        z[i] = g->info->alpha && pixel[channels - 1] == 0.0 ? NAN : value_of(g, pixel[0]);
+    }
+}
+
+static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
+{
+    const uint32_t channels = g->colour_info->channels;
+    const bool grey = channels < 3;
+    for (uint32_t i = 0; i < g->info->width; i++) {
+        const double *pixel = g->colour_row + (size_t)i * channels;
+        if (g->colour_info->alpha && pixel[channels - 1] == 0.0)
+            z[i] = NAN;
+        for (int k = 0; k < 3; k++) {
+            const double share = pixel[grey ? 0 : k] / g->colour_info->full;
+            rgb[i][k] = (uint16_t)lrint(65535.0 * fmin(fmax(share, 0.0), 1.0));
+        }
+    }
+}
+
+static stp_status read_row(grid_reader *g, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double *z = g->z[g->rows_read % ROWS_HELD];
+    STP_TRY(stp_raster_read(g->heights, g->row, err));
+    keep_heights(g, z);
+    if (g->colours != NULL) {
+        STP_TRY(stp_raster_read(g->colours, g->colour_row, err));
+        keep_colours(g, z, g->rgb[g->rows_read % ROWS_HELD]);
+    }
+    g->rows_read++;
+done:
+    return status;
+}
+
+/* The slope between the samples on both sides, or on one, if the other is none. NaN: both are none.
+ */
+static double slope(double before, double here, double after, double step)
+{
+    if (!isnan(before) && !isnan(after))
+        return (after - before) / (2.0 * step);
+    return isnan(before) ? (after - here) / step : (here - before) / step;
+}
+
+/* Zero, which means unknown, if a sample has no neighbour in its row or none in its column. */
+static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
+{
+    const double *z = g->z[row % ROWS_HELD];
+    const bool above = row > 0, below = row + 1 < g->info->height;
+    const double zx = slope(column > 0 ? z[column - 1] : NAN, z[column],
+                            column + 1 < g->info->width ? z[column + 1] : NAN, g->dx);
+    const double zy = slope(below ? g->z[(row + 1) % ROWS_HELD][column] : NAN, z[column],
+                            above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->dy);
+    if (isnan(zx) || isnan(zy))
+        return (vec3s){{0.0f, 0.0f, 0.0f}};
+    return stp_dvec3_to_float(stp_dvec3_normalize((stp_dvec3){-zx, -zy, 1.0}));
+}
+
+static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column, double z)
+{
+    const stp_grid_params *p = &g->params;
+    if (!is_pinhole(g))
+        return (stp_dvec3){g->x + column * g->dx, g->y - row * g->dy, z};
+    const double x = ((double)column - p->cx) / p->fx, y = ((double)row - p->cy) / p->fy;
+    if (p->along_ray)
+        z /= sqrt(x * x + y * y + 1.0);
+    return (stp_dvec3){x * z, y * z, z};
+}
+
+static stp_point make_point(const grid_reader *g, uint32_t row, uint32_t column)
+{
+    const double z = g->z[row % ROWS_HELD][column];
+    stp_point point = {.rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY}};
+    if (isnan(z)) {
+        point.reject = STP_REJECT_INVALID;
+        return point;
+    }
+    point.position = position_of(g, row, column, z);
+    point.station = is_pinhole(g) ? 1 : 0;
+    if (g->normals)
+        point.normal = normal_of(g, row, column);
+    if (g->colours != NULL)
+        memcpy(point.rgb, g->rgb[row % ROWS_HELD][column], sizeof point.rgb);
+    return point;
+}
+
+static stp_status read_grid(void *state, stp_point *points, size_t capacity, size_t *count,
+                            stp_error *err)
+{
+    grid_reader *g = state;
+    stp_status status = STP_OK;
+    size_t got = 0;
+    while (got < capacity && g->next_row < g->info->height) {
+        while (g->rows_read < g->info->height && g->rows_read < g->next_row + 2)
+            STP_TRY(read_row(g, err));
+        points[got++] = make_point(g, g->next_row, g->next_column);
+        if (++g->next_column == g->info->width) {
+            g->next_column = 0;
+            g->next_row++;
+        }
+    }
+    *count = got;
+done:
+    return status;
+}
+
+static void close_grid(void *state)
+{
+    grid_reader *g = state;
+    stp_raster_close(&g->heights);
+    stp_raster_close(&g->colours);
+    free(g->row);
+    free(g->colour_row);
+    for (int i = 0; i < ROWS_HELD; i++) {
+        free(g->z[i]);
+        free(g->rgb[i]);
+    }
+}
+
+const stp_scan_reader stp_grid_reader = {
+    .state_bytes = sizeof(grid_reader), .open = open_grid, .read = read_grid, .close = close_grid};

@@ -1,0 +1,25 @@
+/* Reads a grid of heights, or a depth camera's image, as points: one for each pixel, row by row,
+ * the top row first.
+ *
+ * Heights: column c and row r of a grid that has no place in the world give x = c dx,
+ * y = (rows - 1 - r) dy, z = scale * number, so that row 0 is +y. GeoTIFF and ESRI ASCII grids have
+ * their own place and spacing. Normals are those of the grid, by differences of the neighbours, and
+ * point upwards.
+ *
+ * With a pinhole, z = scale * number is the distance along the camera's axis, or along the ray; or
+ * z = F B / number for disparities. x = (c - cx) z / fx to the right, y = (r - cy) z / fy
+ * downwards, as depth cameras have it. Numbers <= 0 are no samples. The camera stands at the
+ * origin.
+ *
+ * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
+ * is 0, of the heights or of the colours: STP_REJECT_INVALID. */
+#ifndef STP_FORMATS_SCAN_GRID_GRID_H
+#define STP_FORMATS_SCAN_GRID_GRID_H
+
+#include "formats/scan/scan_reader.h"
+
+/* Errors: as raster.h; UNSUPPORTED (an image of colours; degrees), INVALID_ARGUMENT (colours of
+ * another size). */
+extern const stp_scan_reader stp_grid_reader;
+
+#endif

@@ -1,0 +1,105 @@
+/* Opens images of numbers of any format. */
+#include "formats/scan/grid/raster.h"
+
+#include "base/file.h"
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct stp_raster {
+    stp_raster_info info;
+    const stp_raster_reader *reader;
+    void *state;
+    const char *path;
+    uint32_t next;
+};
+
+/* The reader of a file that begins with these bytes. */
+static const stp_raster_reader *find_reader(const char *bytes, size_t length)
+{
+    static const struct {
+        const char *magic;
+        size_t length;
+        const stp_raster_reader *reader;
+    } readers[] = {
+        {"II*\0", 4, &stp_raster_tiff},
+        {"MM\0*", 4, &stp_raster_tiff},
+        {"II+\0", 4, &stp_raster_tiff},
+        {"MM\0+", 4, &stp_raster_tiff},
+        {"\x89PNG\r\n", 6, &stp_raster_png},
+        {"Pf", 2, &stp_raster_pnm},
+        {"P5", 2, &stp_raster_pnm},
+        {"P2", 2, &stp_raster_pnm},
+        {"ncols", 5, &stp_raster_esri},
+        {"NCOLS", 5, &stp_raster_esri},
+        {"AliconaImaging", 14, &stp_raster_al3d},
+    };
+    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++)
+        if (length >= readers[i].length && memcmp(bytes, readers[i].magic, readers[i].length) == 0)
+            return readers[i].reader;
+    return &stp_raster_image;
+}
+
+static stp_status check_info(const stp_raster *r, stp_error *err)
+{
+    const stp_raster_info *info = &r->info;
+    if (info->width == 0 || info->height == 0 || info->width > STP_RASTER_SIDE_LIMIT ||
+        info->height > STP_RASTER_SIDE_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "%s is %u x %u: at most %u x %u are read", r->path,
+                             info->width, info->height, STP_RASTER_SIDE_LIMIT,
+                             STP_RASTER_SIDE_LIMIT);
+    if (info->channels == 0 || info->channels > STP_RASTER_CHANNELS_LIMIT)
+        return stp_error_set(err, STP_UNSUPPORTED, "%s has %u channels: images of 1 to %u are read",
+                             r->path, info->channels, STP_RASTER_CHANNELS_LIMIT);
+    return STP_OK;
+}
+
+stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_raster *r = NULL;
+    int descriptor = -1;
+    uint64_t size = 0;
+    char begin[16];
+    STP_TRY(stp_file_open(path, &descriptor, &size, err));
+    const size_t length = size < sizeof begin ? (size_t)size : sizeof begin;
+    STP_TRY(stp_file_read_at(descriptor, path, 0, begin, length, err));
+    STP_TRY(stp_alloc(&r, 1, sizeof *r, "an image", err));
+    r->path = path;
+    r->info.full = 1.0;
+    r->reader = find_reader(begin, length);
+    STP_TRY(stp_alloc(&r->state, 1, r->reader->state_bytes, "an image", err));
+    STP_TRY(r->reader->open(r->state, &r->info, path, use, err));
+    STP_TRY(check_info(r, err));
+    *out = r;
+    r = NULL;
+done:
+    if (descriptor >= 0)
+        close(descriptor);
+    stp_raster_close(&r);
+    return status;
+}
+
+const stp_raster_info *stp_raster_get_info(const stp_raster *raster)
+{
+    return &raster->info;
+}
+
+stp_status stp_raster_read(stp_raster *r, double *row, stp_error *err)
+{
+    return r->reader->read(r->state, r->next++, row, err);
+}
+
+void stp_raster_close(stp_raster **raster)
+{
+    stp_raster *r = *raster;
+    if (r == NULL)
+        return;
+    if (r->state != NULL)
+        r->reader->close(r->state);
+    free(r->state);
+    free(r);
+    *raster = NULL;
+}

@@ -1,0 +1,65 @@
+/* Reads images of numbers row by row: heights, depths, disparities, colours.
+ *
+ * TIFF and BigTIFF by libtiff (integers of 8, 16 and 32 bits, floats of 32 and 64; strips or tiles;
+ * GeoTIFF's scale, tie point and no-data), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
+ * grids (raster_esri.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and as colours whatever
+ * OpenImageIO reads. Numbers are the file's own: nothing is scaled. Memory: a band of rows; EXR,
+ * JPEG, interlaced PNG are held whole. Threads: one at a time per raster. */
+#ifndef STP_FORMATS_SCAN_GRID_RASTER_H
+#define STP_FORMATS_SCAN_GRID_RASTER_H
+
+#include "base/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define STP_RASTER_CHANNELS_LIMIT 4u
+/* Most columns, and most rows. */
+#define STP_RASTER_SIDE_LIMIT (1u << 24)
+
+/* What is wanted of a file that may hold both. */
+typedef enum stp_raster_use { STP_RASTER_HEIGHTS, STP_RASTER_COLOURS } stp_raster_use;
+
+typedef struct stp_raster_info {
+    const char *format; /* "TIFF", ... */
+    uint32_t width, height;
+    uint32_t channels; /* 1 or 3, one more with alpha */
+    bool alpha;        /* the last channel: 0 means that there is no sample */
+    bool floats;
+    double full; /* of integers: the number for full colour or alpha, 255 or 65535; else 1 */
+    bool has_none;
+    double none; /* the number that stands for no sample */
+    bool spaced;
+    double dx, dy; /* between columns and between rows, positive */
+    bool placed;
+    double x, y;  /* of the middle of the first pixel of the top row; y decreases by dy a row */
+    bool degrees; /* x and y are longitude and latitude */
+} stp_raster_info;
+
+typedef struct stp_raster stp_raster;
+
+/* Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of numbers), LIMIT,
+ * OUT_OF_MEMORY. path must outlive the raster. */
+stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, stp_error *err);
+const stp_raster_info *stp_raster_get_info(const stp_raster *raster);
+/* Reads the next row, the top one first: width * channels numbers. Errors: IO, CORRUPT. */
+stp_status stp_raster_read(stp_raster *raster, double *row, stp_error *err);
+void stp_raster_close(stp_raster **raster);
+
+/* ---- for the readers of formats ---- */
+
+typedef struct stp_raster_reader {
+    size_t state_bytes;
+    /* state is zero. Fills info. */
+    stp_status (*open)(void *state, stp_raster_info *info, const char *path, stp_raster_use use,
+                       stp_error *err);
+    /* Rows are asked for in order, each once. */
+    stp_status (*read)(void *state, uint32_t row, double *values, stp_error *err);
+    void (*close)(void *state); /* also after a failed open */
+} stp_raster_reader;
+
+extern const stp_raster_reader stp_raster_tiff, stp_raster_png, stp_raster_pnm, stp_raster_esri,
+    stp_raster_al3d, stp_raster_image;
+
+#endif

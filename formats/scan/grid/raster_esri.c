@@ -1,0 +1,148 @@
+/* Reads ESRI ASCII grids: lines of names and numbers, then the rows' numbers, the top row first. */
+#include "base/memory.h"
+#include "formats/scan/grid/raster.h"
+#include "formats/scan/number.h"
+#include "formats/scan/source.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+typedef enum esri_key {
+    COLUMNS,
+    ROWS,
+    LEFT,
+    LEFT_MIDDLE,
+    BELOW,
+    BELOW_MIDDLE,
+    CELL,
+    DX,
+    DY,
+    NONE,
+    KEYS
+} esri_key;
+
+typedef struct esri_raster {
+    stp_source source;
+    uint32_t width;
+    bool has[KEYS];
+    double numbers[KEYS];
+    const char *at, *end; /* the rest of a line */
+} esri_raster;
+
+/* The key that a word names, or KEYS. */
+static esri_key key_of(const char *begin, const char *end)
+{
+    static const char *const names[KEYS] = {
+        [COLUMNS] = "ncols",         [ROWS] = "nrows",      [LEFT] = "xllcorner",
+        [LEFT_MIDDLE] = "xllcenter", [BELOW] = "yllcorner", [BELOW_MIDDLE] = "yllcenter",
+        [CELL] = "cellsize",         [DX] = "dx",           [DY] = "dy",
+        [NONE] = "nodata_value"};
+    const size_t length = (size_t)(end - begin);
+    int k = 0;
+    while (k < KEYS && (strlen(names[k]) != length || strncasecmp(names[k], begin, length) != 0))
+        k++;
+    return (esri_key)k;
+}
+
+/* Reads lines of keys up to the first of numbers, which *at then begins. */
+static stp_status read_keys(esri_raster *g, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (;;) {
+        const char *begin, *end;
+        STP_TRY(stp_source_line(&g->source, &begin, &end, err));
+        if (begin == NULL)
+            return stp_error_set(err, STP_CORRUPT, "%s ends within its header", g->source.path);
+        const char *at = begin, *word = stp_token(&at, end);
+        if (word == NULL)
+            continue;
+        const char *word_end = at;
+        const esri_key key = key_of(word, word_end);
+        if (key == KEYS) {
+            g->at = begin;
+            g->end = end;
+            return STP_OK;
+        }
+        const char *number = stp_token(&at, end);
+        if (number == NULL || !stp_number_parse(number, at, &g->numbers[key]))
+            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s has no number",
+                                 g->source.path, (unsigned long long)g->source.line,
+                                 (int)(word_end - word), word);
+        g->has[key] = true;
+    }
+done:
+    return status;
+}
+
+static bool is_side(double number)
+{
+    return number >= 1.0 && number <= STP_RASTER_SIDE_LIMIT && number == floor(number);
+}
+
+static stp_status open_esri(void *state, stp_raster_info *info, const char *path,
+                            stp_raster_use use, stp_error *err)
+{
+    esri_raster *g = state;
+    stp_status status = STP_OK;
+    const double *n = g->numbers;
+    (void)use;
+    g->source.descriptor = -1;
+    STP_TRY(stp_source_open(&g->source, path, err));
+    STP_TRY(read_keys(g, err));
+    const double dx = g->has[DX] ? n[DX] : n[CELL], dy = g->has[DY] ? n[DY] : n[CELL];
+    if (!is_side(n[COLUMNS]) || !is_side(n[ROWS]) || !(dx > 0.0) || !(dy > 0.0))
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: its header needs ncols, nrows and cellsize, each greater than 0",
+                             path);
+    g->width = (uint32_t)n[COLUMNS];
+    *info = (stp_raster_info){.format = "ESRI ASCII grid",
+                              .width = g->width,
+                              .height = (uint32_t)n[ROWS],
+                              .channels = 1,
+                              .floats = true,
+                              .full = 1.0,
+                              .has_none = g->has[NONE],
+                              .none = n[NONE],
+                              .spaced = true,
+                              .dx = dx,
+                              .dy = dy,
+                              .placed = (g->has[LEFT] || g->has[LEFT_MIDDLE]) &&
+                                        (g->has[BELOW] || g->has[BELOW_MIDDLE])};
+    info->x = g->has[LEFT_MIDDLE] ? n[LEFT_MIDDLE] : n[LEFT] + 0.5 * dx;
+    info->y = (g->has[BELOW_MIDDLE] ? n[BELOW_MIDDLE] : n[BELOW] + 0.5 * dy) + (n[ROWS] - 1.0) * dy;
+done:
+    return status;
+}
+
+static stp_status read_esri(void *state, uint32_t row, double *values, stp_error *err)
+{
+    esri_raster *g = state;
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < g->width;) {
+        const char *begin = stp_token(&g->at, g->end);
+        if (begin == NULL) {
+            STP_TRY(stp_source_line(&g->source, &g->at, &g->end, err));
+            if (g->at == NULL)
+                return stp_error_set(err, STP_CORRUPT, "%s ends in row %u: copy or export it again",
+                                     g->source.path, row + 1);
+            continue;
+        }
+        if (!stp_number_parse(begin, g->at, &values[i++]))
+            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
+                                 g->source.path, (unsigned long long)g->source.line,
+                                 (int)(g->at - begin < 40 ? g->at - begin : 40), begin);
+    }
+done:
+    return status;
+}
+
+static void close_esri(void *state)
+{
+    esri_raster *g = state;
+    stp_source_close(&g->source);
+}
+
+const stp_raster_reader stp_raster_esri = {
+    .state_bytes = sizeof(esri_raster), .open = open_esri, .read = read_esri, .close = close_esri};

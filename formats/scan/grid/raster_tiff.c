@@ -1,0 +1,299 @@
+/* Reads TIFF by libtiff, and what GeoTIFF says of its place (OGC GeoTIFF 1.1, 7.3 to 7.5). */
+#include "base/memory.h"
+#include "formats/scan/grid/raster.h"
+#include "formats/scan/number.h"
+
+#include <tiffio.h>
+
+#include <math.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TAG_SCALE = 33550, TAG_TIE = 33922, TAG_KEYS = 34735, TAG_NO_DATA = 42113 };
+enum { KEY_MODEL = 1024, MODEL_GEOGRAPHIC = 2, KEY_RASTER = 1025, RASTER_IS_POINT = 2 };
+
+typedef struct tiff_raster {
+    const char *path;
+    TIFF *tiff;
+    uint32_t width, height, channels;
+    uint16_t bits, kind;            /* SAMPLEFORMAT_* */
+    uint32_t tile_width, band_rows; /* tile_width 0: strips */
+    unsigned char *band, *piece;    /* piece: one tile */
+    uint32_t band_begin, band_end;
+    char message[256]; /* libtiff's last error */
+} tiff_raster;
+
+static int keep_error(TIFF *tiff, void *context, const char *module, const char *format,
+                      va_list arguments)
+{
+    tiff_raster *t = context;
+    (void)tiff;
+    (void)module;
+    vsnprintf(t->message, sizeof t->message, format, arguments);
+    t->message[strcspn(t->message, "\n")] = '\0';
+    return 1;
+}
+
+/* Warnings are about tags that nobody here asks for. */
+static int drop_warning(TIFF *tiff, void *context, const char *module, const char *format,
+                        va_list arguments)
+{
+    (void)tiff;
+    (void)context;
+    (void)module;
+    (void)format;
+    (void)arguments;
+    return 1;
+}
+
+static stp_status damaged(const tiff_raster *t, stp_error *err)
+{
+    return stp_error_set(err, STP_CORRUPT, "%s: the TIFF is damaged: %s", t->path,
+                         t->message[0] ? t->message : "it ends early");
+}
+
+static TIFFExtendProc next_extender;
+
+/* Names tags of GeoTIFF and GDAL, which libtiff does not know by itself, to each file that is
+ * opened. */
+static void name_tags(TIFF *tiff)
+{
+    static const TIFFFieldInfo fields[] = {
+        {TAG_SCALE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelPixelScale"},
+        {TAG_TIE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelTiepoint"},
+        {TAG_KEYS, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, (char *)"GeoKeyDirectory"},
+        {TAG_NO_DATA, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)"GDALNoData"},
+    };
+    TIFFMergeFieldInfo(tiff, fields, sizeof fields / sizeof *fields);
+    if (next_extender != NULL)
+        next_extender(tiff);
+}
+
+static void set_extender(void)
+{
+    next_extender = TIFFSetTagExtender(name_tags);
+}
+
+/* The value of a GeoTIFF key that is one short; 0 if it is not there. */
+static unsigned find_key(TIFF *tiff, unsigned key)
+{
+    uint16_t count = 0;
+    uint16_t *keys = NULL;
+    if (!TIFFGetField(tiff, TAG_KEYS, &count, &keys) || count < 4)
+        return 0;
+    for (unsigned i = 4; i + 3 < count; i += 4)
+        if (keys[i] == key && keys[i + 1] == 0)
+            return keys[i + 3];
+    return 0;
+}
+
+static void find_place(TIFF *tiff, stp_raster_info *info)
+{
+    uint16_t count = 0;
+    const char *text = NULL;
+    double *scale = NULL, *tie = NULL;
+    if (TIFFGetField(tiff, TAG_NO_DATA, &text)) {
+        const char *end = text + strlen(text);
+        while (end > text && end[-1] == ' ')
+            end--;
+        info->has_none = stp_number_parse(text, end, &info->none);
+    }
+    if (!TIFFGetField(tiff, TAG_SCALE, &count, &scale) || count < 2 || !(scale[0] > 0.0) ||
+        !(scale[1] > 0.0) || !isfinite(scale[0]) || !isfinite(scale[1]))
+        return;
+    info->spaced = true;
+    info->dx = scale[0];
+    info->dy = scale[1];
+    info->degrees = find_key(tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
+    if (!TIFFGetField(tiff, TAG_TIE, &count, &tie) || count < 6)
+        return;
+    /* Pixel (tie[0], tie[1]) lies at (tie[3], tie[4]): its corner, or its middle. */
+    const double middle = find_key(tiff, KEY_RASTER) == RASTER_IS_POINT ? 0.0 : 0.5;
+    info->x = tie[3] + (middle - tie[0]) * info->dx;
+    info->y = tie[4] - (middle - tie[1]) * info->dy;
+    info->placed = isfinite(info->x) && isfinite(info->y);
+}
+
+/* Whether numbers of this kind can be read: 8, 16 or 32 bits, floats of 32 or 64. */
+static bool is_read(const tiff_raster *t)
+{
+    if (t->kind == SAMPLEFORMAT_IEEEFP)
+        return t->bits == 32 || t->bits == 64;
+    return (t->kind == SAMPLEFORMAT_UINT || t->kind == SAMPLEFORMAT_INT) &&
+           (t->bits == 8 || t->bits == 16 || t->bits == 32);
+}
+
+static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t photometric,
+                             stp_error *err)
+{
+    if (photometric == PHOTOMETRIC_PALETTE || photometric == PHOTOMETRIC_YCBCR ||
+        photometric == PHOTOMETRIC_LOGLUV || photometric == PHOTOMETRIC_CIELAB)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: its colours are indices or no RGB: convert it (gdal_translate "
+                             "-expand rgb, or ImageMagick's convert -type TrueColor)",
+                             t->path);
+    if (planar == PLANARCONFIG_SEPARATE && t->channels > 1)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: its channels lie one after another: interleave them "
+                             "(gdal_translate -co INTERLEAVE=PIXEL)",
+                             t->path);
+    if (!is_read(t))
+        return stp_error_set(
+            err, STP_UNSUPPORTED,
+            "%s: its numbers have %u bits: integers of 8, 16, 32 and floats of 32, "
+            "64 bits are read (gdal_translate -ot Float32 converts)",
+            t->path, t->bits);
+    return STP_OK;
+}
+
+/* Bands of rows: those of a row of tiles, or of a strip. */
+static stp_status make_band(tiff_raster *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t rows = 0, width = t->width;
+    uint64_t piece_bytes;
+    if (TIFFIsTiled(t->tiff)) {
+        (void)TIFFGetField(t->tiff, TIFFTAG_TILEWIDTH, &t->tile_width);
+        (void)TIFFGetField(t->tiff, TIFFTAG_TILELENGTH, &rows);
+        if (t->tile_width == 0 || rows == 0)
+            return stp_error_set(err, STP_CORRUPT, "%s: its tiles have no size", t->path);
+        piece_bytes = (uint64_t)TIFFTileSize64(t->tiff);
+    } else {
+        rows = 1;
+        piece_bytes = (uint64_t)TIFFScanlineSize64(t->tiff);
+    }
+    const uint64_t pixel = (uint64_t)t->channels * (t->bits / 8), band = rows * pixel * width;
+    const uint64_t needed = t->tile_width > 0 ? rows * pixel * t->tile_width : pixel * width;
+    if (piece_bytes < needed || rows > STP_RASTER_SIDE_LIMIT || band > UINT64_C(1) << 31)
+        return stp_error_set(err, STP_CORRUPT, "%s: its tiles or rows have a wrong size", t->path);
+    t->band_rows = rows;
+    STP_TRY(stp_alloc(&t->band, band, 1, "rows of an image", err));
+    STP_TRY(stp_alloc(&t->piece, piece_bytes, 1, "a tile of an image", err));
+done:
+    return status;
+}
+
+static stp_status open_tiff(void *state, stp_raster_info *info, const char *path,
+                            stp_raster_use use, stp_error *err)
+{
+    tiff_raster *t = state;
+    uint16_t channels = 1, planar = PLANARCONFIG_CONTIG, photometric = PHOTOMETRIC_MINISBLACK;
+    uint16_t extra = 0, *extras = NULL;
+    (void)use;
+    t->path = path;
+    t->bits = 1;
+    t->kind = SAMPLEFORMAT_UINT;
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    (void)pthread_once(&once, set_extender);
+    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
+    if (options == NULL)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory to open %s", path);
+    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_error, t);
+    TIFFOpenOptionsSetWarningHandlerExtR(options, drop_warning, NULL);
+    t->tiff = TIFFOpenExt(path, "r", options);
+    TIFFOpenOptionsFree(options);
+    if (t->tiff == NULL)
+        return damaged(t, err);
+    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &t->width);
+    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &t->height);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &channels);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &t->bits);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLEFORMAT, &t->kind);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_PLANARCONFIG, &planar);
+    (void)TIFFGetField(t->tiff, TIFFTAG_PHOTOMETRIC, &photometric);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_EXTRASAMPLES, &extra, &extras);
+    t->channels = channels;
+    *info = (stp_raster_info){.format = "TIFF",
+                              .width = t->width,
+                              .height = t->height,
+                              .channels = channels,
+                              .alpha = extra == 1 && (channels == 2 || channels == 4),
+                              .floats = t->kind == SAMPLEFORMAT_IEEEFP,
+                              .full = 1.0};
+    if (!info->floats)
+        info->full = ldexp(1.0, t->bits) - 1.0;
+    find_place(t->tiff, info);
+    stp_status status = check_kind(t, planar, photometric, err);
+    if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)
+        status = make_band(t, err);
+    return status;
+}
+
+/* Reads the tiles or the strip's row that hold a row. */
+static stp_status read_band(tiff_raster *t, uint32_t row, stp_error *err)
+{
+    const size_t pixel = (size_t)t->channels * (t->bits / 8), stride = pixel * t->width;
+    t->band_begin = row / t->band_rows * t->band_rows;
+    t->band_end = t->band_begin + t->band_rows;
+    if (t->tile_width == 0) {
+        if (TIFFReadScanline(t->tiff, t->piece, row, 0) != 1)
+            return damaged(t, err);
+        memcpy(t->band, t->piece, stride);
+        return STP_OK;
+    }
+    for (uint32_t x = 0; x < t->width; x += t->tile_width) {
+        if (TIFFReadTile(t->tiff, t->piece, x, t->band_begin, 0, 0) < 0)
+            return damaged(t, err);
+        const uint32_t left = t->width - x, part = left < t->tile_width ? left : t->tile_width;
+        for (uint32_t y = 0; y < t->band_rows; y++)
+            memcpy(t->band + y * stride + x * pixel, t->piece + y * pixel * t->tile_width,
+                   part * pixel);
+    }
+    return STP_OK;
+}
+
+#define CONVERT(type)                                                                              \
+    for (size_t i = 0; i < count; i++) {                                                           \
+        type value;                                                                                \
+        memcpy(&value, in + i * sizeof value, sizeof value);                                       \
+        out[i] = (double)value;                                                                    \
+    }
+
+/* libtiff has put the bytes in this machine's order. */
+static void convert(const tiff_raster *t, const unsigned char *in, size_t count, double *out)
+{
+    const bool is_signed = t->kind == SAMPLEFORMAT_INT;
+    if (t->kind == SAMPLEFORMAT_IEEEFP && t->bits == 64)
+        CONVERT(double)
+    else if (t->kind == SAMPLEFORMAT_IEEEFP)
+        CONVERT(float)
+    else if (t->bits == 32 && is_signed)
+        CONVERT(int32_t)
+    else if (t->bits == 32)
+        CONVERT(uint32_t)
+    else if (t->bits == 16 && is_signed)
+        CONVERT(int16_t)
+    else if (t->bits == 16)
+        CONVERT(uint16_t)
+    else if (is_signed)
+        CONVERT(int8_t)
+    else
+        CONVERT(uint8_t)
+}
+
+static stp_status read_tiff(void *state, uint32_t row, double *values, stp_error *err)
+{
+    tiff_raster *t = state;
+    stp_status status = STP_OK;
+    const size_t count = (size_t)t->width * t->channels;
+    if (row < t->band_begin || row >= t->band_end)
+        STP_TRY(read_band(t, row, err));
+    convert(t, t->band + (row - t->band_begin) * count * (t->bits / 8), count, values);
+done:
+    return status;
+}
+
+static void close_tiff(void *state)
+{
+    tiff_raster *t = state;
+    if (t->tiff != NULL)
+        TIFFClose(t->tiff);
+    free(t->band);
+    free(t->piece);
+}
+
+const stp_raster_reader stp_raster_tiff = {
+    .state_bytes = sizeof(tiff_raster), .open = open_tiff, .read = read_tiff, .close = close_tiff};

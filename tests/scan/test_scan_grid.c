@@ -1,0 +1,484 @@
+/* Tests grids of heights and depths. One grid is written in every format by the test itself or by
+ * libtiff and libpng, and must become the same points. Then cameras, places, holes, colours, what
+ * is refused, and files cut at every length. With real scans: an AL3D file against its depths and
+ * texture, which another reader took out of it. */
+#include "tests/fixtures/scan_fixture.h"
+
+#include <png.h>
+#include <tiffio.h>
+
+#include <math.h>
+
+enum { WIDTH = 7, HEIGHT = 5, COUNT = WIDTH * HEIGHT, NONE_AT = 2 * WIDTH + 3, NONE = 999 };
+
+static unsigned height_at(int i)
+{
+    return i == NONE_AT ? NONE : 100u + (unsigned)(i * i) % 83u + (i % WIDTH == 0 ? 300u : 0u);
+}
+
+static FILE *begin(const char *path, const char *header)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fputs(header, file);
+    return file;
+}
+
+/* ---- writing ---- */
+
+static void write_pgm(void)
+{
+    FILE *file = begin("grid.pgm", "P5\n# a comment\n7 5\n65535\n");
+    for (int i = 0; i < COUNT; i++) {
+        fputc((int)height_at(i) >> 8, file);
+        fputc((int)height_at(i) & 255, file);
+    }
+    fclose(file);
+}
+
+static void write_pgm_digits(void)
+{
+    FILE *file = begin("digits.pgm", "P2 7 5 1000\n");
+    for (int i = 0; i < COUNT; i++)
+        fprintf(file, "%u%c", height_at(i), i % 3 == 2 ? '\n' : ' ');
+    fclose(file);
+}
+
+static void write_pfm(const char *path, bool little)
+{
+    FILE *file = begin(path, little ? "Pf\n7 5\n-1.0\n" : "Pf\n7 5\n1\n");
+    for (int row = HEIGHT - 1; row >= 0; row--)
+        for (int i = row * WIDTH; i < (row + 1) * WIDTH; i++) {
+            const float value = (float)height_at(i);
+            uint32_t bits;
+            memcpy(&bits, &value, sizeof bits);
+            for (unsigned k = 0; k < 4; k++)
+                fputc((int)(bits >> (little ? 8 * k : 24 - 8 * k) & 255), file);
+        }
+    fclose(file);
+}
+
+static void write_esri(const char *header)
+{
+    FILE *file = begin("grid.asc", header);
+    for (int i = 0; i < COUNT; i++)
+        fprintf(file, "%u%c", height_at(i), i % WIDTH == WIDTH - 1 ? '\n' : ' ');
+    fclose(file);
+}
+
+static void write_png(const char *path, int interlace)
+{
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
+    png_infop info = png_create_info_struct(png);
+    FILE *file = begin(path, "");
+    unsigned char pixels[HEIGHT][2 * WIDTH], *rows[HEIGHT];
+    for (int i = 0; i < COUNT; i++) {
+        pixels[i / WIDTH][2 * (i % WIDTH)] = (unsigned char)(height_at(i) >> 8);
+        pixels[i / WIDTH][2 * (i % WIDTH) + 1] = (unsigned char)height_at(i);
+        rows[i / WIDTH] = pixels[i / WIDTH];
+    }
+    png_init_io(png, file);
+    png_set_IHDR(png, info, WIDTH, HEIGHT, 16, PNG_COLOR_TYPE_GRAY, interlace, 0, 0);
+    png_write_info(png, info);
+    png_write_image(png, rows);
+    png_write_end(png, NULL);
+    png_destroy_write_struct(&png, &info);
+    fclose(file);
+}
+
+/* Writes the grid as numbers of a kind and of some bits. */
+static void put_number(unsigned char *out, int bits, int kind, double number)
+{
+    if (kind == SAMPLEFORMAT_IEEEFP && bits == 64)
+        memcpy(out, &number, 8);
+    else if (kind == SAMPLEFORMAT_IEEEFP)
+        memcpy(out, &(float){(float)number}, 4);
+    else if (bits == 32)
+        memcpy(out, &(int32_t){(int32_t)number}, 4);
+    else if (bits == 16)
+        memcpy(out, &(int16_t){(int16_t)number}, 2);
+    else
+        *out = (unsigned char)number;
+}
+
+typedef struct tiff_recipe {
+    const char *mode; /* of TIFFOpen: w, w8, wb */
+    int bits, kind;
+    bool tiles;
+    int compression;
+} tiff_recipe;
+
+static TIFF *begin_tiff(const char *path, const tiff_recipe *r)
+{
+    TIFF *tiff = TIFFOpen(path, r->mode);
+    assert_non_null(tiff);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, WIDTH);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, HEIGHT);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, r->bits);
+    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, r->kind);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, r->compression);
+    if (r->tiles) {
+        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 16);
+        TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
+    } else {
+        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 2);
+    }
+    return tiff;
+}
+
+static void end_tiff(TIFF *tiff, const tiff_recipe *r)
+{
+    unsigned char pixels[16 * 16 * 8] = {0};
+    const int bytes = r->bits / 8, stride = r->tiles ? 16 : WIDTH;
+    for (int i = 0; i < COUNT; i++)
+        put_number(pixels + (i / WIDTH * stride + i % WIDTH) * bytes, r->bits, r->kind,
+                   r->bits == 8 ? height_at(i) % 256 : height_at(i));
+    if (r->tiles)
+        assert_true(TIFFWriteTile(tiff, pixels, 0, 0, 0, 0) > 0);
+    for (int row = 0; row < HEIGHT && !r->tiles; row++)
+        assert_int_equal(TIFFWriteScanline(tiff, pixels + row * stride * bytes, (uint32_t)row, 0),
+                         1);
+    TIFFClose(tiff);
+}
+
+/* A file of Alicona's microscopes: rows of 7 floats are padded to 32 bytes, of texture to 8. */
+static void write_al3d(void)
+{
+    static const char *const tags[][2] = {
+        {"Version", "1"},
+        {"TagCount", "8"},
+        {"Cols", "7"},
+        {"Rows", "5"},
+        {"DepthImageOffset", "600"},
+        {"TextureImageOffset", "760"},
+        {"PixelSizeXMeter", "0.5"},
+        {"PixelSizeYMeter", "0.25"},
+        {"InvalidPixelValue", "999"},
+        {"NumberOfPlanes", "4"},
+    };
+    unsigned char bytes[760 + 4 * 5 * 8] = "AliconaImaging\0\r\n";
+    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
+        memcpy(bytes + 17 + 52 * i, tags[i][0], strlen(tags[i][0]));
+        memcpy(bytes + 17 + 52 * i + 20, tags[i][1], strlen(tags[i][1]));
+        memcpy(bytes + 17 + 52 * i + 50, "\r\n", 2);
+    }
+    for (int i = 0; i < COUNT; i++) {
+        const float value = (float)height_at(i);
+        memcpy(bytes + 600 + i / WIDTH * 32 + i % WIDTH * 4, &value, 4);
+        for (int plane = 0; plane < 4; plane++)
+            bytes[760 + 40 * plane + i / WIDTH * 8 + i % WIDTH] = (unsigned char)(i + 50 * plane);
+    }
+    scan_fixture_bytes("grid.al3d", bytes, sizeof bytes);
+}
+
+/* ---- checking ---- */
+
+/* The points must be the grid's, placed by spacing and the first pixel's place. Those of number
+ * NONE are invalid if they are `holes`. */
+static void check_points(const char *path, const stp_grid_params *grid, stp_dvec3 first, double dx,
+                         double dy, bool holes)
+{
+    const stp_scan_params params = {.grid = grid};
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read(path, &params, &info);
+    assert_int_equal(info.point_count, COUNT);
+    assert_true(info.heights && info.attributes & STP_POINT_HAS_NORMAL);
+    for (int i = 0; i < COUNT; i++) {
+        if (holes && i == NONE_AT) {
+            assert_int_equal(points[i].reject, STP_REJECT_INVALID);
+            continue;
+        }
+        assert_int_equal(points[i].reject, STP_REJECT_NONE);
+        scan_fixture_position(&points[i], first.x + i % WIDTH * dx, first.y - i / WIDTH * dy,
+                              height_at(i));
+    }
+    free(points);
+}
+
+#define TOP ((stp_dvec3){0.0, HEIGHT - 1, 0.0})
+
+static void formats_agree(void **state)
+{
+    (void)state;
+    const stp_grid_params none = {.has_invalid = true, .invalid = NONE};
+    static const tiff_recipe recipes[] = {
+        {"w", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE},
+        {"w", 16, SAMPLEFORMAT_INT, true, COMPRESSION_LZW},
+        {"wb", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE},
+        {"wb", 32, SAMPLEFORMAT_IEEEFP, true, COMPRESSION_NONE},
+        {"w8", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_ADOBE_DEFLATE},
+        {"w", 32, SAMPLEFORMAT_UINT, true, COMPRESSION_NONE},
+        {"w", 32, SAMPLEFORMAT_INT, false, COMPRESSION_PACKBITS},
+        {"w", 64, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE},
+    };
+    write_pgm();
+    write_pgm_digits();
+    write_pfm("little.pfm", true);
+    write_pfm("big.pfm", false);
+    write_png("grid.png", PNG_INTERLACE_NONE);
+    write_png("interlaced.png", PNG_INTERLACE_ADAM7);
+    static const char *const names[] = {"grid.pgm", "digits.pgm", "little.pfm",
+                                        "big.pfm",  "grid.png",   "interlaced.png"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        check_points(names[i], NULL, TOP, 1.0, 1.0, false);
+        check_points(names[i], &none, TOP, 1.0, 1.0, true);
+    }
+    for (size_t i = 0; i < sizeof recipes / sizeof *recipes; i++) {
+        end_tiff(begin_tiff("grid.tif", &recipes[i]), &recipes[i]);
+        check_points("grid.tif", &none, TOP, 1.0, 1.0, true);
+    }
+    const stp_grid_params spaced = {.dx = 0.5, .dy = 2.0};
+    check_points("grid.png", &spaced, (stp_dvec3){0.0, 2.0 * (HEIGHT - 1), 0.0}, 0.5, 2.0, false);
+}
+
+/* Files that say where they lie and how far their pixels are apart. */
+static void files_have_places(void **state)
+{
+    (void)state;
+    write_esri("ncols 7\nnrows 5\nxllcorner 1000\nyllcorner 2000\ncellsize 10\nNODATA_value 999\n");
+    check_points("grid.asc", NULL, (stp_dvec3){1005.0, 2045.0, 0.0}, 10.0, 10.0, true);
+    write_esri("NCOLS 7\r\nNROWS 5\r\nXLLCENTER 1\r\nYLLCENTER 2\r\nDX 0.5\r\nDY 0.25\r\n");
+    check_points("grid.asc", NULL, (stp_dvec3){1.0, 3.0, 0.0}, 0.5, 0.25, false);
+    write_al3d();
+    check_points("grid.al3d", NULL, (stp_dvec3){0.0, 1.0, 0.0}, 0.5, 0.25, true);
+    for (int is_point = 0; is_point < 2; is_point++) {
+        const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+        const uint16_t keys[] = {1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, (uint16_t)(1 + is_point)};
+        const double scale[] = {2.0, 4.0, 0.0}, tie[] = {1.0, 1.0, 0.0, 500.0, 600.0, 0.0};
+        /* our reader has named these tags to libtiff, when it read the first TIFF */
+        TIFF *tiff = begin_tiff("place.tif", &recipe);
+        TIFFSetField(tiff, 33550, 3, scale);
+        TIFFSetField(tiff, 33922, 6, tie);
+        TIFFSetField(tiff, 34735, 12, keys);
+        TIFFSetField(tiff, 42113, "999 ");
+        end_tiff(tiff, &recipe);
+        const double half = is_point ? 0.0 : 0.5;
+        const stp_dvec3 first = {500.0 + (half - 1.0) * 2.0, 600.0 - (half - 1.0) * 4.0, 0.0};
+        check_points("place.tif", NULL, first, 2.0, 4.0, true);
+    }
+}
+
+/* A plane z = 3 x - 2 y must have its own normal everywhere, at edges and beside a hole, too. Where
+ * a sample has no neighbour in its column or row, it is not known. */
+static void normals_are_the_grids(void **state)
+{
+    (void)state;
+    FILE *file = begin("plane.asc", "ncols 4\nnrows 4\ncellsize 0.5\nnodata_value -9\n");
+    for (int i = 0; i < 16; i++)
+        fprintf(file, "%g ", i == 6 ? -9.0 : 3.0 * 0.5 * (i % 4) - 2.0 * 0.5 * (3 - i / 4));
+    fclose(file);
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("plane.asc", NULL, &info);
+    const double length = sqrt(9.0 + 4.0 + 1.0);
+    scan_fixture_normal(&points[2], 0.0, 0.0, 0.0);
+    scan_fixture_normal(&points[7], 0.0, 0.0, 0.0);
+    for (int i = 0; i < 16; i++)
+        if (i != 6 && i != 2 && i != 7)
+            scan_fixture_normal(&points[i], -3.0 / length, 2.0 / length, 1.0 / length);
+    free(points);
+}
+
+/* Depths along the axis, along the ray, and disparities of one wall across the view at z = 2. */
+static void cameras(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 3; kind++) {
+        const stp_grid_params grid = {.fx = 10.0,
+                                      .fy = 20.0,
+                                      .cx = 3.0,
+                                      .cy = 1.0,
+                                      .along_ray = kind == 1,
+                                      .scale = kind == 0 ? 0.5 : 0.0,
+                                      .disparity_focal = kind == 2 ? 8.0 : 0.0,
+                                      .disparity_base = kind == 2 ? 0.25 : 0.0};
+        const stp_scan_params params = {.grid = &grid};
+        FILE *file = begin("depth.pfm", "Pf\n7 5\n-1\n");
+        for (int row = HEIGHT - 1; row >= 0; row--)
+            for (int column = 0; column < WIDTH; column++) {
+                const double x = (column - 3) / 10.0, y = (row - 1) / 20.0;
+                float value = (float)(kind == 0   ? 4.0
+                                      : kind == 1 ? 2.0 * sqrt(x * x + y * y + 1.0)
+                                                  : 1.0);
+                if (row == 2 && column < 2)
+                    value = column == 0 ? 0.0f : -1.0f; /* no samples */
+                fwrite(&value, sizeof value, 1, file);
+            }
+        fclose(file);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("depth.pfm", &params, &info);
+        assert_int_equal(info.grid.columns, WIDTH);
+        assert_int_equal(info.grid.rows, HEIGHT);
+        assert_int_equal(info.station_count, 1);
+        assert_false(info.heights);
+        for (int i = 0; i < COUNT; i++) {
+            if (i == 2 * WIDTH || i == 2 * WIDTH + 1) {
+                assert_int_equal(points[i].reject, STP_REJECT_INVALID);
+                continue;
+            }
+            const stp_dvec3 wanted = {2.0 * (i % WIDTH - 3) / 10.0, 2.0 * (i / WIDTH - 1) / 20.0,
+                                      2.0};
+            assert_int_equal(points[i].station, 1);
+            assert_true(stp_dvec3_length(stp_dvec3_sub(points[i].position, wanted)) < 1e-6);
+        }
+        free(points);
+    }
+}
+
+/* ---- colours ---- */
+
+static void write_colours(const char *path, int width, int height, int channels)
+{
+    png_image png = {.version = PNG_IMAGE_VERSION,
+                     .width = (png_uint_32)width,
+                     .height = (png_uint_32)height,
+                     .format = channels == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB};
+    unsigned char pixels[4 * COUNT];
+    for (int i = 0; i < channels * width * height; i++)
+        pixels[i] = (unsigned char)(channels == 4 && i % 4 == 3 ? (i / 4 == 9 ? 0 : 255) : 3 * i);
+    assert_true(png_image_write_to_file(&png, path, 0, pixels, 0, NULL));
+}
+
+static void colours_and_alpha(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    write_png("grid.png", PNG_INTERLACE_NONE);
+    for (int channels = 3; channels <= 4; channels++) {
+        write_colours("colour.png", WIDTH, HEIGHT, channels);
+        const stp_grid_params grid = {.colour = "colour.png"};
+        const stp_scan_params params = {.grid = &grid};
+        stp_point *points = scan_fixture_read("grid.png", &params, &info);
+        assert_true(info.attributes & STP_POINT_HAS_COLOUR);
+        for (int i = 0; i < COUNT; i++) {
+            const bool hidden = channels == 4 && i == 9;
+            const unsigned k = 3u * (unsigned)(channels * i);
+            assert_int_equal(points[i].reject, hidden ? STP_REJECT_INVALID : STP_REJECT_NONE);
+            if (!hidden)
+                scan_fixture_rgb(&points[i], k % 256 * 257, (k + 3) % 256 * 257,
+                                 (k + 6) % 256 * 257);
+        }
+        free(points);
+    }
+    write_al3d();
+    stp_point *points = scan_fixture_read("grid.al3d", NULL, &info);
+    for (unsigned i = 0; i < COUNT; i++)
+        if (i != NONE_AT)
+            scan_fixture_rgb(&points[i], i * 257, (i + 50) * 257, (i + 100) * 257);
+    free(points);
+}
+
+/* ---- what is refused ---- */
+
+static void refusals(void **state)
+{
+    (void)state;
+    static const scan_malformed cases[] = {
+        {"a.asc", "ncols 3\nnrows 2\n1 2 3\n4 5 6\n", STP_CORRUPT, "cellsize"},
+        {"b.asc", "ncols 3\nnrows 2\ncellsize x\n", STP_CORRUPT, "line 3: cellsize has no number"},
+        {"c.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 5\n", STP_CORRUPT, "ends in row 2"},
+        {"d.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 five 6\n", STP_CORRUPT, "five"},
+        {"e.asc", "ncols 3\nnrows 1\ncellsize 1\n1 2 3\n", STP_UNSUPPORTED, "3 x 1"},
+        {"f.asc", "ncols 3\nnrows 2\n", STP_CORRUPT, "within its header"},
+        {"g.asc", "ncols 99999999\nnrows 2\ncellsize 1\n1\n", STP_CORRUPT, "ncols"},
+        {"a.pgm", "P5\n3 2\n255\nabc", STP_CORRUPT, "ends early"},
+        {"b.pgm", "P5\n3 x\n255\nabcdef", STP_CORRUPT, "says x"},
+        {"c.pgm", "P2 2 2 9\n1 2 3\n", STP_CORRUPT, "ends early"},
+        {"a.pfm", "Pf\n2 2\n-1.0\n", STP_CORRUPT, "ends early"},
+        {"b.pfm", "PF\n2 2\n-1.0\n", STP_UNSUPPORTED, "colours in floats"},
+        {"a.al3d", "AliconaImaging", STP_CORRUPT, "a.al3d"},
+        {"a.jpg", "\xff\xd8\xff", STP_UNSUPPORTED, "JPEG"},
+    };
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    write_png("grid.png", PNG_INTERLACE_NONE);
+    write_colours("small.png", 3, 3, 3);
+    stp_grid_params grid = {.colour = "small.png"};
+    const stp_scan_params params = {.grid = &grid};
+    scan_fixture_fails("grid.png", &params, STP_INVALID_ARGUMENT, "small.png is 3 x 3");
+    scan_fixture_fails("small.png", NULL, STP_UNSUPPORTED, "a picture of colours (3 channels)");
+    grid.colour = "none.png";
+    stp_scan *scan = NULL;
+    stp_error err = {0};
+    assert_int_equal(stp_scan_open(&scan, "grid.png", &params, &err), STP_NOT_FOUND);
+    assert_non_null(strstr(err.message, "none.png"));
+    scan_fixture_text("points.xyz", "1 2 3\n4 5 6\n7 8 10\n");
+    scan_fixture_fails("points.xyz", &params, STP_INVALID_ARGUMENT, "no grid");
+    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    const uint16_t keys[] = {1, 1, 0, 1, 1024, 0, 1, 2};
+    const double scale[] = {2.0, 4.0, 0.0};
+    TIFF *tiff = begin_tiff("degrees.tif", &recipe);
+    TIFFSetField(tiff, 33550, 3, scale);
+    TIFFSetField(tiff, 34735, 8, keys);
+    end_tiff(tiff, &recipe);
+    scan_fixture_fails("degrees.tif", NULL, STP_UNSUPPORTED, "degrees");
+    grid = (stp_grid_params){.dx = 1.0, .dy = 1.0};
+    check_points("degrees.tif", &grid, TOP, 1.0, 1.0, false);
+}
+
+/* A cut file fails with a sentence, or has all its points: never fewer, never a crash. */
+static void cut_files(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"grid.pgm",       "digits.pgm", "little.pfm", "grid.png",
+                                        "interlaced.png", "grid.tif",   "grid.al3d",  "grid.asc"};
+    static unsigned char bytes[8192];
+    for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
+        FILE *file = fopen(names[n], "rb");
+        assert_non_null(file);
+        const size_t size = fread(bytes, 1, sizeof bytes, file);
+        fclose(file);
+        assert_true(size > 0 && size < sizeof bytes);
+        for (size_t cut = 0; cut < size; cut++) {
+            stp_error err = {0};
+            stp_scan *scan = NULL;
+            stp_point points[COUNT];
+            size_t count = 1, total = 0;
+            scan_fixture_bytes("cut.grid", bytes, cut);
+            stp_status status = stp_scan_open(&scan, "cut.grid", NULL, &err);
+            while (status == STP_OK && count > 0) {
+                status = stp_scan_read(scan, points, COUNT, &count, &err);
+                total += status == STP_OK ? count : 0;
+            }
+            stp_scan_close(&scan);
+            if (status == STP_OK ? total != COUNT : strstr(err.message, "cut.grid") == NULL)
+                fail_msg("%s cut to %zu bytes: %zu points, %s", names[n], cut, total, err.message);
+        }
+    }
+}
+
+static void real_al3d(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"grids/al3d-1.al3d", "grids/al3d-1_depth_m.pfm",
+                                        "grids/al3d-1_texture.png"};
+    char paths[3][4096];
+    for (int i = 0; i < 3; i++)
+        if (!scan_fixture_has_real() || !scan_fixture_real(names[i], paths[i]))
+            skip();
+    const stp_grid_params grid = {.dx = 4.38027e-07, .dy = 4.38027e-07, .colour = paths[2]};
+    const stp_scan_params params = {.grid = &grid};
+    stp_scan_info info[2];
+    stp_point *own = scan_fixture_read(paths[0], NULL, &info[0]);
+    stp_point *other = scan_fixture_read(paths[1], &params, &info[1]);
+    assert_int_equal(info[0].point_count, 59200);
+    assert_int_equal(info[1].point_count, 59200);
+    assert_memory_equal(own, other, 59200 * sizeof *own);
+    free(own);
+    free(other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(formats_agree),
+        cmocka_unit_test(files_have_places),
+        cmocka_unit_test(normals_are_the_grids),
+        cmocka_unit_test(cameras),
+        cmocka_unit_test(colours_and_alpha),
+        cmocka_unit_test(refusals),
+        cmocka_unit_test(cut_files),
+        cmocka_unit_test(real_al3d),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}

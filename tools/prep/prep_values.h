@@ -1,0 +1,26 @@
+/* Parses the values of prep's options. */
+#ifndef STP_TOOLS_PREP_PREP_VALUES_H
+#define STP_TOOLS_PREP_PREP_VALUES_H
+
+#include "formats/scan/scan.h"
+#include "preprocess/prep.h"
+
+/* Each returns INVALID_ARGUMENT with what to give instead. A NULL text keeps the default. */
+stp_status prep_parse_orient(const char *text, stp_prep_params *params, stp_error *err);
+/* A length, or "exact". */
+stp_status prep_parse_precision(const char *text, stp_prep_params *params, stp_error *err);
+/* A number, or "auto". */
+stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err);
+
+/* How grids of heights or depths are read. */
+typedef struct prep_grid {
+    const char *colour, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
+    double scale;                                                 /* 0: not given */
+    int depth;                                                    /* 1: along the ray */
+} prep_grid;
+
+bool prep_grid_is_given(const prep_grid *grid);
+/* The strings must outlive *out. */
+stp_status prep_parse_grid(const prep_grid *grid, stp_grid_params *out, stp_error *err);
+
+#endif
