@@ -162,7 +162,8 @@ static void write_al3d(void)
     for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
         memcpy(bytes + 17 + 52 * i, tags[i][0], strlen(tags[i][0]));
         memcpy(bytes + 17 + 52 * i + 20, tags[i][1], strlen(tags[i][1]));
-        memcpy(bytes + 17 + 52 * i + 50, "\r\n", 2);
+        bytes[17 + 52 * i + 50] = '\r';
+        bytes[17 + 52 * i + 51] = '\n';
     }
     for (int i = 0; i < COUNT; i++) {
         const float value = (float)height_at(i);
