@@ -19,7 +19,8 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 centre;        // window coordinates of the camera's axis; -, -
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
-    vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere); -, -
+    vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere);
+                        // contours: step, the eye's height over a multiple of 5 steps
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
     // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
     // z: 1 if clipped. w: number of openings. All but y have macros, too.
@@ -58,7 +59,7 @@ void stp_frame_hold()
 #define STP_BACKS_DRAWN 256 // no back is left out, even if hidden
 
 // A program is compiled for one variant (runtime/gl/shader.h). STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP,
-// STP_HIDE_CLASSES, STP_OVERLAY, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1; STP_SHADE,
+// STP_HIDE_CLASSES, STP_OVERLAY, STP_CONTOURS, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1; STP_SHADE,
 // STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
 // compiled, since software rasterisers run both sides of a branch.
 #define STP_SHADE_PHONG 0

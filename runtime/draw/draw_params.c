@@ -19,6 +19,8 @@
     ARRAY(colour_range)                                                                            \
     VALUE(overlay)                                                                                 \
     VALUE(edl)                                                                                     \
+    VALUE(contour_step)                                                                            \
+    VALUE(contour_base)                                                                            \
     FADE(fade)                                                                                     \
     CLIP(clip)                                                                                     \
     ARRAY(hidden_classes)                                                                          \

@@ -1,8 +1,11 @@
-/* Writes clip box, hidden classes, overlay and eye-dome lighting to the frame. */
+/* Writes clip box, hidden classes, overlay, contours and eye-dome lighting to the frame. */
 #include "runtime/draw/filter.h"
 
 #include <float.h>
 #include <string.h>
+
+/* Each so manieth contour is wider (shaders/shade/contour.glsl). */
+#define CONTOURS_MARKED 5.0
 
 stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
 {
@@ -20,6 +23,11 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "a strength of %g for eye-dome lighting is negative or not a number",
                              params->edl);
+    if (!(params->contour_step >= 0.0) || !isfinite(params->contour_step) ||
+        !isfinite(params->contour_base))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "contours every %g from %g: give a positive step, both finite",
+                             params->contour_step, params->contour_base);
     if (!(params->fade >= 0.0 && params->fade < 1.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%g of a level change cannot fade: give 0 or more, but less than 1",
@@ -51,6 +59,10 @@ void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const
     memcpy(frame->hidden, params->hidden_classes, sizeof frame->hidden);
     frame->colour_range[2] = (float)params->overlay;
     frame->colour_range[3] = (float)params->edl;
+    frame->terms[2] = (float)params->contour_step;
+    if (params->contour_step > 0.0)
+        frame->terms[3] =
+            (float)remainder(eye->z - params->contour_base, CONTOURS_MARKED * params->contour_step);
 }
 
 bool stp_filter_hides_classes(const stp_draw_params *params)

@@ -57,7 +57,8 @@ typedef struct stp_gpu_frame {
     float centre[4];     /* window coordinates of the camera's axis; -, - */
     float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
     float quality[4];    /* threshold, radius cap, both in pixels; ball near, far */
-    float terms[4];      /* weight of colours, weight of errors at outlines; -, - */
+    float terms[4];      /* weight of colours, weight of errors at outlines; contours: step, the
+                            eye's height over a multiple of 5 steps */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
     /* Orthographic; flags of samples whose backs are left out (0: none); clipped; number of

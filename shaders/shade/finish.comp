@@ -8,6 +8,7 @@
 #include "ellipse.glsl"
 #include "blend.glsl"
 #include "push.glsl"
+#include "contour.glsl"
 #include "shade.glsl"
 
 layout(r32ui, binding = 0) writeonly uniform uimage2D picture; // RGBA8

@@ -8,6 +8,7 @@
 #include "ellipse.glsl"
 #include "blend.glsl"
 #include "finish.glsl"
+#include "contour.glsl"
 #include "shade.glsl"
 
 layout(location = 0) out vec4 picture;

@@ -4,6 +4,7 @@
 #include "project.glsl"
 #include "palette.glsl"
 #include "pixel.glsl"
+#include "contour.glsl"
 #include "shade.glsl"
 
 layout(location = 0) out vec4 picture;

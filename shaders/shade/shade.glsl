@@ -1,5 +1,5 @@
 // Deferred shading of a finished pixel ("Shading" in README.md). Needs project.glsl, pixel.glsl,
-// palette.glsl.
+// palette.glsl, contour.glsl.
 
 vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
 {
@@ -55,6 +55,9 @@ vec4 stp_shade(stp_pixel p, vec2 window)
 #if STP_OVERLAY
     c = stp_phong(c, n, v);
 #endif
+#endif
+#if STP_CONTOURS
+    c = mix(c, vec3(0.0), 0.8 * stp_contour(p, n, window));
 #endif
     return p.tag != 0 ? vec4(clamp(c, 0.0, 1.0), 1.0) : vec4(0.0);
 }

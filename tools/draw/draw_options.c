@@ -58,6 +58,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "share of --shade level, chunk, error, confidence in colours, up to 1 (0: alone)", NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
+        {"--contours", 0, CLI_STRING, &o->contours, "STEP[,BASE]",
+         "lines of equal height (z), every STEP from BASE on (0); each fifth is wider", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what lies in this box",
          NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
@@ -157,6 +159,21 @@ done:
     return status;
 }
 
+static stp_status choose_contours(const draw_options *o, stp_draw_params *params, stp_error *err)
+{
+    double step = 0.0, base = 0.0;
+    int used = 0;
+    if (!o->contours)
+        return STP_OK;
+    int count = sscanf(o->contours, "%lf%n,%lf%n", &step, &used, &base, &used);
+    if (count < 1 || o->contours[used] || !(step > 0.0) || !isfinite(step) || !isfinite(base))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--contours %s: give a positive STEP, or STEP,BASE", o->contours);
+    params->contour_step = step;
+    params->contour_base = base;
+    return STP_OK;
+}
+
 static stp_status check_amounts(const draw_options *o, stp_error *err)
 {
     if (!(o->overlay >= 0.0 && o->overlay <= 1.0))
@@ -227,6 +244,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
     STP_TRY(check_amounts(o, err));
     STP_TRY(choose_filter(o, model, &p, err));
     STP_TRY(choose_range(o, model, &p, err));
+    STP_TRY(choose_contours(o, &p, err));
     *params = p;
 done:
     return status;
