@@ -546,7 +546,7 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     size_t root_count = 0;
     stp_budget b;
     STP_TRY(stp_budget_plan(&b, params->scene, params->gpu_bytes, params->cpu_bytes,
-                            params->thread_count, err));
+                            params->thread_count, params->software, err));
     STP_TRY(stp_alloc(&c, 1, sizeof *c, "a block cache", err));
     c->scene = params->scene;
     c->budget = b;

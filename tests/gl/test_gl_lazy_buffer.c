@@ -82,6 +82,23 @@ static void stream_starts_without_memory(void **state)
     stp_object_texture_destroy(&texture);
 }
 
+/* Blocks of 5000 samples, as many as a model of 4 million points has. */
+static void software_rings_are_small(void **state)
+{
+    (void)state;
+    static stp_block blocks[1000];
+    stp_scene scene = {.blocks = blocks, .block_count = 1000, .chunk_count = 20};
+    stp_budget gpu, software, least;
+    for (int i = 0; i < 1000; i++)
+        blocks[i] = (stp_block){.patch_count = 80, .sample_count = {4000, 800, 200}};
+    check_ok(stp_budget_plan(&gpu, &scene, 0, 0, 2, false, err));
+    check_ok(stp_budget_plan(&software, &scene, 0, 0, 2, true, err));
+    check_ok(stp_budget_plan(&least, &scene, 4 * MIB, 0, 2, true, err));
+    assert_true(gpu.ring_bytes == 32 * MIB);
+    assert_true(software.ring_bytes == 8 * MIB);
+    assert_true(least.ring_bytes == 4 * MIB / 16 && least.gpu_bytes <= 4 * MIB);
+}
+
 /* Renderers ask for such memory if, and only if, the driver draws on the CPU. */
 static void renderers_ask_for_it(void **state)
 {
@@ -101,7 +118,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(memory_comes_when_written), cmocka_unit_test(gpus_keep_their_own_memory),
         cmocka_unit_test(too_much_is_no_error),      cmocka_unit_test(stream_starts_without_memory),
-        cmocka_unit_test(renderers_ask_for_it),
+        cmocka_unit_test(software_rings_are_small),  cmocka_unit_test(renderers_ask_for_it),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
