@@ -17,7 +17,7 @@ bool stp_lazy_buffer_create(stp_lazy_buffer *out, uint64_t bytes, bool software)
     if (memory == MAP_FAILED)
         return false;
     b.memory = memory;
-    (void)madvise(memory, b.mapped_bytes, MADV_HUGEPAGE); /* fewer faults */
+    (void)madvise(memory, b.mapped_bytes, MADV_HUGEPAGE); /* fewer page faults */
     glGenBuffers(1, &b.name);
     glBindBuffer(GL_EXTERNAL_VIRTUAL_MEMORY_BUFFER_AMD, b.name);
     glBufferData(GL_EXTERNAL_VIRTUAL_MEMORY_BUFFER_AMD, (GLsizeiptr)bytes, memory, GL_DYNAMIC_COPY);
