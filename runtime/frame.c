@@ -53,9 +53,10 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
         last = slot > last ? slot : last;
     }
     if (count > 0)
-        glNamedBufferSubData(
-            stp_block_cache_texture(r->cache)->chunks, (GLintptr)(first * sizeof *r->chunk_records),
-            (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records), r->chunk_records + first);
+        glNamedBufferSubData(stp_block_cache_texture(r->cache)->chunks.name,
+                             (GLintptr)(first * sizeof *r->chunk_records),
+                             (GLsizeiptr)((last - first + 1) * sizeof *r->chunk_records),
+                             r->chunk_records + first);
 }
 
 /* For templates: at least STP_ELLIPSE_FLOOR of shaders/reconstruct/ellipse.glsl. */

@@ -106,6 +106,7 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
                                   .gpu_bytes = r->params.gpu_memory_bytes,
                                   .cpu_bytes = r->params.cpu_memory_bytes,
                                   .thread_count = stp_pool_thread_count(r->pool),
+                                  .software = stp_road_is_software(),
                                   .wake = r->params.wake,
                                   .wake_context = r->params.wake_context},
         err));

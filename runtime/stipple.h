@@ -42,6 +42,8 @@
  *   - Host queries that run during a call (samples, time) also count the renderer's work. While a
  *     query of GL_PRIMITIVES_GENERATED runs, points_drawn is unknown.
  *   - A program that is in use but already deleted is lost, and so are subroutine uniform values.
+ *   - On a software driver, creating a renderer or choosing models leaves no buffer bound to
+ *     GL_EXTERNAL_VIRTUAL_MEMORY_BUFFER_AMD.
  *   - Errors that the host has not yet fetched with glGetError are discarded. */
 #ifndef STP_RUNTIME_STIPPLE_H
 #define STP_RUNTIME_STIPPLE_H

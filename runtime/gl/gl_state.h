@@ -3,7 +3,8 @@
  * Between enter and leave the context is in the state that our passes rely on, whatever the host
  * set. After leave the state is as it was. Some things GL can neither report nor restore; stipple.h
  * warns the host about them: conditional rendering, running queries of samples, a program deleted
- * while in use, values of subroutine uniforms. Threads: the render thread. */
+ * while in use, values of subroutine uniforms, the buffer bound as our own memory (lazy_buffer.h).
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_GL_GL_STATE_H
 #define STP_RUNTIME_GL_GL_STATE_H
 

@@ -236,13 +236,14 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     const stp_load_place *p = &load->place;
     const stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece);
-    stp_upload_ring_copy(&c->ring, c->texture.samples, begin,
+    stp_upload_ring_copy(&c->ring, c->texture.samples.name, begin,
                          at->samples.begin * (uint64_t)sizeof(stp_sample),
                          stp_load_numbers_offset(at));
-    stp_upload_ring_copy(&c->ring, c->texture.patch_of_sample, begin + stp_load_numbers_offset(at),
+    stp_upload_ring_copy(&c->ring, c->texture.patch_of_sample.name,
+                         begin + stp_load_numbers_offset(at),
                          at->samples.begin * (uint64_t)sizeof(uint32_t),
                          stp_load_patches_offset(at) - stp_load_numbers_offset(at));
-    stp_upload_ring_copy(&c->ring, c->texture.patches, begin + stp_load_patches_offset(at),
+    stp_upload_ring_copy(&c->ring, c->texture.patches.name, begin + stp_load_patches_offset(at),
                          at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
                          stp_load_bytes(at) - stp_load_patches_offset(at));
     stp_upload_ring_copied(&c->ring, p->piece);
@@ -545,7 +546,7 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     size_t root_count = 0;
     stp_budget b;
     STP_TRY(stp_budget_plan(&b, params->scene, params->gpu_bytes, params->cpu_bytes,
-                            params->thread_count, err));
+                            params->thread_count, params->software, err));
     STP_TRY(stp_alloc(&c, 1, sizeof *c, "a block cache", err));
     c->scene = params->scene;
     c->budget = b;
@@ -557,12 +558,12 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
                                                    .wake = params->wake,
                                                    .wake_context = params->wake_context},
                               err));
-    /* Roots are read while GL makes its buffers, which some drivers fill with zeros. */
+    /* Roots are read while GL makes its buffers. */
     STP_TRY(list_roots(c, &roots, &root_count, err));
     stp_stream_want(c->stream, roots, root_count);
     STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
-                                      b.slot_capacity, err));
-    STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, err));
+                                      b.slot_capacity, params->software, err));
+    STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, params->software, err));
     STP_TRY(load_roots(c, roots, root_count, err));
     *out = c;
     c = NULL;

@@ -33,6 +33,7 @@ typedef struct stp_block_cache_params {
     uint64_t gpu_bytes;     /* 0: 1 GiB */
     uint64_t cpu_bytes;     /* 0: 1 GiB */
     unsigned thread_count;  /* for decoding, at least 1 */
+    bool software;          /* the driver draws on the CPU */
     void (*wake)(void *);   /* see stp_stream_params */
     void *wake_context;
 } stp_block_cache_params;

@@ -9,7 +9,9 @@
 /* Memory for decoding a block, with Draco's tables, in sizes of a decoded block. An estimate, not
  * measured. */
 #define DECODING_BLOCKS 3
-#define RING_MOST_BYTES (UINT64_C(32) << 20)
+/* Most bytes of the upload ring: on a GPU, what some frames under way may hold. A software driver
+ * passes fences sooner, and a small ring stays in the processor's cache. */
+static const uint64_t ring_most_bytes[2] = {UINT64_C(32) << 20, UINT64_C(8) << 20};
 #define PAYLOADS_LEAST 2
 /* If there is room, allots this many times what a whole scene needs: for gaps, and for a block's
  * finer version while the coarser one is drawn. */
@@ -112,14 +114,14 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
 }
 
 stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu, uint64_t cpu,
-                           unsigned decoders, stp_error *err)
+                           unsigned decoders, bool software, stp_error *err)
 {
     stp_budget b = {0};
     demand d = measure(scene);
     uint64_t given[2] = {gpu != 0 ? gpu : STP_BUDGET_DEFAULT_BYTES,
                          cpu != 0 ? cpu : STP_BUDGET_DEFAULT_BYTES};
     uint64_t piece = texture_bytes(d.most_samples, d.most_patches) + STP_PAYLOAD_UNIT_BYTES;
-    b.ring_bytes = larger(piece, smaller(RING_MOST_BYTES, given[0] / 16));
+    b.ring_bytes = larger(piece, smaller(ring_most_bytes[software], given[0] / 16));
     b.ring_bytes = smaller(b.ring_bytes, (scene->block_count + UINT64_C(1)) * piece);
     uint64_t decoding = DECODING_BLOCKS * d.most_decoded;
     b.decoder_count = choose_decoders(decoding, given[1], decoders);

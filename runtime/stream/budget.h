@@ -20,9 +20,10 @@ typedef struct stp_budget {
 
 #define STP_BUDGET_DEFAULT_BYTES (UINT64_C(1) << 30)
 
-/* gpu_bytes, cpu_bytes: 0 for the default. decoders: the wanted number. Errors: LIMIT (not even two
- * blocks fit; the message says how much would be enough). */
+/* gpu_bytes, cpu_bytes: 0 for the default. decoders: the wanted number. software: the driver draws
+ * on the CPU. Errors: LIMIT (not even two blocks fit; the message says how much would be enough).
+ */
 stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu_bytes,
-                           uint64_t cpu_bytes, unsigned decoders, stp_error *err);
+                           uint64_t cpu_bytes, unsigned decoders, bool software, stp_error *err);
 
 #endif

@@ -7,11 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static GLuint create_buffer(uint64_t bytes)
+static stp_lazy_buffer create_buffer(uint64_t bytes, bool software)
 {
-    GLuint buffer = 0;
-    glCreateBuffers(1, &buffer);
-    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    stp_lazy_buffer buffer;
+    if (!stp_lazy_buffer_create(&buffer, bytes, software)) {
+        glCreateBuffers(1, &buffer.name);
+        glNamedBufferStorage(buffer.name, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    }
     return buffer;
 }
 
@@ -19,8 +21,8 @@ static void create_sample_array(stp_object_texture *t)
 {
     glCreateVertexArrays(1, &t->empty_array);
     glCreateVertexArrays(1, &t->sample_array);
-    glVertexArrayVertexBuffer(t->sample_array, 0, t->samples, 0, sizeof(stp_sample));
-    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_sample, 0, sizeof(uint32_t));
+    glVertexArrayVertexBuffer(t->sample_array, 0, t->samples.name, 0, sizeof(stp_sample));
+    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_sample.name, 0, sizeof(uint32_t));
     glVertexArrayAttribIFormat(t->sample_array, 0, 4, GL_UNSIGNED_INT, 0);
     glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_INT, 0);
     for (GLuint i = 0; i < 2; i++) {
@@ -30,7 +32,7 @@ static void create_sample_array(stp_object_texture *t)
 }
 
 stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
-                                     uint32_t patch_capacity, uint32_t slot_capacity,
+                                     uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err)
 {
     stp_object_texture t = {.slot_capacity = slot_capacity};
@@ -46,11 +48,12 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
                              sample_capacity, limit);
     t.sample_ranges.capacity = sample_capacity;
     t.patch_ranges.capacity = patch_capacity;
-    t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample));
-    t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t));
-    t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch));
-    t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
-    const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples, t.patches, t.chunks, t.patch_of_sample};
+    t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample), software);
+    t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t), software);
+    t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
+    t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
+    const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples.name, t.patches.name, t.chunks.name,
+                                                 t.patch_of_sample.name};
     glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES, t.textures);
     for (int i = 0; i < STP_OBJECT_TEXTURES; i++)
         glTextureBuffer(t.textures[i], i < 3 ? GL_RGBA32UI : GL_R32UI, buffers[i]);
@@ -65,13 +68,14 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
 
 void stp_object_texture_destroy(stp_object_texture *t)
 {
-    const GLuint buffers[4] = {t->samples, t->patch_of_sample, t->patches, t->chunks};
+    stp_lazy_buffer *const buffers[4] = {&t->samples, &t->patch_of_sample, &t->patches, &t->chunks};
     const GLuint arrays[2] = {t->sample_array, t->empty_array};
-    if (t->samples != 0) {
+    if (t->samples.name != 0) {
         glDeleteVertexArrays(2, arrays);
         glDeleteTextures(STP_OBJECT_TEXTURES, t->textures);
-        glDeleteBuffers(4, buffers);
     }
+    for (int i = 0; i < 4; i++)
+        stp_lazy_buffer_destroy(buffers[i]);
     stp_range_pool_destroy(&t->sample_ranges);
     stp_range_pool_destroy(&t->patch_ranges);
     *t = (stp_object_texture){0};

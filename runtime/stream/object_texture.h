@@ -9,6 +9,7 @@
 
 #include "formats/chunk/block.h"
 #include "runtime/gl/gpu_layout.h"
+#include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/range_pool.h"
 
 #include <epoxy/gl.h>
@@ -20,7 +21,7 @@
 enum { STP_OBJECT_TEXTURES = 4 };
 
 typedef struct stp_object_texture {
-    GLuint samples, patch_of_sample, patches, chunks; /* buffers */
+    stp_lazy_buffer samples, patch_of_sample, patches, chunks;
     GLuint textures[STP_OBJECT_TEXTURES]; /* of samples, patches, chunks, patch_of_sample */
     GLuint sample_array, empty_array;     /* vertex arrays: with samples; with nothing */
     stp_range_pool sample_ranges, patch_ranges;
@@ -33,9 +34,10 @@ typedef struct stp_placement {
     uint32_t level_begin[STP_LEVEL_COUNT];
 } stp_placement;
 
-/* Errors: GL (no memory, or more samples than a texture may have), OUT_OF_MEMORY. */
+/* software: see stp_lazy_buffer_create. Errors: GL (no memory, or more samples than a texture may
+ * have), OUT_OF_MEMORY. */
 stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
-                                     uint32_t patch_capacity, uint32_t slot_capacity,
+                                     uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
 

@@ -3,22 +3,33 @@
 
 #include "runtime/gl/gl_context.h"
 
-stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, stp_error *err)
+/* Makes the ring's buffer by the driver, and maps it. */
+static stp_status map_buffer(stp_upload_ring *ring, GLsizeiptr size, stp_error *err)
 {
     const GLbitfield flags = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
-    uint64_t units = bytes / STP_UPLOAD_UNIT_BYTES;
-    stp_upload_ring ring = {.ranges = {.capacity = (uint32_t)units}};
-    GLsizeiptr size = (GLsizeiptr)(units * STP_UPLOAD_UNIT_BYTES);
-    glCreateBuffers(1, &ring.buffer);
-    glNamedBufferStorage(ring.buffer, size, NULL, flags);
+    glCreateBuffers(1, &ring->buffer.name);
+    glNamedBufferStorage(ring->buffer.name, size, NULL, flags);
     stp_status status = stp_gl_check("making the upload ring", err);
     if (status == STP_OK)
-        ring.memory = glMapNamedBufferRange(ring.buffer, 0, size, flags);
-    if (status == STP_OK && ring.memory == NULL)
+        ring->memory = glMapNamedBufferRange(ring->buffer.name, 0, size, flags);
+    if (status == STP_OK && ring->memory == NULL)
         status = stp_error_set(err, STP_GL,
                                "this OpenGL maps no %lld bytes to upload through: give a smaller "
                                "--gpu-memory",
                                (long long)size);
+    return status;
+}
+
+stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, bool software,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t units = bytes / STP_UPLOAD_UNIT_BYTES, size = units * STP_UPLOAD_UNIT_BYTES;
+    stp_upload_ring ring = {.ranges = {.capacity = (uint32_t)units}};
+    if (stp_lazy_buffer_create(&ring.buffer, size, software))
+        ring.memory = ring.buffer.memory;
+    else
+        status = map_buffer(&ring, (GLsizeiptr)size, err);
     if (status == STP_OK)
         *out = ring;
     else
@@ -30,10 +41,9 @@ void stp_upload_ring_destroy(stp_upload_ring *ring)
 {
     for (size_t i = 0; i < ring->fence_count; i++)
         glDeleteSync(ring->fences[i].sync);
-    if (ring->memory != NULL)
-        glUnmapNamedBuffer(ring->buffer);
-    if (ring->buffer != 0)
-        glDeleteBuffers(1, &ring->buffer);
+    if (ring->memory != NULL && ring->buffer.memory == NULL)
+        glUnmapNamedBuffer(ring->buffer.name);
+    stp_lazy_buffer_destroy(&ring->buffer);
     stp_range_pool_destroy(&ring->ranges);
     *ring = (stp_upload_ring){0};
 }
@@ -90,7 +100,7 @@ void stp_upload_ring_copy(const stp_upload_ring *ring, GLuint buffer, uint64_t f
                           uint64_t bytes)
 {
     if (bytes > 0)
-        glCopyNamedBufferSubData(ring->buffer, buffer, (GLintptr)from, (GLintptr)to,
+        glCopyNamedBufferSubData(ring->buffer.name, buffer, (GLintptr)from, (GLintptr)to,
                                  (GLsizeiptr)bytes);
 }
 

@@ -1,10 +1,12 @@
-/* The memory through which blocks reach the GPU: a buffer that stays mapped, so that decoders write
- * into it while frames are drawn. A piece becomes free again when the fence behind its copy has
- * passed. Threads: the render thread; any thread may write the memory of a piece that was taken. */
+/* The memory through which blocks reach the GPU: a buffer that stays mapped, or is of our own
+ * memory, so that decoders write into it while frames are drawn. A piece becomes free again when
+ * the fence behind its copy has passed. Threads: the render thread; any thread may write the memory
+ * of a piece that was taken. */
 #ifndef STP_RUNTIME_STREAM_UPLOAD_RING_H
 #define STP_RUNTIME_STREAM_UPLOAD_RING_H
 
 #include "base/error.h"
+#include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/range_pool.h"
 
 #include <epoxy/gl.h>
@@ -17,7 +19,7 @@
 #define STP_UPLOAD_COPIED_LIMIT 1024
 
 typedef struct stp_upload_ring {
-    GLuint buffer;
+    stp_lazy_buffer buffer;
     uint8_t *memory;
     stp_range_pool ranges; /* units */
     stp_range copied[STP_UPLOAD_COPIED_LIMIT];
@@ -29,8 +31,9 @@ typedef struct stp_upload_ring {
     size_t fence_count, fenced_count; /* fenced_count: pieces that have a fence */
 } stp_upload_ring;
 
-/* Errors: GL (no memory). */
-stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, stp_error *err);
+/* software: see stp_lazy_buffer_create. Errors: GL (no memory). */
+stp_status stp_upload_ring_create(stp_upload_ring *out, uint64_t bytes, bool software,
+                                  stp_error *err);
 void stp_upload_ring_destroy(stp_upload_ring *ring);
 
 /* False if no piece is free. Errors go to *status: OUT_OF_MEMORY. */

@@ -152,7 +152,8 @@ test_stats() {
     render "$model" --size 200x200 --repeat 3 --stats "$FOLDER/stats.json"
     expect_code 0
     for key in frame_ms project_ms pull_push_ms shade_ms points_drawn patches_drawn chunks_drawn \
-        chunks_missing cut_complete max_error_px bytes_read gl_renderer min median p99 max; do
+        chunks_missing cut_complete max_error_px bytes_read gpu_bytes_used \
+        gpu_bytes_allotted gl_renderer min median p99 max; do
         grep -q "\"$key\":" "$FOLDER/stats.json" || fail "$command: no \"$key\" in the stats"
     done
     [ "$(stat_of chunks_missing)" = 0 ] || fail "$command: chunks_missing $(stat_of chunks_missing)"

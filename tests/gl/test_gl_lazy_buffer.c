@@ -1,0 +1,126 @@
+/* Tests that a software driver's buffers take memory only where they are written: the Object
+ * Texture and the upload ring, which have room for a whole model. */
+#include "runtime/draw/road.h"
+#include "runtime/stream/upload_ring.h"
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/model_fixture.h"
+#include "tests/fixtures/scan_fixture.h"
+
+#include <unistd.h>
+
+#define MIB (UINT64_C(1) << 20)
+/* What a driver and malloc may take besides. */
+#define SLACK_BYTES (8 * MIB)
+
+/* Bytes of main memory that the process has now. */
+static uint64_t resident_bytes(void)
+{
+    unsigned long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    assert_non_null(file);
+    assert_int_equal(fscanf(file, "%*u %lu", &pages), 1);
+    fclose(file);
+    return pages * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+static void skip_without_pinned_memory(void)
+{
+    if (!epoxy_has_gl_extension("GL_AMD_pinned_memory")) {
+        print_message("skipped: this OpenGL has no GL_AMD_pinned_memory\n");
+        skip();
+    }
+}
+
+static void memory_comes_when_written(void **state)
+{
+    (void)state;
+    skip_without_pinned_memory();
+    stp_lazy_buffer b;
+    uint64_t before = resident_bytes(), word = UINT64_C(0x0123456789abcdef);
+    assert_true(stp_lazy_buffer_create(&b, 64 * MIB, true));
+    assert_true(resident_bytes() < before + SLACK_BYTES);
+    glNamedBufferSubData(b.name, 63 * MIB, sizeof word, &word);
+    glFinish();
+    assert_memory_equal(b.memory + 63 * MIB, &word, sizeof word);
+    memcpy(b.memory + MIB, &word, sizeof word);
+    glCopyNamedBufferSubData(b.name, b.name, MIB, 2 * MIB, 2 * sizeof word);
+    uint64_t copied[2] = {1, 1};
+    glGetNamedBufferSubData(b.name, 2 * MIB, sizeof copied, copied);
+    assert_true(copied[0] == word && copied[1] == 0);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    stp_lazy_buffer_destroy(&b);
+    assert_true(b.name == 0 && b.memory == NULL);
+}
+
+static void gpus_keep_their_own_memory(void **state)
+{
+    (void)state;
+    stp_lazy_buffer b = {.name = 1};
+    assert_false(stp_lazy_buffer_create(&b, MIB, false));
+    assert_true(b.name == 0 && b.memory == NULL);
+}
+
+static void too_much_is_no_error(void **state)
+{
+    (void)state;
+    stp_lazy_buffer b;
+    assert_false(stp_lazy_buffer_create(&b, UINT64_C(1) << 60, true));
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+}
+
+static void stream_starts_without_memory(void **state)
+{
+    (void)state;
+    skip_without_pinned_memory();
+    stp_object_texture texture;
+    stp_upload_ring ring;
+    uint64_t before = resident_bytes();
+    check_ok(stp_object_texture_create(&texture, 4000000, 100000, 1000, true, err));
+    check_ok(stp_upload_ring_create(&ring, 32 * MIB, true, err));
+    assert_true(resident_bytes() < before + SLACK_BYTES);
+    stp_upload_ring_destroy(&ring);
+    stp_object_texture_destroy(&texture);
+}
+
+/* Blocks of 5000 samples, as many as a model of 4 million points has. */
+static void software_rings_are_small(void **state)
+{
+    (void)state;
+    static stp_block blocks[1000];
+    stp_scene scene = {.blocks = blocks, .block_count = 1000, .chunk_count = 20};
+    stp_budget gpu, software, least;
+    for (int i = 0; i < 1000; i++)
+        blocks[i] = (stp_block){.patch_count = 80, .sample_count = {4000, 800, 200}};
+    check_ok(stp_budget_plan(&gpu, &scene, 0, 0, 2, false, err));
+    check_ok(stp_budget_plan(&software, &scene, 0, 0, 2, true, err));
+    check_ok(stp_budget_plan(&least, &scene, 4 * MIB, 0, 2, true, err));
+    assert_true(gpu.ring_bytes == 32 * MIB);
+    assert_true(software.ring_bytes == 8 * MIB);
+    assert_true(least.ring_bytes == 4 * MIB / 16 && least.gpu_bytes <= 4 * MIB);
+}
+
+/* Renderers ask for such memory if, and only if, the driver draws on the CPU. */
+static void renderers_ask_for_it(void **state)
+{
+    (void)state;
+    gl_fixture f;
+    model_fixture_build("lazy.stipple", &(model_recipe){.shape = GEN_BUMPY, .point_count = 3000});
+    gl_fixture_open(&f, "lazy.stipple", NULL);
+    bool lazy = stp_block_cache_texture(stp_renderer_inspect(f.renderer).cache)->samples.memory;
+    assert_int_equal(lazy,
+                     stp_road_is_software() && epoxy_has_gl_extension("GL_AMD_pinned_memory"));
+    gl_fixture_close(&f);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(memory_comes_when_written), cmocka_unit_test(gpus_keep_their_own_memory),
+        cmocka_unit_test(too_much_is_no_error),      cmocka_unit_test(stream_starts_without_memory),
+        cmocka_unit_test(software_rings_are_small),  cmocka_unit_test(renderers_ask_for_it),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
