@@ -36,11 +36,12 @@ static void mode_words(const viewer *v, char out[120])
     char measured[40] = "";
     if (line != NULL)
         snprintf(measured, sizeof measured, " %.5g", view_measure_length(line));
-    snprintf(out, 120, "%s%s%s%s%s%s%s", navigations[c->navigation],
+    snprintf(out, 120, "%s%s%s%s%s%s%s%s", navigations[c->navigation],
              c->camera.height > 0.0 ? ", orthographic" : "",
-             c->params.edl > 0.0 ? ", eye-dome" : "", c->params.clip.enabled ? ", clipped" : "",
-             c->measuring ? ", measuring" : "", c->measuring ? measured : "",
-             v->record.on ? ", recording" : "");
+             c->params.edl > 0.0 ? ", eye-dome" : "",
+             c->params.contour_step > 0.0 ? ", contours" : "",
+             c->params.clip.enabled ? ", clipped" : "", c->measuring ? ", measuring" : "",
+             c->measuring ? measured : "", v->record.on ? ", recording" : "");
 }
 
 /* Writes what chooses levels; for auto, also the road that it took. */

@@ -4,6 +4,7 @@
 #include "runtime/class_legend.h"
 #include "runtime/draw/filter.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #define ALL 0xffffffffu
@@ -157,6 +158,34 @@ static void overlay_legend(stp_shade shade)
             stp_ui_note(texts[i].text);
 }
 
+/* A round step that gives the models some twelve contours. */
+static double usual_contour_step(const viewer *v)
+{
+    double rise = 0.0;
+    for (size_t i = 0; i < v->scene.count; i++) {
+        const stp_dbox *box = &v->scene.models[i].model->info->box;
+        rise = fmax(rise, box->max.z - box->min.z);
+    }
+    const double raw = fmax(rise / 12.0, 1e-9), tens = pow(10.0, floor(log10(raw)));
+    return tens * (raw < 2.0 * tens ? 1.0 : raw < 5.0 * tens ? 2.0 : 5.0);
+}
+
+static bool contour_rows(const viewer *v, stp_draw_params *p)
+{
+    bool lines = p->contour_step > 0.0, changed = false;
+    if (stp_ui_check("contours", &lines)) {
+        p->contour_step = lines ? usual_contour_step(v) : 0.0;
+        changed = true;
+    }
+    stp_ui_hint("lines of equal height; each fifth is wider");
+    if (lines) {
+        const double usual = usual_contour_step(v);
+        changed |=
+            stp_ui_slider("every", &p->contour_step, 0.05 * usual, 10.0 * usual, "%.4g", true);
+    }
+    return changed;
+}
+
 void view_panel_surface(viewer *v)
 {
     stp_draw_params *p = &v->control.params;
@@ -185,6 +214,7 @@ void view_panel_surface(viewer *v)
     }
     if (lit)
         changed |= stp_ui_slider("strength", &p->edl, 0.1, 5.0, "%.2f", true);
+    changed |= contour_rows(v, p);
     int cull = (int)p->cull;
     if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
         p->cull = (stp_cull)cull;
