@@ -12,6 +12,9 @@
 /* Rows that are in memory: the one that is read now, the one above it, the one below. */
 enum { ROWS_HELD = 3 };
 
+/* Squares of such slopes are still numbers. */
+#define STEEPEST 1e150
+
 typedef struct grid_reader {
     stp_grid_params params;
     stp_raster *heights, *colours;
@@ -195,7 +198,8 @@ static double slope(double before, double here, double after, double step)
     return isnan(before) ? (after - here) / step : (here - before) / step;
 }
 
-/* Zero, which means unknown, if a sample has no neighbour in its row or none in its column. */
+/* Zero, which means unknown, if a sample has no neighbour in its row or none in its column, or if
+ * numbers are too large for a slope. */
 static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
 {
     const double *z = g->z[row % ROWS_HELD];
@@ -204,7 +208,7 @@ static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
                             column + 1 < g->info->width ? z[column + 1] : NAN, g->dx);
     const double zy = slope(below ? g->z[(row + 1) % ROWS_HELD][column] : NAN, z[column],
                             above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->dy);
-    if (isnan(zx) || isnan(zy))
+    if (!(fabs(zx) < STEEPEST) || !(fabs(zy) < STEEPEST))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     return stp_dvec3_to_float(stp_dvec3_normalize((stp_dvec3){-zx, -zy, 1.0}));
 }
