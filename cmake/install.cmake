@@ -1,9 +1,10 @@
-# What `cmake --install` brings: the program and its module of images, the manual page, completion for
+# What `cmake --install` brings: the program and its modules of images, the manual page, completion for
 # bash, what to read; with the renderer also libstipple, its headers and stipple.pc. Nothing of it
 # knows where it lies, so it may be installed anywhere and moved as a whole.
 set(docs "${CMAKE_INSTALL_DOCDIR}")
 # Nothing is installed of a build that is not complete.
-set(needed $<TARGET_FILE:stipple> $<TARGET_FILE:stipple-image> ${PROJECT_BINARY_DIR}/stipple.1)
+set(needed $<TARGET_FILE:stipple> $<TARGET_FILE:stipple-image> $<TARGET_FILE:stipple-tiff>
+    ${PROJECT_BINARY_DIR}/stipple.1)
 if(STIPPLE_RUNTIME)
     list(APPEND needed $<TARGET_FILE:libstipple>)
 endif()
@@ -13,7 +14,7 @@ install(CODE "foreach(file \"$<JOIN:${needed},\" \">\")
     endif()
 endforeach()")
 install(TARGETS stipple)
-install(TARGETS stipple-image DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
+install(TARGETS stipple-image stipple-tiff DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
 # Pages keep their places, so that their links hold.
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md LICENSE DESTINATION ${docs})
 install(DIRECTORY docs DESTINATION ${docs} PATTERN plan.md EXCLUDE)

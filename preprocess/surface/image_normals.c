@@ -19,10 +19,15 @@
 #define NEAR 0.2
 /* If the noise is below this part of the pixels' spacing, planes of near points are good enough. */
 #define QUIET 0.25
+/* A noise below this part of the pixels' spacing is no noise, but rounding. */
+#define EXACT 1e-9
+/* Windows without noise lie within steps of depth if they face the same way: the length of their
+ * mean normal. Otherwise the image is exact. */
+#define STEPS_ALIKE 0.9995
 /* Reach in pixels to each side: of the first window and of the widest one. A window has at most 9 x
  * 9 pixels. */
 #define FIRST_REACH 2
-#define LAST_REACH 16
+#define LAST_REACH 64
 #define WINDOW 81u
 /* Least pixels of a plane. */
 #define PIXELS_LEAST 6u
@@ -60,10 +65,12 @@ typedef struct pixel_grid {
     const stp_file_points *points;
     stp_dvec3 station;
     uint32_t columns, rows, tile_columns, tile_rows;
-    uint32_t *at;  /* by pixel: the point's place in the cloud plus 1; 0: none */
-    double *noise; /* by tile: noise of inverse depths, the median of its windows */
-    double *most;  /* by tile: the noise that most windows do not exceed */
-    double *angle; /* by tile: between pixels, radians */
+    uint32_t *at;    /* by pixel: the point's place in the cloud plus 1; 0: none */
+    double *noise;   /* by tile: noise of inverse depths, the median of its windows */
+    double *most;    /* by tile: the noise that most windows do not exceed */
+    double *angle;   /* by tile: between pixels, radians */
+    stp_dvec3 *even; /* by tile: sum of the normals of windows without noise */
+    unsigned *evens; /* by tile: their number */
     atomic_uint_fast64_t count;
 } pixel_grid;
 
@@ -163,6 +170,18 @@ static unsigned keep_near(const image_plane *p, double most, double slope, sight
     return kept;
 }
 
+/* The plane's normal: faces the station, and is no more slanted than STEEPEST. */
+static stp_dvec3 normal_of(const pixel_axes *axes, const image_plane *p)
+{
+    const double forward = 1.0 + p->offset;
+    const double tangent = hypot(p->at_x, p->at_y) / forward;
+    const double scale = tangent > STEEPEST ? STEEPEST / tangent : 1.0;
+    const stp_dvec3 n = stp_dvec3_add(stp_dvec3_scale(axes->axes[0], scale * p->at_x),
+                                      stp_dvec3_add(stp_dvec3_scale(axes->axes[1], scale * p->at_y),
+                                                    stp_dvec3_scale(axes->axes[2], forward)));
+    return stp_dvec3_normalize(stp_dvec3_scale(n, -1.0));
+}
+
 /* Measures the noise and the angle between pixels of a tile. */
 static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
 {
@@ -186,7 +205,12 @@ static void measure_tile(pixel_grid *g, uint32_t tile_column, uint32_t tile_row)
         if (!fit_plane(window, seen, &plane))
             continue;
         noises[count] = plane.rms / axes.distance;
-        angles[count++] = hypot(beside.x, beside.y);
+        angles[count] = hypot(beside.x, beside.y);
+        if (plane.rms <= EXACT * angles[count]) {
+            g->even[tile] = stp_dvec3_add(g->even[tile], normal_of(&axes, &plane));
+            g->evens[tile]++;
+        }
+        count++;
     }
     stp_sort_doubles(noises, count);
     stp_sort_doubles(angles, count);
@@ -222,18 +246,6 @@ static bool plane_at(const pixel_grid *g, const pixel_axes *axes, uint32_t colum
     return found && 1.0 + best.offset > 0.0;
 }
 
-/* The plane's normal: faces the station, and is no more slanted than STEEPEST. */
-static vec3s normal_of(const pixel_axes *axes, const image_plane *p)
-{
-    const double forward = 1.0 + p->offset;
-    const double tangent = hypot(p->at_x, p->at_y) / forward;
-    const double scale = tangent > STEEPEST ? STEEPEST / tangent : 1.0;
-    const stp_dvec3 n = stp_dvec3_add(stp_dvec3_scale(axes->axes[0], scale * p->at_x),
-                                      stp_dvec3_add(stp_dvec3_scale(axes->axes[1], scale * p->at_y),
-                                                    stp_dvec3_scale(axes->axes[2], forward)));
-    return stp_dvec3_to_float(stp_dvec3_normalize(stp_dvec3_scale(n, -1.0)));
-}
-
 static stp_status measure_row(void *context, size_t index, unsigned worker, stp_error *err)
 {
     pixel_grid *g = context;
@@ -264,7 +276,7 @@ static stp_status set_row(void *context, size_t index, unsigned worker, stp_erro
         if (p->given || !(noise > QUIET * g->angle[tile]) ||
             !plane_at(g, &axes, column, row, noise, &plane))
             continue;
-        p->normal = normal_of(&axes, &plane);
+        p->normal = stp_dvec3_to_float(normal_of(&axes, &plane));
         p->given = STP_GIVEN_IMAGE;
         count++;
     }
@@ -286,8 +298,21 @@ static stp_status place_points(pixel_grid *g, const stp_scan_grid *grid, stp_err
     return status;
 }
 
+/* Whether depths come in steps, and some windows lie within one. */
+static bool has_steps(const pixel_grid *g, size_t tiles)
+{
+    stp_dvec3 sum = {0.0, 0.0, 0.0};
+    double count = 0.0;
+    for (size_t i = 0; i < tiles; i++) {
+        sum = stp_dvec3_add(sum, g->even[i]);
+        count += g->evens[i];
+    }
+    return count > 0.0 && stp_dvec3_length(sum) > STEPS_ALIKE * count;
+}
+
 /* If depths come in steps, most windows of a tile may lie within one step. So the noise of a tile
- * is what most of its windows do not exceed, but at most twice the image's median. */
+ * is what most of its windows do not exceed, but at most twice the image's median. Most of a tile
+ * may even lie within one step: then it has the median, which is that of the tiles with noise. */
 static stp_status decide_noise(pixel_grid *g, size_t tiles, stp_error *err)
 {
     double *sorted = NULL;
@@ -295,14 +320,17 @@ static stp_status decide_noise(pixel_grid *g, size_t tiles, stp_error *err)
     const stp_status status = stp_alloc(&sorted, tiles, sizeof *sorted, "an image", err);
     if (status != STP_OK)
         return status;
+    const bool steps = has_steps(g, tiles);
     for (size_t i = 0; i < tiles; i++) {
         sorted[count] = g->noise[i];
-        count += g->angle[i] > 0.0;
+        count += g->angle[i] > 0.0 && (!steps || g->noise[i] > EXACT * g->angle[i]);
     }
     stp_sort_doubles(sorted, count);
     const double middle = count > 0 ? sorted[count / 2] : 0.0;
-    for (size_t i = 0; i < tiles; i++)
-        g->noise[i] = fmax(g->noise[i], fmin(g->most[i], 2.0 * middle));
+    for (size_t i = 0; i < tiles; i++) {
+        const bool within = steps && g->angle[i] > 0.0 && g->most[i] <= EXACT * g->angle[i];
+        g->noise[i] = within ? middle : fmax(g->noise[i], fmin(g->most[i], 2.0 * middle));
+    }
     free(sorted);
     return STP_OK;
 }
@@ -325,12 +353,16 @@ stp_status stp_image_normals(const stp_file_points *points, const stp_scan_grid 
     STP_TRY(stp_alloc(&g.noise, tiles, sizeof *g.noise, "an image", err));
     STP_TRY(stp_alloc(&g.most, tiles, sizeof *g.most, "an image", err));
     STP_TRY(stp_alloc(&g.angle, tiles, sizeof *g.angle, "an image", err));
+    STP_TRY(stp_alloc(&g.even, tiles, sizeof *g.even, "an image", err));
+    STP_TRY(stp_alloc(&g.evens, tiles, sizeof *g.evens, "an image", err));
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, measure_row, &g, err));
     STP_TRY(decide_noise(&g, tiles, err));
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, set_row, &g, err));
     *count += atomic_load(&g.count);
 done:
     free(g.angle);
+    free(g.even);
+    free(g.evens);
     free(g.most);
     free(g.noise);
     stp_spill_free(points->cloud->spill, g.at);

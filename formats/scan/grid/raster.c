@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 
+#include <dlfcn.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -16,7 +17,29 @@ struct stp_raster {
     uint32_t next;
 };
 
-/* The reader of a file that begins with these bytes. */
+static bool begins_with(const char *bytes, size_t length, const char *magic, size_t magic_length)
+{
+    return length >= magic_length && memcmp(bytes, magic, magic_length) == 0;
+}
+
+static bool is_tiff(const char *bytes, size_t length)
+{
+    return begins_with(bytes, length, "II*\0", 4) || begins_with(bytes, length, "MM\0*", 4) ||
+           begins_with(bytes, length, "II+\0", 4) || begins_with(bytes, length, "MM\0+", 4);
+}
+
+/* Loads the module through the program's run path, once, and keeps it. */
+static stp_status load_tiff(const stp_raster_reader **out, stp_error *err)
+{
+    void *module = dlopen("libstipple-tiff.so", RTLD_NOW | RTLD_LOCAL);
+    *out = module != NULL ? dlsym(module, "stp_raster_tiff") : NULL;
+    if (*out != NULL)
+        return STP_OK;
+    return stp_error_set(err, STP_UNSUPPORTED,
+                         "TIFF cannot be read: %s: install stipple anew, or libtiff", dlerror());
+}
+
+/* The reader of a file that begins with these bytes and is no TIFF. */
 static const stp_raster_reader *find_reader(const char *bytes, size_t length)
 {
     static const struct {
@@ -24,10 +47,6 @@ static const stp_raster_reader *find_reader(const char *bytes, size_t length)
         size_t length;
         const stp_raster_reader *reader;
     } readers[] = {
-        {"II*\0", 4, &stp_raster_tiff},
-        {"MM\0*", 4, &stp_raster_tiff},
-        {"II+\0", 4, &stp_raster_tiff},
-        {"MM\0+", 4, &stp_raster_tiff},
         {"\x89PNG\r\n", 6, &stp_raster_png},
         {"Pf", 2, &stp_raster_pnm},
         {"P5", 2, &stp_raster_pnm},
@@ -37,7 +56,7 @@ static const stp_raster_reader *find_reader(const char *bytes, size_t length)
         {"AliconaImaging", 14, &stp_raster_al3d},
     };
     for (size_t i = 0; i < sizeof readers / sizeof *readers; i++)
-        if (length >= readers[i].length && memcmp(bytes, readers[i].magic, readers[i].length) == 0)
+        if (begins_with(bytes, length, readers[i].magic, readers[i].length))
             return readers[i].reader;
     return &stp_raster_image;
 }
@@ -69,7 +88,10 @@ stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use us
     STP_TRY(stp_alloc(&r, 1, sizeof *r, "an image", err));
     r->path = path;
     r->info.full = 1.0;
-    r->reader = find_reader(begin, length);
+    if (is_tiff(begin, length))
+        STP_TRY(load_tiff(&r->reader, err));
+    else
+        r->reader = find_reader(begin, length);
     STP_TRY(stp_alloc(&r->state, 1, r->reader->state_bytes, "an image", err));
     STP_TRY(r->reader->open(r->state, &r->info, path, use, err));
     STP_TRY(check_info(r, err));

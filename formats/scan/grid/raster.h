@@ -1,10 +1,11 @@
 /* Reads images of numbers row by row: heights, depths, disparities, colours.
  *
- * TIFF and BigTIFF by libtiff (integers of 8, 16 and 32 bits, floats of 32 and 64; strips or tiles;
- * GeoTIFF's scale, tie point and no-data), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
- * grids (raster_esri.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and as colours whatever
- * OpenImageIO reads. Numbers are the file's own: nothing is scaled. Memory: a band of rows; EXR,
- * JPEG, interlaced PNG are held whole. Threads: one at a time per raster. */
+ * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 8, 16 and 32
+ * bits, floats of 32 and 64; strips or tiles; GeoTIFF's scale, tie point and no-data), PNG by
+ * libpng, PFM and PGM (raster_pnm.c), ESRI ASCII grids (raster_esri.c), Alicona AL3D
+ * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
+ * file's own: nothing is scaled. Memory: a band of rows; EXR, JPEG, interlaced PNG are held whole.
+ * Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
 #define STP_FORMATS_SCAN_GRID_RASTER_H
 
@@ -59,7 +60,8 @@ typedef struct stp_raster_reader {
     void (*close)(void *state); /* also after a failed open */
 } stp_raster_reader;
 
-extern const stp_raster_reader stp_raster_tiff, stp_raster_png, stp_raster_pnm, stp_raster_esri,
-    stp_raster_al3d, stp_raster_image;
+extern const stp_raster_reader stp_raster_tiff; /* in the module libstipple-tiff.so */
+extern const stp_raster_reader stp_raster_png, stp_raster_pnm, stp_raster_esri, stp_raster_al3d,
+    stp_raster_image;
 
 #endif
