@@ -143,6 +143,7 @@ static void noise_along_rays(void **state)
         {"steps and noise", {.step = 0.006, .deviation = 0.003}, false, 3.0, 6.5},
         {"noise", {.deviation = 0.003}, false, 3.0, 6.5},
         {"leaning, steps", {.step = 0.006}, true, 2.0, 5.0},
+        {"leaning, wide steps", {.step = 0.02}, true, 1.2, 3.0},
         {"leaning, noise", {.deviation = 0.002}, true, 2.0, 5.0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
