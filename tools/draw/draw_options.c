@@ -60,7 +60,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "eye-dome lighting: darken edges in depth (1)", NULL},
         {"--contours", 0, CLI_STRING, &o->contours, "STEP[,BASE]",
          "lines of equal height (z), every STEP from BASE on (0); each fifth is wider", NULL},
-        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what lies in this box",
+        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only what is in this box",
          NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
          "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},

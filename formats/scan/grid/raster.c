@@ -119,7 +119,7 @@ void stp_raster_close(stp_raster **raster)
     stp_raster *r = *raster;
     if (r == NULL)
         return;
-    if (r->state != NULL)
+    if (r->reader != NULL && r->state != NULL)
         r->reader->close(r->state);
     free(r->state);
     free(r);
