@@ -385,7 +385,7 @@ static void refusals(void **state)
         {"g.asc", "ncols 99999999\nnrows 2\ncellsize 1\n1\n", STP_CORRUPT, "ncols"},
         {"a.pgm", "P5\n3 2\n255\nabc", STP_CORRUPT, "ends early"},
         {"b.pgm", "P5\n3 x\n255\nabcdef", STP_CORRUPT, "says x"},
-        {"c.pgm", "P2 2 2 9\n1 2 3\n", STP_CORRUPT, "ends early"},
+        {"c.pgm", "P2 2 2 9\n1 2 3\n", STP_CORRUPT, "ends in row 2"},
         {"a.pfm", "Pf\n2 2\n-1.0\n", STP_CORRUPT, "ends early"},
         {"b.pfm", "PF\n2 2\n-1.0\n", STP_UNSUPPORTED, "colours in floats"},
         {"a.al3d", "AliconaImaging", STP_CORRUPT, "a.al3d"},

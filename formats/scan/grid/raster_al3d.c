@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/grid/raster_text.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
@@ -63,11 +64,6 @@ done:
     return status;
 }
 
-static bool is_side(double number)
-{
-    return number >= 1.0 && number <= STP_RASTER_SIDE_LIMIT && number == floor(number);
-}
-
 static uint64_t padded(uint64_t bytes)
 {
     return (bytes + 7) / 8 * 8;
@@ -86,7 +82,8 @@ static stp_status open_al3d(void *state, stp_raster_info *info, const char *path
     a->opened = true;
     STP_TRY(read_tags(a, &tags, err));
     const double offset = colours ? tags.texture : tags.depth;
-    if (!is_side(tags.columns) || !is_side(tags.rows) || !(tags.dx > 0.0) || !(tags.dy > 0.0))
+    if (!stp_raster_is_side(tags.columns) || !stp_raster_is_side(tags.rows) || !(tags.dx > 0.0) ||
+        !(tags.dy > 0.0))
         return stp_error_set(err, STP_CORRUPT,
                              "%s: its header has no sound Cols, Rows and PixelSize", path);
     if (!(offset >= MAGIC_BYTES) || !(offset < 1e15))

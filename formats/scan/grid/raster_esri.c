@@ -1,10 +1,9 @@
 /* Reads ESRI ASCII grids: lines of names and numbers, then the rows' numbers, the top row first. */
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/grid/raster_text.h"
 #include "formats/scan/number.h"
-#include "formats/scan/source.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -24,11 +23,10 @@ typedef enum esri_key {
 } esri_key;
 
 typedef struct esri_raster {
-    stp_source source;
+    stp_raster_text text;
     uint32_t width;
     bool has[KEYS];
     double numbers[KEYS];
-    const char *at, *end; /* the rest of a line */
 } esri_raster;
 
 /* The key that a word names, or KEYS. */
@@ -52,33 +50,29 @@ static stp_status read_keys(esri_raster *g, stp_error *err)
     stp_status status = STP_OK;
     for (;;) {
         const char *begin, *end;
-        STP_TRY(stp_source_line(&g->source, &begin, &end, err));
+        STP_TRY(stp_source_line(&g->text.source, &begin, &end, err));
         if (begin == NULL)
-            return stp_error_set(err, STP_CORRUPT, "%s ends within its header", g->source.path);
+            return stp_error_set(err, STP_CORRUPT, "%s ends within its header",
+                                 g->text.source.path);
         const char *at = begin, *word = stp_token(&at, end);
         if (word == NULL)
             continue;
         const char *word_end = at;
         const esri_key key = key_of(word, word_end);
         if (key == KEYS) {
-            g->at = begin;
-            g->end = end;
+            g->text.at = begin;
+            g->text.end = end;
             return STP_OK;
         }
         const char *number = stp_token(&at, end);
         if (number == NULL || !stp_number_parse(number, at, &g->numbers[key]))
             return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s has no number",
-                                 g->source.path, (unsigned long long)g->source.line,
+                                 g->text.source.path, (unsigned long long)g->text.source.line,
                                  (int)(word_end - word), word);
         g->has[key] = true;
     }
 done:
     return status;
-}
-
-static bool is_side(double number)
-{
-    return number >= 1.0 && number <= STP_RASTER_SIDE_LIMIT && number == floor(number);
 }
 
 static stp_status open_esri(void *state, stp_raster_info *info, const char *path,
@@ -88,11 +82,12 @@ static stp_status open_esri(void *state, stp_raster_info *info, const char *path
     stp_status status = STP_OK;
     const double *n = g->numbers;
     (void)use;
-    g->source.descriptor = -1;
-    STP_TRY(stp_source_open(&g->source, path, err));
+    g->text.source.descriptor = -1;
+    STP_TRY(stp_source_open(&g->text.source, path, err));
     STP_TRY(read_keys(g, err));
     const double dx = g->has[DX] ? n[DX] : n[CELL], dy = g->has[DY] ? n[DY] : n[CELL];
-    if (!is_side(n[COLUMNS]) || !is_side(n[ROWS]) || !(dx > 0.0) || !(dy > 0.0))
+    if (!stp_raster_is_side(n[COLUMNS]) || !stp_raster_is_side(n[ROWS]) || !(dx > 0.0) ||
+        !(dy > 0.0))
         return stp_error_set(err, STP_CORRUPT,
                              "%s: its header needs ncols, nrows and cellsize, each greater than 0",
                              path);
@@ -119,29 +114,13 @@ done:
 static stp_status read_esri(void *state, uint32_t row, double *values, stp_error *err)
 {
     esri_raster *g = state;
-    stp_status status = STP_OK;
-    for (uint32_t i = 0; i < g->width;) {
-        const char *begin = stp_token(&g->at, g->end);
-        if (begin == NULL) {
-            STP_TRY(stp_source_line(&g->source, &g->at, &g->end, err));
-            if (g->at == NULL)
-                return stp_error_set(err, STP_CORRUPT, "%s ends in row %u: copy or export it again",
-                                     g->source.path, row + 1);
-            continue;
-        }
-        if (!stp_number_parse(begin, g->at, &values[i++]))
-            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
-                                 g->source.path, (unsigned long long)g->source.line,
-                                 (int)(g->at - begin < 40 ? g->at - begin : 40), begin);
-    }
-done:
-    return status;
+    return stp_raster_text_read(&g->text, row, values, g->width, err);
 }
 
 static void close_esri(void *state)
 {
     esri_raster *g = state;
-    stp_source_close(&g->source);
+    stp_source_close(&g->text.source);
 }
 
 const stp_raster_reader stp_raster_esri = {

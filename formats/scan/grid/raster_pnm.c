@@ -2,21 +2,19 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/grid/raster_text.h"
 #include "formats/scan/number.h"
-#include "formats/scan/source.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct pnm_raster {
-    stp_source source;
-    uint64_t begin; /* of the pixels */
+    stp_raster_text text; /* the file; its text if the numbers are digits */
+    uint64_t begin;       /* of the pixels */
     uint32_t width, height;
     size_t bytes; /* of a pixel; 0: digits */
     bool floats, little;
     unsigned char *row;
-    const char *at, *end; /* the rest of a line of digits */
 } pnm_raster;
 
 static bool is_space(unsigned char c)
@@ -32,13 +30,14 @@ static stp_status read_word(pnm_raster *p, char word[32], stp_error *err)
     bool comment = false;
     for (;;) {
         const unsigned char *byte;
-        STP_TRY(stp_source_peek(&p->source, 1, &byte, &available, err));
+        STP_TRY(stp_source_peek(&p->text.source, 1, &byte, &available, err));
         if (available == 0 || length == 31)
-            return stp_error_set(err, STP_CORRUPT, "%s: its header is damaged", p->source.path);
+            return stp_error_set(err, STP_CORRUPT, "%s: its header is damaged",
+                                 p->text.source.path);
         const unsigned char c = *byte;
         if (!comment && length > 0 && is_space(c))
             break;
-        stp_source_consume(&p->source, 1);
+        stp_source_consume(&p->text.source, 1);
         comment = c == '#' ? length == 0 : comment && c != '\n';
         if (!comment && !is_space(c))
             word[length++] = (char)c;
@@ -56,7 +55,7 @@ static stp_status read_number(pnm_raster *p, double least, double most, double *
         return status;
     if (!stp_number_parse(word, word + strlen(word), out) || !(*out >= least) || !(*out <= most))
         return stp_error_set(err, STP_CORRUPT, "%s: its header says %s, which cannot be",
-                             p->source.path, word);
+                             p->text.source.path, word);
     return STP_OK;
 }
 
@@ -68,16 +67,16 @@ static stp_status open_pnm(void *state, stp_raster_info *info, const char *path,
     char magic[32];
     double width, height, last;
     (void)use;
-    p->source.descriptor = -1;
-    STP_TRY(stp_source_open(&p->source, path, err));
+    p->text.source.descriptor = -1;
+    STP_TRY(stp_source_open(&p->text.source, path, err));
     STP_TRY(read_word(p, magic, err));
     p->floats = strcmp(magic, "Pf") == 0;
     STP_TRY(read_number(p, 1.0, STP_RASTER_SIDE_LIMIT, &width, err));
     STP_TRY(read_number(p, 1.0, STP_RASTER_SIDE_LIMIT, &height, err));
     STP_TRY(p->floats ? read_number(p, -1e30, 1e30, &last, err)
                       : read_number(p, 1.0, 65535.0, &last, err));
-    stp_source_consume(&p->source, 1); /* one space ends the header */
-    p->begin = p->source.offset;
+    stp_source_consume(&p->text.source, 1); /* one space ends the header */
+    p->begin = p->text.source.offset;
     p->width = (uint32_t)width;
     p->height = (uint32_t)height;
     p->little = p->floats && last < 0.0;
@@ -89,33 +88,12 @@ static stp_status open_pnm(void *state, stp_raster_info *info, const char *path,
                               .floats = p->floats,
                               .full = p->floats ? 1.0 : last};
     const uint64_t wanted = (uint64_t)p->width * p->height * p->bytes;
-    if (p->source.size - p->begin < wanted)
+    if (p->text.source.size - p->begin < wanted)
         status = stp_error_set(
             err, STP_CORRUPT, "%s ends early: it has %llu bytes of %llu: copy or export it again",
-            path, (unsigned long long)p->source.size, (unsigned long long)(p->begin + wanted));
+            path, (unsigned long long)p->text.source.size, (unsigned long long)(p->begin + wanted));
     else
         status = stp_alloc(&p->row, p->width, p->bytes + 1, "a row of an image", err);
-done:
-    return status;
-}
-
-static stp_status read_digits(pnm_raster *p, double *values, stp_error *err)
-{
-    stp_status status = STP_OK;
-    for (uint32_t i = 0; i < p->width;) {
-        const char *begin = p->at != NULL ? stp_token(&p->at, p->end) : NULL;
-        if (begin == NULL) {
-            STP_TRY(stp_source_line(&p->source, &p->at, &p->end, err));
-            if (p->at == NULL)
-                return stp_error_set(err, STP_CORRUPT, "%s ends early: copy or export it again",
-                                     p->source.path);
-            continue;
-        }
-        if (!stp_number_parse(begin, p->at, &values[i++]))
-            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
-                                 p->source.path, (unsigned long long)p->source.line,
-                                 (int)(p->at - begin < 40 ? p->at - begin : 40), begin);
-    }
 done:
     return status;
 }
@@ -140,10 +118,10 @@ static stp_status read_pnm(void *state, uint32_t row, double *values, stp_error 
     stp_status status = STP_OK;
     const size_t stride = p->width * p->bytes;
     if (p->bytes == 0)
-        return read_digits(p, values, err);
+        return stp_raster_text_read(&p->text, row, values, p->width, err);
     const uint64_t place = p->floats ? p->height - 1 - row : row;
-    STP_TRY(stp_file_read_at(p->source.descriptor, p->source.path, p->begin + place * stride,
-                             p->row, stride, err));
+    STP_TRY(stp_file_read_at(p->text.source.descriptor, p->text.source.path,
+                             p->begin + place * stride, p->row, stride, err));
     for (uint32_t i = 0; i < p->width; i++)
         values[i] = value_of(p, p->row + i * p->bytes);
 done:
@@ -153,7 +131,7 @@ done:
 static void close_pnm(void *state)
 {
     pnm_raster *p = state;
-    stp_source_close(&p->source);
+    stp_source_close(&p->text.source);
     free(p->row);
 }
 

@@ -1,0 +1,35 @@
+/* Reads numbers of grids in text. */
+#include "formats/scan/grid/raster_text.h"
+
+#include "base/memory.h"
+#include "formats/scan/grid/raster.h"
+#include "formats/scan/number.h"
+
+#include <math.h>
+
+stp_status stp_raster_text_read(stp_raster_text *t, uint32_t row, double *numbers, uint32_t count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < count;) {
+        const char *begin = t->at != NULL ? stp_token(&t->at, t->end) : NULL;
+        if (begin == NULL) {
+            STP_TRY(stp_source_line(&t->source, &t->at, &t->end, err));
+            if (t->at == NULL)
+                return stp_error_set(err, STP_CORRUPT, "%s ends in row %u: copy or export it again",
+                                     t->source.path, row + 1);
+            continue;
+        }
+        if (!stp_number_parse(begin, t->at, &numbers[i++]))
+            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
+                                 t->source.path, (unsigned long long)t->source.line,
+                                 (int)(t->at - begin < 40 ? t->at - begin : 40), begin);
+    }
+done:
+    return status;
+}
+
+bool stp_raster_is_side(double number)
+{
+    return number >= 1.0 && number <= STP_RASTER_SIDE_LIMIT && number == floor(number);
+}

@@ -1,0 +1,21 @@
+/* What readers of grids in text share. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_GRID_RASTER_TEXT_H
+#define STP_FORMATS_SCAN_GRID_RASTER_TEXT_H
+
+#include "formats/scan/source.h"
+
+#include <stdint.h>
+
+/* Numbers with blanks or line ends between. */
+typedef struct stp_raster_text {
+    stp_source source;
+    const char *at, *end; /* the rest of a line; NULL: none is begun */
+} stp_raster_text;
+
+/* Reads the next count numbers. row: for messages, from 0. Errors: IO, CORRUPT. */
+stp_status stp_raster_text_read(stp_raster_text *text, uint32_t row, double *numbers,
+                                uint32_t count, stp_error *err);
+/* Whether a number may be that of columns or rows. */
+bool stp_raster_is_side(double number);
+
+#endif
