@@ -16,6 +16,8 @@
 #endif
 
 #define INPUTS_LIMIT 4096
+/* Options of prep_main; those of grids follow. */
+#define OWN_OPTIONS 25
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
@@ -78,6 +80,18 @@ static void keep_freed_memory(void)
 #endif
 }
 
+static stp_status parse_values(const prep_options *o, stp_prep_params *params,
+                               stp_grid_params *grid, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(prep_parse_orient(o->orient, params, err));
+    STP_TRY(prep_parse_precision(o->precision, params, err));
+    STP_TRY(prep_parse_normal_bits(o->normal_bits, params, err));
+    STP_TRY(prep_parse_grid(&o->grid, grid, err));
+done:
+    return status;
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
                            stp_error *err)
 {
@@ -114,10 +128,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
             stages[i].weight = LAYERS_WEIGHT;
     }
     cli_progress_expect(&plan);
-    STP_TRY(prep_parse_orient(o->orient, &params, err));
-    STP_TRY(prep_parse_precision(o->precision, &params, err));
-    STP_TRY(prep_parse_normal_bits(o->normal_bits, &params, err));
-    STP_TRY(prep_parse_grid(&o->grid, &grid, err));
+    STP_TRY(parse_values(o, &params, &grid, err));
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
     in.strict = o->strict;
@@ -221,32 +232,18 @@ static int prep_main(int argc, char **argv)
 {
     static const char *paths[INPUTS_LIMIT];
     prep_options o = {.orient = "auto", .neighbours = 16, .format = DEFAULT_FORMAT};
-    const cli_option options[] = {
+    cli_option options[PREP_GRID_OPTIONS + OWN_OPTIONS] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
          "neighbours examined for each point, 3 to 64 (16)", NULL},
         {"--orient", 0, CLI_STRING, &o.orient, "HOW",
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
-        {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL,
-         "ignore the input's normals", NULL},
+        {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL, "ignore given normals",
+         NULL},
         {"--sample", 0, CLI_UINT, &o.sample, "N", "place N points on a mesh's faces", NULL},
         {"--seed", 0, CLI_UINT, &o.seed, "K", "seed of the random numbers of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o.columns, "LIST",
          "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
-        {"--colour", 0, CLI_STRING, &o.grid.colour, "C.png",
-         "colours of a grid of heights or depths: an image of the same size", NULL},
-        {"--invalid", 0, CLI_STRING, &o.grid.invalid, "V",
-         "number of a grid that means: no sample here (what the file says)", NULL},
-        {"--spacing", 0, CLI_STRING, &o.grid.spacing, "DX[,DY]",
-         "distance of a grid's columns and rows (the file's, else 1)", NULL},
-        {"--height-scale", 0, CLI_NUMBER, &o.grid.scale, "S", "factor of a grid's numbers (1)",
-         NULL},
-        {"--pinhole", 0, CLI_STRING, &o.grid.pinhole, "FX,FY,CX,CY",
-         "the grid is a camera's depth image; focal lengths and centre in pixels", NULL},
-        {"--depth", 0, CLI_CHOICE, &o.grid.depth, "z|ray",
-         "whether depths are measured along the camera's axis or along the ray (z)", NULL},
-        {"--disparity", 0, CLI_STRING, &o.grid.disparity, "F,B",
-         "the numbers are disparities: depth = F B / number (F in pixels, B a length)", NULL},
         {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
          "store large triangles as triangles, the others as points", NULL},
         {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",
@@ -273,20 +270,19 @@ static int prep_main(int argc, char **argv)
          "memory limit (half the machine's); the rest goes to files in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write statistics as JSON", NULL},
-        {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv",
-         "list the records that were not stored, and why", NULL},
-        {"--strict", 0, CLI_FLAG, &o.strict, NULL,
-         "write nothing if one of several inputs cannot be read", NULL},
-        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json",
-         "format of the progress on stderr (text)", NULL},
+        {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv", "list what is not stored, and why", NULL},
+        {"--strict", 0, CLI_FLAG, &o.strict, NULL, "write nothing if any input is unreadable",
+         NULL},
+        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "format of the progress (text)",
+         NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;
+    prep_grid_fill(&o.grid, options + OWN_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                          INPUTS_LIMIT, &count, &o.common);
-    if (code != CLI_CONTINUE)
-        return code;
-    code = check_options(&o);
+    if (code == CLI_CONTINUE)
+        code = check_options(&o);
     if (code != CLI_CONTINUE)
         return code;
     stp_error error = {0};

@@ -56,6 +56,27 @@ stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp
     return STP_OK;
 }
 
+void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
+{
+    const cli_option options[PREP_GRID_OPTIONS] = {
+        {"--colour", 0, CLI_STRING, &grid->colour, "C.png",
+         "colours of a grid of heights or depths: an image of the same size", NULL},
+        {"--invalid", 0, CLI_STRING, &grid->invalid, "V",
+         "number of a grid that means: no sample here (what the file says)", NULL},
+        {"--spacing", 0, CLI_STRING, &grid->spacing, "DX[,DY]",
+         "distance of a grid's columns and rows (the file's, else 1)", NULL},
+        {"--height-scale", 0, CLI_NUMBER, &grid->scale, "S", "factor of a grid's numbers (1)",
+         NULL},
+        {"--pinhole", 0, CLI_STRING, &grid->pinhole, "FX,FY,CX,CY",
+         "the grid is a camera's depth image; focal lengths and centre in pixels", NULL},
+        {"--depth", 0, CLI_CHOICE, &grid->depth, "z|ray",
+         "whether depths are measured along the camera's axis or along the ray (z)", NULL},
+        {"--disparity", 0, CLI_STRING, &grid->disparity, "F,B",
+         "the numbers are disparities: depth = F B / number (F in pixels, B a length)", NULL},
+    };
+    memcpy(out, options, sizeof options);
+}
+
 bool prep_grid_is_given(const prep_grid *g)
 {
     return g->colour || g->invalid || g->spacing || g->pinhole || g->disparity || g->scale != 0.0 ||

@@ -4,6 +4,7 @@
 
 #include "formats/scan/scan.h"
 #include "preprocess/prep.h"
+#include "tools/cli/cli.h"
 
 /* Each returns INVALID_ARGUMENT with what to give instead. A NULL text keeps the default. */
 stp_status prep_parse_orient(const char *text, stp_prep_params *params, stp_error *err);
@@ -19,6 +20,9 @@ typedef struct prep_grid {
     int depth;                                                    /* 1: along the ray */
 } prep_grid;
 
+#define PREP_GRID_OPTIONS 7
+
+void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS]);
 bool prep_grid_is_given(const prep_grid *grid);
 /* The strings must outlive *out. */
 stp_status prep_parse_grid(const prep_grid *grid, stp_grid_params *out, stp_error *err);
