@@ -287,7 +287,5 @@ static int prep_main(int argc, char **argv)
         return code;
     stp_error error = {0};
     keep_freed_memory();
-    if (run_prep(&o, paths, count, &error) != STP_OK)
-        return cli_fail(&cli_prep, &error);
-    return CLI_DONE;
+    return run_prep(&o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
 }
