@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/detect_text.h"
+#include "formats/scan/grid/raster.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -116,31 +117,9 @@ static bool is_stl_binary(const prefix *p)
     return count > 0 && p->file_size == 84 + 50 * (uint64_t)count;
 }
 
-/* Heights or depths, as raster.h reads them. */
 static bool is_grid(const prefix *p)
 {
-    static const struct {
-        const char *magic;
-        size_t length;
-    } magics[] = {{"II*\0", 4},
-                  {"MM\0*", 4},
-                  {"II+\0", 4},
-                  {"MM\0+", 4},
-                  {"\x89PNG\r\n", 6},
-                  {"Pf\n", 3},
-                  {"Pf ", 3},
-                  {"P5\n", 3},
-                  {"P5 ", 3},
-                  {"P2\n", 3},
-                  {"P2 ", 3},
-                  {"\x76\x2f\x31\x01", 4},
-                  {"AliconaImaging", 14},
-                  {"ncols", 5},
-                  {"NCOLS", 5}};
-    for (size_t i = 0; i < sizeof magics / sizeof *magics; i++)
-        if (starts_with(p, magics[i].magic, magics[i].length))
-            return true;
-    return false;
+    return stp_raster_may_hold_heights(p->bytes, p->length);
 }
 
 static bool detect_by_content(const prefix *p, stp_scan_format *format)

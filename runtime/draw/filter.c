@@ -4,7 +4,7 @@
 #include <float.h>
 #include <string.h>
 
-/* Each so manieth contour is wider (shaders/shade/contour.glsl). */
+/* Every fifth contour is wider (shaders/shade/contour.glsl). */
 #define CONTOURS_MARKED 5.0
 
 stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)

@@ -17,15 +17,43 @@ struct stp_raster {
     uint32_t next;
 };
 
-static bool begins_with(const char *bytes, size_t length, const char *magic, size_t magic_length)
+/* How files begin that may hold heights. reader NULL: the module of TIFF. */
+static const struct {
+    const char *magic;
+    size_t length;
+    const stp_raster_reader *reader;
+} kinds[] = {
+    {"II*\0", 4, NULL},
+    {"MM\0*", 4, NULL},
+    {"II+\0", 4, NULL},
+    {"MM\0+", 4, NULL},
+    {"\x89PNG\r\n", 6, &stp_raster_png},
+    {"Pf\n", 3, &stp_raster_pnm},
+    {"Pf ", 3, &stp_raster_pnm},
+    {"P5\n", 3, &stp_raster_pnm},
+    {"P5 ", 3, &stp_raster_pnm},
+    {"P2\n", 3, &stp_raster_pnm},
+    {"P2 ", 3, &stp_raster_pnm},
+    {"ncols", 5, &stp_raster_esri},
+    {"NCOLS", 5, &stp_raster_esri},
+    {"AliconaImaging", 14, &stp_raster_al3d},
+    {"\x76\x2f\x31\x01", 4, &stp_raster_image}, /* EXR */
+};
+enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
+
+/* KIND_COUNT: no kind of these. */
+static size_t find_kind(const char *bytes, size_t length)
 {
-    return length >= magic_length && memcmp(bytes, magic, magic_length) == 0;
+    size_t i = 0;
+    while (i < KIND_COUNT &&
+           (length < kinds[i].length || memcmp(bytes, kinds[i].magic, kinds[i].length) != 0))
+        i++;
+    return i;
 }
 
-static bool is_tiff(const char *bytes, size_t length)
+bool stp_raster_may_hold_heights(const char *bytes, size_t length)
 {
-    return begins_with(bytes, length, "II*\0", 4) || begins_with(bytes, length, "MM\0*", 4) ||
-           begins_with(bytes, length, "II+\0", 4) || begins_with(bytes, length, "MM\0+", 4);
+    return find_kind(bytes, length) < KIND_COUNT;
 }
 
 /* Loads the module through the program's run path, once, and keeps it. */
@@ -37,28 +65,6 @@ static stp_status load_tiff(const stp_raster_reader **out, stp_error *err)
         return STP_OK;
     return stp_error_set(err, STP_UNSUPPORTED,
                          "TIFF cannot be read: %s: install stipple anew, or libtiff", dlerror());
-}
-
-/* The reader of a file that begins with these bytes and is no TIFF. */
-static const stp_raster_reader *find_reader(const char *bytes, size_t length)
-{
-    static const struct {
-        const char *magic;
-        size_t length;
-        const stp_raster_reader *reader;
-    } readers[] = {
-        {"\x89PNG\r\n", 6, &stp_raster_png},
-        {"Pf", 2, &stp_raster_pnm},
-        {"P5", 2, &stp_raster_pnm},
-        {"P2", 2, &stp_raster_pnm},
-        {"ncols", 5, &stp_raster_esri},
-        {"NCOLS", 5, &stp_raster_esri},
-        {"AliconaImaging", 14, &stp_raster_al3d},
-    };
-    for (size_t i = 0; i < sizeof readers / sizeof *readers; i++)
-        if (begins_with(bytes, length, readers[i].magic, readers[i].length))
-            return readers[i].reader;
-    return &stp_raster_image;
 }
 
 static stp_status check_info(const stp_raster *r, stp_error *err)
@@ -88,10 +94,10 @@ stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use us
     STP_TRY(stp_alloc(&r, 1, sizeof *r, "an image", err));
     r->path = path;
     r->info.full = 1.0;
-    if (is_tiff(begin, length))
+    const size_t kind = find_kind(begin, length);
+    r->reader = kind < KIND_COUNT ? kinds[kind].reader : &stp_raster_image;
+    if (r->reader == NULL)
         STP_TRY(load_tiff(&r->reader, err));
-    else
-        r->reader = find_reader(begin, length);
     STP_TRY(stp_alloc(&r->state, 1, r->reader->state_bytes, "an image", err));
     STP_TRY(r->reader->open(r->state, &r->info, path, use, err));
     STP_TRY(check_info(r, err));

@@ -40,6 +40,8 @@ typedef struct stp_raster_info {
 
 typedef struct stp_raster stp_raster;
 
+/* Whether a file that begins with these bytes is of a kind that may hold heights. 16 are enough. */
+bool stp_raster_may_hold_heights(const char *bytes, size_t length);
 /* Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of numbers), LIMIT,
  * OUT_OF_MEMORY. path must outlive the raster. */
 stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, stp_error *err);

@@ -4,7 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
-#include "formats/scan/grid/raster_text.h"
+#include "formats/scan/grid/raster_numbers.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
@@ -113,15 +113,6 @@ done:
     return status;
 }
 
-static double float_at(const unsigned char *b)
-{
-    float value;
-    const uint32_t bits =
-        (uint32_t)b[3] << 24 | (uint32_t)b[2] << 16 | (uint32_t)b[1] << 8 | (uint32_t)b[0];
-    memcpy(&value, &bits, sizeof value);
-    return (double)value;
-}
-
 static stp_status read_al3d(void *state, uint32_t row, double *values, stp_error *err)
 {
     al3d_raster *a = state;
@@ -131,7 +122,8 @@ static stp_status read_al3d(void *state, uint32_t row, double *values, stp_error
                                  a->begin + k * a->plane_bytes + row * a->stride, a->row, a->stride,
                                  err));
         for (uint32_t i = 0; i < a->width; i++)
-            values[i * a->channels + k] = a->floats ? float_at(a->row + 4 * i) : a->row[i];
+            values[i * a->channels + k] =
+                a->floats ? stp_raster_float(a->row + 4 * i, true) : a->row[i];
     }
 done:
     return status;

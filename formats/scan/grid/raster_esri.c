@@ -1,7 +1,7 @@
 /* Reads ESRI ASCII grids: lines of names and numbers, then the rows' numbers, the top row first. */
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
-#include "formats/scan/grid/raster_text.h"
+#include "formats/scan/grid/raster_numbers.h"
 #include "formats/scan/number.h"
 
 #include <stdlib.h>

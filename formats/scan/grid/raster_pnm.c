@@ -2,7 +2,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
-#include "formats/scan/grid/raster_text.h"
+#include "formats/scan/grid/raster_numbers.h"
 #include "formats/scan/number.h"
 
 #include <stdlib.h>
@@ -100,16 +100,7 @@ done:
 
 static double value_of(const pnm_raster *p, const unsigned char *b)
 {
-    if (p->bytes == 1)
-        return b[0];
-    if (p->bytes == 2)
-        return b[0] << 8 | b[1];
-    float value;
-    const uint32_t bits =
-        p->little ? (uint32_t)b[3] << 24 | (uint32_t)b[2] << 16 | (uint32_t)b[1] << 8 | b[0]
-                  : (uint32_t)b[0] << 24 | (uint32_t)b[1] << 16 | (uint32_t)b[2] << 8 | b[3];
-    memcpy(&value, &bits, sizeof value);
-    return (double)value;
+    return p->floats ? stp_raster_float(b, p->little) : p->bytes == 2 ? b[0] << 8 | b[1] : b[0];
 }
 
 static stp_status read_pnm(void *state, uint32_t row, double *values, stp_error *err)

@@ -1,6 +1,6 @@
-/* What readers of grids in text share. Threads: one at a time. */
-#ifndef STP_FORMATS_SCAN_GRID_RASTER_TEXT_H
-#define STP_FORMATS_SCAN_GRID_RASTER_TEXT_H
+/* Numbers as several formats of grids have them. Threads: one at a time. */
+#ifndef STP_FORMATS_SCAN_GRID_RASTER_NUMBERS_H
+#define STP_FORMATS_SCAN_GRID_RASTER_NUMBERS_H
 
 #include "formats/scan/source.h"
 
@@ -17,5 +17,7 @@ stp_status stp_raster_text_read(stp_raster_text *text, uint32_t row, double *num
                                 uint32_t count, stp_error *err);
 /* Whether a number may be that of columns or rows. */
 bool stp_raster_is_side(double number);
+/* A float of 32 bits, the least byte first or last. */
+double stp_raster_float(const unsigned char bytes[4], bool little);
 
 #endif

@@ -1,11 +1,12 @@
-/* Reads numbers of grids in text. */
-#include "formats/scan/grid/raster_text.h"
+/* Reads numbers of grids. */
+#include "formats/scan/grid/raster_numbers.h"
 
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
+#include <string.h>
 
 stp_status stp_raster_text_read(stp_raster_text *t, uint32_t row, double *numbers, uint32_t count,
                                 stp_error *err)
@@ -32,4 +33,14 @@ done:
 bool stp_raster_is_side(double number)
 {
     return number >= 1.0 && number <= STP_RASTER_SIDE_LIMIT && number == floor(number);
+}
+
+double stp_raster_float(const unsigned char bytes[4], bool little)
+{
+    uint32_t bits = 0;
+    float value;
+    for (unsigned i = 0; i < 4; i++)
+        bits = bits << 8 | bytes[little ? 3 - i : i];
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
 }
