@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
+#include "preprocess/prep_job.h"
 #include "preprocess/prep_metadata.h"
 #include "preprocess/surface/normal_error.h"
 #include "preprocess/surface/surface.h"
@@ -15,7 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define READ_POINTS 65536u
 #define DEFAULT_LAMBDA 1.7
 /* Memory of a unit per point; the part of the memory for all units. */
 #define UNIT_POINT_BYTES 448u
@@ -23,6 +23,8 @@
 #define UNIT_POINTS_MAX (4u * STP_CELL_POINTS)
 /* The part of the memory for voxels. Only points and their marks are held besides. */
 #define CLOSED_ROOM 8u
+/* Bits of a grid's normals at most: 0.16 degrees. The heights tell them in any case. */
+#define GRID_NORMAL_BITS 10u
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
@@ -40,74 +42,6 @@ enum {
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
 
-/* The leaves of lines and of triangles; they are never in temporary files. */
-typedef struct shapes {
-    stp_line_leaves lines;
-    stp_triangle_leaves triangles;
-} shapes;
-
-/* One run of all stages: what is given, what is decided from it, and what the stages make. */
-typedef struct prep_job {
-    const char *path;
-    const stp_prep_source *source;
-    const stp_prep_params *params;
-    stp_pool *pool;
-    const stp_progress *progress;
-    stp_prep_stats *stats;
-
-    unsigned k;
-    stp_prep_plan plan;
-    stp_tree_params tree;
-    stp_orient_params orient;
-
-    stp_spill *spill;
-    stp_cloud cloud;
-    shapes shapes;
-    stp_outside outside;
-    double since; /* when the stage began, as stp_clock_seconds */
-} prep_job;
-
-/* Counts a stored point in the statistics. */
-static void count_stored(const stp_cloud_point *p, stp_prep_stats *stats)
-{
-    stats->points_unstationed += p->station == 0;
-    if (p->intensity > stats->intensity_max)
-        stats->intensity_max = p->intensity;
-}
-
-static stp_status add_point(stp_cloud *cloud, const stp_prep_source *source, const stp_point *point,
-                            stp_prep_stats *stats, stp_error *err)
-{
-    uint64_t place = stats->points_in++;
-    stp_reject reject = (stp_reject)point->reject;
-    if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
-        reject = STP_REJECT_NOT_FINITE;
-    if (reject != STP_REJECT_NONE) {
-        stats->rejected[reject]++;
-        return source->rejected ? source->rejected(source->context, place, reject, err) : STP_OK;
-    }
-    if (cloud->count == cloud->capacity)
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s gives more points than the %llu it counts: it changed while it "
-                             "was read, run again",
-                             source->files[0].name, (unsigned long long)source->point_count);
-    stp_dbox_add(&stats->box, point->position);
-    stp_cloud_point *out = &cloud->points[cloud->count++];
-    *out = (stp_cloud_point){.position = point->position,
-                             .source = (uint32_t)place,
-                             .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
-                             .intensity = point->intensity,
-                             .class_id = point->class_id,
-                             .station = point->station};
-    count_stored(out, stats);
-    float length = glms_vec3_norm(point->normal);
-    if (isfinite(length) && length > 0.0f) {
-        out->normal = glms_vec3_scale(point->normal, 1.0f / length);
-        out->given = STP_GIVEN_INPUT;
-    }
-    return STP_OK;
-}
-
 /* Counts the stored points again after some were removed. */
 static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
 {
@@ -115,73 +49,7 @@ static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
     stats->points_unstationed = 0;
     stats->intensity_max = 0;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        count_stored(&cloud->points[i], stats);
-}
-
-/* The state to return to if a file breaks off. */
-typedef struct read_mark {
-    size_t file;
-    uint32_t count;
-    stp_prep_stats stats;
-} read_mark;
-
-/* Forgets the points of a file that cannot be read on. False if the error ends the run. */
-static bool leave_out(const stp_prep_source *source, const stp_error *why, const read_mark *mark,
-                      stp_cloud *cloud, stp_prep_stats *stats)
-{
-    size_t file = 0;
-    if (!source->leaves_out || !source->leaves_out(source->context, why, &file))
-        return false;
-    if (mark->file == file) {
-        cloud->count = mark->count;
-        *stats = mark->stats;
-    }
-    return true;
-}
-
-/* Reads all points. If the scanner's position is given, they all belong to station 1. */
-static stp_status read_all(prep_job *job, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_cloud *cloud = &job->cloud;
-    const stp_prep_source *source = job->source;
-    stp_prep_stats *stats = job->stats;
-    stp_point *points = NULL;
-    stp_error own = {0}, *why = err ? err : &own;
-    read_mark mark = {.file = SIZE_MAX};
-    STP_TRY(stp_cloud_create(cloud, (uint32_t)source->point_count, job->spill, err));
-    STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
-    for (;;) {
-        size_t count = 0;
-        status = source->read(source->context, points, READ_POINTS, &count, why);
-        if (status != STP_OK && leave_out(source, why, &mark, cloud, stats))
-            continue;
-        if (status != STP_OK || count == 0)
-            break;
-        if (source->file && *source->file != mark.file)
-            mark = (read_mark){*source->file, cloud->count, *stats};
-        for (size_t i = 0; i < count; i++) {
-            if (points[i].station > source->station_count)
-                points[i].station = 0;
-            if (job->orient.mode == STP_ORIENT_POSITION)
-                points[i].station = 1;
-            STP_TRY(add_point(cloud, source, &points[i], stats, err));
-        }
-        stp_spill_relieve(job->spill);
-        STP_TRY(
-            stp_progress_update(job->progress, "read", stats->points_in, source->point_count, err));
-    }
-    if (status != STP_OK)
-        goto done;
-    stats->points_out = cloud->count;
-    if (cloud->count == 0 && !(source->lines && source->lines->strip_count > 0) &&
-        !(source->triangles && source->triangles->triangle_count > 0))
-        status = stp_error_set(err, STP_EMPTY,
-                               "%s: no valid point among %llu: there is nothing to write",
-                               source->files[0].name, (unsigned long long)stats->points_in);
-done:
-    free(points);
-    return status;
+        stp_prep_count(stats, &cloud->points[i]);
 }
 
 static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stats *stats)
@@ -211,11 +79,13 @@ static void default_colour(stp_cloud *cloud)
 static bool is_left_out(int stage, const stp_prep_stats *stats)
 {
     return (stage == STAGE_LAYERS && !stats->join_layers) ||
-           (stage == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP);
+           (stage == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP) ||
+           (stats->keeps_grid &&
+            (stage == STAGE_SORT || stage == STAGE_ORIENTATION || stage == STAGE_CLOSED));
 }
 
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
-static stp_status end_stage(prep_job *job, int stage, stp_error *err)
+static stp_status end_stage(stp_prep_job *job, int stage, stp_error *err)
 {
     stp_prep_stats *stats = job->stats;
     double now = stp_clock_seconds();
@@ -232,7 +102,7 @@ static stp_status end_stage(prep_job *job, int stage, stp_error *err)
 }
 
 /* Marks outliers, or drops them and tells the source. */
-static stp_status treat_outliers(prep_job *job, stp_error *err)
+static stp_status treat_outliers(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = &job->cloud;
@@ -258,7 +128,7 @@ done:
 }
 
 /* Chooses the stations that normals will be turned to, if any. */
-static void choose_stations(prep_job *job)
+static void choose_stations(stp_prep_job *job)
 {
     stp_orient_params *orient = &job->orient;
     const stp_prep_source *source = job->source;
@@ -276,7 +146,7 @@ static void choose_stations(prep_job *job)
     }
 }
 
-static stp_status write_tree(prep_job *job, stp_error *err)
+static stp_status write_tree(stp_prep_job *job, stp_error *err)
 {
     const stp_prep_source *source = job->source;
     const stp_prep_params *params = job->params;
@@ -303,7 +173,7 @@ static stp_status write_tree(prep_job *job, stp_error *err)
 
 /* Points of a unit: all units must fit in memory beside everything else, and each thread should
  * have enough units. */
-static uint32_t unit_points(const prep_job *job)
+static uint32_t unit_points(const stp_prep_job *job)
 {
     const unsigned threads = stp_pool_thread_count(job->pool);
     uint64_t room = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
@@ -312,7 +182,7 @@ static uint32_t unit_points(const prep_job *job)
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }
 
-static stp_surface_params surface_params(const prep_job *job)
+static stp_surface_params surface_params(const stp_prep_job *job)
 {
     return (stp_surface_params){.k = job->k,
                                 .pieces = !stp_orient_by_file(&job->orient),
@@ -321,7 +191,7 @@ static stp_surface_params surface_params(const prep_job *job)
 }
 
 /* Chooses the grids that normals are rounded to. */
-static void choose_normal_bits(prep_job *job)
+static void choose_normal_bits(stp_prep_job *job)
 {
     const unsigned wanted = job->params->normal_bits;
     const stp_surface_counts *found = &job->stats->normals_wide;
@@ -332,7 +202,7 @@ static void choose_normal_bits(prep_job *job)
 }
 
 /* Finds spacings, normals, their signs, and sheets. */
-static stp_status find_surface(prep_job *job, stp_error *err)
+static stp_status find_surface(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graphs = NULL;
@@ -355,7 +225,7 @@ done:
 
 /* Finds points whose backs nobody sees. If signs were guessed, they are known only for these
  * points. */
-static stp_status find_closed(prep_job *job, stp_error *err)
+static stp_status find_closed(stp_prep_job *job, stp_error *err)
 {
     stp_prep_stats *stats = job->stats;
     bool guessed =
@@ -378,7 +248,7 @@ static stp_status find_closed(prep_job *job, stp_error *err)
 }
 
 /* Runs all stages from the stations that files claim to the first view. */
-static stp_status treat_points(prep_job *job, stp_error *err)
+static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
@@ -400,6 +270,24 @@ done:
     return status;
 }
 
+/* A grid's neighbours are known, so all stages up to the first view have nothing to find. */
+static stp_status treat_grid(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_stats *stats = job->stats;
+    const unsigned wanted = job->params->normal_bits;
+    stp_height_grid_finish(&job->grid, job->source->coordinate_step);
+    stats->normals_wide.normal_error = job->grid.normal_error;
+    const unsigned bits = stp_normal_bits_for(job->grid.normal_error, true);
+    job->tree.normal_bits = wanted ? wanted : bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
+    stats->normal_bits = job->tree.normal_bits;
+    stats->orientation = STP_ORIENTATION_FILE;
+    job->tree.sources.grid = &job->grid;
+    STP_TRY(end_stage(job, STAGE_SURFACE, err));
+done:
+    return status;
+}
+
 /* A precision coarser than the limit of coordinates allows nothing more than the limit does, and
  * the error of a lattice that coarse would exceed what a file may say. */
 static stp_resolution resolution_of(const stp_prep_source *source, const stp_prep_params *params)
@@ -412,7 +300,16 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
                             .floats = source->floats};
 }
 
-static void set_defaults(prep_job *job)
+/* Whether the scan stays a grid. Other inputs, and what changes or turns points, need them one by
+ * one. */
+static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
+{
+    return source->file_count == 1 && source->files[0].raster.columns > 0 &&
+           source->attributes & STP_POINT_HAS_NORMAL && !params->join_layers &&
+           params->outliers == STP_OUTLIERS_KEEP && params->orient == STP_ORIENT_AUTO;
+}
+
+static void set_defaults(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
@@ -425,6 +322,7 @@ static void set_defaults(prep_job *job)
                                       .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};
     *job->stats = (stp_prep_stats){.box = stp_dbox_empty(),
                                    .resolution = job->tree.resolution,
+                                   .keeps_grid = keeps_grid(job->source, params),
                                    .join_layers = params->join_layers,
                                    .outliers = params->outliers,
                                    .outlier_distance = params->outlier_distance > 0.0
@@ -481,10 +379,10 @@ static stp_status measure_side(double *out, const stp_prep_source *source,
 }
 
 /* Cuts lines and triangles into leaves. */
-static stp_status cut_shapes(prep_job *job, stp_error *err)
+static stp_status cut_shapes(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
-    shapes *out = &job->shapes;
+    stp_prep_shapes *out = &job->shapes;
     const stp_prep_source *source = job->source;
     stp_tree_params *tree = &job->tree;
     stp_prep_stats *stats = job->stats;
@@ -506,9 +404,9 @@ static stp_status cut_shapes(prep_job *job, stp_error *err)
                                            tree->resolution.precision, side, err));
     stats->lines = out->lines.counts;
     stats->triangles = out->triangles.counts;
-    tree->lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
-    tree->triangles = out->triangles.leaf_count > 0 ? &out->triangles : NULL;
-    if (stats->points_out == 0 && !tree->lines && !tree->triangles)
+    tree->sources.lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
+    tree->sources.triangles = out->triangles.leaf_count > 0 ? &out->triangles : NULL;
+    if (stats->points_out == 0 && !tree->sources.lines && !tree->sources.triangles)
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point, and none in its lines and triangles: there is "
                                "nothing to write",
@@ -517,7 +415,7 @@ done:
     return status;
 }
 
-static void clear_shapes(shapes *s)
+static void clear_shapes(stp_prep_shapes *s)
 {
     stp_line_leaves_clear(&s->lines);
     stp_triangle_leaves_clear(&s->triangles);
@@ -526,19 +424,21 @@ static void clear_shapes(shapes *s)
 /* Sets intensity_max: 255 stands for the greatest intensity of all. */
 static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 {
-    if (tree->lines && tree->lines->intensity_max > stats->intensity_max)
-        stats->intensity_max = tree->lines->intensity_max;
-    if (tree->triangles && tree->triangles->intensity_max > stats->intensity_max)
-        stats->intensity_max = tree->triangles->intensity_max;
+    const stp_leaf_sources *from = &tree->sources;
+    if (from->lines && from->lines->intensity_max > stats->intensity_max)
+        stats->intensity_max = from->lines->intensity_max;
+    if (from->triangles && from->triangles->intensity_max > stats->intensity_max)
+        stats->intensity_max = from->triangles->intensity_max;
     tree->intensity_max = stats->intensity_max;
 }
 
-static stp_status run(prep_job *job, stp_error *err)
+static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    STP_TRY(stp_prep_plan_make(&job->plan, job->path, source->point_count, job->params,
+    const stp_prep_size size = {source->point_count, stats->keeps_grid};
+    STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
                                stp_pool_thread_count(job->pool), err));
     if (job->params->planned)
         job->params->planned(&job->plan);
@@ -546,12 +446,14 @@ static stp_status run(prep_job *job, stp_error *err)
                                        job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
                                    .folder = job->plan.folder};
     STP_TRY(stp_spill_create(&job->spill, &room, err));
-    STP_TRY(read_all(job, err));
+    STP_TRY(stp_prep_read(job, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&job->cloud);
     STP_TRY(cut_shapes(job, err));
     STP_TRY(end_stage(job, STAGE_READ, err));
-    if (job->cloud.count > 0)
+    if (stats->keeps_grid)
+        STP_TRY(treat_grid(job, err));
+    else if (job->cloud.count > 0)
         STP_TRY(treat_points(job, err));
     decide_intensity(&job->tree, stats);
     STP_TRY(write_tree(job, err));
@@ -566,13 +468,13 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         stp_prep_stats *stats, stp_error *err)
 {
     const double start = stp_clock_seconds();
-    prep_job job = {.path = path,
-                    .source = source,
-                    .params = params,
-                    .pool = pool,
-                    .progress = progress,
-                    .stats = stats,
-                    .since = start};
+    stp_prep_job job = {.path = path,
+                        .source = source,
+                        .params = params,
+                        .pool = pool,
+                        .progress = progress,
+                        .stats = stats,
+                        .since = start};
     set_defaults(&job);
     if (source->point_count >= UINT32_MAX - 1)
         return stp_error_set(err, STP_LIMIT,
@@ -583,6 +485,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_outside_clear(&job.outside);
     clear_shapes(&job.shapes);
     stp_cloud_clear(&job.cloud);
+    stp_height_grid_clear(&job.grid);
     stp_spill_destroy(&job.spill);
     stp_prep_plan_clear(&job.plan);
     return status;

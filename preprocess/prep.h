@@ -30,6 +30,7 @@ typedef struct stp_prep_file {
     uint32_t note_count;
     bool unreadable; /* nothing from it is stored */
     stp_scan_grid grid;
+    stp_scan_raster raster;
     stp_station_word station_word;
     uint32_t station_begin, station_count; /* of the source's stations */
 } stp_prep_file;
@@ -62,6 +63,12 @@ typedef struct stp_prep_source {
     const stp_prep_file *files;        /* borrowed, valid to the end */
     size_t file_count;                 /* at least 1 */
 } stp_prep_source;
+
+/* How much is to be prepared. */
+typedef struct stp_prep_size {
+    uint64_t points;
+    bool grid; /* stp_prep_stats.keeps_grid */
+} stp_prep_size;
 
 /* What a run will need, known before it begins. */
 typedef struct stp_prep_plan {
@@ -118,6 +125,7 @@ typedef struct stp_prep_stats {
     uint64_t temporary_bytes;    /* greatest size of temporary files at a time */
     stp_surface_counts normals_wide;
     unsigned normal_bits; /* of the grid of normals that the input did not give; 0: no points */
+    bool keeps_grid;      /* the scan is a grid of heights and stays one (height_grid.h) */
     bool join_layers;     /* was requested */
     stp_joined_layers joined;
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */
@@ -132,7 +140,7 @@ extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
 /* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for
  * any model), OUT_OF_MEMORY. */
-stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t point_count,
+stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,
                               const stp_prep_params *params, unsigned thread_count, stp_error *err);
 void stp_prep_plan_clear(stp_prep_plan *plan);
 

@@ -19,6 +19,9 @@
 /* Per point if each point is a crumb, without its neighbours: 8 edges (64), its place (4), the
  * pieces' trees, sizes, numbers and sums (30). */
 #define CRUMBS_BYTES 98u
+/* Per sample of a grid of heights: the height and its colour, and until a leaf is written its
+ * samples of all levels and its share of patches. */
+#define GRID_BYTES 44u
 /* For a million points that are drawn from outside; and in the worst case for each thread's depth
  * buffer (visibility.c). */
 #define VIEW_BYTES (32u << 20)
@@ -67,15 +70,17 @@ static stp_status check_room(stp_prep_plan *plan, stp_error *err)
     return STP_OK;
 }
 
-stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, uint64_t point_count,
+stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,
                               const stp_prep_params *params, unsigned thread_count, stp_error *err)
 {
     stp_status status = STP_OK;
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
-    uint64_t surface = point_count * (POINT_BYTES + SURFACE_BYTES); /* counts are below 2^32 */
-    uint64_t most = point_count * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(point_count)) +
-                    VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
+    const uint64_t points = size->points; /* below 2^32 */
+    uint64_t surface = points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES);
+    uint64_t most = size->grid ? surface
+                               : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) +
+                                     VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
     if (params->temp_folder)

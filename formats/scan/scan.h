@@ -121,6 +121,13 @@ typedef struct stp_scan_grid {
     uint32_t cell_count;
 } stp_scan_grid;
 
+/* A grid of heights in the plane. Point i of the file is at row i / columns, column i % columns:
+ * at x + column dx, y - row dy. columns 0: there is no such grid. */
+typedef struct stp_scan_raster {
+    uint32_t columns, rows;
+    double x, y, dx, dy;
+} stp_scan_raster;
+
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* the number of points that will be read */
@@ -137,6 +144,7 @@ typedef struct stp_scan_info {
     const stp_dvec3 *station_ups; /* the scanners' up axes, of any length; NULL: not given */
     stp_station_word station_word;
     stp_scan_grid grid;
+    stp_scan_raster raster;
     const stp_scan_note *notes; /* owned by the scan, like stations */
     uint32_t note_count;
 } stp_scan_info;

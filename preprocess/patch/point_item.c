@@ -73,33 +73,45 @@ static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
                      (unsigned)fit_of(cloud, i) << STP_SAMPLE_FIT_SHIFT);
 }
 
-static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item_params *params)
+stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params)
 {
-    const stp_cloud_point *point = &cloud->points[i];
-    vec3s normal = stp_cloud_normal(cloud, i);
-    const int exponent = stp_point_exponent(point->position, (double)point->spacing, params);
-    double spacing = (double)point->spacing;
+    const int exponent = stp_point_exponent(facts->position, facts->spacing, params);
+    double spacing = facts->spacing;
     if (params->resolution.exact)
         spacing =
             stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
     const double radius = params->lambda * spacing;
     stp_item item = {.area = spacing * spacing,
                      .exponent = exponent,
-                     .sheet = cloud->sheets[i],
-                     .intensity = intensity_of(point, params->intensity_max),
-                     .class_id = point->class_id,
-                     .flags = flags_of(cloud, i)};
-    item.disc = (stp_disc){.centre = point->position,
-                           .normal = stp_dvec3_from_float(normal),
+                     .sheet = facts->sheet,
+                     .intensity = facts->intensity,
+                     .class_id = facts->class_id,
+                     .flags = facts->flags};
+    item.disc = (stp_disc){.centre = facts->position,
+                           .normal = stp_dvec3_from_float(facts->normal),
                            .radius = radius,
                            .reach = radius,
                            .bound = radius};
-    stp_normal_encode_on(normal,
-                         point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
-                         item.normal);
+    stp_normal_encode_on(facts->normal, facts->normal_bits, item.normal);
     for (int c = 0; c < 3; c++)
-        item.disc.rgb[c] = (double)point->rgb[c] / 257.0;
+        item.disc.rgb[c] = (double)facts->rgb[c] / 257.0;
     return item;
+}
+
+static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item_params *params)
+{
+    const stp_cloud_point *point = &cloud->points[i];
+    const stp_point_facts facts = {
+        .position = point->position,
+        .normal = stp_cloud_normal(cloud, i),
+        .normal_bits = point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
+        .spacing = (double)point->spacing,
+        .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
+        .sheet = cloud->sheets[i],
+        .intensity = intensity_of(point, params->intensity_max),
+        .class_id = point->class_id,
+        .flags = flags_of(cloud, i)};
+    return stp_point_item_make(&facts, params);
 }
 
 /* Points that only rounding separates ask for lattices too fine for any chunk's width. They get the

@@ -21,9 +21,21 @@ int stp_point_exponent(stp_dvec3 position, double spacing, const stp_point_item_
  * its neighbours. */
 bool stp_point_is_rounded(stp_dvec3 position, int exponent);
 
-/* Makes points [begin, begin + count) of a sorted cloud into items of one chunk. If exact and a
- * disc is too large to have a code on its point's lattice, it gets the largest radius that has one.
- */
+/* What is known of a point. */
+typedef struct stp_point_facts {
+    stp_dvec3 position; /* world */
+    double spacing;     /* distance to its neighbours, world units */
+    vec3s normal;       /* unit, or zero */
+    unsigned normal_bits;
+    uint32_t sheet;
+    uint16_t rgb[3];
+    uint8_t intensity, class_id, flags; /* as a sample stores them */
+} stp_point_facts;
+
+/* Makes one point an item. If exact and the disc is too large to have a code on the point's
+ * lattice, it gets the largest radius that has one. */
+stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params);
+/* Makes points [begin, begin + count) of a sorted cloud into items of one chunk. */
 void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t count,
                           const stp_point_item_params *params);
 

@@ -21,37 +21,52 @@ static void list(listing *l, stp_leaf_kind kind, uint32_t index, stp_dvec3 middl
     l->count++;
 }
 
-stp_status stp_leaf_order(const stp_cloud *cloud, const stp_line_leaves *lines,
-                          const stp_triangle_leaves *triangles, stp_leaf_place **out,
-                          uint32_t *count, stp_error *err)
+stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *from)
+{
+    stp_dbox box = cloud->count > 0 ? cloud->box : stp_dbox_empty();
+    if (from->lines)
+        stp_dbox_join(&box, &from->lines->box);
+    if (from->triangles)
+        stp_dbox_join(&box, &from->triangles->box);
+    if (from->grid)
+        stp_dbox_join(&box, &from->grid->box);
+    return box;
+}
+
+static void list_all(listing *l, const stp_cloud *cloud, const stp_leaf_sources *from)
+{
+    for (uint32_t i = 0; i < cloud->cell_count; i++)
+        list(l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
+    for (uint32_t i = 0; from->lines && i < from->lines->leaf_count; i++)
+        list(l, STP_LEAF_LINES, i, from->lines->leaves[i].middle);
+    for (uint32_t i = 0; from->triangles && i < from->triangles->leaf_count; i++)
+        list(l, STP_LEAF_TRIANGLES, i, from->triangles->leaves[i].middle);
+    for (uint32_t i = 0; from->grid && i < stp_height_grid_tile_count(from->grid); i++)
+        if (from->grid->tile_samples[i] > 0)
+            list(l, STP_LEAF_TILE, i, stp_height_grid_tile_middle(from->grid, i));
+}
+
+stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
+                          stp_leaf_place **out, uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t cells = cloud->cell_count, line_leaves = lines ? lines->leaf_count : 0;
-    const uint32_t triangle_leaves = triangles ? triangles->leaf_count : 0;
-    const uint32_t all = cells + line_leaves + triangle_leaves;
-    listing l = {0};
+    const uint32_t cells = cloud->cell_count;
+    const uint32_t most = cells + (from->lines ? from->lines->leaf_count : 0) +
+                          (from->triangles ? from->triangles->leaf_count : 0) +
+                          (from->grid ? stp_height_grid_tile_count(from->grid) : 0);
+    const stp_dbox box = stp_leaf_sources_box(cloud, from);
+    listing l = {.grid = stp_morton_grid_of(&box)};
     stp_leaf_place *places = NULL;
-    stp_dbox box = cells > 0 ? cloud->box : stp_dbox_empty();
-    if (lines)
-        stp_dbox_join(&box, &lines->box);
-    if (triangles)
-        stp_dbox_join(&box, &triangles->box);
-    l.grid = stp_morton_grid_of(&box);
-    STP_TRY(stp_alloc(&l.places, all, sizeof *l.places, "chunks", err));
-    STP_TRY(stp_alloc(&l.codes, all, sizeof *l.codes, "chunks", err));
-    STP_TRY(stp_alloc(&places, all, sizeof *places, "chunks", err));
-    for (uint32_t i = 0; i < cells; i++)
-        list(&l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
-    for (uint32_t i = 0; i < line_leaves; i++)
-        list(&l, STP_LEAF_LINES, i, lines->leaves[i].middle);
-    for (uint32_t i = 0; i < triangle_leaves; i++)
-        list(&l, STP_LEAF_TRIANGLES, i, triangles->leaves[i].middle);
-    if (all > cells) /* cells alone are in order already */
-        stp_morton_order(l.codes, all);
-    for (uint32_t i = 0; i < all; i++)
+    STP_TRY(stp_alloc(&l.places, most, sizeof *l.places, "chunks", err));
+    STP_TRY(stp_alloc(&l.codes, most, sizeof *l.codes, "chunks", err));
+    STP_TRY(stp_alloc(&places, most, sizeof *places, "chunks", err));
+    list_all(&l, cloud, from);
+    if (l.count > cells) /* cells alone are in order already */
+        stp_morton_order(l.codes, l.count);
+    for (uint32_t i = 0; i < l.count; i++)
         places[i] = l.places[l.codes[i].index];
     *out = places;
-    *count = all;
+    *count = l.count;
 done:
     free(l.places);
     free(l.codes);

@@ -88,11 +88,14 @@ static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp
 {
     stp_status status = STP_OK;
     const uint16_t intensity_max = t->params->intensity_max;
+    const stp_leaf_sources *from = &t->params->sources;
     if (leaf.kind == STP_LEAF_LINES)
-        STP_TRY(stp_line_leaf_build(t->params->lines, leaf.index, intensity_max, &out->chunk, err));
+        STP_TRY(stp_line_leaf_build(from->lines, leaf.index, intensity_max, &out->chunk, err));
     else if (leaf.kind == STP_LEAF_TRIANGLES)
-        STP_TRY(stp_triangle_leaf_build(t->params->triangles, leaf.index, intensity_max,
-                                        &out->chunk, err));
+        STP_TRY(
+            stp_triangle_leaf_build(from->triangles, leaf.index, intensity_max, &out->chunk, err));
+    else if (leaf.kind == STP_LEAF_TILE)
+        STP_TRY(stp_height_grid_leaf(from->grid, leaf.index, &t->items, &out->chunk, err));
     else
         STP_TRY(build_cell(t, &t->cloud->cells[leaf.index], out, err));
     const stp_chunk *chunk = out->chunk.chunk;
@@ -334,11 +337,7 @@ done:
 /* A chunk of any tier is at most as wide as the model, which gives vertex_least. */
 static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
 {
-    stp_dbox box = cloud->count > 0 ? cloud->box : stp_dbox_empty();
-    if (params->lines)
-        stp_dbox_join(&box, &params->lines->box);
-    if (params->triangles)
-        stp_dbox_join(&box, &params->triangles->box);
+    const stp_dbox box = stp_leaf_sources_box(cloud, &params->sources);
     const double side = stp_dbox_side(&box);
     return (stp_point_item_params){.lambda = params->lambda,
                                    .resolution = params->resolution,
@@ -368,8 +367,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->box = stp_dbox_empty();
     t->items = item_params(cloud, params);
     STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
-    STP_TRY(
-        stp_leaf_order(cloud, params->lines, params->triangles, &t->leaves, &t->leaf_count, err));
+    STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
     t->progress_total = 2 * (uint64_t)t->leaf_count;
     STP_TRY(build_tiers(t, &root, err));
     json = metadata(context, &t->stats);

@@ -7,8 +7,7 @@
 #include "formats/chunk/chunk_file.h"
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/patch/displacement.h"
-#include "preprocess/tree/line_leaves.h"
-#include "preprocess/tree/triangle_leaves.h"
+#include "preprocess/tree/leaf_order.h"
 
 typedef struct stp_tree_params {
     double lambda;                    /* radius of a sample over its spacing */
@@ -16,8 +15,7 @@ typedef struct stp_tree_params {
     stp_resolution resolution;        /* of the inputs */
     unsigned normal_bits, given_bits; /* of the grids of normals, see point_item.h */
     stp_codec codec;
-    const stp_line_leaves *lines;         /* borrowed; NULL for none */
-    const stp_triangle_leaves *triangles; /* likewise */
+    stp_leaf_sources sources; /* borrowed */
 } stp_tree_params;
 
 typedef struct stp_tree_stats {
@@ -32,9 +30,9 @@ typedef struct stp_tree_stats {
 typedef char *stp_metadata_maker(void *context, const stp_tree_stats *stats);
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
- * Uses up the cloud: its points may be lost. The cloud may be empty if there are lines or
- * triangles. Chunks are built on the pool in waves and written in order: the same bytes for any
- * number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
+ * Uses up the cloud: its points may be lost. The cloud may be empty if there are other
+ * sources of leaves. Chunks are built on the pool in waves and written in order: the same bytes for
+ * any number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
 stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
                           const stp_tree_params *params, stp_metadata_maker *metadata,
                           void *context, stp_pool *pool, const stp_progress *progress,

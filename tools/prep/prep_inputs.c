@@ -380,6 +380,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
+    in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
     add_edges(in, &info->edges);
     stp_scan_take_lines(scan, &lines);

@@ -143,13 +143,16 @@ done:
 typedef struct work {
     int16_t *high;
     bit_writer low;
-    uint32_t *counts; /* of symbols; all 0 between uses */
+    uint8_t *lengths; /* by cell: how many bits are low if none goes to Draco */
+    uint32_t *counts; /* of symbols, the least at 0; all 0 between uses */
+    int32_t least;    /* high parts are no less than this */
 } work;
 
 static void work_destroy(work *w)
 {
     free(w->high);
     free(w->low.bytes);
+    free(w->lengths);
     free(w->counts);
 }
 
@@ -172,19 +175,46 @@ static void split_for(const int16_t *cells, uint32_t count, unsigned kept, unsig
         memcpy(w->high, cells, count * sizeof *cells);
 }
 
-/* How many bytes the parts take: the low bits, and by the entropy of the high parts. */
-static double estimate(uint32_t count, work *w)
+/* How many bytes the parts take if `kept` bits of a cell go to Draco: the low bits, and by the
+ * entropy of the high parts. */
+static double estimate(const int16_t *cells, uint32_t count, unsigned kept, work *w)
 {
+    uint64_t low_bits = 0;
     double bits = 0.0;
-    for (uint32_t i = 0; i < count; i++)
-        bits += w->counts[(uint16_t)w->high[i]]++ == 0 ? BITS_OF_TABLE_SYMBOL : 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        const unsigned low = kept > 0 && w->lengths[i] > kept ? w->lengths[i] - kept : 0;
+        const int32_t high = (cells[i] + half_of(low)) >> low;
+        low_bits += low;
+        w->high[i] = (int16_t)(high - w->least);
+        bits += w->counts[high - w->least]++ == 0 ? BITS_OF_TABLE_SYMBOL : 0.0;
+    }
     for (uint32_t i = 0; i < count; i++) {
         uint32_t *symbols = &w->counts[(uint16_t)w->high[i]];
         if (*symbols > 0)
             bits += (double)*symbols * log2((double)count / (double)*symbols);
         *symbols = 0;
     }
-    return (double)w->low.size + bits / 8.0;
+    return (double)((low_bits + 7) / 8) + bits / 8.0;
+}
+
+static stp_status prepare_estimates(const int16_t *cells, uint32_t count, unsigned first, work *w,
+                                    stp_error *err)
+{
+    stp_status status = STP_OK;
+    int32_t least = 0, most = 0;
+    spread s = spread_begin(0, first);
+    STP_TRY(stp_alloc(&w->lengths, count, sizeof *w->lengths, "a column", err));
+    for (uint32_t i = 0; i < count; i++) {
+        w->lengths[i] = (uint8_t)spread_low_bits(&s);
+        spread_take(&s, cells[i]);
+        least = cells[i] < least ? cells[i] : least;
+        most = cells[i] > most ? cells[i] : most;
+    }
+    w->least = least;
+    /* rounding may raise the greatest high part by 1 */
+    STP_TRY(stp_alloc(&w->counts, (size_t)(most - least) + 2, sizeof *w->counts, "a column", err));
+done:
+    return status;
 }
 
 /* The number of bits for Draco that makes the parts smallest. */
@@ -192,12 +222,10 @@ static stp_status find_smallest(const int16_t *cells, uint32_t count, uint32_t m
                                 work *w, unsigned *out, stp_error *err)
 {
     double least = INFINITY;
-    stp_status status =
-        stp_alloc(&w->counts, UINT16_MAX + (size_t)1, sizeof *w->counts, "a column", err);
+    stp_status status = prepare_estimates(cells, count, first, w, err);
     for (unsigned kept = mean > ALL_BITS_MEAN ? 1 : 0; status == STP_OK && kept <= KEPT_BITS_MOST;
          kept++) {
-        split_for(cells, count, kept, first, w);
-        double bytes = estimate(count, w);
+        const double bytes = estimate(cells, count, kept, w);
         *out = bytes < least ? kept : *out;
         least = fmin(least, bytes);
     }

@@ -107,8 +107,10 @@ static void describe(grid_reader *g, stp_scan_info *info)
                        (g->normals ? STP_POINT_HAS_NORMAL : 0u) |
                        (pinhole ? STP_POINT_HAS_STATION : 0u);
     info->heights = !pinhole;
-    if (!pinhole)
+    if (!pinhole) {
+        info->raster = (stp_scan_raster){g->info->width, g->info->height, g->x, g->y, g->dx, g->dy};
         return;
+    }
     info->grid = (stp_scan_grid){.columns = g->info->width, .rows = g->info->height};
     info->stations = &g->camera;
     info->station_count = 1;

@@ -1,0 +1,241 @@
+/* Makes a tile of a grid of heights a leaf. */
+#include "base/memory.h"
+#include "formats/chunk/normal_grid.h"
+#include "preprocess/grid/height_grid.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define SIDE_WITH_REACH (STP_TILE_SIDE + 2 * STP_GRID_REACH)
+/* A sample's disc is at most as wide as that of a cell this many times as large. */
+#define WIDEST_CELL 4.0
+/* Half the diagonal of a cell over the disc's spacing, at most: discs of the default size meet. */
+#define DIAGONAL_SHARE 0.6
+
+/* See cliff_at. */
+#define CLIFF_STEPS 3.0
+#define CLIFF_SLOPE 2.0
+#define CLIFF_NOISE 8.0
+/* Radius of a disc at the border of a hole over half the diagonal of a cell. */
+#define BORDER_SHARE 1.06
+
+/* A tile with the samples around it, as far as normals reach. */
+typedef struct tile {
+    const stp_height_grid *grid;
+    const stp_point_item_params *params;
+    uint32_t column, row;   /* of its first sample */
+    uint32_t columns, rows; /* as far as the grid goes */
+    double *z;              /* SIDE_WITH_REACH squared; NaN: none */
+    stp_item *items;        /* of square after square */
+    uint32_t *ends;         /* of the squares' items */
+    uint32_t count, squares;
+} tile;
+
+static double *height_at(const tile *t, uint32_t column, uint32_t row)
+{
+    return t->z + (size_t)(row + STP_GRID_REACH) * SIDE_WITH_REACH + column + STP_GRID_REACH;
+}
+
+static void load(tile *t)
+{
+    const stp_scan_raster *r = &t->grid->raster;
+    for (uint32_t j = 0; j < SIDE_WITH_REACH; j++) {
+        const int64_t row = (int64_t)t->row + j - STP_GRID_REACH;
+        for (uint32_t i = 0; i < SIDE_WITH_REACH; i++) {
+            const int64_t column = (int64_t)t->column + i - STP_GRID_REACH;
+            const bool inside = row >= 0 && row < r->rows && column >= 0 && column < r->columns;
+            t->z[(size_t)j * SIDE_WITH_REACH + i] =
+                inside ? t->grid->z[(uint64_t)row * r->columns + (uint64_t)column] : NAN;
+        }
+    }
+}
+
+/* The sums of a window that a plane through its samples needs. Heights are over the middle's. */
+typedef struct sums {
+    double n, x, y, z, xx, xy, yy, xz, yz;
+} sums;
+
+static double difference(const double *a, const double *b)
+{
+    return isnan(*a) || isnan(*b) ? INFINITY : fabs(*a - *b);
+}
+
+/* How far a sample may lie over or under the middle and still be on the same surface: three times
+ * as far as the lesser step to a neighbour goes on, beside a slope of 2 and the noise. What lies
+ * farther off is behind a cliff. */
+typedef struct cliff {
+    double by_column, by_row, least;
+} cliff;
+
+static cliff cliff_at(const stp_height_grid *grid, const double *middle)
+{
+    const int row = SIDE_WITH_REACH;
+    const double x = fmin(difference(middle, middle - 1), difference(middle, middle + 1));
+    const double y = fmin(difference(middle, middle - row), difference(middle, middle + row));
+    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * grid->raster.dx,
+                   CLIFF_STEPS * y + CLIFF_SLOPE * grid->raster.dy, CLIFF_NOISE * grid->noise};
+}
+
+static sums sum_window(const stp_height_grid *grid, const double *middle)
+{
+    const int reach = (int)grid->reach;
+    const cliff far = cliff_at(grid, middle);
+    sums s = {0};
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++) {
+            const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
+            const double off =
+                (i ? abs(i) * far.by_column : 0.0) + (j ? abs(j) * far.by_row : 0.0) + far.least;
+            if (!(fabs(z) <= off)) /* a cliff, or no sample */
+                continue;
+            s.n += 1.0;
+            s.x += i;
+            s.y += j;
+            s.z += z;
+            s.xx += i * i;
+            s.xy += i * j;
+            s.yy += j * j;
+            s.xz += i * z;
+            s.yz += j * z;
+        }
+    return s;
+}
+
+/* The normal of the plane that fits best through the samples around; upwards where they tell
+ * nothing. Rows go down in y. */
+static stp_dvec3 normal_of(const stp_height_grid *grid, const double *middle)
+{
+    const sums s = sum_window(grid, middle);
+    const double xx = s.xx - s.x * s.x / s.n, yy = s.yy - s.y * s.y / s.n;
+    const double xy = s.xy - s.x * s.y / s.n;
+    const double xz = s.xz - s.x * s.z / s.n, yz = s.yz - s.y * s.z / s.n;
+    const double det = xx * yy - xy * xy;
+    double a = 0.0, b = 0.0; /* height by column and by row */
+    if (det > 1e-9) {
+        a = (xz * yy - yz * xy) / det;
+        b = (yz * xx - xz * xy) / det;
+    } else if (xx > 1e-9 || yy > 1e-9) { /* all on one line */
+        a = xx > 1e-9 ? xz / xx : 0.0;
+        b = xx > 1e-9 ? 0.0 : yz / yy;
+    }
+    const stp_dvec3 n = {-a / grid->raster.dx, b / grid->raster.dy, 1.0};
+    return stp_dvec3_normalize(n);
+}
+
+/* Whether the sample, which is none, is one of 2 x 2 that are none. */
+static bool is_in_wide_hole(const double *none)
+{
+    const int row = SIDE_WITH_REACH;
+    for (int j = -row; j <= row; j += 2 * row)
+        for (int i = -1; i <= 1; i += 2)
+            if (isnan(none[i]) && isnan(none[j]) && isnan(none[i + j]))
+                return true;
+    return false;
+}
+
+/* Whether a sample is next to a hole two samples wide or wider, or at the grid's border. */
+static bool is_border(const double *middle)
+{
+    for (int j = -1; j <= 1; j++)
+        for (int i = -1; i <= 1; i++) {
+            const double *next = middle + j * (int)SIDE_WITH_REACH + i;
+            if (isnan(*next) && is_in_wide_hole(next))
+                return true;
+        }
+    return false;
+}
+
+/* At the border of a wide hole a disc is just large enough to meet its neighbours, so that the hole
+ * stays as wide as it is. Single samples that are missing are closed. */
+static double spacing_of(const tile *t, const double *middle, double upwards)
+{
+    const stp_scan_raster *r = &t->grid->raster;
+    const double stretch = sqrt(fmin(1.0 / fmax(upwards, 1e-3), WIDEST_CELL));
+    const double diagonal = sqrt(r->dx * r->dx + r->dy * r->dy);
+    if (is_border(middle))
+        return 0.5 * BORDER_SHARE * stretch * diagonal / t->params->lambda;
+    return fmax(stretch * sqrt(r->dx * r->dy), DIAGONAL_SHARE * diagonal);
+}
+
+static void add_sample(tile *t, uint32_t column, uint32_t row)
+{
+    const stp_height_grid *grid = t->grid;
+    const stp_scan_raster *r = &grid->raster;
+    const double *z = height_at(t, column, row);
+    if (isnan(*z))
+        return;
+    const uint32_t c = t->column + column, w = t->row + row;
+    const stp_dvec3 normal = normal_of(grid, z);
+    stp_point_facts facts = {.position = {r->x + c * r->dx, r->y - w * r->dy, *z},
+                             .spacing = spacing_of(t, z, normal.z),
+                             .normal = stp_dvec3_to_float(normal),
+                             .normal_bits = t->params->normal_bits,
+                             .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
+                             .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
+                                      STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
+    for (int k = 0; grid->rgb && k < 3; k++)
+        facts.rgb[k] = grid->rgb[(uint64_t)w * r->columns + c][k];
+    t->items[t->count++] = stp_point_item_make(&facts, t->params);
+}
+
+/* Bit 0, 2, 4 of a number, as bits 0, 1, 2. */
+static uint32_t every_second_bit(uint32_t n)
+{
+    return (n & 1u) | (n >> 1 & 2u) | (n >> 2 & 4u);
+}
+
+/* Samples stand in Morton order, so that those that a level merges are next to each other. */
+static void add_square(tile *t, uint32_t column, uint32_t row)
+{
+    const uint32_t before = t->count;
+    for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
+        const uint32_t c = column + every_second_bit(i), r = row + every_second_bit(i >> 1);
+        if (c < t->columns && r < t->rows)
+            add_sample(t, c, r);
+    }
+    if (t->count > before)
+        t->ends[t->squares++] = t->count;
+}
+
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
+                                const stp_point_item_params *params, stp_built_chunk *out,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    tile t = {.grid = grid,
+              .params = params,
+              .column = index % grid->tile_columns * STP_TILE_SIDE,
+              .row = index / grid->tile_columns * STP_TILE_SIDE};
+    t.columns = least(grid->raster.columns - t.column, STP_TILE_SIDE);
+    t.rows = least(grid->raster.rows - t.row, STP_TILE_SIDE);
+    STP_TRY(
+        stp_alloc(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights", err));
+    STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
+    STP_TRY(stp_alloc(&t.ends, grid->tile_samples[index], sizeof *t.ends, "patches", err));
+    load(&t);
+    for (uint32_t row = 0; row < t.rows; row += STP_SQUARE_SIDE)
+        for (uint32_t column = 0; column < t.columns; column += STP_SQUARE_SIDE)
+            add_square(&t, column, row);
+    const stp_item_group group = {
+        .items = t.items, .count = t.count, .run_ends = t.ends, .run_count = t.squares};
+    STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+done:
+    free(t.z);
+    free(t.items);
+    free(t.ends);
+    return status;
+}
+
+stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index)
+{
+    const stp_scan_raster *r = &grid->raster;
+    const double column = (index % grid->tile_columns + 0.5) * STP_TILE_SIDE;
+    const double row = ((double)(index / grid->tile_columns) + 0.5) * STP_TILE_SIDE;
+    return (stp_dvec3){r->x + column * r->dx, r->y - row * r->dy,
+                       0.5 * (grid->box.min.z + grid->box.max.z)};
+}

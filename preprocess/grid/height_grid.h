@@ -1,0 +1,64 @@
+/* A grid of heights, and the leaves that it becomes: tiles of 256 x 256 samples, whose patches are
+ * squares of 8 x 8.
+ *
+ * A grid says who a sample's neighbours are. So nothing is sorted or searched: spacings and normals
+ * follow from the heights around a sample. A sample's disc is as wide as the surface of its cell,
+ * but not wider than twice the cell: cliffs stay open. Its normal is that of the plane that fits
+ * best through (2 reach + 1)^2 samples; reach is the least at which the grid's noise turns normals
+ * by 2 degrees or less.
+ *
+ * Memory: 8 bytes a sample, 14 with colours, in the spill. Threads: one filler; leaves may be built
+ * on any. */
+#ifndef STP_PREPROCESS_GRID_HEIGHT_GRID_H
+#define STP_PREPROCESS_GRID_HEIGHT_GRID_H
+
+#include "base/spill.h"
+#include "formats/scan/scan.h"
+#include "preprocess/tree/chunk_build.h"
+
+/* Samples on a side of a leaf, so that one has at most 65,536. */
+#define STP_TILE_SIDE 256u
+/* Samples on a side of a patch. */
+#define STP_SQUARE_SIDE 8u
+/* Greatest reach of a normal's window. */
+#define STP_GRID_REACH 4u
+
+typedef struct stp_height_grid {
+    stp_scan_raster raster;
+    double *z;              /* row by row, the top row first; NaN: no sample */
+    uint16_t (*rgb)[3];     /* likewise; NULL: no colours */
+    uint32_t *tile_samples; /* by tile, row by row */
+    uint32_t tile_columns, tile_rows;
+    uint32_t count;      /* of samples */
+    stp_dbox box;        /* of samples, world */
+    unsigned reach;      /* of normals; set by stp_height_grid_finish */
+    double noise;        /* standard deviation of heights; likewise */
+    double normal_error; /* standard error of the normals because of noise, radians */
+    stp_spill *spill;    /* borrowed */
+} stp_height_grid;
+
+/* Makes an empty grid. Errors: OUT_OF_MEMORY, IO. Free with stp_height_grid_clear. */
+stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
+                                  bool coloured, stp_spill *spill, stp_error *err);
+/* Sets sample `place`, counted row by row. Each is set or left out once. */
+void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point);
+/* There is no sample at `place`. */
+void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
+/* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. */
+void stp_height_grid_finish(stp_height_grid *grid, double step);
+void stp_height_grid_clear(stp_height_grid *grid);
+
+static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)
+{
+    return grid->tile_columns * grid->tile_rows;
+}
+
+/* The middle of a tile that has samples, at the height of the grid's middle. */
+stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index);
+/* Builds the leaf of a tile that has samples, without tangential errors. Errors: OUT_OF_MEMORY,
+ * LIMIT (a height is too far from the others). */
+stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t tile,
+                                const stp_point_item_params *params, stp_built_chunk *out,
+                                stp_error *err);
+
+#endif

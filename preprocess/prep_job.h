@@ -1,0 +1,43 @@
+/* One run of preprocessing, as its parts share it. */
+#ifndef STP_PREPROCESS_PREP_JOB_H
+#define STP_PREPROCESS_PREP_JOB_H
+
+#include "formats/chunk/outside.h"
+#include "preprocess/prep.h"
+
+/* The leaves of lines and of triangles; they are never in temporary files. */
+typedef struct stp_prep_shapes {
+    stp_line_leaves lines;
+    stp_triangle_leaves triangles;
+} stp_prep_shapes;
+
+/* One run of all stages: what is given, what is decided from it, and what the stages make. */
+typedef struct stp_prep_job {
+    const char *path;
+    const stp_prep_source *source;
+    const stp_prep_params *params;
+    stp_pool *pool;
+    const stp_progress *progress;
+    stp_prep_stats *stats;
+
+    unsigned k;
+    stp_prep_plan plan;
+    stp_tree_params tree;
+    stp_orient_params orient;
+
+    stp_spill *spill;
+    stp_cloud cloud;      /* empty if the scan is a grid of heights */
+    stp_height_grid grid; /* else without columns */
+    stp_prep_shapes shapes;
+    stp_outside outside;
+    double since; /* when the stage began, as stp_clock_seconds */
+} stp_prep_job;
+
+/* Counts a stored point in the statistics. */
+void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
+/* Reads all points into the cloud, or into the grid if the job keeps it. If the scanner's position
+ * is given, they all belong to station 1. Errors: those of the source, EMPTY, CORRUPT (more points
+ * than the source counts), CANCELLED, OUT_OF_MEMORY, IO. */
+stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
+
+#endif

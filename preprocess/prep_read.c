@@ -1,0 +1,128 @@
+/* Reads the points of a source. */
+#include "preprocess/prep_job.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define READ_POINTS 65536u
+
+void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *p)
+{
+    stats->points_unstationed += p->station == 0;
+    if (p->intensity > stats->intensity_max)
+        stats->intensity_max = p->intensity;
+}
+
+static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error *err)
+{
+    stp_cloud *cloud = &job->cloud;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
+    uint64_t place = stats->points_in++;
+    stp_reject reject = (stp_reject)point->reject;
+    if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
+        reject = STP_REJECT_NOT_FINITE;
+    if (stats->keeps_grid ? place >= source->point_count
+                          : reject == STP_REJECT_NONE && cloud->count == cloud->capacity)
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s gives more points than the %llu it counts: it changed while it "
+                             "was read, run again",
+                             source->files[0].name, (unsigned long long)source->point_count);
+    if (reject != STP_REJECT_NONE) {
+        stats->rejected[reject]++;
+        if (stats->keeps_grid)
+            stp_height_grid_leave_out(&job->grid, place);
+        return source->rejected ? source->rejected(source->context, place, reject, err) : STP_OK;
+    }
+    stp_dbox_add(&stats->box, point->position);
+    if (stats->keeps_grid) {
+        stp_height_grid_set(&job->grid, place, point);
+        return STP_OK;
+    }
+    stp_cloud_point *out = &cloud->points[cloud->count++];
+    *out = (stp_cloud_point){.position = point->position,
+                             .source = (uint32_t)place,
+                             .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
+                             .intensity = point->intensity,
+                             .class_id = point->class_id,
+                             .station = point->station};
+    stp_prep_count(stats, out);
+    float length = glms_vec3_norm(point->normal);
+    if (isfinite(length) && length > 0.0f) {
+        out->normal = glms_vec3_scale(point->normal, 1.0f / length);
+        out->given = STP_GIVEN_INPUT;
+    }
+    return STP_OK;
+}
+
+/* The state to return to if a file breaks off. */
+typedef struct read_mark {
+    size_t file;
+    uint32_t count;
+    stp_prep_stats stats;
+} read_mark;
+
+/* Forgets the points of a file that cannot be read on. False if the error ends the run. */
+static bool leave_out(stp_prep_job *job, const stp_error *why, const read_mark *mark)
+{
+    const stp_prep_source *source = job->source;
+    size_t file = 0;
+    if (!source->leaves_out || !source->leaves_out(source->context, why, &file))
+        return false;
+    if (mark->file == file) {
+        job->cloud.count = mark->count;
+        job->grid.count = 0; /* a grid is a single file */
+        *job->stats = mark->stats;
+    }
+    return true;
+}
+
+stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = &job->cloud;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
+    stp_point *points = NULL;
+    stp_error own = {0}, *why = err ? err : &own;
+    read_mark mark = {.file = SIZE_MAX};
+    if (stats->keeps_grid)
+        STP_TRY(stp_height_grid_create(&job->grid, &source->files[0].raster,
+                                       source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
+    STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
+                             job->spill, err));
+    STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
+    for (;;) {
+        size_t count = 0;
+        status = source->read(source->context, points, READ_POINTS, &count, why);
+        if (status != STP_OK && leave_out(job, why, &mark))
+            continue;
+        if (status != STP_OK || count == 0)
+            break;
+        if (source->file && *source->file != mark.file)
+            mark = (read_mark){*source->file, cloud->count, *stats};
+        for (size_t i = 0; i < count; i++) {
+            if (points[i].station > source->station_count)
+                points[i].station = 0;
+            if (job->orient.mode == STP_ORIENT_POSITION)
+                points[i].station = 1;
+            STP_TRY(add_point(job, &points[i], err));
+        }
+        stp_spill_relieve(job->spill);
+        STP_TRY(
+            stp_progress_update(job->progress, "read", stats->points_in, source->point_count, err));
+    }
+    if (status != STP_OK)
+        goto done;
+    stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
+    if (stats->points_out == 0 && !(source->lines && source->lines->strip_count > 0) &&
+        !(source->triangles && source->triangles->triangle_count > 0))
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: no valid point among %llu: there is nothing to write",
+                               source->files[0].name, (unsigned long long)stats->points_in);
+done:
+    free(points);
+    return status;
+}

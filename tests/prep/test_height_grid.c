@@ -1,0 +1,327 @@
+/* Tests grids of heights that stay grids: which samples a patch has, that every sample is stored
+ * once at its place with the normal of the surface, holes and cliffs, and the same bytes for any
+ * number of threads and any memory. The file's own promises are verified in each case. */
+#include "tests/fixtures/prep_fixture.h"
+
+#include <math.h>
+
+#define OUT "test_height_grid.stipple"
+#define DEGREE (M_PI / 180.0)
+
+enum { COLUMNS = 300, ROWS = 270, COUNT = COLUMNS * ROWS };
+
+/* Columns 2 apart, rows 3. */
+static const stp_scan_raster raster = {COLUMNS, ROWS, 1000.0, 5000.0, 2.0, 3.0};
+
+typedef double surface(double x, double y);
+
+static double waves(double x, double y)
+{
+    return 20.0 * sin(x / 60.0) * cos(y / 80.0);
+}
+
+static stp_dvec3 normal_of_waves(double x, double y)
+{
+    return stp_dvec3_normalize((stp_dvec3){-20.0 / 60.0 * cos(x / 60.0) * cos(y / 80.0),
+                                           20.0 / 80.0 * sin(x / 60.0) * sin(y / 80.0), 1.0});
+}
+
+static double plateau(double x, double y)
+{
+    return x > 1200.0 && x < 1400.0 && y > 4400.0 && y < 4700.0 ? 40.0 : 0.0;
+}
+
+typedef bool missing(int column, int row);
+
+static bool nothing(int column, int row)
+{
+    (void)column;
+    (void)row;
+    return false;
+}
+
+static bool scattered(int column, int row)
+{
+    return stp_random_unit(7, (uint64_t)(row * COLUMNS + column)) < 0.05;
+}
+
+static bool a_disc(int column, int row)
+{
+    const double x = column - 150.0, y = row - 130.0;
+    return x * x + y * y <= 420.0; /* no single samples stick out */
+}
+
+static bool all_but_one(int column, int row)
+{
+    return column != 17 || row != 260;
+}
+
+/* A sum of twelve even deviations is nearly normal. */
+static double deviate(uint64_t i)
+{
+    double sum = -6.0;
+    for (uint64_t k = 0; k < 12; k++)
+        sum += stp_random_unit(3, 12 * i + k);
+    return sum;
+}
+
+static prep_cloud make_grid(surface *height, missing *is_missing, double noise)
+{
+    prep_cloud out = prep_cloud_make(COUNT);
+    out.raster = raster;
+    for (int i = 0; i < COUNT; i++) {
+        const int column = i % COLUMNS, row = i / COLUMNS;
+        const double x = raster.x + column * raster.dx, y = raster.y - row * raster.dy;
+        const double z = height(x, y) + noise * deviate((uint64_t)i);
+        out.points[i].position = (stp_dvec3){x, y, z};
+        out.points[i].normal = (vec3s){{0.0f, 0.0f, 1.0f}}; /* readers give rough ones */
+        out.points[i].reject = is_missing(column, row) ? STP_REJECT_INVALID : STP_REJECT_NONE;
+    }
+    return out;
+}
+
+/* What is found in the file. */
+typedef struct found {
+    const prep_cloud *cloud;
+    uint8_t seen[COUNT];
+    float radius[COUNT];
+    stp_dvec3 normal[COUNT];
+    size_t patches, wide_patches; /* wide: of samples that lie in no common square */
+} found;
+
+static void note_sample(found *f, const stp_chunk_entry *entry, const stp_patch *patch,
+                        const stp_sample *sample)
+{
+    const uint32_t i = prep_number_of(sample);
+    assert_true(i < COUNT);
+    const stp_point *point = &f->cloud->points[i];
+    const stp_dvec3 p = stp_dvec3_add(entry->origin, stp_sample_position(sample, patch));
+    assert_int_equal(point->reject, STP_REJECT_NONE);
+    assert_int_equal(f->seen[i]++, 0);
+    assert_true(stp_dvec3_length(stp_dvec3_sub(p, point->position)) < 0.1);
+    f->radius[i] = (float)stp_sample_radius(sample, patch);
+    f->normal[i] = stp_dvec3_from_float(stp_normal_decode(sample->normal));
+    assert_int_equal(sample->flags & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL),
+                     STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL);
+}
+
+static uint32_t square_of(const stp_sample *sample)
+{
+    const uint32_t i = prep_number_of(sample);
+    return i / COLUMNS / 8 * COLUMNS + i % COLUMNS / 8;
+}
+
+static void note_leaf(found *f, const stp_chunk *chunk, const stp_chunk_entry *entry)
+{
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_sample *first = &chunk->samples[0][chunk->level_begin[0][p]];
+        bool wide = false;
+        for (unsigned i = 0; i < chunk->patches[p].counts[0]; i++) {
+            note_sample(f, entry, &chunk->patches[p], &first[i]);
+            wide |= square_of(&first[i]) != square_of(first);
+        }
+        f->wide_patches += wide;
+        f->patches++;
+    }
+}
+
+/* Prepares the grid, verifies the file, and reads it back. Free with free(). */
+static found *prepare(prep_cloud *cloud, stp_prep_stats *stats)
+{
+    found *f = calloc(1, sizeof *f);
+    stp_error err = {0};
+    assert_non_null(f);
+    f->cloud = cloud;
+    if (prep_cloud_run(cloud, OUT, 2, NULL, stats, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    assert_true(stats->keeps_grid);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_chunk *chunk = prep_chunk(file, id, &entry);
+        if (entry.child_count == 0)
+            note_leaf(f, chunk, &entry);
+        stp_chunk_destroy(&chunk);
+    }
+    stp_chunk_file_close(&file);
+    size_t valid = 0, stored = 0;
+    for (int i = 0; i < COUNT; i++) {
+        valid += cloud->points[i].reject == STP_REJECT_NONE;
+        stored += f->seen[i];
+    }
+    assert_int_equal(stored, valid);
+    assert_int_equal(stats->points_out, valid);
+    assert_int_equal(stats->rejected[STP_REJECT_INVALID], COUNT - valid);
+    return f;
+}
+
+static double angle_to_waves(const found *f, int i)
+{
+    const stp_dvec3 p = f->cloud->points[i].position;
+    const double cosine = stp_dvec3_dot(f->normal[i], normal_of_waves(p.x, p.y));
+    return acos(fmin(cosine, 1.0));
+}
+
+static double mean_angle(const found *f)
+{
+    double sum = 0.0, count = 0.0;
+    for (int i = 0; i < COUNT; i++) {
+        sum += f->seen[i] ? angle_to_waves(f, i) : 0.0;
+        count += f->seen[i];
+    }
+    return sum / count;
+}
+
+static void squares_become_patches(void **state)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(waves, nothing, 0.0);
+    found *f = prepare(&cloud, &stats);
+    (void)state;
+    assert_int_equal(f->patches, ((COLUMNS + 7) / 8) * ((ROWS + 7) / 8));
+    assert_int_equal(f->wide_patches, 0);
+    for (int i = 0; i < COUNT; i++) /* 10 bits, and the window's own width */
+        assert_true(angle_to_waves(f, i) < 1.0 * DEGREE);
+    assert_true(mean_angle(f) < 0.15 * DEGREE);
+    free(f);
+    free(cloud.points);
+}
+
+/* Noise of 0.2 columns turns the normals of 3 x 3 samples by 3 degrees and more. */
+static void noise_asks_for_wide_windows(void **state)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(waves, nothing, 0.4);
+    found *f = prepare(&cloud, &stats);
+    (void)state;
+    print_message("noise: normals off by %.2f degrees\n", mean_angle(f) / DEGREE);
+    assert_true(mean_angle(f) < 2.5 * DEGREE);
+    assert_true(stats.normals_wide.normal_error > 0.5 * mean_angle(f) &&
+                stats.normals_wide.normal_error < 2.0 * mean_angle(f));
+    free(f);
+    free(cloud.points);
+}
+
+static void missing_samples_stay_out(void **state)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(waves, scattered, 0.0);
+    found *f = prepare(&cloud, &stats);
+    (void)state;
+    assert_int_equal(f->wide_patches, 0);
+    assert_true(mean_angle(f) < 0.2 * DEGREE);
+    free(f);
+    free(cloud.points);
+}
+
+/* Whether a neighbour of sample i is missing. */
+static bool is_beside_hole(const prep_cloud *cloud, int i)
+{
+    for (int j = -1; j <= 1; j++)
+        for (int k = -1; k <= 1; k++)
+            if (cloud->points[i + j * COLUMNS + k].reject != STP_REJECT_NONE)
+                return true;
+    return false;
+}
+
+/* Discs at a hole's border reach half a diagonal, so the hole is no smaller by more than that. */
+static void wide_holes_keep_their_width(void **state)
+{
+    const double diagonal = sqrt(raster.dx * raster.dx + raster.dy * raster.dy);
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(plateau, a_disc, 0.0);
+    found *f = prepare(&cloud, &stats);
+    size_t border = 0;
+    (void)state;
+    for (int i = COUNT / 2 - 30 * COLUMNS; i < COUNT / 2 + 30 * COLUMNS; i++) {
+        const int column = i % COLUMNS;
+        if (!f->seen[i] || column < 100 || column > 200)
+            continue;
+        const bool beside = is_beside_hole(&cloud, i);
+        const double radius = (double)f->radius[i] / diagonal;
+        assert_true(beside ? radius >= 0.5 && radius < 0.6 : radius > 0.9);
+        border += beside;
+    }
+    assert_true(border > 100);
+    free(f);
+    free(cloud.points);
+}
+
+/* Both sides of a cliff are level. */
+static void cliffs_turn_no_normals(void **state)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(plateau, nothing, 0.0);
+    found *f = prepare(&cloud, &stats);
+    (void)state;
+    for (int i = 0; i < COUNT; i++)
+        assert_true(f->normal[i].z > cos(0.5 * DEGREE));
+    free(f);
+    free(cloud.points);
+}
+
+static void a_single_sample_is_a_model(void **state)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = make_grid(waves, all_but_one, 0.0);
+    found *f = prepare(&cloud, &stats);
+    (void)state;
+    assert_int_equal(f->patches, 1);
+    free(f);
+    free(cloud.points);
+}
+
+static bool everything(int column, int row)
+{
+    return column >= 0 && row >= 0;
+}
+
+static void no_sample_is_refused(void **state)
+{
+    stp_prep_stats stats;
+    stp_error err = {0};
+    prep_cloud cloud = make_grid(waves, everything, 0.0);
+    (void)state;
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, &err), STP_EMPTY);
+    free(cloud.points);
+}
+
+static void bytes_are_the_same(void **state)
+{
+    static const struct {
+        unsigned threads;
+        uint64_t memory;
+    } runs[] = {{1, 0}, {2, 0}, {5, 0}, {2, 130u << 20}};
+    size_t sizes[2];
+    uint8_t *first = NULL;
+    stp_error err = {0};
+    prep_cloud cloud = make_grid(waves, scattered, 0.1);
+    (void)state;
+    for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
+        stp_prep_stats stats;
+        const stp_prep_params params = {.memory_bytes = runs[i].memory};
+        if (prep_cloud_run(&cloud, OUT, runs[i].threads, &params, &stats, &err) != STP_OK)
+            fail_msg("%s", err.message);
+        uint8_t *bytes = prep_file_bytes(OUT, &sizes[i > 0]);
+        if (first) {
+            assert_int_equal(sizes[0], sizes[1]);
+            assert_memory_equal(first, bytes, sizes[0]);
+            free(bytes);
+        } else {
+            first = bytes;
+        }
+    }
+    free(first);
+    free(cloud.points);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(squares_become_patches),   cmocka_unit_test(noise_asks_for_wide_windows),
+        cmocka_unit_test(missing_samples_stay_out), cmocka_unit_test(wide_holes_keep_their_width),
+        cmocka_unit_test(cliffs_turn_no_normals),   cmocka_unit_test(a_single_sample_is_a_model),
+        cmocka_unit_test(no_sample_is_refused),     cmocka_unit_test(bytes_are_the_same),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
