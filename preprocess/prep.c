@@ -278,7 +278,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     const unsigned wanted = job->params->normal_bits;
     stp_height_grid_finish(&job->grid, job->source->coordinate_step);
     stats->normals_wide.normal_error = job->grid.normal_error;
-    const unsigned bits = stp_normal_bits_for(job->grid.normal_error, true);
+    const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
     job->tree.normal_bits = wanted ? wanted : bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
     stats->normal_bits = job->tree.normal_bits;
     stats->orientation = STP_ORIENTATION_FILE;

@@ -9,6 +9,8 @@
 #define SIDE_WITH_REACH (STP_TILE_SIDE + 2 * STP_GRID_REACH)
 /* A sample's disc is at most as wide as that of a cell this many times as large. */
 #define WIDEST_CELL 4.0
+/* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
+#define STRETCH_STEPS 4.0
 /* Half the diagonal of a cell over the disc's spacing, at most: discs of the default size meet. */
 #define DIAGONAL_SHARE 0.6
 
@@ -150,7 +152,8 @@ static bool is_border(const double *middle)
 static double spacing_of(const tile *t, const double *middle, double upwards)
 {
     const stp_scan_raster *r = &t->grid->raster;
-    const double stretch = sqrt(fmin(1.0 / fmax(upwards, 1e-3), WIDEST_CELL));
+    const double wide = sqrt(fmin(1.0 / fmax(upwards, 1e-3), WIDEST_CELL));
+    const double stretch = exp2(nearbyint(STRETCH_STEPS * log2(wide)) / STRETCH_STEPS);
     const double diagonal = sqrt(r->dx * r->dx + r->dy * r->dy);
     if (is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * diagonal / t->params->lambda;
