@@ -197,6 +197,9 @@ typedef struct stp_draw_params {
      * by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting. 0: none; 1: what other viewers start with; more: darker */
+    /* Direction towards the light, of any length, in world coordinates. 0 0 0: the light moves with
+     * the camera. For LAMBERT and what is lit by PHONG. */
+    double light[3];
     /* Lines of equal height (z), in the scan's units: at contour_base and every contour_step above
      * and below it. contour_step 0: none. */
     double contour_step, contour_base;
@@ -316,7 +319,7 @@ stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *cons
  * not an error: its parent is drawn instead, and stp_renderer_damage reports the damage. Shader
  * programs are compiled for params, and again if the last frame's programs do not fit them. Errors:
  * GL (a shader), IO, LIMIT, OUT_OF_MEMORY; INVALID_ARGUMENT (clip box inverted or not a number;
- * overlay, contours, edl or fade out of range). */
+ * overlay, contours, light, edl or fade out of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 

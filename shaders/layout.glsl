@@ -22,6 +22,7 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere);
                         // contours: step, the eye's height over a multiple of 5 steps
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
+    vec4 light;         // xyz: unit vector towards the light in eye space
     // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
     // z: 1 if clipped. w: number of openings. All but y have macros, too.
     ivec4 modes;

@@ -19,6 +19,7 @@
     ARRAY(colour_range)                                                                            \
     VALUE(overlay)                                                                                 \
     VALUE(edl)                                                                                     \
+    ARRAY(light)                                                                                   \
     VALUE(contour_step)                                                                            \
     VALUE(contour_base)                                                                            \
     FADE(fade)                                                                                     \

@@ -1,4 +1,4 @@
-/* Writes clip box, hidden classes, overlay, contours and eye-dome lighting to the frame. */
+/* Writes clip box, hidden classes, overlay, light, contours and eye-dome lighting to the frame. */
 #include "runtime/draw/filter.h"
 
 #include <float.h>
@@ -28,6 +28,11 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "contours every %g from %g: give a positive step, both finite",
                              params->contour_step, params->contour_base);
+    const double *l = params->light;
+    if (!isfinite(l[0] * l[0] + l[1] * l[1] + l[2] * l[2]))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "a light from %g,%g,%g: give three finite numbers, not too large",
+                             l[0], l[1], l[2]);
     if (!(params->fade >= 0.0 && params->fade < 1.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%g of a level change cannot fade: give 0 or more, but less than 1",
@@ -49,6 +54,29 @@ static void set_corner(float out[4], stp_dvec3 corner, const stp_dvec3 *eye)
     out[3] = 0.0f;
 }
 
+/* The light that moves with the camera, in eye space. */
+static vec3s camera_light(stp_shade shade)
+{
+    return shade == STP_SHADE_LAMBERT ? (vec3s){{0.0f, 0.0f, 1.0f}}
+                                      : glms_vec3_normalize((vec3s){{0.35f, 0.45f, 1.0f}});
+}
+
+static double along(const float axis[4], stp_dvec3 v)
+{
+    return (double)axis[0] * v.x + (double)axis[1] * v.y + (double)axis[2] * v.z;
+}
+
+static void set_light(stp_gpu_frame *frame, const stp_draw_params *params)
+{
+    const stp_dvec3 world =
+        stp_dvec3_normalize((stp_dvec3){params->light[0], params->light[1], params->light[2]});
+    const bool fixed = world.x != 0.0 || world.y != 0.0 || world.z != 0.0;
+    const vec3s own = camera_light(params->shade);
+    frame->light[0] = fixed ? (float)along(frame->axis_right, world) : own.x;
+    frame->light[1] = fixed ? (float)along(frame->axis_up, world) : own.y;
+    frame->light[2] = fixed ? (float)along(frame->axis_back, world) : own.z;
+}
+
 void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_dvec3 *eye)
 {
     frame->modes[2] = params->clip.enabled;
@@ -59,6 +87,7 @@ void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const
     memcpy(frame->hidden, params->hidden_classes, sizeof frame->hidden);
     frame->colour_range[2] = (float)params->overlay;
     frame->colour_range[3] = (float)params->edl;
+    set_light(frame, params);
     frame->terms[2] = (float)params->contour_step;
     if (params->contour_step > 0.0)
         frame->terms[3] =

@@ -61,6 +61,7 @@ typedef struct stp_gpu_frame {
                             eye's height over a multiple of 5 steps */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
+    float light[4]; /* xyz: unit vector towards the light in eye space */
     /* Orthographic; flags of samples whose backs are left out (0: none); clipped; number of
      * openings. */
     int32_t modes[4];
@@ -98,7 +99,7 @@ typedef struct stp_gpu_chunk {
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 240 + 16 * STP_OPENINGS_LIMIT,
+_Static_assert(sizeof(stp_gpu_frame) == 256 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");

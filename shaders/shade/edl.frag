@@ -7,7 +7,7 @@
 
 layout(binding = 4) uniform sampler2D picture_depth; // 0 where nothing is
 
-layout(location = 0) out vec4 light;
+layout(location = 0) out vec4 dimmed;
 
 // How many pixels `depth` lies behind `other`. In perspective by the logarithm, so that a slope is
 // equally dark far away and near by.
@@ -28,5 +28,5 @@ void main()
             sum += stp_edl_behind(depth, texelFetch(picture_depth, there, 0).x);
         }
     float response = depth > 0.0 ? sum / 8.0 : 0.0;
-    light = vec4(vec3(exp(-colour_range.w * STP_EDL_SHARE * response)), 1.0);
+    dimmed = vec4(vec3(exp(-colour_range.w * STP_EDL_SHARE * response)), 1.0);
 }

@@ -3,7 +3,7 @@
 
 vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
 {
-    vec3 l = normalize(vec3(0.35, 0.45, 1.0));
+    vec3 l = light.xyz;
     float lit = dot(n, l);
     // |l + v|^2 = 2 + 2 l v
     float x = max(0.0, (lit + dot(n, v)) * inversesqrt(max(2.0 + 2.0 * dot(l, v), 1e-12)));
@@ -21,10 +21,8 @@ vec3 stp_tube_normal(vec3 tangent, vec3 towards)
 }
 
 // The direction that tubes' normals turn to: the light; for pictures of normals, the eye.
-#if STP_SHADE == STP_SHADE_PHONG || STP_OVERLAY
-#define STP_SHADE_TOWARDS normalize(vec3(0.35, 0.45, 1.0))
-#elif STP_SHADE == STP_SHADE_LAMBERT
-#define STP_SHADE_TOWARDS vec3(0.0, 0.0, 1.0)
+#if STP_SHADE == STP_SHADE_PHONG || STP_SHADE == STP_SHADE_LAMBERT || STP_OVERLAY
+#define STP_SHADE_TOWARDS light.xyz
 #else
 #define STP_SHADE_TOWARDS v
 #endif
@@ -38,7 +36,7 @@ vec4 stp_shade(stp_pixel p, vec2 window)
 #if STP_SHADE == STP_SHADE_PHONG
     vec3 c = stp_phong(p.colour, n, v);
 #elif STP_SHADE == STP_SHADE_LAMBERT
-    vec3 c = p.colour * (0.05 + 0.85 * max(0.0, n.z));
+    vec3 c = p.colour * (0.05 + 0.85 * max(0.0, dot(n, light.xyz)));
 #elif STP_SHADE == STP_SHADE_NORMAL
     vec3 c = n * 0.5 + 0.5;
 #elif STP_SHADE == STP_SHADE_DEPTH

@@ -44,7 +44,8 @@ static const char decode[] =
     "    put4(axis_right); put4(axis_up); put4(axis_back); put4(viewport); put4(centre); "
     "put4(frustum[0]);\n"
     "    put4(frustum[1]);\n"
-    "    put4(quality); put4(terms); put4(colour_range); put4(vec4(modes)); put4(clip_min); "
+    "    put4(quality); put4(terms); put4(colour_range); put4(light); put4(vec4(modes)); "
+    "put4(clip_min); "
     "put4(clip_max);\n"
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    put4(openings[0]); put4(openings[127]);\n"
@@ -99,6 +100,7 @@ static stp_gpu_frame make_frame(void)
         .quality = {12, 13, 14, 15},
         .terms = {94, 95, 96, 97},
         .colour_range = {71, 72, 73, 74},
+        .light = {104, 105, 106, 107},
         .modes = {16, 17, 18, 19},
         .clip_min = {75, 76, 77, 78},
         .clip_max = {79, 80, 81, 82},
@@ -160,6 +162,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_floats(&e, frame->quality, 4);
     want_floats(&e, frame->terms, 4);
     want_floats(&e, frame->colour_range, 4);
+    want_floats(&e, frame->light, 4);
     for (int i = 0; i < 4; i++)
         want(&e, frame->modes[i]);
     want_floats(&e, frame->clip_min, 4);

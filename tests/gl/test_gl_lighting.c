@@ -119,6 +119,46 @@ static void overlays(void **state)
     }
 }
 
+/* A light that stands still lights a normal alike from wherever it is seen. */
+static void fixed_light(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t plain[4 * PIXELS], lit[4 * PIXELS];
+    static float normals[3 * PIXELS];
+    stp_error err = {0};
+    const stp_view first = view_of(f, false);
+    const stp_dvec3 towards =
+        stp_dvec3_add(stp_dvec3_scale(first.back, 3.0), stp_dvec3_scale(first.right, 2.0));
+    const double light[3] = {towards.x, towards.y, towards.z}, length = stp_dvec3_length(towards);
+    for (int variant = 0; variant < 3; variant++) {
+        stp_view view = views_get(variant == 2   ? 5
+                                  : variant == 1 ? 21
+                                                 : 22,
+                                  &f->model->ball, NULL, 0, WIDTH, HEIGHT);
+        stp_draw_params params = {.shade = STP_SHADE_UNLIT, .keep_pixels = true};
+        size_t bright = 0;
+        gl_fixture_draw(f, &view, &params, NULL, plain);
+        params.shade = STP_SHADE_LAMBERT;
+        memcpy(params.light, light, sizeof light);
+        gl_fixture_draw(f, &view, &params, NULL, lit);
+        if (stp_renderer_read_normals(f->renderer, normals, &err) != STP_OK)
+            fail_msg("%s", err.message);
+        for (int i = 0; i < PIXELS; i++) {
+            const float *n = normals + (size_t)3 * (size_t)i;
+            const double facing =
+                ((double)n[0] * light[0] + (double)n[1] * light[1] + (double)n[2] * light[2]) /
+                length;
+            const double share = 0.05 + 0.85 * fmax(0.0, facing);
+            if (plain[4 * i + 3] == 0)
+                continue;
+            bright += share > 0.7;
+            for (int c = 0; c < 3; c++)
+                check_near(lit[4 * i + c], share * plain[4 * i + c], 1.6);
+        }
+        assert_true(variant == 2 || bright > 200);
+    }
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
@@ -126,6 +166,7 @@ int main(void)
         cmocka_unit_test(eye_dome),
         cmocka_unit_test(confidence),
         cmocka_unit_test(overlays),
+        cmocka_unit_test(fixed_light),
     };
     int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);

@@ -381,6 +381,18 @@ test_contours() {
     done
 }
 
+test_light() {
+    render "$model" --size 128x128
+    keep camera
+    render "$model" --size 128x128 --light 315,45
+    expect_picture 128 128
+    cmp -s "$picture" "$FOLDER/camera.png" && fail "$command: the picture of a light at the camera"
+    for text in 315 x,1 1,91 1,2,3 nan,1; do
+        render "$model" --light=$text
+        expect_failure "--light $text"
+    done
+}
+
 # Scans of very few points.
 test_tiny() {
     local name points
@@ -432,6 +444,7 @@ test_usage
 test_damage
 test_depths_are_a_scan
 test_contours
+test_light
 test_tiny
 test_no_gl
 end_test

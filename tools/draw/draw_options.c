@@ -4,6 +4,7 @@
 #include "formats/chunk/convert.h"
 #include "runtime/gl/gpu_layout.h"
 #include "tools/draw/draw_filter.h"
+#include "tools/draw/draw_light.h"
 #include "tools/file/source_options.h"
 
 #include <math.h>
@@ -58,6 +59,10 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "share of --shade level, chunk, error, confidence in colours, up to 1 (0: alone)", NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
+        {"--light", 0, CLI_STRING, &o->light, "AZIMUTH,ALTITUDE",
+         "light that stands still, in degrees clockwise from +y and above level: hill shading (it "
+         "moves with the camera)",
+         NULL},
         {"--contours", 0, CLI_STRING, &o->contours, "STEP[,BASE]",
          "lines of equal height (z), every STEP from BASE on (0); each fifth is wider", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only this box", NULL},
@@ -243,6 +248,8 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
     STP_TRY(choose_filter(o, model, &p, err));
     STP_TRY(choose_range(o, model, &p, err));
     STP_TRY(choose_contours(o, &p, err));
+    if (o->light)
+        STP_TRY(draw_light_parse(o->light, &p, err));
     *params = p;
 done:
     return status;

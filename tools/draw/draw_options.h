@@ -13,14 +13,14 @@ typedef struct draw_options {
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
     int lod, reconstruct, aa, shade, cull, colour, palette, home;
-    const char *terms, *colour_range, *contours, *clip, *classes, *hidden_classes;
+    const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes;
     double edl, overlay;
     double timeout_s; /* waiting for a server; infinite: for ever */
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, has_shade, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 26)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 27)
 
 #define DRAW_DAMAGE_BYTES 1100
 

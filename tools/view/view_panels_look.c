@@ -3,6 +3,7 @@
 
 #include "runtime/class_legend.h"
 #include "runtime/draw/filter.h"
+#include "tools/draw/draw_light.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -170,6 +171,24 @@ static double usual_contour_step(const viewer *v)
     return tens * (raw < 2.0 * tens ? 1.0 : raw < 5.0 * tens ? 2.0 : 5.0);
 }
 
+static bool light_rows(stp_draw_params *p)
+{
+    double azimuth = 0.0, altitude = 0.0;
+    bool fixed = draw_light_get(p, &azimuth, &altitude);
+    bool changed = stp_ui_check("light stands still", &fixed);
+    stp_ui_hint(
+        "hill shading: the light of maps, from the upper left; else it moves with the camera");
+    if (fixed) {
+        changed |= stp_ui_slider("from", &azimuth, 0.0, 360.0, "%.0f deg", false);
+        changed |= stp_ui_slider("above level", &altitude, 0.0, 90.0, "%.0f deg", false);
+    }
+    if (changed && fixed)
+        draw_light_set(p, azimuth, altitude);
+    else if (changed)
+        p->light[0] = p->light[1] = p->light[2] = 0.0;
+    return changed;
+}
+
 static bool contour_rows(const viewer *v, stp_draw_params *p)
 {
     bool lines = p->contour_step > 0.0, changed = false;
@@ -214,6 +233,7 @@ void view_panel_surface(viewer *v)
     }
     if (lit)
         changed |= stp_ui_slider("strength", &p->edl, 0.1, 5.0, "%.2f", true);
+    changed |= light_rows(p);
     changed |= contour_rows(v, p);
     int cull = (int)p->cull;
     if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
