@@ -105,6 +105,8 @@ test_reader info
 test_reader verify
 test_reader export -o "$FOLDER/out.ply"
 [ ! -e "$FOLDER/out.ply" ] || fail "a failed export left a file"
+test_reader profile --line 0,0,1,1 -o "$FOLDER/out.csv"
+[ ! -e "$FOLDER/out.csv" ] || fail "a failed profile left a file"
 if grep -qx render <<<"$commands"; then
     test_reader render -o "$FOLDER/out.png"
 else

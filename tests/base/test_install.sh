@@ -70,7 +70,7 @@ expect_words() { # expected, words...
 
 test_completion() {
     local name option
-    expect_words 'prep' stipple pr
+    expect_words 'prep' stipple pre
     expect_words '--threads' stipple gen --thr
     expect_words 'keep mark drop' stipple prep --outliers ''
     expect_words 'drop' stipple prep --outliers = d

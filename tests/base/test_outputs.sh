@@ -67,6 +67,8 @@ check_refused "scan.ply is also an input"
 
 words=(export "$FOLDER/model.stipple" -o '{}/o.ply' --quiet)
 check_existing o.ply
+words=(profile "$FOLDER/model.stipple" --line=-9,0,9,0 -o '{}/p.csv' --quiet)
+check_existing p.csv
 
 if "$STIPPLE" --help | found '^  render '; then
     words=(render "$FOLDER/model.stipple" -o '{}/i.png' --stats '{}/s.json' --size 8x8)

@@ -31,6 +31,7 @@ grep -q 'connects 0' "$FOLDER/err" && all="$all connects 0"
 tried "$all" info "$model"
 tried "$all" verify "$model"
 tried "$all" export "$model" -o "$FOLDER/e.ply"
+tried "$all" profile "$model" --line=-9,0,9,0 -o "$FOLDER/p.csv"
 tried "$all" convert "$model" -o "$FOLDER/c.stipple" --codec zstd
 tried "$all" convert "$model" -o "$FOLDER/c.stipple" --codec draco --force
 tried "$all" verify "$FOLDER/hurt.stipple" --repair -o "$FOLDER/r.stipple"
