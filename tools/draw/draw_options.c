@@ -79,8 +79,11 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE",
          "memory for chunks that are being decoded (1G)", NULL},
         {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
-         "folder that caches data from web servers (no cache)", NULL},
-        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE", "limit of the cache (1G)", NULL},
+         "folder that keeps prepared scans (~/.cache/stipple) and data from web servers (none)",
+         NULL},
+        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE",
+         "limit of each of both (16G of prepared scans, 1G of data)", &o->has_cache_bytes},
+        {"--no-cache", 0, CLI_FLAG, &o->no_cache, NULL, "keep nothing, and use nothing kept", NULL},
         source_options_timeout(&o->timeout_s),
         {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
          "use shader files in DIR and its sub-folders instead of the built-in ones", NULL},
@@ -101,12 +104,60 @@ void draw_options_word(const char *words, int index, char out[16])
     snprintf(out, 16, "%.*s", (int)strcspn(words, "|"), words);
 }
 
-stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+open_scan_params draw_options_scan(const draw_options *o, const char *command,
+                                   const cli_common *common)
+{
+    return (open_scan_params){.command = command,
+                              .common = common,
+                              .cache_folder = o->cache_folder,
+                              .cache_bytes = o->no_cache          ? 0
+                                             : o->has_cache_bytes ? o->cache_bytes
+                                                                  : OPEN_CACHE_BYTES};
+}
+
+static stp_status open_model(const draw_options *o, const char *path, stp_model **model,
                              stp_error *err)
 {
     stp_byte_source_params params =
-        source_options_params(o->cache_folder, o->cache_bytes, o->timeout_s);
-    return source_options_explain(stp_model_open_at(model, path, &params, err), path, err);
+        source_options_params(o->cache_folder, o->no_cache ? 0 : o->cache_bytes, o->timeout_s);
+    return stp_model_open_at(model, path, &params, err);
+}
+
+static stp_status open_scans(const draw_options *o, open_scan *scan, stp_model **model,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    /* what was found may be damaged, or removed meanwhile by another process */
+    if (!scan->found || open_model(o, scan->path, model, NULL) != STP_OK) {
+        STP_TRY(open_scan_prepare(scan, err));
+        STP_TRY(open_model(o, scan->path, model, err));
+    }
+    open_scan_opened(scan);
+done:
+    return status;
+}
+
+stp_status draw_options_open(const draw_options *o, const open_scan_params *params,
+                             const char *const *paths, size_t count, stp_model **model,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    open_scan scan = {0};
+    bool scans = false;
+    for (size_t i = 0; i < count; i++) {
+        STP_TRY(open_scan_is(&scans, paths[i], err));
+        if (!scans && count > 1)
+            return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                 "%s is no scan: give one model, or one or several scans",
+                                 paths[i]);
+    }
+    if (!scans)
+        return open_model(o, paths[0], model, err);
+    STP_TRY(open_scan_find(&scan, paths, count, params, err));
+    STP_TRY(open_scans(o, &scan, model, err));
+done:
+    open_scan_clear(&scan);
+    return status;
 }
 
 /* Chooses the ends of the palette: those of the option, else those of the model. */

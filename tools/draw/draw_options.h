@@ -7,6 +7,7 @@
 #include "runtime/stipple.h"
 #include "tools/draw/camera_options.h"
 #include "tools/draw/draw_fine.h"
+#include "tools/open/open_scan.h"
 
 typedef struct draw_options {
     camera_options camera;
@@ -17,10 +18,10 @@ typedef struct draw_options {
     double edl, overlay;
     double timeout_s; /* waiting for a server; infinite: for ever */
     uint64_t gpu_memory, cpu_memory, cache_bytes;
-    bool has_threshold, has_shade, allow_damage;
+    bool has_threshold, has_shade, has_cache_bytes, no_cache, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 27)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 28)
 
 #define DRAW_DAMAGE_BYTES 1100
 
@@ -42,8 +43,14 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 int draw_options_check(const draw_options *o, const cli_command *command);
 /* Gets one word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
-/* Opens a model by path or address. Errors: those of stp_model_open_at. */
-stp_status draw_options_open(const draw_options *o, const char *path, stp_model **model,
+/* How scans are opened (open_scan.h). command: its name. */
+open_scan_params draw_options_scan(const draw_options *o, const char *command,
+                                   const cli_common *common);
+/* Opens a model by path or address, or the model of one or several scans, which are prepared first
+ * unless the cache has them. Errors: those of stp_model_open_at and open_scan.h; INVALID_ARGUMENT
+ * (a model and something else). */
+stp_status draw_options_open(const draw_options *o, const open_scan_params *params,
+                             const char *const *paths, size_t count, stp_model **model,
                              stp_error *err);
 /* Converts the options to the renderer's parameters. Errors: INVALID_ARGUMENT (the model lacks the
  * attribute, or a range, clip box, list of classes, overlay or strength is invalid), those of

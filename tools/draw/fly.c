@@ -34,7 +34,8 @@ const cli_command cli_fly = {
         "options about the point that it looks at.\n"
         "If the output's name ends in .mp4, .mov, .mkv or .webm, it is a film, and an installed\n"
         "ffmpeg makes it. Any other name is a folder, which gets frame_000001.png and so on. If a\n"
-        "run into a folder is interrupted, the same command continues there. A film starts anew.",
+        "run into a folder is interrupted, the same command continues there. A film starts anew.\n"
+        "\n" OPEN_SCAN_HELP,
     .run = run,
 };
 
@@ -132,16 +133,19 @@ static stp_status open_film(flight *f, stp_error *err)
                            err);
 }
 
-static stp_status open_flight(flight *f, const char *model, const cli_common *common,
+/* paths: of models or scans; there is room for two more. */
+static stp_status open_flight(flight *f, const char **paths, size_t count, const cli_common *common,
                               stp_error *err)
 {
     stp_status status = STP_OK;
     const options *o = f->o;
     bool is_film = fly_film_is_name(o->output);
     const char *const outputs[CLI_OUTPUT_LIMIT] = {is_film ? o->output : NULL, o->stats};
-    const char *const inputs[] = {model, o->draw.camera.path, o->path};
-    STP_TRY(cli_check_outputs(outputs, inputs, 3, o->force, err));
-    STP_TRY(draw_options_open(&o->draw, model, &f->model, err));
+    const open_scan_params scan = draw_options_scan(&o->draw, cli_fly.name, common);
+    paths[count] = o->draw.camera.path;
+    paths[count + 1] = o->path;
+    STP_TRY(cli_check_outputs(outputs, paths, count + 2, o->force, err));
+    STP_TRY(draw_options_open(&o->draw, &scan, paths, count, &f->model, err));
     STP_TRY(open_path(f, err));
     STP_TRY(choose_frames(f, err));
     STP_TRY(draw_options_params(&o->draw, f->model, &f->params, err));
@@ -239,13 +243,14 @@ static void say(const flight *f, const cli_common *common)
                 (unsigned long long)f->there, (unsigned long long)f->done);
 }
 
-static stp_status fly(const options *o, const cli_common *common, const char *model, stp_error *err)
+static stp_status fly(const options *o, const cli_common *common, const char **paths, size_t count,
+                      stp_error *err)
 {
     stp_status status = STP_OK;
     flight f = {.o = o};
     double begun_s = stp_clock_seconds();
     const stp_progress *progress = cli_progress(common);
-    STP_TRY(open_flight(&f, model, common, err));
+    STP_TRY(open_flight(&f, paths, count, common, err));
     STP_TRY(make_frames(&f, progress, err));
     if (o->stats != NULL)
         STP_TRY(write_stats(&f, begun_s, err));
@@ -330,7 +335,7 @@ static int run(int argc, char **argv)
 {
     options o = {.draw = draw_options_default(), .rate = 30.0};
     cli_common common = {0};
-    const char *model = NULL;
+    static const char *paths[PREP_PATHS_LIMIT + 2];
     size_t count = 0;
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 9] = {
@@ -351,12 +356,12 @@ static int run(int argc, char **argv)
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
-    int code = cli_parse(&cli_fly, list, sizeof list / sizeof *list, argc, argv, &model, 1, 1,
-                         &count, &common);
+    int code = cli_parse(&cli_fly, list, sizeof list / sizeof *list, argc, argv, paths, 1,
+                         PREP_PATHS_LIMIT, &count, &common);
     if (code == CLI_CONTINUE)
         code = check(&o);
     if (code != CLI_CONTINUE)
         return code;
     o.list = list;
-    return fly(&o, &common, model, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_fly, &err);
+    return fly(&o, &common, paths, count, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_fly, &err);
 }

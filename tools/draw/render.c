@@ -12,7 +12,7 @@
 static int run(int argc, char **argv);
 const cli_command cli_render = {
     .name = "render",
-    .summary = "draw one picture of a model, without a display",
+    .summary = "draw one picture of a model or scan, without a display",
     .usage = "stipple render M.stipple -o I.png [options]",
     .details =
         "If no camera is given and --view is first, the picture shows the model as its scanner "
@@ -22,7 +22,8 @@ const cli_command cli_render = {
         "the picture shows the whole model, which fills the smaller side. The picture's alpha "
         "says\n"
         "how much of a pixel the model covers; with --aa none, all or nothing. --repeat N draws N\n"
-        "more times and --stats says how long each picture took.",
+        "more times and --stats says how long each picture took.\n"
+        "\n" OPEN_SCAN_HELP,
     .run = run,
 };
 
@@ -60,8 +61,9 @@ done:
     return status;
 }
 
-static stp_status render(const options *o, const cli_common *common, const char *path,
-                         stp_error *err)
+/* paths: of models or scans; there is room for one more. */
+static stp_status render(const options *o, const cli_common *common, const char **paths,
+                         size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_model *model = NULL;
@@ -76,9 +78,10 @@ static stp_status render(const options *o, const cli_common *common, const char 
     const draw_outputs *files = &o->files;
     const char *const outputs[CLI_OUTPUT_LIMIT] = {files->picture, files->depth, files->normals,
                                                    o->stats};
-    const char *const inputs[] = {path, o->draw.camera.path};
-    STP_TRY(cli_check_outputs(outputs, inputs, 2, o->force, err));
-    STP_TRY(draw_options_open(&o->draw, path, &model, err));
+    const open_scan_params scan = draw_options_scan(&o->draw, cli_render.name, common);
+    paths[count] = o->draw.camera.path;
+    STP_TRY(cli_check_outputs(outputs, paths, count + 1, o->force, err));
+    STP_TRY(draw_options_open(&o->draw, &scan, paths, count, &model, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
     STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
     STP_TRY(draw_options_params(&o->draw, model, &drawn, err));
@@ -107,7 +110,7 @@ static int run(int argc, char **argv)
 {
     options o = {.draw = draw_options_default()};
     cli_common common = {0};
-    const char *path = NULL;
+    static const char *paths[PREP_PATHS_LIMIT + 1];
     size_t count = 0;
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 6] = {
@@ -122,8 +125,8 @@ static int run(int argc, char **argv)
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     draw_options_fill(&o.draw, list);
-    int code = cli_parse(&cli_render, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1,
-                         &count, &common);
+    int code = cli_parse(&cli_render, list, sizeof list / sizeof *list, argc, argv, paths, 1,
+                         PREP_PATHS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
     if (o.files.picture == NULL)
@@ -137,5 +140,6 @@ static int run(int argc, char **argv)
     if (code != CLI_CONTINUE)
         return code;
     cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
-    return render(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_render, &err);
+    return render(&o, &common, paths, count, &err) == STP_OK ? CLI_DONE
+                                                             : cli_fail(&cli_render, &err);
 }

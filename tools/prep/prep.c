@@ -7,6 +7,7 @@
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_paths.h"
 #include "tools/prep/prep_report.h"
+#include "tools/prep/prep_run.h"
 #include "tools/prep/prep_values.h"
 
 #include <stdio.h>
@@ -15,7 +16,6 @@
 #include <malloc.h>
 #endif
 
-#define INPUTS_LIMIT 4096
 /* Options of prep_main; those of grids follow. */
 #define OWN_OPTIONS 25
 
@@ -33,15 +33,6 @@ typedef struct prep_options {
     prep_grid grid;
     cli_common common;
 } prep_options;
-
-/* Shares of the stages in the total time, for the time left; measured for 4 M points on 2 cores. */
-static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
-    {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
-/* Joining layers finds the surface two more times. */
-#define LAYERS_WEIGHT 60.0
-/* Finding outliers searches for neighbours once more. */
-#define OUTLIERS_WEIGHT 20.0
 
 /* Runs the stages. The files of rejects and statistics appear after the model. */
 static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_params *params,
@@ -92,6 +83,22 @@ done:
     return status;
 }
 
+static stp_prep_params prep_params(const prep_options *o)
+{
+    stp_prep_params params = prep_run_defaults(o->common.quiet);
+    params.neighbour_count = (unsigned)o->neighbours;
+    params.codec = codec_options_codec(o->codec);
+    params.format = o->format + 1;
+    params.join_layers = o->layers == 1;
+    params.outliers = (stp_outlier_mode)o->outliers;
+    params.unlit = o->shade == 1;
+    params.outlier_distance = o->outlier_distance;
+    params.force = o->force;
+    params.memory_bytes = o->memory;
+    params.temp_folder = o->temp;
+    return params;
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
                            stp_error *err)
 {
@@ -105,29 +112,11 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .columns = o->columns,
                                  .recompute_normals = o->recompute_normals},
                       .plants = o->lines == 1};
-    stp_prep_params params = {.neighbour_count = (unsigned)o->neighbours,
-                              .codec = codec_options_codec(o->codec),
-                              .format = o->format + 1,
-                              .join_layers = o->layers == 1,
-                              .outliers = (stp_outlier_mode)o->outliers,
-                              .unlit = o->shade == 1,
-                              .outlier_distance = o->outlier_distance,
-                              .force = o->force,
-                              .memory_bytes = o->memory,
-                              .temp_folder = o->temp,
-                              .planned = o->common.quiet ? NULL : prep_report_plan};
+    stp_prep_params params = prep_params(o);
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
-    const cli_progress_plan plan = {stages, STP_PREP_STAGE_COUNT, o->progress == 1};
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
-    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++) {
-        stages[i] = stage_weights[i];
-        if (strcmp(stages[i].name, "outliers") == 0 && o->outliers != STP_OUTLIERS_KEEP)
-            stages[i].weight = OUTLIERS_WEIGHT;
-        if (strcmp(stages[i].name, "layers") == 0 && o->layers == 1)
-            stages[i].weight = LAYERS_WEIGHT;
-    }
-    cli_progress_expect(&plan);
+    prep_run_expect(&params, o->progress == 1, stages);
     STP_TRY(parse_values(o, &params, &grid, err));
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
@@ -149,7 +138,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                "of the others (--strict: nothing then)",
                                unreadable, in.count, o->output);
 done:
-    cli_progress_end();
+    prep_run_end();
     prep_inputs_clear(&in);
     prep_paths_clear(&paths);
     return status;
@@ -230,8 +219,9 @@ static int check_options(const prep_options *o)
 
 static int prep_main(int argc, char **argv)
 {
-    static const char *paths[INPUTS_LIMIT];
-    prep_options o = {.orient = "auto", .neighbours = 16, .format = DEFAULT_FORMAT};
+    static const char *paths[PREP_PATHS_LIMIT];
+    prep_options o = {
+        .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
     cli_option options[PREP_GRID_OPTIONS + OWN_OPTIONS] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
@@ -280,7 +270,7 @@ static int prep_main(int argc, char **argv)
     size_t count = 0;
     prep_grid_fill(&o.grid, options + OWN_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
-                         INPUTS_LIMIT, &count, &o.common);
+                         PREP_PATHS_LIMIT, &count, &o.common);
     if (code == CLI_CONTINUE)
         code = check_options(&o);
     if (code != CLI_CONTINUE)

@@ -6,6 +6,9 @@
 
 #include <stddef.h>
 
+/* Most arguments of a command. */
+#define PREP_PATHS_LIMIT 4096
+
 /* The list is owned. Zero is empty. */
 typedef struct prep_paths {
     char **list;

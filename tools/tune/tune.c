@@ -32,7 +32,8 @@ const cli_command cli_tune = {
         "Goals: --fps is 1000 over the median of the views' milliseconds, met within 10 %. --psnr\n"
         "is computed from the squared differences of all views together, met within 0.5 dB. "
         "--bytes\n"
-        "is the GPU memory of the view that needs most, never exceeded.",
+        "is the GPU memory of the view that needs most, never exceeded.\n"
+        "\n" OPEN_SCAN_HELP,
     .run = run,
 };
 
@@ -159,15 +160,31 @@ static void choose_shown(tuning *t)
     }
 }
 
-static stp_status open_all(tuning *t, const char *path, const cli_common *common, stp_error *err)
+/* --save changes the model, so there must be one on this machine. */
+static stp_status check_saving(const char *const *paths, stp_error *err)
+{
+    bool scan = false;
+    if (stp_is_address(paths[0]))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s is on a server: --save cannot change it: leave it out", paths[0]);
+    const stp_status status = open_scan_is(&scan, paths[0], err);
+    if (status == STP_OK && scan)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s is a scan: --save changes models: make one with stipple prep",
+                             paths[0]);
+    return status;
+}
+
+static stp_status open_all(tuning *t, const char *const *paths, size_t count,
+                           const cli_common *common, stp_error *err)
 {
     stp_status status = STP_OK;
     const options *o = t->o;
-    if (o->save && stp_is_address(path))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s is on a server: --save cannot change it: leave it out", path);
+    const open_scan_params scan = draw_options_scan(&o->draw, cli_tune.name, common);
+    if (o->save)
+        STP_TRY(check_saving(paths, err));
     STP_TRY(tune_folder_check(o->output, o->force, err));
-    STP_TRY(draw_options_open(&o->draw, path, &t->model, err));
+    STP_TRY(draw_options_open(&o->draw, &scan, paths, count, &t->model, err));
     STP_TRY(choose_settings(t, err));
     STP_TRY(stp_pool_create(&t->pool, (unsigned)common->threads, err));
     STP_TRY(stp_gl_context_create(&t->context, err));
@@ -265,18 +282,19 @@ done:
     return status;
 }
 
-static stp_status tune(const options *o, const cli_common *common, const char *path, stp_error *err)
+static stp_status tune(const options *o, const cli_common *common, const char *const *paths,
+                       size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     tuning t = {.o = o, .params.progress = cli_progress(common)};
-    STP_TRY(open_all(&t, path, common, err));
+    STP_TRY(open_all(&t, paths, count, common, err));
     STP_TRY(tune_sweep_run(&t.sweep, &t.params, err));
     STP_TRY(draw_options_require_whole(&o->draw, t.renderer, err));
     STP_TRY(solve(&t, err));
     cli_progress_end();
-    STP_TRY(write_report(&t, path, err));
+    STP_TRY(write_report(&t, paths[0], err));
     if (o->save)
-        STP_TRY(stp_chunk_file_set_threshold(path, t.answer.found.threshold_px, err));
+        STP_TRY(stp_chunk_file_set_threshold(paths[0], t.answer.found.threshold_px, err));
     source_options_warn(&cli_tune, common, t.model->file);
     draw_options_warn(cli_tune.name, t.renderer);
     tune_table_print(&t.sweep, &t.answer, stdout);
@@ -403,7 +421,7 @@ static int run(int argc, char **argv)
                  .repeat = 3,
                  .discs = 64};
     cli_common common = {0};
-    const char *path = NULL;
+    static const char *paths[PREP_PATHS_LIMIT];
     size_t count = 0;
     stp_error err = {0};
     cli_option list[DRAW_OPTION_COUNT + 14] = {
@@ -448,11 +466,11 @@ static int run(int argc, char **argv)
             list[i].given = &o.has_home;
         }
     }
-    int code = cli_parse(&cli_tune, list, sizeof list / sizeof *list, argc, argv, &path, 1, 1,
-                         &count, &common);
+    int code = cli_parse(&cli_tune, list, sizeof list / sizeof *list, argc, argv, paths, 1,
+                         PREP_PATHS_LIMIT, &count, &common);
     if (code == CLI_CONTINUE)
         code = check(&o);
     if (code != CLI_CONTINUE)
         return code;
-    return tune(&o, &common, path, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_tune, &err);
+    return tune(&o, &common, paths, count, &err) == STP_OK ? CLI_DONE : cli_fail(&cli_tune, &err);
 }

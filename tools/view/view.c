@@ -251,7 +251,7 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
     stp_status status = STP_OK;
     stp_error why = {0};
     for (size_t i = 0; i < count; i++)
-        STP_TRY(view_scene_add(&v->scene, v->options, paths[i], err));
+        STP_TRY(view_scene_add(&v->scene, v->options, v->common, paths[i], err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
         v->control.params.threshold_px = 1.0; /* used if samples are left out again */

@@ -59,8 +59,8 @@ static void close_model(view_model *m)
     *m = (view_model){0};
 }
 
-stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
-                          stp_error *err)
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const cli_common *common,
+                          const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     view_model m = {0};
@@ -71,7 +71,8 @@ stp_status view_scene_add(view_scene *scene, const draw_options *options, const 
         if (strcmp(scene->models[i].path, path) == 0)
             return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
     STP_TRY(stp_text_copy(&m.path, path, "a path", err));
-    STP_TRY(draw_options_open(options, path, &m.model, err));
+    const open_scan_params scan = draw_options_scan(options, "view", common);
+    STP_TRY(draw_options_open(options, &scan, &path, 1, &m.model, err));
     m.name = view_files_base(stp_chunk_file_path(m.model->file));
     read_metadata(&m);
     scene->models[scene->count++] = m;

@@ -34,8 +34,8 @@ typedef struct view_scene {
 
 /* Adds a model. options: say where models of web servers are cached. Errors: those of
  * draw_options_open; LIMIT, EXISTS (the model is already there), OUT_OF_MEMORY. */
-stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
-                          stp_error *err);
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const cli_common *common,
+                          const char *path, stp_error *err);
 void view_scene_remove(view_scene *scene, size_t index);
 /* Recomputes box and counts after models were shown or hidden. */
 void view_scene_update(view_scene *scene);

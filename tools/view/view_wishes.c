@@ -230,7 +230,7 @@ void view_add_models(viewer *v, const char *const *paths, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         stp_error err = {0};
-        stp_status status = view_scene_add(&v->scene, v->options, paths[i], &err);
+        stp_status status = view_scene_add(&v->scene, v->options, v->common, paths[i], &err);
         if (status == STP_OK) {
             status = view_scene_changed(v, &err);
             if (status != STP_OK)
