@@ -92,28 +92,46 @@ static void count_points(stp_space *s, const stp_cloud *cloud, uint16_t station)
     }
 }
 
+/* Shortens a row's distances by those of a neighbour row: `straight` to the voxel beside, `askew`
+ * to that voxel's neighbours along x. */
+static void spread_row(uint16_t *row, const uint16_t *from, int size, int straight, int askew)
+{
+    for (int x = 0; x < size; x++) {
+        int least = from[x] + straight;
+        const int before = x > 0 ? from[x - 1] + askew : UINT16_MAX;
+        const int after = x < size - 1 ? from[x + 1] + askew : UINT16_MAX;
+        least = before < least ? before : least;
+        least = after < least ? after : least;
+        row[x] = least < row[x] ? (uint16_t)least : row[x];
+    }
+}
+
+/* Shortens a row's distances along the row. */
+static void spread_along(uint16_t *row, int size, int way)
+{
+    for (int i = 1; i < size; i++) {
+        const int x = way > 0 ? i : size - 1 - i, by = row[x - way] + 8;
+        row[x] = by < row[x] ? (uint16_t)by : row[x];
+    }
+}
+
 /* One pass of a chamfer distance over the voxels, forwards or backwards. Steps along one, two and
  * three axes cost 8, 11 and 14. */
 static void spread(stp_space *s, int way)
 {
+    static const int rows[4][2] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}}; /* y, z: visited before */
     for (int k = 0; k < s->size[2]; k++)
-        for (int j = 0; j < s->size[1]; j++)
-            for (int i = 0; i < s->size[0]; i++) {
-                const int x = way > 0 ? i : s->size[0] - 1 - i;
-                const int y = way > 0 ? j : s->size[1] - 1 - j;
-                const int z = way > 0 ? k : s->size[2] - 1 - k;
-                uint16_t *room = &s->room[stp_space_at(s, x, y, z)];
-                for (int n = 0; n < 13; n++) { /* the 13 neighbours that the pass visited before */
-                    const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
-                    const int a = x + way * dx, b = y + way * dy, c = z + way * dz;
-                    if (a < 0 || b < 0 || c < 0 || a >= s->size[0] || b >= s->size[1] ||
-                        c >= s->size[2])
-                        continue;
-                    const int step = 5 + 3 * ((dx != 0) + (dy != 0) + (dz != 0));
-                    const int by = s->room[stp_space_at(s, a, b, c)] + step;
-                    *room = by < *room ? (uint16_t)by : *room;
-                }
+        for (int j = 0; j < s->size[1]; j++) {
+            const int y = way > 0 ? j : s->size[1] - 1 - j, z = way > 0 ? k : s->size[2] - 1 - k;
+            uint16_t *row = &s->room[stp_space_at(s, 0, y, z)];
+            for (int n = 0; n < 4; n++) {
+                const int b = y + way * rows[n][0], c = z + way * rows[n][1];
+                const int step = rows[n][0] != 0 && rows[n][1] != 0 ? 11 : 8;
+                if (b >= 0 && c >= 0 && b < s->size[1] && c < s->size[2])
+                    spread_row(row, &s->room[stp_space_at(s, 0, b, c)], s->size[0], step, step + 3);
             }
+            spread_along(row, s->size[0], way);
+        }
 }
 
 static void find_room(stp_space *s, size_t voxels)
@@ -167,20 +185,38 @@ void stp_space_clear(stp_space *s)
     *s = (stp_space){0};
 }
 
+/* The steps of half a voxel from this voxel that surely end in free voxels or outside the grid.
+ * find_room's longest step costs 14, so no solid voxel is within room / 14 voxels along any axis.
+ * One voxel less is for rounding. */
+static int free_steps(const stp_space *s, size_t voxel)
+{
+    const int voxels = (s->room[voxel] + 13) / 14 - 2;
+    return voxels > 0 ? 2 * voxels : 0;
+}
+
+/* Leaps over free voxels, and takes shorter leaps where a leap leaves the grid. */
 stp_space_hit stp_space_cast(const stp_space *s, stp_dvec3 from, stp_dvec3 direction)
 {
     stp_space_hit hit = {0};
-    int at[3];
+    int at[3], leap = 0;
     if (!(stp_dvec3_length(direction) > 0.5))
         return hit;
-    for (double d = 0.0;; d += 0.5 * s->side) {
-        if (!voxel_of(s, stp_dvec3_add(from, stp_dvec3_scale(direction, d)), at))
+    for (double d = 0.0;;) {
+        if (voxel_of(s, stp_dvec3_add(from, stp_dvec3_scale(direction, d)), at)) {
+            hit.distance = d;
+            hit.voxel = stp_space_at(s, at[0], at[1], at[2]);
+            hit.solid = s->count[hit.voxel] > 0;
+            if (hit.solid)
+                return hit;
+            leap = free_steps(s, hit.voxel);
+        } else if (leap > 0) {
+            leap /= 2;
+            d = hit.distance;
+        } else {
             return hit;
-        hit.distance = d;
-        hit.voxel = stp_space_at(s, at[0], at[1], at[2]);
-        hit.solid = s->count[hit.voxel] > 0;
-        if (hit.solid)
-            return hit;
+        }
+        for (int i = 0; i <= leap; i++)
+            d += 0.5 * s->side;
     }
 }
 

@@ -58,12 +58,13 @@ static double floors(const stp_space *s, int axis)
     return found;
 }
 
-static double enclosed_from(const stp_space *s, stp_dvec3 eye, int rays)
+/* Whether at least ENCLOSED_LEAST of a few rays end at the cloud. */
+static bool is_enclosed(const stp_space *s, stp_dvec3 eye, const stp_dvec3 rays[RAYS_FEW])
 {
-    int solid = 0;
-    for (int i = 0; i < rays; i++)
-        solid += stp_space_cast(s, eye, stp_space_direction(i, rays)).solid;
-    return (double)solid / rays;
+    int left = 0;
+    for (int i = 0; i < RAYS_FEW && (double)(RAYS_FEW - left) / RAYS_FEW >= ENCLOSED_LEAST; i++)
+        left += !stp_space_cast(s, eye, rays[i]).solid;
+    return (double)(RAYS_FEW - left) / RAYS_FEW >= ENCLOSED_LEAST;
 }
 
 /* Whether the box allows an eye here. */
@@ -85,8 +86,12 @@ static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis)
 static void find_eye(stp_interior *in, const stp_space *s)
 {
     const stp_dvec3 middle = stp_dbox_middle(&s->box);
+    const double for_closed = 2.0 * stp_dbox_side(&s->box);
+    stp_dvec3 rays[RAYS_FEW];
     double best = -INFINITY;
     in->eye = middle;
+    for (int i = 0; i < RAYS_FEW; i++)
+        rays[i] = stp_space_direction(i, RAYS_FEW);
     for (int z = 0; z < s->size[2]; z += STEP)
         for (int y = 0; y < s->size[1]; y += STEP)
             for (int x = 0; x < s->size[0]; x += STEP) {
@@ -95,9 +100,10 @@ static void find_eye(stp_interior *in, const stp_space *s)
                 if (room < 2.0 * s->side || !is_central(s, p, in->up_axis))
                     continue;
                 const double off = stp_dvec3_length(stp_dvec3_sub(p, middle));
-                const bool closed = enclosed_from(s, p, RAYS_FEW) >= ENCLOSED_LEAST;
-                const double score =
-                    room - OFF_MIDDLE * off + (closed ? 2.0 * stp_dbox_side(&s->box) : 0.0);
+                const double open = room - OFF_MIDDLE * off;
+                if (!(open + for_closed > best))
+                    continue;
+                const double score = open + (is_enclosed(s, p, rays) ? for_closed : 0.0);
                 if (score > best) {
                     best = score;
                     in->eye = p;
@@ -129,12 +135,12 @@ static void look_around(stp_interior *in, const stp_space *s)
 
 /* Whether few rays from the point leave the cloud. They begin a little off the point's own surface.
  */
-static bool is_within(const stp_space *s, stp_dvec3 p)
+static bool is_within(const stp_space *s, stp_dvec3 p, const stp_dvec3 rays[OUTSIDE_RAYS])
 {
     int left = 0;
     for (int i = 0; i < OUTSIDE_RAYS && left <= OUTSIDE_MOST; i++) {
-        const stp_dvec3 d = stp_space_direction(i, OUTSIDE_RAYS);
-        left += !stp_space_cast(s, stp_dvec3_add(p, stp_dvec3_scale(d, 2.5 * s->side)), d).solid;
+        const stp_dvec3 from = stp_dvec3_add(p, stp_dvec3_scale(rays[i], 2.5 * s->side));
+        left += !stp_space_cast(s, from, rays[i]).solid;
     }
     return left <= OUTSIDE_MOST;
 }
@@ -143,12 +149,15 @@ static void ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space
 {
     uint32_t count = 0, within = 0, given = 0, facing = 0;
     const uint32_t stride = cloud->count / POINTS + 1;
+    stp_dvec3 rays[OUTSIDE_RAYS];
+    for (int i = 0; i < OUTSIDE_RAYS; i++)
+        rays[i] = stp_space_direction(i, OUTSIDE_RAYS);
     for (uint32_t i = 0; i < cloud->count; i += stride) {
         stp_cloud_stride(cloud->spill, i, stride);
         const stp_cloud_point *p = &cloud->points[i];
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
         count++;
-        within += is_within(s, p->position);
+        within += is_within(s, p->position, rays);
         if (!p->given)
             continue;
         const stp_space_hit hit = stp_space_cast(s, in->eye, stp_dvec3_normalize(d));

@@ -106,7 +106,7 @@ test_library() {
 
 test_example() {
     export PKG_CONFIG_PATH=$1/lib/pkgconfig
-    "$STIPPLE" gen statue -n 20000 -o "$FOLDER/s.ply" --quiet
+    "$STIPPLE" gen bumpy -n 20000 -o "$FOLDER/s.ply" --quiet
     "$STIPPLE" prep "$FOLDER/s.ply" -o "$FOLDER/s.stipple" --quiet
     { cmake -S "$SOURCE/examples" -B "$FOLDER/example" && cmake --build "$FOLDER/example"; } \
         >"$FOLDER/log" 2>&1 || fail "the example does not build: $(grep -m 2 -i error "$FOLDER/log")"

@@ -6,7 +6,7 @@ set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 mkdir "$FOLDER/à b" && cd "$FOLDER/à b" || exit 1
 
-"$STIPPLE" gen statue -n 60000 -o scan.ply --quiet && "$STIPPLE" prep scan.ply -o 'a ö.stipple' --quiet ||
+"$STIPPLE" gen bumpy -n 60000 -o scan.ply --quiet && "$STIPPLE" prep scan.ply -o 'a ö.stipple' --quiet ||
     fail "no model"
 "$STIPPLE" prep scan.ply -o z.stipple --codec zstd --quiet || fail "prep --codec zstd"
 

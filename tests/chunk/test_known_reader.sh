@@ -45,7 +45,7 @@ compare_models() { # scan, first line
 
 # The models: a closed surface, which needs 32,768 points, and a plant of two tiers.
 test_new_models() {
-    "$STIPPLE" gen statue -n 33000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
+    "$STIPPLE" gen bumpy -n 33000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
     compare_models "$FOLDER/scan.ply" "^version 1.2 attributes 193 " --format 1
     compare_models "$FOLDER/scan.ply" "^version 2.0 attributes 193 "
     "$STIPPLE" gen tree -n 4000 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/plant.ply" --quiet || fail "no plant"

@@ -320,15 +320,15 @@ def check_points(header, entries, chunks):
                     f"chunk {e.id}, patch {k}: a point is outside the file's box")
 
 
-def print_chunk(entry, chunk):
+def lines_of_chunk(entry, chunk):
     patches, levels = chunk
-    print(f"chunk {entry.id}")
+    yield f"chunk {entry.id}"
     begin = [0] * 4
     for p in patches:
-        print("patch", p.pack().hex(), p.first_below if entry.linked else "-")
+        yield f"patch {p.pack().hex()} {p.first_below if entry.linked else '-'}"
         for level in (3, 2, 1, 0):
             for s in levels[level][begin[level]:begin[level] + p.counts[level]]:
-                print(level, s.pack().hex())
+                yield f"{level} {s.pack().hex()}"
             begin[level] += p.counts[level]
 
 
@@ -349,7 +349,7 @@ def read_file(path):
     print(f"version {header.major}.{header.minor} attributes {header.attributes} "
           f"chunks {header.chunks} points {header.points}")
     for e, chunk in zip(entries, chunks):
-        print_chunk(e, chunk)
+        print("\n".join(lines_of_chunk(e, chunk)))
 
 
 def main():

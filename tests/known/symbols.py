@@ -47,12 +47,13 @@ class Bits:
 
     def __init__(self, data, name):
         self.data, self.at, self.name = data, 0, name
-        self.value = int.from_bytes(data, "little")
 
     def take(self, count):
         require(self.at + count <= 8 * len(self.data), f"{self.name}: low bits end too early")
+        byte, bit = divmod(self.at, 8)
         self.at += count
-        return self.value >> (self.at - count) & ((1 << count) - 1)
+        value = int.from_bytes(self.data[byte:(self.at + 7) // 8], "little")
+        return value >> bit & ((1 << count) - 1)
 
     def bytes_taken(self):
         return (self.at + 7) // 8

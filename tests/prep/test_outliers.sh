@@ -4,9 +4,9 @@
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 mkdir "$FOLDER/in"
-"$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$FOLDER/in/b.ply" --quiet || fail "no scan"
+"$STIPPLE" gen bumpy -n 200000 --noise 0.1 --order random -o "$FOLDER/in/b.ply" --quiet || fail "no scan"
 
-# One file before and one after the statue, with points far from it and from each other.
+# One file before and one after the ball, with points far from it and from each other.
 far() { # name, points a line
     local lines
     lines=$(cat)

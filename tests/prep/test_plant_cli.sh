@@ -43,7 +43,7 @@ done
 run "$STIPPLE" prep "$FOLDER/mesh.ply" -o "$FOLDER/points.stipple"
 expect_code 0
 expect_text err "mesh.ply looks like a plant: --lines auto turns"
-run "$STIPPLE" gen statue -n 2000 -o "$FOLDER/statue.ply" --mesh "$FOLDER/statue-mesh.ply" --quiet
+run "$STIPPLE" gen statue --mesh "$FOLDER/statue-mesh.ply" --mesh-triangles 40000 --quiet
 expect_code 0
 run "$STIPPLE" prep "$FOLDER/statue-mesh.ply" -o "$FOLDER/statue.stipple"
 expect_code 0

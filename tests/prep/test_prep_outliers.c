@@ -4,6 +4,7 @@
 #include "preprocess/cloud/outliers.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
+#include "tests/fixtures/statue_kept.h"
 #include "tools/gen/sampler.h"
 
 #define OUT "test_prep_outliers.stipple"
@@ -100,7 +101,7 @@ static void fill_statue(stp_cloud *cloud, uint32_t count)
     stp_error err = {0};
     stp_point *points = calloc(count, sizeof *points);
     assert_non_null(points);
-    gen_surface_init(&surface, GEN_STATUE, count, 1);
+    statue_kept_init(&surface, GEN_STATUE, count, 1);
     gen_sampler_params params = {.surface = &surface,
                                  .point_count = count,
                                  .seed = 1,

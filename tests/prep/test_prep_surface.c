@@ -5,7 +5,6 @@
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
-#include "tests/fixtures/size.h"
 #include "tests/fixtures/surface_fixture.h"
 
 #include <string.h>
@@ -101,7 +100,7 @@ static void check_units(stp_cloud *cloud)
 static void units_of_a_surface(void **state)
 {
     (void)state;
-    surface_cloud s = surface_scan(GEN_STATUE, TEST_SIZE(250000u, 150000u), 0.2, 2);
+    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.2, 2);
     for (uint32_t i = 0; i < s.cloud.count; i++)
         s.cloud.points[i].station = i % 3 != 0;
     check_units(&s.cloud);
@@ -112,7 +111,7 @@ static void units_of_a_surface(void **state)
 static void units_of_a_volume(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(200000, 140000));
+    stp_cloud cloud = cloud_fixture_make(140000);
     for (uint32_t i = 0; i < cloud.count; i++)
         cloud.points[i].position =
             (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), stp_random_unit(3, i)};
@@ -123,7 +122,7 @@ static void units_of_a_volume(void **state)
 static void units_of_uneven_density(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(TEST_SIZE(220000, 150000));
+    stp_cloud cloud = cloud_fixture_make(150000);
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = i % 7 == 0 ? i / 2 : i;
         double u = stp_random_unit(1, j), v = stp_random_unit(2, j);
@@ -140,7 +139,7 @@ static void units_of_uneven_density(void **state)
 static void units_of_a_pile(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(200000);
+    stp_cloud cloud = cloud_fixture_make(150000);
     for (uint32_t i = 0; i < cloud.count; i++)
         if (i % 3 == 0)
             cloud.points[i].position =
@@ -197,7 +196,7 @@ static void as_by_one_index(void **state)
 {
     (void)state;
     stp_error err = {0};
-    surface_cloud s = surface_scan(GEN_STATUE, TEST_SIZE(300000u, 150000u), 0.1, 0);
+    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.1, 0);
     stp_unit all;
     stp_normal_errors errors = {{0}};
     surface_prepare(&s, NEIGHBOURS);

@@ -61,13 +61,17 @@ draw() { # options
 }
 
 # The default view must show something. No sample may be coarser than the threshold allows unless
-# there is no finer one. Every sample must make the same picture by either road.
+# there is no finer one. Every sample must make the same picture by either road; if few directions are
+# asked for, every third scan shows that.
 check_picture() { # name
     local error
     draw
     "$STIPPLE" compare "$picture" "$picture" --json 2>/dev/null | found '"coverage_a": 0*\.*0*[1-9]' ||
         fail "$1: the picture is empty"
     error=$(field max_error_px)
+    if [ "$directions" != 26 ] && [ $((drawn % 3)) != 0 ] && awk -v error="$error" 'BEGIN { exit !(error <= 1) }'; then
+        return
+    fi
     draw --threshold 0
     awk -v error="$error" -v finest="$(field max_error_px)" \
         'BEGIN { exit !(error <= 1 || error <= finest) }' || fail "$1: an error of $error px is drawn, 1 is the threshold"
@@ -147,6 +151,7 @@ check_cull() { # name, options
         fly "$model" $cull --cull $cull "$@"
     done
     for frame in "$FOLDER/none"/*.png; do
+        cmp -s "$FOLDER/auto/${frame##*/}" "$frame" && continue
         run "$STIPPLE" compare "$FOLDER/auto/${frame##*/}" "$frame" --json
         grep -q 'neither picture covers a pixel' "$FOLDER/err" ||
             awk -F '[:,]' -v width="$width" 'BEGIN { bad = 1 }

@@ -134,7 +134,7 @@ las_check() { # file, points, point format, record length
     [ "$(stat -c %s "$1")" = $((375 + $2 * $4)) ] || fail "$1 has $(stat -c %s "$1") bytes"
 }
 for count in 1 2 1000; do
-    run "$STIPPLE" gen statue -n $count -o "$FOLDER/p.las" --force --quiet
+    run "$STIPPLE" gen bumpy -n $count -o "$FOLDER/p.las" --force --quiet
     expect_code 0
     las_check "$FOLDER/p.las" $count 7 36
 done
