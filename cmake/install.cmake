@@ -4,6 +4,7 @@
 set(docs "${CMAKE_INSTALL_DOCDIR}")
 # Nothing is installed of a build that is not complete.
 set(needed $<TARGET_FILE:stipple> $<TARGET_FILE:stipple-image> $<TARGET_FILE:stipple-tiff>
+    $<TARGET_FILE:stipple-proj>
     ${PROJECT_BINARY_DIR}/stipple.1)
 if(STIPPLE_RUNTIME)
     list(APPEND needed $<TARGET_FILE:libstipple>)
@@ -14,7 +15,7 @@ install(CODE "foreach(file \"$<JOIN:${needed},\" \">\")
     endif()
 endforeach()")
 install(TARGETS stipple)
-install(TARGETS stipple-image stipple-tiff DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
+install(TARGETS stipple-image stipple-tiff stipple-proj DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
 # Pages keep their places, so that their links hold.
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md LICENSE DESTINATION ${docs})
 install(DIRECTORY docs DESTINATION ${docs} PATTERN plan.md EXCLUDE)

@@ -216,7 +216,7 @@ degrees_las() {
     done
 }
 degrees_las 2
-refuse "degrees of longitude and latitude" "$FOLDER/keys.las"
+refuse "degrees of longitude and latitude, of a system that it does not name" "$FOLDER/keys.las"
 degrees_las 1
 prepared 4 4 "$FOLDER/keys.las"
 # what intensities were in the scan

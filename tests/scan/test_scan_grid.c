@@ -405,15 +405,29 @@ static void refusals(void **state)
     assert_non_null(strstr(err.message, "none.png"));
     scan_fixture_text("points.xyz", "1 2 3\n4 5 6\n7 8 10\n");
     scan_fixture_fails("points.xyz", &params, STP_INVALID_ARGUMENT, "no grid");
+}
+
+/* A grid in degrees has no normals and says its system. With a spacing it is one in the plane. */
+static void degrees(void **state)
+{
     const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
-    const uint16_t keys[] = {1, 1, 0, 1, 1024, 0, 1, 2};
+    const uint16_t keys[] = {1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326};
     const double scale[] = {2.0, 4.0, 0.0};
+    const stp_grid_params grid = {.dx = 1.0, .dy = 1.0};
     TIFF *tiff = begin_tiff("degrees.tif", &recipe);
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    (void)state;
     TIFFSetField(tiff, 33550, 3, scale);
-    TIFFSetField(tiff, 34735, 8, keys);
+    TIFFSetField(tiff, 34735, 12, keys);
     end_tiff(tiff, &recipe);
-    scan_fixture_fails("degrees.tif", NULL, STP_UNSUPPORTED, "degrees");
-    grid = (stp_grid_params){.dx = 1.0, .dy = 1.0};
+    assert_int_equal(stp_scan_open(&scan, "degrees.tif", NULL, &err), STP_OK);
+    const stp_scan_info *info = stp_scan_get_info(scan);
+    assert_int_equal(info->attributes & STP_POINT_HAS_NORMAL, 0);
+    assert_int_equal(info->note_count, 1);
+    assert_string_equal(info->notes[0].name, "geokeys");
+    assert_string_equal(info->notes[0].text, "GTModelTypeGeoKey=2\nGeographicTypeGeoKey=4326");
+    stp_scan_close(&scan);
     check_points("degrees.tif", &grid, TOP, 1.0, 1.0, false);
 }
 
@@ -478,6 +492,7 @@ int main(void)
         cmocka_unit_test(cameras),
         cmocka_unit_test(colours_and_alpha),
         cmocka_unit_test(refusals),
+        cmocka_unit_test(degrees),
         cmocka_unit_test(cut_files),
         cmocka_unit_test(real_al3d),
     };

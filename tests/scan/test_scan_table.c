@@ -55,8 +55,7 @@ static const real_file files[] = {
     {"odd/pdal_simple_text.ply", 3, 0, 0, NO_SURVEY, NULL},
     {"odd/empty.ply", 0, 0, 0, NO_SURVEY, "has no points: there is nothing to write"},
     {"odd/pdal_no-points.las", 0, 0, 0, NO_SURVEY, "has no points: there is nothing to write"},
-    {"odd/pdal_epsg_4326.las", 5380, 0, 0, NO_SURVEY,
-     "in degrees of longitude and latitude, which are no lengths: project it first"},
+    {"odd/pdal_epsg_4326.las", 5380, 0, 0, NO_SURVEY, NULL},
     {"odd/bunny16k.pts", 0, 0, 0, NO_SURVEY, "surfels, which is not read here: convert it to PLY"},
     {"grids/al3d-1.al3d", 59200, 0, 0, NO_SURVEY, NULL},
     {"grids/al3d-1_depth_m.pfm", 59200, 0, 0, NO_SURVEY, NULL},
@@ -64,8 +63,7 @@ static const real_file files[] = {
     {"grids/aloeGT_disparity.png", 1423020, 0, 0, NO_SURVEY, NULL},
     {"grids/aloeL.jpg", 0, 0, 0, NO_SURVEY,
      "(JPEG), which is not read here: heights are read as TIFF"},
-    {"grids/qgis_dem_f32.tif", 130550, 0, 0, NO_SURVEY,
-     "columns and rows in degrees of longitude and latitude"},
+    {"grids/qgis_dem_f32.tif", 130550, 0, 0, NO_SURVEY, NULL},
     {"grids/tum_color.png", 307200, 0, 0, NO_SURVEY, COLOURS},
     {"grids/tum_depth16.png", 307200, 0, 0, NO_SURVEY, NULL},
 };
@@ -183,6 +181,19 @@ static uint64_t text_at(const byte_row *file, const char *name)
     return strtoull((const char *)file->data + at + 20, NULL, 10);
 }
 
+/* Width times height of a TIFF's first image: tags 256 and 257, of 16 or 32 bits, little-endian. */
+static uint64_t count_tiff(const byte_row *file)
+{
+    const size_t begin = integer_at(file, 4, 4), tags = integer_at(file, begin, 2);
+    uint64_t count = 1;
+    for (size_t i = 0; i < tags; i++) {
+        const size_t tag = begin + 2 + 12 * i, type = integer_at(file, tag + 2, 2);
+        if (integer_at(file, tag, 2) == 256 || integer_at(file, tag, 2) == 257)
+            count *= integer_at(file, tag + 8, type == 3 ? 2 : 4);
+    }
+    return count;
+}
+
 /* The number of points by the file's own header. */
 static uint64_t own_count(const char *path, const byte_row *file)
 {
@@ -198,6 +209,8 @@ static uint64_t own_count(const char *path, const byte_row *file)
         return count_e57(file);
     if (ends_with(path, ".png"))
         return big_endian(file, 16) * big_endian(file, 20);
+    if (ends_with(path, ".tif"))
+        return count_tiff(file);
     if (ends_with(path, ".pfm"))
         return number_after(file, "Pf\n") * number_after(file, "Pf\n200 ");
     if (ends_with(path, ".al3d"))

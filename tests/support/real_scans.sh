@@ -9,11 +9,9 @@ picture=$FOLDER/picture.png
 refusal_of() { # name within the folder
     case $1 in
         odd/empty.ply | odd/pdal_no-points.las) echo 'has no points: there is nothing to write' ;;
-        odd/pdal_epsg_4326.las) echo 'in degrees of longitude and latitude' ;;
         odd/bunny16k.pts) echo 'surfels, which is not read here' ;;
         *.jpg) echo 'which is not read here' ;;
         *_color.png | *_texture.png) echo 'is a picture of colours' ;;
-        grids/qgis_dem_f32.tif) echo 'degrees of longitude and latitude' ;;
         *.json | *README*) echo 'is of no known format' ;;
     esac
 }

@@ -17,13 +17,14 @@
 #endif
 
 /* Options of prep_main; those of grids follow. */
-#define OWN_OPTIONS 25
+#define OWN_OPTIONS 26
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
 
 typedef struct prep_options {
-    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits;
+    const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
+        *system;
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
@@ -121,6 +122,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
     in.strict = o->strict;
+    in.system.wanted = o->system;
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&paths, arguments[i], err));
     in.paths = paths.list;
@@ -242,6 +244,9 @@ static int prep_main(int argc, char **argv)
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
          "joined: move overlapping scans onto one shared surface (measured)", NULL},
+        {"--to", 0, CLI_STRING, &o.system, "SYSTEM",
+         "coordinate system to bring points to, like EPSG:25832 (degrees: UTM; else as they are)",
+         NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

@@ -5,7 +5,6 @@
 #include "formats/scan/coordinate_step.h"
 #include "tools/prep/prep_plants.h"
 
-#include <ctype.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -99,6 +98,8 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
         if (!in->scan)
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        if (in->facts[in->current].way.projection)
+            prep_system_move(in->facts[in->current].way.projection, points, *count);
         in->files[in->current].point_count += *count;
         for (size_t i = 0; i < *count; i++)
             if (points[i].station > 0)
@@ -184,6 +185,16 @@ static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, stp_p
     in->station_count = count;
 done:
     return status;
+}
+
+/* Brings the stations of a file to where its points are. */
+static void move_stations(prep_inputs *in, size_t i)
+{
+    const stp_prep_file *file = &in->files[i];
+    for (uint32_t s = 0; in->facts[i].way.projection && s < file->station_count; s++) {
+        stp_dvec3 *at = &in->stations[file->station_begin + s];
+        *at = stp_projection_apply(in->facts[i].way.projection, *at);
+    }
 }
 
 static void add_edges(prep_inputs *in, const stp_edge_counts *edges)
@@ -279,30 +290,20 @@ done:
     return status;
 }
 
-static const char *note_of(const stp_scan_info *info, const char *name)
+/* Decides whether the input's positions are moved, and says so in its notes. Moved points are no
+ * grid any more. */
+static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *info,
+                                stp_error *err)
 {
-    for (uint32_t i = 0; i < info->note_count; i++)
-        if (strcmp(info->notes[i].name, name) == 0)
-            return info->notes[i].text;
-    return "";
-}
-
-/* Rejects geographic coordinates: angles together with lengths have no distances, normals or radii.
- */
-static stp_status check_lengths(const stp_scan_info *info, const char *path, stp_error *err)
-{
-    static const char model[] = "GTModelTypeGeoKey=2"; /* a line of geokeys; 2: geographic */
-    const char *wkt = note_of(info, "wkt"), *key = strstr(note_of(info, "geokeys"), model);
-    bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
-    bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") ||
-                  (key && !isdigit((unsigned char)key[sizeof model - 1]));
-    if (projected || !angles)
+    stp_status status = STP_OK;
+    STP_TRY(
+        prep_system_choose(&in->system, in->paths[i], &in->params, info, &in->facts[i].way, err));
+    if (in->facts[i].way.projection == NULL)
         return STP_OK;
-    return stp_error_set(
-        err, STP_UNSUPPORTED,
-        "%s is in degrees of longitude and latitude, which are no lengths: project "
-        "it first, for example with PDAL's filters.reprojection",
-        path);
+    in->files[i].raster = (stp_scan_raster){0};
+    STP_TRY(prep_system_note(&in->files[i], in->facts[i].way.projection, err));
+done:
+    return status;
 }
 
 /* The state before an input adds to it. */
@@ -376,12 +377,13 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     in->facts[i] = facts_of(in->paths[i]);
     STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
-    if (info->point_count > 0)
-        STP_TRY(check_lengths(info, in->paths[i], err));
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
+    if (info->point_count > 0)
+        STP_TRY(choose_system(in, i, info, err));
+    move_stations(in, i);
     add_edges(in, &info->edges);
     stp_scan_take_lines(scan, &lines);
     STP_TRY(add_lines(in, &lines, err));
@@ -397,11 +399,13 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     }
     STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
     note_intensity(source, info, (*any & STP_POINT_HAS_INTENSITY) == 0);
-    *all &= info->attributes;
-    *any |= info->attributes;
+    const uint32_t lost = in->facts[i].way.projection ? STP_POINT_HAS_NORMAL : 0u;
+    *all &= info->attributes & ~lost;
+    *any |= info->attributes & ~lost;
     if (info->edges.read ==
         0) /* the points that remain in a file of lines say nothing about its digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
+    step *= in->facts[i].way.projection ? in->facts[i].way.unit : 1.0;
     source->heights = source->heights || info->heights;
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
@@ -534,8 +538,11 @@ void prep_inputs_clear(prep_inputs *in)
         clear_notes(&in->files[i]);
         free((void *)in->files[i].grid.cells);
     }
-    for (size_t i = 0; in->facts && i < in->count; i++)
+    for (size_t i = 0; in->facts && i < in->count; i++) {
         free(in->facts[i].why);
+        stp_projection_destroy(&in->facts[i].way.projection);
+    }
+    prep_system_clear(&in->system);
     free(in->files);
     free(in->facts);
     free(in->stations);

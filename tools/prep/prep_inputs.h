@@ -7,6 +7,7 @@
 #include "formats/scan/scan.h"
 #include "preprocess/plant/plant.h"
 #include "preprocess/prep.h"
+#include "tools/prep/prep_system.h"
 
 #include <sys/types.h>
 
@@ -16,8 +17,9 @@ typedef struct prep_input {
     ino_t inode; /* 0: the file is unknown */
     off_t size;
     struct timespec changed;
-    bool plant; /* its mesh became lines and triangles: it has no points */
-    char *why;  /* the reason why the file is left out; NULL: it is read */
+    bool plant;   /* its mesh became lines and triangles: it has no points */
+    prep_way way; /* how positions are moved */
+    char *why;    /* the reason why the file is left out; NULL: it is read */
 } prep_input;
 
 /* Several scans, one after the other. Start with zero, then set paths, count, params and plants.
@@ -36,6 +38,7 @@ typedef struct prep_inputs {
     stp_edge_counts edges;      /* of all inputs */
     stp_triangle_set triangles; /* of all inputs */
     size_t corner_capacity, triangle_capacity;
+    prep_system system;       /* set wanted before */
     bool strict;              /* an input that cannot be read ends the run */
     bool exact;               /* also look for finer steps than those of surveys */
     bool plants;              /* meshes become lines (prep_plants.h) */

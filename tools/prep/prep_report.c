@@ -303,11 +303,27 @@ static void print_stage(const char *name, double seconds, uint64_t points, uint6
     print_row(name, time, rate, memory);
 }
 
+/* Prints what system the points were brought to. */
+static void print_system(const prep_inputs *in)
+{
+    const stp_projection *way = NULL;
+    size_t count = 0;
+    for (size_t i = 0; i < in->count; i++)
+        if (in->facts[i].way.projection && !in->facts[i].why) {
+            way = way ? way : in->facts[i].way.projection;
+            count++;
+        }
+    if (way)
+        fprintf(stderr, "%zu of %zu inputs brought to %s; heights as they are\n", count, in->count,
+                stp_projection_name(way));
+}
+
 void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
     print_rejects(s);
+    print_system(inputs);
     print_shapes(s, inputs);
     print_outliers(s);
     if (s->normals_wide.averaged > 0)

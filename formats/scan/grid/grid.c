@@ -27,6 +27,8 @@ typedef struct grid_reader {
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
+    char keys[96]; /* GeoTIFF's keys, as text */
+    stp_scan_note note;
 } grid_reader;
 
 static bool is_pinhole(const grid_reader *g)
@@ -48,13 +50,6 @@ static stp_status check_heights(const grid_reader *g, const char *path, stp_erro
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s is %u x %u: a grid has two columns and two rows at least", path,
                              info->width, info->height);
-    if (info->degrees && !(g->params.dx > 0.0) && !is_pinhole(g))
-        return stp_error_set(
-            err, STP_UNSUPPORTED,
-            "%s has its columns and rows in degrees of longitude and latitude, and "
-            "heights in another unit: project it first (gdalwarp -t_srs), or give "
-            "--spacing DX,DY in the heights' unit",
-            path);
     return STP_OK;
 }
 
@@ -94,6 +89,19 @@ static void choose_place(grid_reader *g)
         g->params.scale = 1.0;
 }
 
+/* Notes the system of coordinates as LAS files do. */
+static void describe_system(grid_reader *g, stp_scan_info *info)
+{
+    const bool angles = g->info->degrees;
+    if (is_pinhole(g) || g->params.dx > 0.0 || (g->info->epsg == 0 && !angles))
+        return;
+    snprintf(g->keys, sizeof g->keys, "GTModelTypeGeoKey=%d\n%s=%u", angles ? 2 : 1,
+             angles ? "GeographicTypeGeoKey" : "ProjectedCSTypeGeoKey", g->info->epsg);
+    g->note = (stp_scan_note){"geokeys", g->keys};
+    info->notes = &g->note;
+    info->note_count = 1;
+}
+
 static void describe(grid_reader *g, stp_scan_info *info)
 {
     const bool pinhole = is_pinhole(g);
@@ -107,6 +115,7 @@ static void describe(grid_reader *g, stp_scan_info *info)
                        (g->normals ? STP_POINT_HAS_NORMAL : 0u) |
                        (pinhole ? STP_POINT_HAS_STATION : 0u);
     info->heights = !pinhole;
+    describe_system(g, info);
     if (!pinhole) {
         info->raster = (stp_scan_raster){g->info->width, g->info->height, g->x, g->y, g->dx, g->dy};
         return;
@@ -132,7 +141,8 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     for (int i = 0; i < ROWS_HELD; i++)
         STP_TRY(stp_alloc(&g->z[i], g->info->width, sizeof *g->z[i], "a row of heights", err));
     STP_TRY(open_colours(g, path, err));
-    g->normals = !is_pinhole(g) && !params->recompute_normals;
+    const bool degrees = g->info->degrees && !(g->params.dx > 0.0);
+    g->normals = !is_pinhole(g) && !degrees && !params->recompute_normals;
     choose_place(g);
     describe(g, info);
 done:

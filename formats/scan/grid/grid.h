@@ -11,6 +11,8 @@
  * downwards, as depth cameras have it. Numbers <= 0 are no samples. The camera stands at the
  * origin.
  *
+ * If columns and rows are degrees, there are no normals, and the note "geokeys" names the system.
+ *
  * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
  * is 0, of the heights or of the colours: STP_REJECT_INVALID. */
 #ifndef STP_FORMATS_SCAN_GRID_GRID_H
@@ -18,7 +20,7 @@
 
 #include "formats/scan/scan_reader.h"
 
-/* Errors: as raster.h; UNSUPPORTED (an image of colours; degrees), INVALID_ARGUMENT (colours of
+/* Errors: as raster.h; UNSUPPORTED (an image of colours), INVALID_ARGUMENT (colours of
  * another size). */
 extern const stp_scan_reader stp_grid_reader;
 

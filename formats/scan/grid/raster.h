@@ -34,8 +34,9 @@ typedef struct stp_raster_info {
     bool spaced;
     double dx, dy; /* between columns and between rows, positive */
     bool placed;
-    double x, y;  /* of the middle of the first pixel of the top row; y decreases by dy a row */
-    bool degrees; /* x and y are longitude and latitude */
+    double x, y;   /* of the middle of the first pixel of the top row; y decreases by dy a row */
+    bool degrees;  /* x and y are longitude and latitude */
+    uint32_t epsg; /* of its coordinate system; 0: not told */
 } stp_raster_info;
 
 typedef struct stp_raster stp_raster;

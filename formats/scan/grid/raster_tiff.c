@@ -13,7 +13,14 @@
 #include <string.h>
 
 enum { TAG_SCALE = 33550, TAG_TIE = 33922, TAG_KEYS = 34735, TAG_NO_DATA = 42113 };
-enum { KEY_MODEL = 1024, MODEL_GEOGRAPHIC = 2, KEY_RASTER = 1025, RASTER_IS_POINT = 2 };
+enum {
+    KEY_MODEL = 1024,
+    MODEL_GEOGRAPHIC = 2,
+    KEY_RASTER = 1025,
+    RASTER_IS_POINT = 2,
+    KEY_GEOGRAPHIC = 2048, /* EPSG codes of coordinate systems */
+    KEY_PROJECTED = 3072
+};
 
 typedef struct tiff_raster {
     const char *path;
@@ -108,6 +115,7 @@ static void find_place(TIFF *tiff, stp_raster_info *info)
     info->dx = scale[0];
     info->dy = scale[1];
     info->degrees = find_key(tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
+    info->epsg = find_key(tiff, info->degrees ? KEY_GEOGRAPHIC : KEY_PROJECTED);
     if (!TIFFGetField(tiff, TAG_TIE, &count, &tie) || count < 6)
         return;
     /* Pixel (tie[0], tie[1]) lies at (tie[3], tie[4]): its corner, or its middle. */

@@ -1,0 +1,112 @@
+/* Projections by PROJ: the module that projection.c loads. */
+#include "formats/scan/geo/projection.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <proj.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ZONE_DEGREES 6.0
+#define ZONES 60
+/* EPSG codes of zone 1 less 1, of WGS 84 / UTM. */
+#define UTM_NORTH 32600
+#define UTM_SOUTH 32700
+
+struct stp_projection {
+    PJ_CONTEXT *context;
+    PJ *way;
+    char *name, *wkt; /* of the system that positions are brought to */
+};
+
+static stp_status fail(PJ_CONTEXT *context, const char *from, const char *to, stp_error *err)
+{
+    const int code = proj_context_errno(context);
+    return stp_error_set(err, STP_UNSUPPORTED, "no way from %.60s to %.60s: %s", from, to,
+                         code != 0 ? proj_context_errno_string(context, code)
+                                   : "PROJ knows none of the two systems");
+}
+
+static void choose_zone(stp_dvec3 at, char out[32])
+{
+    const double turned = fmod(fmod(at.x + 180.0, 360.0) + 360.0, 360.0);
+    const int zone = (int)(turned / ZONE_DEGREES) % ZONES + 1;
+    snprintf(out, 32, "EPSG:%d", (at.y < 0.0 ? UTM_SOUTH : UTM_NORTH) + zone);
+}
+
+static stp_status describe(stp_projection *p, const char *to, stp_error *err)
+{
+    stp_status status = STP_OK;
+    PJ *system = proj_create(p->context, to);
+    const char *wkt = system ? proj_as_wkt(p->context, system, PJ_WKT2_2019, NULL) : NULL;
+    const char *name = system ? proj_get_name(system) : NULL;
+    STP_TRY(stp_text_copy(&p->name, name ? name : to, "a coordinate system", err));
+    STP_TRY(stp_text_copy(&p->wkt, wkt ? wkt : to, "a coordinate system", err));
+done:
+    proj_destroy(system);
+    return status;
+}
+
+static void destroy(stp_projection **projection)
+{
+    stp_projection *p = *projection;
+    proj_destroy(p->way);
+    proj_context_destroy(p->context);
+    free(p->name);
+    free(p->wkt);
+    free(p);
+    *projection = NULL;
+}
+
+static stp_status create(stp_projection **out, const char *from, const char *to, stp_dvec3 at,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    char zone[32];
+    stp_projection *p = NULL;
+    STP_TRY(stp_alloc(&p, 1, sizeof *p, "a projection", err));
+    p->context = proj_context_create();
+    proj_log_level(p->context, PJ_LOG_NONE);
+    proj_context_set_enable_network(p->context, 0);
+    if (to == NULL) {
+        choose_zone(at, zone);
+        to = zone;
+    }
+    PJ *plain = proj_create_crs_to_crs(p->context, from, to, NULL);
+    p->way = plain ? proj_normalize_for_visualization(p->context, plain) : NULL;
+    proj_destroy(plain);
+    if (p->way == NULL) {
+        status = fail(p->context, from, to, err);
+        goto done;
+    }
+    STP_TRY(describe(p, to, err));
+    *out = p;
+    p = NULL;
+done:
+    if (p != NULL)
+        destroy(&p);
+    return status;
+}
+
+static stp_dvec3 apply(stp_projection *p, stp_dvec3 position)
+{
+    const PJ_COORD moved =
+        proj_trans(p->way, PJ_FWD, proj_coord(position.x, position.y, 0.0, HUGE_VAL));
+    if (!isfinite(moved.xy.x) || !isfinite(moved.xy.y))
+        return (stp_dvec3){NAN, NAN, NAN};
+    return (stp_dvec3){moved.xy.x, moved.xy.y, position.z};
+}
+
+static const char *name(const stp_projection *p)
+{
+    return p->name;
+}
+
+static const char *wkt(const stp_projection *p)
+{
+    return p->wkt;
+}
+
+const stp_projection_library stp_projection_proj = {create, apply, name, wkt, destroy};

@@ -1,0 +1,129 @@
+#!/usr/bin/env bash
+# Tests coordinate systems: points in degrees come to the zone of UTM they lie in, where Krueger's series
+# says, and so do grids; inputs of several systems become one; --to; what is refused.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+
+wgs84='GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]'
+
+# Easting and northing of "longitude latitude" lines in a zone of UTM: Krueger's series to n^4, right to
+# a micrometre.
+utm() { # zone
+    awk -v zone="$1" '
+    function tan_(x) { return sin(x) / cos(x) }
+    function sinh_(x) { return (exp(x) - exp(-x)) / 2 }
+    function cosh_(x) { return (exp(x) + exp(-x)) / 2 }
+    function asinh_(x) { return x < 0 ? -log(-x + sqrt(x * x + 1)) : log(x + sqrt(x * x + 1)) }
+    function atanh_(x) { return 0.5 * log((1 + x) / (1 - x)) }
+    BEGIN {
+        pi = atan2(0, -1); a = 6378137; f = 1 / 298.257223563; n = f / (2 - f); e = sqrt(f * (2 - f))
+        A = a / (1 + n) * (1 + n^2 / 4 + n^4 / 64)
+        h[1] = n / 2 - 2 * n^2 / 3 + 5 * n^3 / 16 + 41 * n^4 / 180
+        h[2] = 13 * n^2 / 48 - 3 * n^3 / 5 + 557 * n^4 / 1440
+        h[3] = 61 * n^3 / 240 - 103 * n^4 / 140
+        h[4] = 49561 * n^4 / 161280
+    }
+    {
+        l = ($1 - (6 * zone - 183)) * pi / 180; p = $2 * pi / 180
+        s = sinh_(e * atanh_(e * sin(p))); t = tan_(p); t = t * sqrt(1 + s * s) - s * sqrt(1 + t * t)
+        x = atan2(t, cos(l)); y = asinh_(sin(l) / sqrt(t * t + cos(l)^2))
+        E = y; N = x
+        for (j = 1; j <= 4; j++) { E += h[j] * cos(2 * j * x) * sinh_(2 * j * y); N += h[j] * sin(2 * j * x) * cosh_(2 * j * y) }
+        printf "%.6f %.6f %s\n", 500000 + 0.9996 * A * E, 0.9996 * A * N + ($2 < 0 ? 10000000 : 0), $3
+    }'
+}
+
+# Points of a model: x y z, in order.
+points() { # model
+    "$STIPPLE" export "$1" -o "$FOLDER/points.ply" --force --quiet || fail "export $1"
+    python3 - "$FOLDER/points.ply" <<'END' | sort
+import struct, sys
+data = open(sys.argv[1], "rb").read()
+head, body = data.split(b"end_header\n", 1)
+kinds = {"float": "f", "double": "d", "uchar": "B", "ushort": "H", "int": "i", "uint": "I"}
+fields = [line.split() for line in head.decode().split("\n") if line.startswith("property")]
+row = struct.Struct("<" + "".join(kinds[f[1]] for f in fields))
+for i in range(len(body) // row.size):
+    v = dict(zip((f[2] for f in fields), row.unpack_from(body, i * row.size)))
+    print("%.6f %.6f %.3f" % (v["x"], v["y"], v["z"]))
+END
+}
+
+near() { # expected file, found file, metres
+    paste -d' ' "$1" "$2" | awk -v most="$3" '
+        { d = sqrt(($1 - $4)^2 + ($2 - $5)^2 + ($3 - $6)^2); worst = d > worst ? d : worst }
+        END { printf "%d lines, %.6f off\n", NR, worst; exit !(NR > 0 && worst <= most) }' >"$FOLDER/near" ||
+        fail "$command: $(cat "$FOLDER/near")"
+}
+
+scatter() { # longitude latitude: 40 places around
+    awk -v x="$1" -v y="$2" 'BEGIN {
+        for (i = 0; i < 40; i++) printf "%.8f %.8f %d\n", x + 0.00002 * (i % 7), y + 0.00002 * int(i / 7), 100 + i
+    }'
+}
+
+# Degrees, by the .prj beside the file, to the zone at hand, north and south.
+for place in "9.1 48.7 32" "-70.55 -33.41 19" "179.999 12 60"; do
+    read -r x y zone <<<"$place"
+    scatter "$x" "$y" >"$FOLDER/in.xyz"
+    printf '%s' "$wgs84" >"$FOLDER/in.prj"
+    run "$STIPPLE" prep "$FOLDER/in.xyz" -o "$FOLDER/m.stipple" --force --precision 0.0002
+    [ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+    expect_text err "UTM zone $zone"
+    utm "$zone" <"$FOLDER/in.xyz" | sort >"$FOLDER/expected"
+    points "$FOLDER/m.stipple" >"$FOLDER/found"
+    near "$FOLDER/expected" "$FOLDER/found" 0.001
+    "$STIPPLE" info "$FOLDER/m.stipple" --json | found "UTM zone $zone" || fail "$command: info names no system"
+done
+
+# Two systems become one: the second input is in another zone, and is brought to the first's.
+mkdir "$FOLDER/two"
+scatter 11.999 47.5 >"$FOLDER/degrees"
+utm 32 <"$FOLDER/degrees" >"$FOLDER/two/a.xyz"
+utm 33 <"$FOLDER/degrees" >"$FOLDER/b"
+awk '{ print $1, $2, $3 + 50 }' "$FOLDER/b" >"$FOLDER/two/b.xyz"
+for zone in "a 32 9" "b 33 15"; do
+    read -r name number meridian <<<"$zone"
+    printf 'PROJCS["WGS 84 / UTM zone %sN",%s,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",%s],PARAMETER["scale_factor",0.9996],PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]' \
+        "$number" "$wgs84" "$meridian" >"$FOLDER/two/$name.prj"
+done
+run "$STIPPLE" prep "$FOLDER/two/a.xyz" "$FOLDER/two/b.xyz" --to EPSG:32632 -o "$FOLDER/m.stipple" --force --precision 0.0002
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+expect_text err "2 of 2 inputs brought to WGS 84 / UTM zone 32N"
+utm 32 <"$FOLDER/degrees" | awk '{ print; $3 += 50; print }' | sort >"$FOLDER/expected"
+points "$FOLDER/m.stipple" >"$FOLDER/found"
+near "$FOLDER/expected" "$FOLDER/found" 0.001
+cp "$FOLDER/degrees" "$FOLDER/two/c.xyz"
+printf '%s' "$wgs84" >"$FOLDER/two/c.prj"
+run "$STIPPLE" prep "$FOLDER/two/b.xyz" "$FOLDER/two/c.xyz" -o "$FOLDER/m.stipple" --force --precision 0.0002
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+expect_text err "1 of 2 inputs brought to WGS 84 / UTM zone 33N"
+awk '{ print; $3 -= 50; print }' "$FOLDER/two/b.xyz" | sort >"$FOLDER/expected"
+points "$FOLDER/m.stipple" >"$FOLDER/found"
+near "$FOLDER/expected" "$FOLDER/found" 0.001
+
+# A grid in degrees.
+awk 'BEGIN {
+    print "ncols 9\nnrows 6\nxllcenter 9.1\nyllcenter 48.7\ncellsize 0.00001"
+    for (r = 5; r >= 0; r--) { line = ""; for (c = 0; c < 9; c++) line = line " " 300 + (c + 10 * r) / 8; print line }
+}' >"$FOLDER/grid.asc"
+printf '%s' "$wgs84" >"$FOLDER/grid.prj"
+run "$STIPPLE" prep "$FOLDER/grid.asc" -o "$FOLDER/m.stipple" --force --precision 0.0002
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+awk 'BEGIN { for (r = 0; r < 6; r++) for (c = 0; c < 9; c++) printf "%.8f %.8f %.3f\n", 9.1 + 0.00001 * c, 48.7 + 0.00001 * r, 300 + (c + 10 * r) / 8 }' |
+    utm 32 | sort >"$FOLDER/expected"
+points "$FOLDER/m.stipple" >"$FOLDER/found"
+near "$FOLDER/expected" "$FOLDER/found" 0.001
+
+# What cannot be.
+scatter 9.1 48.7 >"$FOLDER/plain.xyz"
+run "$STIPPLE" prep "$FOLDER/plain.xyz" --to EPSG:25832 -o "$FOLDER/none.stipple"
+expect_failure "does not say its coordinate system"
+run "$STIPPLE" prep "$FOLDER/in.xyz" --to EPSG:99999999 -o "$FOLDER/none.stipple"
+expect_failure "no way from"
+printf 'v 9 48 1\nv 9.1 48 1\nv 9 48.1 2\nf 1 2 3\n' >"$FOLDER/mesh.obj"
+printf '%s' "$wgs84" >"$FOLDER/mesh.prj"
+run "$STIPPLE" prep "$FOLDER/mesh.obj" -o "$FOLDER/none.stipple"
+expect_failure "has lines or faces"
+[ -z "$(find "$FOLDER" -name 'none*')" ] || fail "a refused run left a file"
+end_test

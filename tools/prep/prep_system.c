@@ -1,0 +1,232 @@
+/* Brings inputs to one coordinate system. */
+#include "tools/prep/prep_system.h"
+
+#include "base/file.h"
+#include "base/memory.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define PRJ_BYTES_MAX 65536u
+/* The code of GeoTIFF for a system that the file defines itself. */
+#define USER_DEFINED 32767L
+/* On a great circle of the earth. */
+#define METRES_BY_DEGREE 111195.0
+/* Points looked at for a place. */
+#define LOOK_POINTS 256u
+
+/* What a file says about its system. */
+typedef struct told {
+    char *definition; /* for PROJ; NULL: nothing that it takes */
+    bool angles;      /* longitude and latitude */
+} told;
+
+static const char *note_of(const stp_scan_info *info, const char *name)
+{
+    for (uint32_t i = 0; i < info->note_count; i++)
+        if (strcmp(info->notes[i].name, name) == 0)
+            return info->notes[i].text;
+    return "";
+}
+
+/* The number of a line "NAME=number" of GeoTIFF's keys; 0: there is none. */
+static long key_of(const char *keys, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *at = keys; (at = strstr(at, name)) != NULL; at += length)
+        if (at[length] == '=' && isdigit((unsigned char)at[length + 1]))
+            return strtol(at + length + 1, NULL, 10);
+    return 0;
+}
+
+static stp_status take_wkt(told *out, const char *wkt, stp_error *err)
+{
+    const bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
+    const bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") || strstr(wkt, "GEODCRS");
+    if (!projected && !angles)
+        return STP_OK;
+    out->angles = !projected;
+    return stp_text_copy(&out->definition, wkt, "a coordinate system", err);
+}
+
+static stp_status take_keys(told *out, const char *keys, stp_error *err)
+{
+    const long projected = key_of(keys, "ProjectedCSTypeGeoKey");
+    const long angles = key_of(keys, "GeographicTypeGeoKey");
+    const long code = projected > 0 ? projected : angles;
+    char text[32];
+    out->angles = key_of(keys, "GTModelTypeGeoKey") == 2;
+    if (code <= 0 || code == USER_DEFINED)
+        return STP_OK;
+    snprintf(text, sizeof text, "EPSG:%ld", code);
+    return stp_text_copy(&out->definition, text, "a coordinate system", err);
+}
+
+/* Reads F.prj beside F.asc. No such file is no error. */
+static stp_status take_prj(told *out, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+    const size_t stem =
+        dot != NULL && dot > (slash ? slash : path) ? (size_t)(dot - path) : strlen(path);
+    char *beside = NULL, *text = NULL;
+    int descriptor = -1;
+    uint64_t size = 0;
+    STP_TRY(stp_alloc(&beside, stem + sizeof ".prj", 1, "a path", err));
+    memcpy(beside, path, stem);
+    memcpy(beside + stem, ".prj", sizeof ".prj");
+    if (stp_file_open(beside, &descriptor, &size, NULL) != STP_OK || size > PRJ_BYTES_MAX)
+        goto done;
+    STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a coordinate system", err));
+    STP_TRY(stp_file_read_at(descriptor, beside, 0, text, (size_t)size, err));
+    STP_TRY(take_wkt(out, text, err));
+done:
+    if (descriptor >= 0)
+        close(descriptor);
+    free(beside);
+    free(text);
+    return status;
+}
+
+static stp_status find_told(told *out, const char *path, const stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(take_wkt(out, note_of(info, "wkt"), err));
+    if (out->definition == NULL)
+        STP_TRY(take_keys(out, note_of(info, "geokeys"), err));
+    if (out->definition == NULL && !out->angles)
+        STP_TRY(take_prj(out, path, err));
+done:
+    return status;
+}
+
+/* A place of the scan: its first point that is one. */
+static stp_status find_place(const char *path, const stp_scan_params *params, stp_dvec3 *out,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan *scan = NULL;
+    stp_point *points = NULL;
+    size_t count = 0;
+    *out = (stp_dvec3){0.0, 0.0, 0.0};
+    STP_TRY(stp_alloc(&points, LOOK_POINTS, sizeof *points, "points", err));
+    STP_TRY(stp_scan_open(&scan, path, params, err));
+    do {
+        STP_TRY(stp_scan_read(scan, points, LOOK_POINTS, &count, err));
+        for (size_t i = 0; i < count; i++)
+            if (points[i].reject == STP_REJECT_NONE && stp_dvec3_finite(points[i].position)) {
+                *out = points[i].position;
+                goto done;
+            }
+    } while (count > 0);
+done:
+    stp_scan_close(&scan);
+    free(points);
+    return status;
+}
+
+static stp_status check_told(const prep_system *system, const told *t, const char *path,
+                             const stp_scan_info *info, stp_error *err)
+{
+    if (t->definition == NULL && t->angles)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s is in degrees of longitude and latitude, of a system that it does "
+                             "not name: project it first, for example with PDAL's "
+                             "filters.reprojection",
+                             path);
+    if (t->definition == NULL)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s does not say its coordinate system, so it cannot be brought to "
+                             "%s: put a .prj file beside it",
+                             path, system->wanted);
+    if (info->face_count > 0 || info->edges.read > 0)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s has lines or faces, and only points are projected: project it "
+                             "first",
+                             path);
+    return STP_OK;
+}
+
+stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,
+                              const stp_scan_info *info, prep_way *way, stp_error *err)
+{
+    stp_status status = STP_OK;
+    told t = {0};
+    stp_dvec3 at = {0.0, 0.0, 0.0};
+    way->unit = 1.0;
+    STP_TRY(find_told(&t, path, info, err));
+    if (system->wanted == NULL && !t.angles && !(system->projects && t.definition != NULL)) {
+        if (system->target == NULL && t.definition != NULL) {
+            system->target = t.definition;
+            t.definition = NULL;
+        }
+        goto done;
+    }
+    STP_TRY(check_told(system, &t, path, info, err));
+    if (t.angles)
+        STP_TRY(find_place(path, params, &at, err));
+    const char *to = system->wanted ? system->wanted : system->target;
+    STP_TRY(stp_projection_create(&way->projection, t.definition, to, at, err));
+    way->unit = t.angles ? METRES_BY_DEGREE : 1.0;
+    system->projects = true;
+    if (system->target == NULL)
+        STP_TRY(stp_text_copy(&system->target, stp_projection_wkt(way->projection),
+                              "a coordinate system", err));
+done:
+    free(t.definition);
+    return status;
+}
+
+static bool is_of_system(const stp_scan_note *note)
+{
+    return strcmp(note->name, "wkt") == 0 || strcmp(note->name, "geokeys") == 0;
+}
+
+static stp_status add_note(stp_prep_file *file, const char *name, const char *text, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t capacity = file->note_count;
+    char *own_name = NULL, *own_text = NULL;
+    STP_TRY(stp_text_copy(&own_name, name, "notes", err));
+    STP_TRY(stp_text_copy(&own_text, text, "notes", err));
+    STP_TRY(stp_grow(&file->notes, &capacity, (size_t)file->note_count + 1, sizeof *file->notes,
+                     "notes", err));
+    file->notes[file->note_count++] = (stp_scan_note){own_name, own_text};
+    own_name = own_text = NULL;
+done:
+    free(own_name);
+    free(own_text);
+    return status;
+}
+
+stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < file->note_count; i++)
+        if (is_of_system(&file->notes[i])) {
+            free((void *)file->notes[i].name);
+            file->notes[i].name = NULL;
+            STP_TRY(stp_text_copy((char **)&file->notes[i].name, "projected_from", "notes", err));
+        }
+    STP_TRY(add_note(file, "wkt", stp_projection_wkt(way), err));
+done:
+    return status;
+}
+
+void prep_system_move(stp_projection *way, stp_point *points, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (points[i].reject == STP_REJECT_NONE)
+            points[i].position = stp_projection_apply(way, points[i].position);
+        points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
+    }
+}
+
+void prep_system_clear(prep_system *system)
+{
+    free(system->target);
+    *system = (prep_system){0};
+}

@@ -1,0 +1,37 @@
+/* The coordinate systems of inputs, and the one that they are brought to.
+ *
+ * Longitude and latitude are no lengths, so such inputs are projected: to the system of --to, else
+ * to that of an input that is projected already, else to the zone of UTM in which the first point
+ * lies. Other inputs are projected only with --to, or if an input before them was. An input's
+ * system is what the file says, or a .prj file beside it. Heights stay as they are. */
+#ifndef STP_TOOLS_PREP_PREP_SYSTEM_H
+#define STP_TOOLS_PREP_PREP_SYSTEM_H
+
+#include "formats/scan/geo/projection.h"
+#include "formats/scan/scan.h"
+#include "preprocess/prep.h"
+
+typedef struct prep_system {
+    const char *wanted; /* --to; NULL: none */
+    char *target;       /* that of an input so far; NULL: none is known */
+    bool projects;      /* some input was projected, so the next ones are */
+} prep_system;
+
+/* How an input is projected. */
+typedef struct prep_way {
+    stp_projection *projection; /* NULL: positions stay */
+    double unit;                /* about what a unit of x and y becomes; 1 if positions stay */
+} prep_way;
+
+/* Chooses how the positions of an input are moved. Errors: UNSUPPORTED (no system is told, lines or
+ * faces), those of opening and reading the scan and of the projection. Free the projection. */
+stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,
+                              const stp_scan_info *info, prep_way *way, stp_error *err);
+/* Makes the file's notes say where its points are now, and what they came from. Errors:
+ * OUT_OF_MEMORY. */
+stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err);
+/* Moves points. Their normals are dropped: they were of another space. */
+void prep_system_move(stp_projection *way, stp_point *points, size_t count);
+void prep_system_clear(prep_system *system);
+
+#endif
