@@ -11,10 +11,9 @@
 
 /* Points of a draft, if time allows. */
 #define DRAFT_POINTS 60000u
-/* Points that are read at each place of a file of records. */
+/* Points that are read at each place of a file of records. In longer runs the neighbours of a point
+ * would be those of its own run, and discs too small to close the gaps between runs. */
 #define RUN_POINTS 4u
-/* The same once half of the time is gone: a slow disk reads as many at once. */
-#define LONG_RUN_POINTS 32u
 /* Points that are unpacked of packed chunks. */
 #define UNPACKED_POINTS 2000000u
 /* With fewer places, a file is read from its beginning to its end. */
@@ -85,9 +84,7 @@ static stp_status read_scan(draft *d, stp_scan *scan, uint64_t wanted, uint32_t 
                             stp_error *err)
 {
     stp_status status = STP_OK;
-    pattern p = pattern_of(stp_scan_get_info(scan), wanted);
-    const uint64_t long_run = p.apart < LONG_RUN_POINTS ? p.apart : LONG_RUN_POINTS;
-    const size_t enough = d->count + (size_t)wanted;
+    const pattern p = pattern_of(stp_scan_get_info(scan), wanted);
     unsigned bits = 0;
     while (UINT64_C(1) << bits < p.places)
         bits++;
@@ -95,11 +92,8 @@ static stp_status read_scan(draft *d, stp_scan *scan, uint64_t wanted, uint32_t 
         const uint64_t place = reversed(i, bits);
         if (place >= p.places)
             continue;
-        const double left_s = p.seeks ? d->until_s - stp_clock_seconds() : SEEK_S;
-        if (done++ >= PLACES_LEAST && (left_s < 0.0 || d->count >= enough))
+        if (p.seeks && done++ >= PLACES_LEAST && stp_clock_seconds() > d->until_s)
             break;
-        if (left_s < 0.5 * SEEK_S && p.depth < long_run)
-            p.depth = long_run;
         if (p.seeks)
             STP_TRY(stp_scan_seek(scan, place * p.apart, err));
         STP_TRY(read_run(d, scan, &p, stations_before, err));
