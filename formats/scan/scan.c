@@ -126,6 +126,8 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
         scan->info.face_count = scan->mesh.face_count;
         scan->info.grid = (stp_scan_grid){0};
         stp_ply_close(&scan->ply);
+    } else if (stp_ply_has_fixed_records(ply)) {
+        scan->info.seek_points = 1;
     }
 done:
     return status;
@@ -331,6 +333,17 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
     *count = got;
 done:
     return status;
+}
+
+stp_status stp_scan_seek(stp_scan *scan, uint64_t point, stp_error *err)
+{
+    if (scan->info.seek_points == 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "%s can only be read from its beginning",
+                             scan->path);
+    if (scan->reader)
+        return scan->reader->seek(scan->reader_state, point, err);
+    stp_ply_seek(scan->ply, point);
+    return STP_OK;
 }
 
 void stp_scan_close(stp_scan **scan)

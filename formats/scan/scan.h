@@ -136,6 +136,7 @@ typedef struct stp_scan_info {
     uint32_t attributes;    /* STP_POINT_HAS_* */
     double coordinate_step; /* scale of integer or short decimal coordinates; 0: floats */
     double intensity_full;  /* the file's number for intensity 65535, if 0 is 0; 0: not known */
+    uint64_t seek_points;   /* reading may go on at multiples of it (stp_scan_seek); 0: nowhere */
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool normals_from_faces;
     const stp_dvec3
@@ -168,6 +169,9 @@ void stp_scan_take_lines(stp_scan *scan, stp_line_set *out);
 /* Reads up to capacity points; *count 0 only at the end. Errors: IO, CORRUPT. */
 stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
                          stp_error *err);
+/* Reads on at this point, a multiple of info.seek_points and below info.point_count. Readers then
+ * read little ahead. Errors: INVALID_ARGUMENT (seek_points is 0), IO, CORRUPT, OUT_OF_MEMORY. */
+stp_status stp_scan_seek(stp_scan *scan, uint64_t point, stp_error *err);
 void stp_scan_close(stp_scan **scan);
 
 #endif

@@ -16,6 +16,8 @@ typedef struct stp_scan_reader {
                        stp_error *err);
     /* Frees what the state holds, also after a failed open. */
     void (*close)(void *state);
+    /* As stp_scan_seek. NULL: the reader cannot, and leaves info.seek_points 0. */
+    stp_status (*seek)(void *state, uint64_t point, stp_error *err);
 } stp_scan_reader;
 
 #endif

@@ -65,7 +65,7 @@ static stp_status fill(stp_source *source, size_t needed, stp_error *err)
     STP_TRY(stp_grow(&source->buffer, &source->capacity, needed, 1, "bytes of a block", err));
     uint64_t at = source->offset + held;
     uint64_t left = at < source->size ? source->size - at : 0;
-    size_t part = source->capacity - held;
+    size_t part = (source->narrow ? needed : source->capacity) - held;
     if (part > left)
         part = (size_t)left;
     STP_TRY(

@@ -253,7 +253,7 @@ test_drop() {
     settle
     "$DROP" "$window" "file://$FOLDER/terr%61in.stipple" || fail "the drop is not taken"
     expect_title "and 1 more: " "a drop"
-    "$DROP" "$window" "file://$FOLDER/none.stipple" "file://$FOLDER/scan.ply" ||
+    "$DROP" "$window" "file://$FOLDER/none.stipple" "file://$FOLDER/scan.xml" ||
         fail "the second drop is not taken"
     settle
     has_ended && fail "dropping what is no model ends the viewer"

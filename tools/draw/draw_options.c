@@ -115,8 +115,8 @@ open_scan_params draw_options_scan(const draw_options *o, const char *command,
                                                                   : OPEN_CACHE_BYTES};
 }
 
-static stp_status open_model(const draw_options *o, const char *path, stp_model **model,
-                             stp_error *err)
+stp_status draw_options_open_model(const draw_options *o, const char *path, stp_model **model,
+                                   stp_error *err)
 {
     stp_byte_source_params params =
         source_options_params(o->cache_folder, o->no_cache ? 0 : o->cache_bytes, o->timeout_s);
@@ -128,9 +128,9 @@ static stp_status open_scans(const draw_options *o, open_scan *scan, stp_model *
 {
     stp_status status = STP_OK;
     /* what was found may be damaged, or removed meanwhile by another process */
-    if (!scan->found || open_model(o, scan->path, model, NULL) != STP_OK) {
+    if (!scan->found || draw_options_open_model(o, scan->path, model, NULL) != STP_OK) {
         STP_TRY(open_scan_prepare(scan, err));
-        STP_TRY(open_model(o, scan->path, model, err));
+        STP_TRY(draw_options_open_model(o, scan->path, model, err));
     }
     open_scan_opened(scan);
 done:
@@ -152,7 +152,7 @@ stp_status draw_options_open(const draw_options *o, const open_scan_params *para
                                  paths[i]);
     }
     if (!scans)
-        return open_model(o, paths[0], model, err);
+        return draw_options_open_model(o, paths[0], model, err);
     STP_TRY(open_scan_find(&scan, paths, count, params, err));
     STP_TRY(open_scans(o, &scan, model, err));
 done:

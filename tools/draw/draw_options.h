@@ -46,6 +46,9 @@ void draw_options_word(const char *words, int index, char out[16]);
 /* How scans are opened (open_scan.h). command: its name. */
 open_scan_params draw_options_scan(const draw_options *o, const char *command,
                                    const cli_common *common);
+/* Opens a model by path or address. Errors: those of stp_model_open_at. */
+stp_status draw_options_open_model(const draw_options *o, const char *path, stp_model **model,
+                                   stp_error *err);
 /* Opens a model by path or address, or the model of one or several scans, which are prepared first
  * unless the cache has them. Errors: those of stp_model_open_at and open_scan.h; INVALID_ARGUMENT
  * (a model and something else). */

@@ -48,8 +48,8 @@ stp_status open_scan_is(bool *out, const char *argument, stp_error *err)
     return status == STP_UNSUPPORTED ? stp_error_set(err, status, "%s", why.message) : STP_OK;
 }
 
-/* Takes a place in the folder of temporary files. Nobody foresees its name. */
-static stp_status take_temporary(open_scan *scan, stp_error *err)
+/* Nobody foresees the name. */
+stp_status open_scan_take_temporary(open_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *given = getenv("TMPDIR"), *folder = given && *given ? given : "/tmp";
@@ -68,9 +68,9 @@ done:
     return status;
 }
 
-static stp_status give_up_keeping(open_scan *scan, const stp_error *why, stp_error *err)
+stp_status open_scan_give_up_keeping(open_scan *scan, const stp_error *why, stp_error *err)
 {
-    stp_status status = take_temporary(scan, err);
+    stp_status status = open_scan_take_temporary(scan, err);
     if (status == STP_OK && !scan->params.common->quiet)
         fprintf(stderr, "stipple %s: warning: %s: the model is made for this time alone, in %.*s\n",
                 scan->params.command, why->message, (int)(strrchr(scan->path, '/') - scan->path),
@@ -93,14 +93,14 @@ stp_status open_scan_find(open_scan *out, const char *const *arguments, size_t c
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&scan.scans, arguments[i], err));
     if (params->cache_bytes == 0) {
-        STP_TRY(take_temporary(&scan, err));
+        STP_TRY(open_scan_take_temporary(&scan, err));
     } else if (open_cache_folder(&scan.folder, params->cache_folder, &why) != STP_OK) {
-        STP_TRY(give_up_keeping(&scan, &why, err));
+        STP_TRY(open_scan_give_up_keeping(&scan, &why, err));
     } else {
         STP_TRY(open_cache_path(&scan.path, scan.folder, &scan.scans, err));
         scan.found = is_file(scan.path);
         if (!scan.found && open_cache_make(scan.folder, &why) != STP_OK)
-            STP_TRY(give_up_keeping(&scan, &why, err));
+            STP_TRY(open_scan_give_up_keeping(&scan, &why, err));
     }
     *out = scan;
     scan = (open_scan){0};
@@ -143,7 +143,7 @@ stp_status open_scan_prepare(open_scan *scan, stp_error *err)
     stp_error why = {0};
     stp_status status = run(scan, &full, &why);
     if (full) {
-        status = give_up_keeping(scan, &why, &why);
+        status = open_scan_give_up_keeping(scan, &why, &why);
         status = status == STP_OK ? run(scan, &full, &why) : status;
     }
     return status == STP_OK ? status : stp_error_set(err, status, "%s", why.message);

@@ -48,6 +48,10 @@ stp_status open_scan_find(open_scan *out, const char *const *arguments, size_t c
  * takes a temporary place. If some of several scans cannot be read, names them on stderr and does
  * not keep the model of the others. Errors: those of prep. */
 stp_status open_scan_prepare(open_scan *scan, stp_error *err);
+/* Takes a place in $TMPDIR, for a model that is not kept. Errors: IO, OUT_OF_MEMORY. */
+stp_status open_scan_take_temporary(open_scan *scan, stp_error *err);
+/* The same, after a warning why nothing can be kept in the cache. */
+stp_status open_scan_give_up_keeping(open_scan *scan, const stp_error *why, stp_error *err);
 /* Call it when the model is open. */
 void open_scan_opened(const open_scan *scan);
 void open_scan_clear(open_scan *scan);

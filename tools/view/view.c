@@ -3,6 +3,7 @@
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
 #include "tools/view/view_move.h"
+#include "tools/view/view_prepare.h"
 #include "tools/view/view_settings.h"
 #include "tools/view/view_watch.h"
 
@@ -18,7 +19,9 @@ const cli_command cli_view = {
     .details =
         "The window's title says how long a frame took, how many points it drew, and "
         "how.\nWith --shaders, the viewer reloads shader files when you save them. Pictures "
-        "and paths\ngo to the working folder, kept views to M.stipple.views.json.\n" VIEW_KEYS,
+        "and paths\ngo to the working folder, kept views to "
+        "M.stipple.views.json.\n\n" OPEN_SCAN_HELP
+        " A large\nscan is shown coarsely, all of it, until its model is ready.\n\n" VIEW_KEYS,
     .run = run,
 };
 
@@ -212,6 +215,7 @@ static stp_status turn(viewer *v, stp_error *err)
         stp_ui_set_scale(v->ui, scale);
     take_events(v);
     reload_shaders(v);
+    view_prepare_turn(v);
     STP_TRY(view_fulfil(v, err));
     if (v->removing >= 0)
         view_remove_model(v, (size_t)v->removing);
@@ -250,8 +254,7 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
 {
     stp_status status = STP_OK;
     stp_error why = {0};
-    for (size_t i = 0; i < count; i++)
-        STP_TRY(view_scene_add(&v->scene, v->options, v->common, paths[i], err));
+    STP_TRY(view_prepare_add(v, paths, count, err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
         v->control.params.threshold_px = 1.0; /* used if samples are left out again */
@@ -288,6 +291,7 @@ static stp_status view(const draw_options *o, double fps, const cli_common *comm
     for (size_t i = 0; i < v.scene.count; i++)
         source_options_warn(&cli_view, common, v.scene.models[i].model->file);
 done:
+    view_prepare_end(&v.prepare);
     view_shot_end(&v.shot);
     view_record_destroy(&v.record);
     view_ground_forget(&v.ground, NULL);
@@ -302,7 +306,7 @@ static int run(int argc, char **argv)
 {
     draw_options o = draw_options_default();
     cli_common common = {0};
-    const char *paths[VIEW_MODELS_LIMIT] = {NULL};
+    static const char *paths[PREP_PATHS_LIMIT];
     size_t count = 0;
     stp_error err = {0};
     double fps = 0.0;
@@ -317,7 +321,7 @@ static int run(int argc, char **argv)
     o.camera.size[0] = o.camera.size[1] = 0; /* by the screen */
     o.timeout_s = INFINITY;                  /* the viewer waits until the server answers again */
     int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
-                         VIEW_MODELS_LIMIT, &count, &common);
+                         PREP_PATHS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
     code = draw_options_check(&o, &cli_view);

@@ -14,6 +14,7 @@
 #include "tools/view/view_control.h"
 #include "tools/view/view_ground.h"
 #include "tools/view/view_measure.h"
+#include "tools/view/view_prepare_child.h"
 #include "tools/view/view_record.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
@@ -105,6 +106,7 @@ typedef struct viewer {
     double last_frame_s;
     bool said_damage, quits;
     uint64_t shader_state;
+    view_prepare prepare; /* of scans */
 } viewer;
 
 #define VIEW_SHOT_SIZE_COUNT 6
@@ -140,8 +142,6 @@ void view_begin_shot(viewer *v);
 void view_keep(viewer *v);
 void view_save_bookmarks(viewer *v);
 void view_recall(viewer *v, size_t index);
-/* Adds models by name. Shows a note for each that cannot be added. */
-void view_add_models(viewer *v, const char *const *paths, size_t count);
 /* Removes a model. The last one stays. */
 void view_remove_model(viewer *v, size_t index);
 /* Gives the scene's models to the renderer; the first call creates the renderer. Errors: those of

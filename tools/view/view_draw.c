@@ -71,7 +71,7 @@ static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
     char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[THRESHOLD_BYTES],
-        colour[40], modes[120], missing[40] = "", more[40] = "";
+        colour[40], modes[120], missing[40] = "", more[40] = "", preparing[40] = "";
     lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
@@ -84,10 +84,15 @@ static void show_title(const viewer *v)
         snprintf(missing, sizeof missing, ", DAMAGED: see stipple verify");
     if (v->scene.count > 1)
         snprintf(more, sizeof more, " and %zu more", v->scene.count - 1);
-    snprintf(title, sizeof title, "%.160s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s",
+    if (v->prepare.state == VIEW_PREPARE_FAILED)
+        snprintf(preparing, sizeof preparing, ", coarse");
+    else if (v->prepare.state != VIEW_PREPARE_NONE)
+        snprintf(preparing, sizeof preparing, ", coarse: preparing, %.0f %%",
+                 floor(100.0 * v->prepare.done));
+    snprintf(title, sizeof title, "%.160s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s%s",
              v->scene.models[0].name, more, v->stats.frame_ms,
              (unsigned long long)v->stats.points_drawn, threshold, lod, reconstruct, shade, colour,
-             modes, missing);
+             modes, missing, preparing);
     stp_window_set_title(v->window, title);
 }
 

@@ -239,6 +239,23 @@ static double draw_trouble(const viewer *v, const stp_ui_rect *picture)
     return stp_ui_draw_bar(picture, text);
 }
 
+/* Says at the top of the picture how far a scan is prepared. Returns the height taken so far. */
+static double draw_prepare(const viewer *v, double below)
+{
+    const double s = stp_ui_scale(v->ui), x = 6.0 * s, line = stp_ui_text_height() + 8.0 * s;
+    const double y = below + line + 2.0 * x,
+                 width = fmin(260.0 * s, v->layout.picture_width - 2.0 * x);
+    char text[VIEW_PREPARE_LINE];
+    if (!view_prepare_text(&v->prepare, text))
+        return below;
+    stp_ui_draw_label(x, below + x, text, ORANGE, false);
+    if (v->prepare.state == VIEW_PREPARE_FAILED)
+        return y;
+    stp_ui_draw_line(x, y, x + width, y, 0x000000a0, 4.0 * s);
+    stp_ui_draw_line(x, y, x + width * v->prepare.done, y, ORANGE, 4.0 * s);
+    return y + x;
+}
+
 /* below: height that is taken at the top of the picture. */
 static void draw_status(const viewer *v, double below)
 {
@@ -303,7 +320,7 @@ void view_marks_draw(viewer *v)
     draw_clip(v);
     draw_measure(v);
     draw_pivot(v);
-    draw_status(v, draw_trouble(v, &picture));
+    draw_status(v, draw_prepare(v, draw_trouble(v, &picture)));
     stp_ui_clip_pop();
     draw_help(v);
 }

@@ -59,27 +59,49 @@ static void close_model(view_model *m)
     *m = (view_model){0};
 }
 
-stp_status view_scene_add(view_scene *scene, const draw_options *options, const cli_common *common,
-                          const char *path, stp_error *err)
+size_t view_scene_find(const view_scene *scene, const char *path)
+{
+    size_t i = 0;
+    while (i < scene->count && strcmp(scene->models[i].path, path) != 0)
+        i++;
+    return i;
+}
+
+stp_status view_scene_put(view_scene *scene, const char *path, stp_model **model, stp_model **old,
+                          stp_error *err)
 {
     stp_status status = STP_OK;
-    view_model m = {0};
-    if (scene->count == VIEW_MODELS_LIMIT)
+    const size_t index = view_scene_find(scene, path);
+    view_model *m = &scene->models[index];
+    if (index == VIEW_MODELS_LIMIT)
         return stp_error_set(err, STP_LIMIT, "%s: there are %d models already: remove one", path,
                              VIEW_MODELS_LIMIT);
-    for (size_t i = 0; i < scene->count; i++)
-        if (strcmp(scene->models[i].path, path) == 0)
-            return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
-    STP_TRY(stp_text_copy(&m.path, path, "a path", err));
-    const open_scan_params scan = draw_options_scan(options, "view", common);
-    STP_TRY(draw_options_open(options, &scan, &path, 1, &m.model, err));
-    m.name = view_files_base(stp_chunk_file_path(m.model->file));
-    read_metadata(&m);
-    scene->models[scene->count++] = m;
-    m = (view_model){0};
+    if (index == scene->count)
+        STP_TRY(stp_text_copy(&m->path, path, "a path", err));
+    *old = m->model;
+    m->model = *model;
+    *model = NULL;
+    m->name = stp_is_address(path) ? view_files_base(stp_chunk_file_path(m->model->file))
+                                   : view_files_base(m->path);
+    m->sources[0] = m->system[0] = m->unit[0] = '\0';
+    read_metadata(m);
+    scene->count += index == scene->count;
     view_scene_update(scene);
 done:
-    close_model(&m);
+    return status;
+}
+
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_model *model = NULL, *none = NULL;
+    if (view_scene_find(scene, path) < scene->count)
+        return stp_error_set(err, STP_EXISTS, "%s: is shown already", path);
+    STP_TRY(draw_options_open_model(options, path, &model, err));
+    STP_TRY(view_scene_put(scene, path, &model, &none, err));
+done:
+    stp_model_close(&model);
     return status;
 }
 

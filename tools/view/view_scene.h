@@ -33,9 +33,15 @@ typedef struct view_scene {
 } view_scene;
 
 /* Adds a model. options: say where models of web servers are cached. Errors: those of
- * draw_options_open; LIMIT, EXISTS (the model is already there), OUT_OF_MEMORY. */
-stp_status view_scene_add(view_scene *scene, const draw_options *options, const cli_common *common,
-                          const char *path, stp_error *err);
+ * draw_options_open_model; LIMIT, EXISTS (the model is already there), OUT_OF_MEMORY. */
+stp_status view_scene_add(view_scene *scene, const draw_options *options, const char *path,
+                          stp_error *err);
+/* Gives the scene a model by this name, in place of the one of that name, if there is one: *old is
+ * that, and the caller's. *model is the scene's from then on. Errors: LIMIT, OUT_OF_MEMORY. */
+stp_status view_scene_put(view_scene *scene, const char *path, stp_model **model, stp_model **old,
+                          stp_error *err);
+/* The index of a model by its path; `count` if there is none. */
+size_t view_scene_find(const view_scene *scene, const char *path);
 void view_scene_remove(view_scene *scene, size_t index);
 /* Recomputes box and counts after models were shown or hidden. */
 void view_scene_update(view_scene *scene);

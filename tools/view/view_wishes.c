@@ -226,23 +226,6 @@ done:
     return status;
 }
 
-void view_add_models(viewer *v, const char *const *paths, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        stp_error err = {0};
-        stp_status status = view_scene_add(&v->scene, v->options, v->common, paths[i], &err);
-        if (status == STP_OK) {
-            status = view_scene_changed(v, &err);
-            if (status != STP_OK)
-                view_scene_remove(&v->scene, v->scene.count - 1);
-        }
-        if (status == STP_OK)
-            view_note(v, "%s was added", v->scene.models[v->scene.count - 1].name);
-        else
-            view_note(v, "%s", err.message);
-    }
-}
-
 void view_remove_model(viewer *v, size_t index)
 {
     stp_error err = {0};

@@ -202,6 +202,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->point_count = las->header.point_count;
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
+    info->seek_points = las->laz ? stp_laz_chunk_points(las->laz) : 1;
     info->heights = true;
     info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step =
@@ -212,4 +213,12 @@ done:
     return status;
 }
 
-const stp_scan_reader stp_las_reader = {sizeof(las_reader), open_reader, read_points, close_reader};
+static stp_status seek_reader(void *state, uint64_t point, stp_error *err)
+{
+    las_reader *las = state;
+    las->source.narrow = true;
+    return seek_point(las, point, err);
+}
+
+const stp_scan_reader stp_las_reader = {sizeof(las_reader), open_reader, read_points, close_reader,
+                                        seek_reader};

@@ -316,6 +316,12 @@ static size_t find_chunk(const stp_laz *laz, uint64_t point)
     return low;
 }
 
+uint64_t stp_laz_chunk_points(const stp_laz *laz)
+{
+    const bool even = laz->layout.chunked && laz->layout.chunk_points != UINT32_MAX;
+    return even ? laz->layout.chunk_points : 0;
+}
+
 stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -29,6 +29,8 @@ typedef struct stp_laz_params {
 stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *err);
 /* Continues at this point. Errors: as stp_laz_read. */
 stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err);
+/* Where seeks cost little: at multiples of so many points. 0: nowhere, chunks have many sizes. */
+uint64_t stp_laz_chunk_points(const stp_laz *laz);
 /* Unpacks the next count points into records of the header's record_bytes. Errors: CORRUPT, IO,
  * OUT_OF_MEMORY. */
 stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_error *err);

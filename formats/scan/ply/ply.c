@@ -142,6 +142,13 @@ void stp_ply_close(stp_ply **ply)
     *ply = NULL;
 }
 
+void stp_ply_seek(stp_ply *ply, uint64_t vertex)
+{
+    stp_source_seek(&ply->source, ply->vertex_offset + vertex * ply->vertex->stride, 0);
+    ply->source.narrow = true;
+    ply->cursor.index = vertex;
+}
+
 static void set_stations(const stp_ply *ply, stp_point *points, size_t count)
 {
     const double *numbers = ply->columns[STP_PLY_STATION];

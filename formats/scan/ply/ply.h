@@ -44,6 +44,13 @@ void stp_ply_close(stp_ply **ply);
 /* Reads the next points; *count is 0 only at the end. Errors: IO, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,
                         stp_error *err);
+/* Whether all records of vertices have the same size in bytes. */
+static inline bool stp_ply_has_fixed_records(const stp_ply *ply)
+{
+    return ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists;
+}
+/* Reads on at this vertex, of records of one size. */
+void stp_ply_seek(stp_ply *ply, uint64_t vertex);
 /* Reads all vertices, faces and edges from the start. *mesh must be empty. Errors: IO, CORRUPT,
  * LIMIT, OUT_OF_MEMORY. */
 stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err);

@@ -91,8 +91,8 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
     const bool colour_wide = (ply->attributes & STP_POINT_HAS_COLOUR) && is_wide(ply, STP_PLY_RED);
     if (ply->vertex->count > 0 && (colour_wide || is_wide(ply, STP_PLY_INTENSITY))) {
-        const bool fixed = ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists;
-        STP_TRY(fixed ? sample_spread(ply, &maxima, err) : sample_prefix(ply, &maxima, err));
+        STP_TRY(stp_ply_has_fixed_records(ply) ? sample_spread(ply, &maxima, err)
+                                               : sample_prefix(ply, &maxima, err));
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;
     }

@@ -1,0 +1,93 @@
+/* Tests that readers which can go on anywhere give the points that they give from the beginning on,
+ * and that the others say so. Real LAZ files, too, if STIPPLE_SCANS names a folder of scans. */
+#include "tests/fixtures/scan_fixture.h"
+
+#define POINTS_LIMIT 200000u
+#define RUN 5u
+
+static stp_scan *open_scan(const char *path)
+{
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    if (stp_scan_open(&scan, path, NULL, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    return scan;
+}
+
+static size_t read_points(stp_scan *scan, stp_point *points, size_t most)
+{
+    size_t sum = 0, count = 1;
+    while (count > 0 && sum < most) {
+        assert_int_equal(stp_scan_read(scan, points + sum, most - sum, &count, NULL), STP_OK);
+        sum += count;
+    }
+    return sum;
+}
+
+/* Reads runs from the last seek place to the first and back, and holds them against all points. */
+static void check_seeks(const char *path)
+{
+    stp_point *all = calloc(POINTS_LIMIT, sizeof *all), run[RUN];
+    stp_scan *scan = open_scan(path);
+    assert_non_null(all);
+    const size_t count = read_points(scan, all, POINTS_LIMIT);
+    const uint64_t apart = stp_scan_get_info(scan)->seek_points;
+    assert_true(apart > 0);
+    const uint64_t places = (count + apart - 1) / apart, step = places / 50 + 1;
+    for (uint64_t i = 0; i < 2 * places; i += step) {
+        const uint64_t place = (i < places ? places - 1 - i : i - places) * apart;
+        assert_int_equal(stp_scan_seek(scan, place, NULL), STP_OK);
+        const size_t got = read_points(scan, run, RUN);
+        assert_int_equal(got, count - place < RUN ? count - place : RUN);
+        assert_memory_equal(run, all + place, got * sizeof *run);
+    }
+    stp_scan_close(&scan);
+    free(all);
+}
+
+static void generated(void **state)
+{
+    static const char *const names[] = {"seek.las", "seek.ply"};
+    (void)state;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char command[4200];
+        snprintf(command, sizeof command, "'%s' gen bumpy -n 3000 -o %s --quiet", getenv("STIPPLE"),
+                 names[i]);
+        assert_int_equal(system(command), 0);
+        check_seeks(names[i]);
+    }
+}
+
+static void only_forwards(void **state)
+{
+    static const char text[] = "1 2 3\n4 5 6\n";
+    stp_error err = {0};
+    (void)state;
+    scan_fixture_bytes("text.xyz", text, sizeof text - 1);
+    stp_scan *scan = open_scan("text.xyz");
+    assert_true(stp_scan_get_info(scan)->seek_points == 0);
+    assert_int_equal(stp_scan_seek(scan, 1, &err), STP_INVALID_ARGUMENT);
+    assert_non_null(strstr(err.message, "text.xyz"));
+    stp_scan_close(&scan);
+}
+
+static void real(void **state)
+{
+    static const char *const names[] = {"laz/autzen_trim.laz", "laz/simple.laz",
+                                        "laz/pdrf8-1.4.laz", "laz/pdrf4-1.3.laz"};
+    char path[4096];
+    (void)state;
+    for (size_t i = 0; scan_fixture_has_real() && i < sizeof names / sizeof *names; i++)
+        if (scan_fixture_real(names[i], path))
+            check_seeks(path);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(generated),
+        cmocka_unit_test(only_forwards),
+        cmocka_unit_test(real),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}
