@@ -4,10 +4,10 @@
  * of the pixels that either covers.
  *
  * A software rasteriser needs minutes for all of it. The three templates are one shader with
- * windows of three widths: the test judges each scene with one of them, in turns. It judges Gauss
- * from all ten views, any other mode from five of them: even views in one scene, odd views in the
- * next. With the argument --every, as in long_gl_reference, it judges each scene in all modes from
- * all views, and in larger pictures, as scenes with lines always are.
+ * windows of three widths: the test judges each scene with one of them, in turns. It judges each
+ * mode from five of the ten views: even views in one scene, odd views in the next. With the
+ * argument --every, as in long_gl_reference, it judges each scene in all modes from all views, and
+ * in larger pictures, as scenes with lines always are.
  *
  * The GPU decides with floats which of two samples is nearer, or in which pixel a sample lies. In
  * doubles, two samples may differ by only a float's last bits. Such a pixel of level 0 is a tie: if
@@ -306,7 +306,7 @@ static bool is_left_out(size_t mode, int scene)
 /* Is this view left to the next scene? Five views have each size once. */
 static bool is_left_to_next(size_t mode, int view, int scene)
 {
-    return !everything && mode > 0 && ((int)mode + view + scene) % 2 != 0;
+    return !everything && ((int)mode + view + scene) % 2 != 0;
 }
 
 /* Judges views of one model: around it, close to it with 100 degrees, and orthographic. ties: the

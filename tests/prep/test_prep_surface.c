@@ -100,7 +100,7 @@ static void check_units(stp_cloud *cloud)
 static void units_of_a_surface(void **state)
 {
     (void)state;
-    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.2, 2);
+    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.2, 0);
     for (uint32_t i = 0; i < s.cloud.count; i++)
         s.cloud.points[i].station = i % 3 != 0;
     check_units(&s.cloud);

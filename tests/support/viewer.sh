@@ -2,7 +2,7 @@
 # Helpers for tests of the viewer; source it after shell.sh. They start a virtual display with nothing
 # else on it and the viewer in it, and read the viewer's title and pixels.
 
-for tool in Xvfb xdotool; do
+for tool in Xvfb xdotool python3; do
     command -v $tool >/dev/null || skip_test "$tool is not installed"
 done
 "$STIPPLE" --help | found '^  view ' || skip_test "built without the renderer"
@@ -59,20 +59,20 @@ find_window() {
 window_or_end() { find_window || has_ended; }
 has_ended() { ! kill -0 "$viewer" 2>/dev/null; }
 
-# Prints the screen as hexadecimal pixels, one per line; Xvfb keeps it as an XWD file.
-screen_pixels() {
-    local header colours
-    header=$(od -An -tu4 --endian=big -N4 "$screen")
-    colours=$(od -An -tu4 --endian=big -j76 -N4 "$screen")
-    tail -c +$((header + 12 * colours + 1)) "$screen" | od -An -v -tx4 -w4
+# Counts the pixels of a colour (lit: any but black) in a rectangle of the screen, which Xvfb keeps as an XWD file.
+pixels_of() { # colour as rrggbb, or lit; then x0 y0 x1 y1
+    python3 - "$screen" $SCREEN_WIDTH "$@" <<'END'
+import array, struct, sys
+data, (width, x0, y0, x1, y1) = open(sys.argv[1], "rb").read(), map(int, [sys.argv[2]] + sys.argv[4:])
+begin, count = struct.unpack_from(">I", data)[0] + 12 * struct.unpack_from(">I", data, 76)[0], 0
+colour = None if sys.argv[3] == "lit" else int(sys.argv[3], 16)
+for y in range(y0, y1):
+    row = array.array("I", data[begin + 4 * (y * width + x0):begin + 4 * (y * width + x1)])
+    count += sum(1 for p in row if (p & 0xffffff if colour is None else p & 0xffffff == colour))
+print(count)
+END
 }
-# Counts the pixels that are not black in a rectangle of the screen: x0 y0 x1 y1.
-lit_pixels() {
-    screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" -v x1="$3" -v y1="$4" '
-        { i = NR - 1; x = i % w; y = int(i / w) }
-        x >= x0 && x < x1 && y >= y0 && y < y1 && substr($1, 3) != "000000" { n++ }
-        END { print n + 0 }'
-}
+lit_pixels() { pixels_of lit "$@"; } # x0 y0 x1 y1
 screen_sum() { cksum <"$screen"; }
 # Prints the sum of the picture at rest: the last frame adds smooth edges, and nothing changes for 1.5 s after it.
 rest_sum() {

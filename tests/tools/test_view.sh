@@ -156,20 +156,24 @@ test_shaders() {
 test_fps() {
     open_viewer --fps 1000 || return
     expect_title ", every sample, auto" "--fps at rest"
-    local start drag said
+    local start drag said coarse
     start=$(rest_sum)
-    xdotool mousedown 1
-    # shellcheck disable=SC2046
-    xdotool $(for x in $(seq 100); do echo "mousemove $((200 + x)) 200 sleep 0.04"; done) &
-    drag=$!
-    expect_title " px at 100 x 100, auto" "a drag with --fps"
-    said=$(while kill -0 $drag 2>/dev/null; do title; done | head -n -1 |
-        sed 's/.*points, \(.*\), auto.*/\1/')
-    awk '!/^threshold [0-9.]+ px at / || $2 > 4 { exit 1 }' <<<"$said" ||
-        fail "in a drag with --fps: $(sort -u <<<"$said")"
-    wait $drag
-    xdotool mouseup 1
-    expect_title ", every sample, auto" "a drag that ended"
+    # If the machine holds up the events for a quarter of a second, the view is at rest: drags again.
+    for _ in 1 2 3; do
+        xdotool mousedown 1
+        # shellcheck disable=SC2046
+        xdotool $(for x in $(seq 100); do echo "mousemove $((200 + x)) 200 sleep 0.04"; done) &
+        drag=$!
+        expect_title " px at 100 x 100, auto" "a drag with --fps"
+        said=$(while kill -0 $drag 2>/dev/null; do title; done | head -n -1 |
+            sed 's/.*points, \(.*\), auto.*/\1/')
+        coarse=$(awk '!/^threshold [0-9.]+ px at / || $2 > 4 { print "<" $0 ">" }' <<<"$said")
+        wait $drag
+        xdotool mouseup 1
+        expect_title ", every sample, auto" "a drag that ended"
+        [ -n "$coarse" ] || break
+    done
+    [ -z "$coarse" ] || fail "in each of three drags with --fps: $(sort -u <<<"$coarse")"
     said=$(for _ in $(seq 10); do title; sleep 0.1; done)
     [[ $said != *" at "* ]] || fail "a view at rest goes back to fewer pixels"
     xdotool key h

@@ -160,10 +160,7 @@ test_measure() {
 
 # Whether a mark of the measuring is drawn about a place.
 is_orange() { # x y
-    screen_pixels | awk -v w=$SCREEN_WIDTH -v x0="$1" -v y0="$2" '
-        { i = NR - 1; x = i % w - x0; y = int(i / w) - y0 }
-        x * x < 26 && y * y < 26 && substr($1, 3) == "ffb347" { n++ }
-        END { exit !n }'
+    [ "$(pixels_of ffb347 $(($1 - 5)) $(($2 - 5)) $(($1 + 6)) $(($2 + 6)))" != 0 ]
 }
 
 # The bar of colours at the left of the picture, beside the sphere.
@@ -197,7 +194,6 @@ test_keeping() {
     xdotool mousemove 450 300 click 4 click 4
     settle
     press 1
-    sleep 7
     wait_for 30 screen_is "$first" || fail "key 1 does not lead back to the bookmark"
     # if the file cannot be written, the views go to the folder of states
     rm "$FOLDER/model.stipple.views.json"

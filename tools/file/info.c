@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define METADATA_SHOWN 300 /* bytes; --json prints all */
+
 static int run(int argc, char **argv);
 
 const cli_command cli_info = {
@@ -194,10 +196,18 @@ static void print_foreign(const char *text, size_t length)
     }
 }
 
+/* Prints the metadata's beginning; a model proven closed has kilobytes of it. */
 static void print_metadata(const stp_chunk_file_info *info)
 {
+    const char *text = info->metadata_json;
+    size_t shown = info->metadata_bytes;
+    if (shown > METADATA_SHOWN)
+        for (shown = METADATA_SHOWN; shown > 0 && (text[shown] & 0xc0) == 0x80;)
+            shown--; /* no part of a character */
     printf("\nmetadata       ");
-    print_foreign(info->metadata_json, info->metadata_bytes);
+    print_foreign(text, shown);
+    if (shown < info->metadata_bytes)
+        printf(" ... (%zu bytes: --json prints them)", (size_t)info->metadata_bytes);
     putchar('\n');
 }
 
