@@ -8,6 +8,11 @@ function(stp_target_settings target)
     target_compile_options(${target} PRIVATE
         $<$<COMPILE_LANGUAGE:C>:${STP_C_WARNINGS}>
         $<$<COMPILE_LANGUAGE:CXX>:${STP_CXX_WARNINGS}>)
+    # Programs keep what they use of a library alone: a test is a third smaller.
+    if(NOT STIPPLE_SANITIZE)
+        target_compile_options(${target} PRIVATE -ffunction-sections -fdata-sections)
+        target_link_options(${target} PRIVATE -Wl,--gc-sections)
+    endif()
     get_target_property(type ${target} TYPE)
     if(STIPPLE_SANITIZE AND type STREQUAL EXECUTABLE)
         target_sources(${target} PRIVATE

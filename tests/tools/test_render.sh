@@ -294,8 +294,6 @@ test_usage() {
     expect_failure "none/picture.png"
     run "$STIPPLE" render "$model" -o "$FOLDER/picture.xyz" --size 8x8
     expect_failure "picture.xyz"
-    render "$FOLDER/scan.ply"
-    expect_failure "scan.ply"
     render "$model" --size 8x8 --shaders "$FOLDER/nowhere"
     expect_failure "nowhere"
 }

@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "tools/prep/prep_system.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -66,14 +67,24 @@ static void add_text(XXH3_state_t *hash, const char *text)
     XXH3_128bits_update(hash, text, strlen(text) + 1);
 }
 
-static void add_scan(XXH3_state_t *hash, const char *path)
+/* Adds the size and time of a file; zeros if there is none. */
+static void add_state(XXH3_state_t *hash, const char *path)
 {
     struct stat facts = {0};
-    char *real = realpath(path, NULL);
     (void)stat(path, &facts);
     const int64_t numbers[] = {facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec};
-    add_text(hash, real ? real : path);
     XXH3_128bits_update(hash, numbers, sizeof numbers);
+}
+
+/* Adds a scan, and the file beside it that may say its coordinate system. */
+static void add_scan(XXH3_state_t *hash, const char *path)
+{
+    char *real = realpath(path, NULL), *beside = NULL;
+    add_text(hash, real ? real : path);
+    add_state(hash, path);
+    if (prep_system_prj(&beside, path, NULL) == STP_OK)
+        add_state(hash, beside);
+    free(beside);
     free(real);
 }
 

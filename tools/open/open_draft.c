@@ -115,7 +115,10 @@ static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_error 
         const double share =
             (double)stp_scan_get_info(scan)->point_count / (double)total * DRAFT_POINTS;
         STP_TRY(read_scan(d, scan, (uint64_t)share + 1, in->files[f].station_begin, err));
+        if (in->facts[f].way.projection)
+            prep_system_move(in->facts[f].way.projection, d->points + before, d->count - before);
         in->files[f].point_count = d->count - before;
+        in->files[f].raster.columns = 0; /* what is taken is no grid any more */
         in->files[f].grid.columns = in->files[f].grid.rows = in->files[f].grid.cell_count = 0;
         stp_scan_close(&scan);
     }

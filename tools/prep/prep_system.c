@@ -65,19 +65,25 @@ static stp_status take_keys(told *out, const char *keys, stp_error *err)
     return stp_text_copy(&out->definition, text, "a coordinate system", err);
 }
 
+stp_status prep_system_prj(char **out, const char *path, stp_error *err)
+{
+    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+    const bool ends = dot != NULL && dot > (slash ? slash : path);
+    const size_t stem = ends ? (size_t)(dot - path) : strlen(path);
+    const stp_status status = stp_alloc(out, stem + sizeof ".prj", 1, "a path", err);
+    if (status == STP_OK)
+        snprintf(*out, stem + sizeof ".prj", "%.*s.prj", (int)stem, path);
+    return status;
+}
+
 /* Reads F.prj beside F.asc. No such file is no error. */
 static stp_status take_prj(told *out, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
-    const char *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
-    const size_t stem =
-        dot != NULL && dot > (slash ? slash : path) ? (size_t)(dot - path) : strlen(path);
     char *beside = NULL, *text = NULL;
     int descriptor = -1;
     uint64_t size = 0;
-    STP_TRY(stp_alloc(&beside, stem + sizeof ".prj", 1, "a path", err));
-    memcpy(beside, path, stem);
-    memcpy(beside + stem, ".prj", sizeof ".prj");
+    STP_TRY(prep_system_prj(&beside, path, err));
     if (stp_file_open(beside, &descriptor, &size, NULL) != STP_OK || size > PRJ_BYTES_MAX)
         goto done;
     STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a coordinate system", err));

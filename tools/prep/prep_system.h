@@ -27,6 +27,8 @@ typedef struct prep_way {
  * faces), those of opening and reading the scan and of the projection. Free the projection. */
 stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,
                               const stp_scan_info *info, prep_way *way, stp_error *err);
+/* The path of the .prj file that may be beside a scan. Errors: OUT_OF_MEMORY. Free with free(). */
+stp_status prep_system_prj(char **out, const char *path, stp_error *err);
 /* Makes the file's notes say where its points are now, and what they came from. Errors:
  * OUT_OF_MEMORY. */
 stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err);

@@ -15,16 +15,26 @@
 #define UTM_NORTH 32600
 #define UTM_SOUTH 32700
 
+#define SHOWN_BYTES 60u
+
 struct stp_projection {
     PJ_CONTEXT *context;
     PJ *way;
     char *name, *wkt; /* of the system that positions are brought to */
 };
 
+/* How much of a definition a message shows: its first line, and not all of a long one. */
+static int shown(const char *definition)
+{
+    const size_t line = strcspn(definition, "\r\n");
+    return (int)(line < SHOWN_BYTES ? line : SHOWN_BYTES);
+}
+
 static stp_status fail(PJ_CONTEXT *context, const char *from, const char *to, stp_error *err)
 {
     const int code = proj_context_errno(context);
-    return stp_error_set(err, STP_UNSUPPORTED, "no way from %.60s to %.60s: %s", from, to,
+    return stp_error_set(err, STP_UNSUPPORTED, "no way from %.*s to %.*s: %s", shown(from), from,
+                         shown(to), to,
                          code != 0 ? proj_context_errno_string(context, code)
                                    : "PROJ knows none of the two systems");
 }
@@ -39,8 +49,9 @@ static void choose_zone(stp_dvec3 at, char out[32])
 static stp_status describe(stp_projection *p, const char *to, stp_error *err)
 {
     stp_status status = STP_OK;
+    static const char *const one_line[] = {"MULTILINE=NO", NULL};
     PJ *system = proj_create(p->context, to);
-    const char *wkt = system ? proj_as_wkt(p->context, system, PJ_WKT2_2019, NULL) : NULL;
+    const char *wkt = system ? proj_as_wkt(p->context, system, PJ_WKT2_2019, one_line) : NULL;
     const char *name = system ? proj_get_name(system) : NULL;
     STP_TRY(stp_text_copy(&p->name, name ? name : to, "a coordinate system", err));
     STP_TRY(stp_text_copy(&p->wkt, wkt ? wkt : to, "a coordinate system", err));
