@@ -237,8 +237,8 @@ done:
 stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index)
 {
     const stp_scan_raster *r = &grid->raster;
-    const double column = (index % grid->tile_columns + 0.5) * STP_TILE_SIDE;
-    const double row = ((double)(index / grid->tile_columns) + 0.5) * STP_TILE_SIDE;
+    const uint32_t below = index / grid->tile_columns, right = index % grid->tile_columns;
+    const double column = (right + 0.5) * STP_TILE_SIDE, row = (below + 0.5) * STP_TILE_SIDE;
     return (stp_dvec3){r->x + column * r->dx, r->y - row * r->dy,
                        0.5 * (grid->box.min.z + grid->box.max.z)};
 }

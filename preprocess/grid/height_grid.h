@@ -57,7 +57,7 @@ static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)
 stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index);
 /* Builds the leaf of a tile that has samples, without tangential errors. Errors: OUT_OF_MEMORY,
  * LIMIT (a height is too far from the others). */
-stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t tile,
+stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                 const stp_point_item_params *params, stp_built_chunk *out,
                                 stp_error *err);
 

@@ -30,9 +30,9 @@ typedef struct stp_leaf_place {
 /* Orders the leaves. If there are only cells, they keep their order. Else all leaves follow the
  * Morton curve of the model's box by the middles of their boxes. *out: *count leaves, free with
  * free(). Errors: OUT_OF_MEMORY. */
-stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *sources,
+stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
                           stp_leaf_place **out, uint32_t *count, stp_error *err);
 /* The box of all that leaves come from. */
-stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *sources);
+stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *from);
 
 #endif

@@ -11,6 +11,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#define SOURCE_OPTIONS 8
+
 draw_options draw_options_default(void)
 {
     return (draw_options){.camera = camera_options_default(),
@@ -23,9 +25,32 @@ draw_options draw_options_default(void)
                           .cache_bytes = UINT64_C(1) << 30};
 }
 
+/* Options of what is read and held. */
+static void fill_sources(draw_options *o, cli_option out[SOURCE_OPTIONS])
+{
+    const cli_option options[SOURCE_OPTIONS] = {
+        {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
+         "if a chunk cannot be read, draw its parent instead and warn", NULL},
+        {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "memory for samples on a GPU (1G)",
+         NULL},
+        {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE",
+         "memory for chunks that are being decoded (1G)", NULL},
+        {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
+         "folder that keeps prepared scans (~/.cache/stipple) and data from web servers (none)",
+         NULL},
+        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE",
+         "limit of each of both (16G of prepared scans, 1G of data)", &o->has_cache_bytes},
+        {"--no-cache", 0, CLI_FLAG, &o->no_cache, NULL, "keep nothing, and use nothing kept", NULL},
+        source_options_timeout(&o->timeout_s),
+        {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
+         "use shader files in DIR and its sub-folders instead of the built-in ones", NULL},
+    };
+    memcpy(out, options, sizeof options);
+}
+
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
-    const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT] = {
+    const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - SOURCE_OPTIONS] = {
         {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
          "start view, unless eye, look or camera is given. first: from the scanner or inside, "
          "if the model knows that; whole: the whole model (first)",
@@ -72,24 +97,10 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "draw only these classes: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
          "do not draw these classes, like 7,high-noise", NULL},
-        {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
-         "if a chunk cannot be read, draw its parent instead and warn", NULL},
-        {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "memory for samples on a GPU (1G)",
-         NULL},
-        {"--cpu-memory", 0, CLI_BYTES, &o->cpu_memory, "SIZE",
-         "memory for chunks that are being decoded (1G)", NULL},
-        {"--cache", 0, CLI_STRING, &o->cache_folder, "DIR",
-         "folder that keeps prepared scans (~/.cache/stipple) and data from web servers (none)",
-         NULL},
-        {"--cache-size", 0, CLI_BYTES, &o->cache_bytes, "SIZE",
-         "limit of each of both (16G of prepared scans, 1G of data)", &o->has_cache_bytes},
-        {"--no-cache", 0, CLI_FLAG, &o->no_cache, NULL, "keep nothing, and use nothing kept", NULL},
-        source_options_timeout(&o->timeout_s),
-        {"--shaders", 0, CLI_STRING, &o->shader_folder, "DIR",
-         "use shader files in DIR and its sub-folders instead of the built-in ones", NULL},
     };
     camera_options_fill(&o->camera, out);
     memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
+    fill_sources(o, out + DRAW_OPTION_COUNT - SOURCE_OPTIONS);
 }
 
 int draw_options_check(const draw_options *o, const cli_command *command)

@@ -244,9 +244,7 @@ static int prep_main(int argc, char **argv)
          "half the width of lines that have none (1/2000 of their diagonal)", NULL},
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
          "joined: move overlapping scans onto one shared surface (measured)", NULL},
-        {"--to", 0, CLI_STRING, &o.system, "SYSTEM",
-         "coordinate system to bring points to, like EPSG:25832 (degrees: UTM; else as they are)",
-         NULL},
+        prep_system_option(&o.system),
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
@@ -266,13 +264,12 @@ static int prep_main(int argc, char **argv)
         {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
         {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write statistics as JSON", NULL},
         {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv", "list what is not stored, and why", NULL},
-        {"--strict", 0, CLI_FLAG, &o.strict, NULL, "write nothing if any input is unreadable",
-         NULL},
-        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "format of the progress (text)",
-         NULL},
+        {"--strict", 0, CLI_FLAG, &o.strict, NULL, "write nothing if an input is unreadable", NULL},
+        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "format of progress (text)", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;
+    stp_error error = {0};
     prep_grid_fill(&o.grid, options + OWN_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &o.common);
@@ -280,7 +277,6 @@ static int prep_main(int argc, char **argv)
         code = check_options(&o);
     if (code != CLI_CONTINUE)
         return code;
-    stp_error error = {0};
     keep_freed_memory();
     return run_prep(&o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
 }

@@ -24,6 +24,18 @@ typedef struct told {
     bool angles;      /* longitude and latitude */
 } told;
 
+cli_option prep_system_option(const char **wanted)
+{
+    return (cli_option){
+        "--to",
+        0,
+        CLI_STRING,
+        (void *)wanted,
+        "SYSTEM",
+        "coordinate system to bring points to, like EPSG:25832 (degrees: UTM; else as they are)",
+        NULL};
+}
+
 static const char *note_of(const stp_scan_info *info, const char *name)
 {
     for (uint32_t i = 0; i < info->note_count; i++)

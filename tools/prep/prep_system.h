@@ -10,12 +10,16 @@
 #include "formats/scan/geo/projection.h"
 #include "formats/scan/scan.h"
 #include "preprocess/prep.h"
+#include "tools/cli/cli.h"
 
 typedef struct prep_system {
     const char *wanted; /* --to; NULL: none */
     char *target;       /* that of an input so far; NULL: none is known */
     bool projects;      /* some input was projected, so the next ones are */
 } prep_system;
+
+/* The option --to. */
+cli_option prep_system_option(const char **wanted);
 
 /* How an input is projected. */
 typedef struct prep_way {

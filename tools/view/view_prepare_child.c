@@ -18,8 +18,6 @@
 #include <time.h>
 #include <unistd.h>
 
-extern char **environ;
-
 /* Words before the scans: stipple prep --progress json --threads N --force -o PATH -- */
 #define OWN_WORDS 9
 /* The child is a little less important than the window. */

@@ -194,7 +194,8 @@ static double estimate(const int16_t *cells, uint32_t count, unsigned kept, work
             bits += (double)*symbols * log2((double)count / (double)*symbols);
         *symbols = 0;
     }
-    return (double)((low_bits + 7) / 8) + bits / 8.0;
+    const uint64_t low_bytes = (low_bits + 7) / 8;
+    return (double)low_bytes + bits / 8.0;
 }
 
 static stp_status prepare_estimates(const int16_t *cells, uint32_t count, unsigned first, work *w,
