@@ -124,8 +124,10 @@ static const char *find(const byte_row *file, const char *text)
 static uint64_t number_after(const byte_row *file, const char *text)
 {
     const char *at = find(file, text);
-    if (!at)
+    if (!at) {
         fail_msg("no `%s`", text);
+        return 0;
+    }
     return strtoull(at + strlen(text), NULL, 10);
 }
 
