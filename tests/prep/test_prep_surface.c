@@ -9,6 +9,13 @@
 
 #include <string.h>
 
+static bool every; /* with the argument --every, as in long_prep_surface: larger clouds */
+
+static uint32_t size_of(uint32_t whole, uint32_t part)
+{
+    return every ? whole : part;
+}
+
 #define NEIGHBOURS 16u
 
 /* A copy of the results and the graphs. */
@@ -100,7 +107,7 @@ static void check_units(stp_cloud *cloud)
 static void units_of_a_surface(void **state)
 {
     (void)state;
-    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.2, 0);
+    surface_cloud s = surface_scan(GEN_STATUE, size_of(250000, 150000), 0.2, every ? 2 : 0);
     for (uint32_t i = 0; i < s.cloud.count; i++)
         s.cloud.points[i].station = i % 3 != 0;
     check_units(&s.cloud);
@@ -111,7 +118,7 @@ static void units_of_a_surface(void **state)
 static void units_of_a_volume(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(140000);
+    stp_cloud cloud = cloud_fixture_make(size_of(200000, 140000));
     for (uint32_t i = 0; i < cloud.count; i++)
         cloud.points[i].position =
             (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), stp_random_unit(3, i)};
@@ -122,7 +129,7 @@ static void units_of_a_volume(void **state)
 static void units_of_uneven_density(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(150000);
+    stp_cloud cloud = cloud_fixture_make(size_of(220000, 150000));
     for (uint32_t i = 0; i < cloud.count; i++) {
         uint32_t j = i % 7 == 0 ? i / 2 : i;
         double u = stp_random_unit(1, j), v = stp_random_unit(2, j);
@@ -139,7 +146,7 @@ static void units_of_uneven_density(void **state)
 static void units_of_a_pile(void **state)
 {
     (void)state;
-    stp_cloud cloud = cloud_fixture_make(150000);
+    stp_cloud cloud = cloud_fixture_make(size_of(200000, 150000));
     for (uint32_t i = 0; i < cloud.count; i++)
         if (i % 3 == 0)
             cloud.points[i].position =
@@ -196,7 +203,7 @@ static void as_by_one_index(void **state)
 {
     (void)state;
     stp_error err = {0};
-    surface_cloud s = surface_scan(GEN_STATUE, 150000u, 0.1, 0);
+    surface_cloud s = surface_scan(GEN_STATUE, size_of(300000, 150000), 0.1, 0);
     stp_unit all;
     stp_normal_errors errors = {{0}};
     surface_prepare(&s, NEIGHBOURS);
@@ -219,8 +226,9 @@ static void as_by_one_index(void **state)
     surface_clear(&s);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    every = argc > 1 && strcmp(argv[1], "--every") == 0;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(units_of_a_surface),      cmocka_unit_test(units_of_a_volume),
         cmocka_unit_test(units_of_uneven_density), cmocka_unit_test(units_of_a_pile),
