@@ -2,10 +2,11 @@
  *
  * Stages: read, sort, layers (if they are joined), outliers (if they are looked for), surface
  * (neighbours, spacings, normals, pieces), orientation, closed, patches (with errors, tree and
- * writing). Memory: as given. If the points and what is known of them, about 90 bytes per point, do
- * not fit, they go to temporary files (base/spill.h). Lines and triangles are held in memory as a
- * whole. A failure or a kill leaves no file. Threads: those of the pool. The output has the same
- * bytes for any number of threads and any memory. */
+ * writing). A grid of heights has no sort, orientation and closed (grid/height_grid.h). Memory: as
+ * given. If the points and what is known of them, about 90 bytes per point, do not fit, they go to
+ * temporary files (base/spill.h). Lines and triangles are held in memory as a whole. A failure or a
+ * kill leaves no file. Threads: those of the pool. The output has the same bytes for any number of
+ * threads and any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 

@@ -128,6 +128,13 @@ typedef struct stp_scan_raster {
     double x, y, dx, dy;
 } stp_scan_raster;
 
+/* The place of a column and row, at a height. */
+static inline stp_dvec3 stp_scan_raster_at(const stp_scan_raster *raster, double column, double row,
+                                           double z)
+{
+    return (stp_dvec3){raster->x + column * raster->dx, raster->y - row * raster->dy, z};
+}
+
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
     uint64_t point_count; /* the number of points that will be read */

@@ -1,6 +1,5 @@
 /* Makes a tile of a grid of heights a leaf. */
 #include "base/memory.h"
-#include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 
 #include <math.h>
@@ -169,7 +168,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
         return;
     const uint32_t c = t->column + column, w = t->row + row;
     const stp_dvec3 normal = normal_of(grid, z);
-    stp_point_facts facts = {.position = {r->x + c * r->dx, r->y - w * r->dy, *z},
+    stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
                              .spacing = spacing_of(t, z, normal.z),
                              .normal = stp_dvec3_to_float(normal),
                              .normal_bits = t->params->normal_bits,
@@ -236,9 +235,8 @@ done:
 
 stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index)
 {
-    const stp_scan_raster *r = &grid->raster;
     const uint32_t below = index / grid->tile_columns, right = index % grid->tile_columns;
-    const double column = (right + 0.5) * STP_TILE_SIDE, row = (below + 0.5) * STP_TILE_SIDE;
-    return (stp_dvec3){r->x + column * r->dx, r->y - row * r->dy,
-                       0.5 * (grid->box.min.z + grid->box.max.z)};
+    return stp_scan_raster_at(&grid->raster, (right + 0.5) * STP_TILE_SIDE,
+                              (below + 0.5) * STP_TILE_SIDE,
+                              0.5 * (grid->box.min.z + grid->box.max.z));
 }

@@ -2,6 +2,7 @@
 #include "preprocess/grid/height_grid.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -31,8 +32,6 @@ stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *r
         STP_TRY(stp_spill_alloc(spill, &grid.rgb, count, sizeof *grid.rgb, "colours", err));
     STP_TRY(stp_alloc(&grid.tile_samples, stp_height_grid_tile_count(&grid),
                       sizeof *grid.tile_samples, "tiles", err));
-    for (uint32_t i = 0; i < stp_height_grid_tile_count(&grid); i++)
-        grid.tile_samples[i] = 0;
     *out = grid;
     grid = (stp_height_grid){0};
 done:
@@ -57,12 +56,6 @@ void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
     grid->z[place] = NAN;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The standard deviation of noise: a fourth difference along a row is noise, since the surface's
  * own is small. The median leaves out cliffs. 0 without enough samples. */
 static double measure_noise(const stp_height_grid *grid)
@@ -83,7 +76,7 @@ static double measure_noise(const stp_height_grid *grid)
         if (!isnan(d))
             found[count++] = fabs(d);
     }
-    qsort(found, count, sizeof *found, compare);
+    stp_sort_doubles(found, count);
     const double median = count > 0 ? found[count / 2] : 0.0;
     free(found);
     return median / (MEDIAN_SHARE * FOURTH_SHARE);

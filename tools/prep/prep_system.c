@@ -198,11 +198,6 @@ done:
     return status;
 }
 
-static bool is_of_system(const stp_scan_note *note)
-{
-    return strcmp(note->name, "wkt") == 0 || strcmp(note->name, "geokeys") == 0;
-}
-
 static stp_status add_note(stp_prep_file *file, const char *name, const char *text, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -220,15 +215,25 @@ done:
     return status;
 }
 
+static stp_status rename_note(stp_prep_file *file, const char *name, const char *as, stp_error *err)
+{
+    for (uint32_t i = 0; i < file->note_count; i++) {
+        char *copy = NULL;
+        if (strcmp(file->notes[i].name, name) != 0)
+            continue;
+        if (stp_text_copy(&copy, as, "notes", err) != STP_OK)
+            return STP_OUT_OF_MEMORY;
+        free((void *)file->notes[i].name);
+        file->notes[i].name = copy;
+    }
+    return STP_OK;
+}
+
 stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err)
 {
     stp_status status = STP_OK;
-    for (uint32_t i = 0; i < file->note_count; i++)
-        if (is_of_system(&file->notes[i])) {
-            free((void *)file->notes[i].name);
-            file->notes[i].name = NULL;
-            STP_TRY(stp_text_copy((char **)&file->notes[i].name, "projected_from", "notes", err));
-        }
+    STP_TRY(rename_note(file, "wkt", "projected_from_wkt", err));
+    STP_TRY(rename_note(file, "geokeys", "projected_from_geokeys", err));
     STP_TRY(add_note(file, "wkt", stp_projection_wkt(way), err));
 done:
     return status;

@@ -2,6 +2,7 @@
 #include "tools/profile/profile_cut.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "formats/chunk/repair/repair_note.h"
 
 #include <math.h>
@@ -91,28 +92,22 @@ static int compare(const void *a, const void *b)
     return (p->position.z > q->position.z) - (p->position.z < q->position.z);
 }
 
-static int compare_floats(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 /* Twice the median, over the leaves, of a leaf's spacing. */
 static stp_status usual_width(stp_chunk_file *file, double *out, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
-    float *radii = NULL;
+    double *radii = NULL;
     uint32_t count = 0;
     STP_TRY(stp_alloc(&radii, info->chunk_count, sizeof *radii, "chunks", err));
     for (uint32_t id = 0; id < info->chunk_count; id++) {
         stp_chunk_entry entry;
         STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
         if (entry.child_count == 0)
-            radii[count++] = entry.radius_max;
+            radii[count++] = (double)entry.radius_max;
     }
-    qsort(radii, count, sizeof *radii, compare_floats);
-    *out = USUAL_SPACINGS * (double)radii[count / 2] / VERTEX_SPACINGS;
+    stp_sort_doubles(radii, count);
+    *out = USUAL_SPACINGS * radii[count / 2] / VERTEX_SPACINGS;
 done:
     free(radii);
     return status;

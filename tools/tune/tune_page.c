@@ -42,7 +42,7 @@ static const char script[] =
 
 /* ---- pictures ---- */
 
-static void add_base64(tune_text *out, const uint8_t *bytes, size_t count)
+static void add_base64(chart_text *out, const uint8_t *bytes, size_t count)
 {
     static const char letters[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -60,7 +60,7 @@ static void add_base64(tune_text *out, const uint8_t *bytes, size_t count)
             line[used - 1] = '=';
         if (used == 256 || i + 3 >= count) {
             line[used] = '\0';
-            tune_text_add(out, "%s", line);
+            chart_text_add(out, "%s", line);
             used = 0;
         }
     }
@@ -68,7 +68,7 @@ static void add_base64(tune_text *out, const uint8_t *bytes, size_t count)
 
 /* Adds a picture as PNG. It goes through a file, because pictures can only be written to files. */
 static stp_status add_picture(tune_folder *folder, const stp_image *image, const char *caption,
-                              tune_text *out, stp_error *err)
+                              chart_text *out, stp_error *err)
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
@@ -79,9 +79,9 @@ static stp_status add_picture(tune_folder *folder, const stp_image *image, const
     STP_TRY(stp_file_open(path, &descriptor, &size, err));
     STP_TRY(stp_alloc(&bytes, (size_t)size, 1, "a picture", err));
     STP_TRY(stp_file_read_at(descriptor, path, 0, bytes, (size_t)size, err));
-    tune_text_add(out, "<figure><img alt=\"%s\" src=\"data:image/png;base64,", caption);
+    chart_text_add(out, "<figure><img alt=\"%s\" src=\"data:image/png;base64,", caption);
     add_base64(out, bytes, (size_t)size);
-    tune_text_add(out, "\"/><figcaption>%s</figcaption></figure>\n", caption);
+    chart_text_add(out, "\"/><figcaption>%s</figcaption></figure>\n", caption);
 done:
     if (descriptor >= 0)
         close(descriptor);
@@ -120,7 +120,7 @@ static const tune_shot *shot_of(const tune_sweep *sweep, size_t view, size_t pic
 }
 
 /* Adds the reference, then the shown thresholds, then their differences from the reference. */
-static stp_status add_view(const tune_report *r, tune_folder *folder, size_t view, tune_text *out,
+static stp_status add_view(const tune_report *r, tune_folder *folder, size_t view, chart_text *out,
                            stp_error *err)
 {
     stp_status status = STP_OK;
@@ -130,17 +130,17 @@ static stp_status add_view(const tune_report *r, tune_folder *folder, size_t vie
     char caption[128];
     if (reference == NULL)
         return STP_OK;
-    tune_text_add(out,
-                  "<section class=\"view\">\n<h3>%s</h3>\n<div class=\"look\" hidden=\"\">\n"
-                  "<label>left every sample, right <select>",
-                  p->views->list[view].name);
+    chart_text_add(out,
+                   "<section class=\"view\">\n<h3>%s</h3>\n<div class=\"look\" hidden=\"\">\n"
+                   "<label>left every sample, right <select>",
+                   p->views->list[view].name);
     for (size_t i = 0; i < p->shown_count; i++)
-        tune_text_add(out, "<option value=\"%zu\">%g px</option>", i + 1,
-                      p->thresholds[p->shown[i]]);
-    tune_text_add(out, "</select></label>\n<div class=\"pair\"><img alt=\"every sample\"/>"
-                       "<img alt=\"the threshold chosen\"/></div>\n"
-                       "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
-                       "aria-label=\"where the two meet\"/>\n</div>\n<div class=\"grid\">\n");
+        chart_text_add(out, "<option value=\"%zu\">%g px</option>", i + 1,
+                       p->thresholds[p->shown[i]]);
+    chart_text_add(out, "</select></label>\n<div class=\"pair\"><img alt=\"every sample\"/>"
+                        "<img alt=\"the threshold chosen\"/></div>\n"
+                        "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
+                        "aria-label=\"where the two meet\"/>\n</div>\n<div class=\"grid\">\n");
     snprintf(caption, sizeof caption, "every sample, %d x %d a pixel", p->times, p->times);
     STP_TRY(add_picture(folder, &reference->image, caption, out, err));
     for (int pass = 0; pass < 2; pass++)
@@ -161,7 +161,7 @@ static stp_status add_view(const tune_report *r, tune_folder *folder, size_t vie
             STP_TRY(add_picture(folder, &differs, caption, out, err));
             stp_image_destroy(&differs);
         }
-    tune_text_add(out, "</div>\n</section>\n");
+    chart_text_add(out, "</div>\n</section>\n");
 done:
     stp_image_destroy(&differs);
     return status;
@@ -169,11 +169,11 @@ done:
 
 /* ---- figures ---- */
 
-static void add_table(const tune_report *r, size_t setting, tune_text *out)
+static void add_table(const tune_report *r, size_t setting, chart_text *out)
 {
     static const char *const names[TUNE_FACTOR_COUNT] = {TUNE_FACTOR_NAMES};
     const tune_sweep_params *p = r->sweep->params;
-    tune_text_add(
+    chart_text_add(
         out, "<div class=\"wide\"><table>\n<tr><th>threshold px</th><th>PSNR dB</th><th>SSIM</th>"
              "<th>normals mean / p95 deg</th><th>outline mean / p95 / max px</th><th>holes</th>"
              "<th>spill</th><th>points</th><th>patches</th><th>file MiB</th><th>GPU MiB</th>"
@@ -181,7 +181,7 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
              "<th>flicker a frame</th></tr>\n");
     for (size_t t = 0; t < p->threshold_count; t++) {
         tune_summary s = tune_summarise(r->sweep, setting, t);
-        tune_text_add(
+        chart_text_add(
             out,
             "<tr><td>%g%s</td><td>%.2f</td><td>%.4f</td><td>%.2f / %.2f</td>"
             "<td>%.3f / %.2f / %.1f</td><td>%.1f</td><td>%.1f</td><td>%s</td>"
@@ -193,63 +193,63 @@ static void add_table(const tune_report *r, size_t setting, tune_text *out)
             tune_figure_count(s.patches).text, s.file_bytes / 1048576.0, s.gpu_bytes / 1048576.0,
             s.ms, s.predicted_px, tune_figure_write(s.measured_px, 3).text, s.extra, s.flicker);
     }
-    tune_text_add(out, "</table></div>\n<h3>What stands between predicted and measured</h3>\n"
-                       "<div class=\"wide\"><table>\n<tr><th>threshold px</th><th>discs</th>"
-                       "<th>beyond it</th><th>p10</th><th>median</th><th>p90</th>"
-                       "<th>of the views' greatest</th>");
+    chart_text_add(out, "</table></div>\n<h3>What stands between predicted and measured</h3>\n"
+                        "<div class=\"wide\"><table>\n<tr><th>threshold px</th><th>discs</th>"
+                        "<th>beyond it</th><th>p10</th><th>median</th><th>p90</th>"
+                        "<th>of the views' greatest</th>");
     for (int k = 0; k < TUNE_FACTOR_COUNT; k++)
-        tune_text_add(out, "<th>%s</th>", names[k]);
-    tune_text_add(out, "</tr>\n");
+        chart_text_add(out, "<th>%s</th>", names[k]);
+    chart_text_add(out, "</tr>\n");
     for (size_t t = 0; t < p->threshold_count; t++) {
         tune_summary s = tune_summarise(r->sweep, setting, t);
         if (s.discs == 0)
             continue;
-        tune_text_add(out, "<tr><td>%g</td><td>%s</td><td>%s</td>", s.threshold_px,
-                      tune_figure_count((double)s.discs).text,
-                      tune_figure_count((double)s.ratios.broken).text);
+        chart_text_add(out, "<tr><td>%g</td><td>%s</td><td>%s</td>", s.threshold_px,
+                       tune_figure_count((double)s.discs).text,
+                       tune_figure_count((double)s.ratios.broken).text);
         const double of_ratio[] = {s.ratios.p10, s.ratios.median, s.ratios.p90, s.view_ratio};
         for (int k = 0; k < 4; k++)
-            tune_text_add(out, "<td>%s</td>", tune_figure_write(of_ratio[k], 2).text);
+            chart_text_add(out, "<td>%s</td>", tune_figure_write(of_ratio[k], 2).text);
         for (int k = 0; k < TUNE_FACTOR_COUNT; k++)
-            tune_text_add(out, "<td>%s</td>", tune_figure_write(s.ratios.factor[k], 2).text);
-        tune_text_add(out, "</tr>\n");
+            chart_text_add(out, "<td>%s</td>", tune_figure_write(s.ratios.factor[k], 2).text);
+        chart_text_add(out, "</tr>\n");
     }
-    tune_text_add(out, "</table></div>\n");
+    chart_text_add(out, "</table></div>\n");
 }
 
-static void add_intro(const tune_report *r, tune_text *out)
+static void add_intro(const tune_report *r, chart_text *out)
 {
     const tune_sweep_params *p = r->sweep->params;
-    tune_text_add(out, "%s<h1>Thresholds of ", head);
-    tune_text_escape(out, r->model_path);
-    tune_text_add(out, "</h1>\n<p>%zu views of %d x %d pixels, ", p->views->count,
-                  p->views->views[0].width, p->views->views[0].height);
-    tune_text_escape(out, r->gl_renderer);
-    tune_text_add(out,
-                  ". Pictures are judged against every sample drawn with %d x %d pixels for one; "
-                  "normals and changes along dollies against the plain picture of every sample."
-                  "</p>\n",
-                  p->times, p->times);
+    chart_text_add(out, "%s<h1>Thresholds of ", head);
+    chart_text_escape(out, r->model_path);
+    chart_text_add(out, "</h1>\n<p>%zu views of %d x %d pixels, ", p->views->count,
+                   p->views->views[0].width, p->views->views[0].height);
+    chart_text_escape(out, r->gl_renderer);
+    chart_text_add(out,
+                   ". Pictures are judged against every sample drawn with %d x %d pixels for one; "
+                   "normals and changes along dollies against the plain picture of every sample."
+                   "</p>\n",
+                   p->times, p->times);
     char advice[240];
     tune_advice_of(r->sweep, advice);
     if (advice[0] != '\0')
-        tune_text_add(out, "<p><strong>%s.</strong></p>\n", advice);
+        chart_text_add(out, "<p><strong>%s.</strong></p>\n", advice);
     if (r->answer->kind != TUNE_GOAL_NONE)
-        tune_text_add(out,
-                      "<p><strong>Solved: threshold %.4g px</strong> gives %s %s; asked "
-                      "for was %s.</p>\n",
-                      r->answer->found.threshold_px, tune_goal_word(r->answer->kind),
-                      tune_figure_goal(r->answer->kind, r->answer->found.value).text,
-                      tune_figure_goal(r->answer->kind, r->answer->target).text);
+        chart_text_add(out,
+                       "<p><strong>Solved: threshold %.4g px</strong> gives %s %s; asked "
+                       "for was %s.</p>\n",
+                       r->answer->found.threshold_px, tune_goal_word(r->answer->kind),
+                       tune_figure_goal(r->answer->kind, r->answer->found.value).text,
+                       tune_figure_goal(r->answer->kind, r->answer->target).text);
 }
 
-static void add_legend(tune_text *out)
+static void add_legend(chart_text *out)
 {
-    tune_text_add(out, "<h2>What the columns say</h2>\n<ul>\n");
+    chart_text_add(out, "<h2>What the columns say</h2>\n<ul>\n");
     for (size_t i = 0; i < TUNE_LEGEND_COUNT; i++)
-        tune_text_add(out, "<li><strong>%s</strong>: %s</li>\n", tune_legend[i].name,
-                      tune_legend[i].meaning);
-    tune_text_add(out, "</ul>\n<p>%s</p>\n", tune_legend_zero);
+        chart_text_add(out, "<li><strong>%s</strong>: %s</li>\n", tune_legend[i].name,
+                       tune_legend[i].meaning);
+    chart_text_add(out, "</ul>\n<p>%s</p>\n", tune_legend_zero);
 }
 
 static const char notes[] =
@@ -270,24 +270,24 @@ static const char notes[] =
     "<li>Times are medians of repeats, all thresholds in turns view by view, then of the views."
     "</li>\n</ul>\n";
 
-stp_status tune_report_page(const tune_report *r, tune_folder *folder, tune_text *out,
+stp_status tune_report_page(const tune_report *r, tune_folder *folder, chart_text *out,
                             stp_error *err)
 {
     stp_status status = STP_OK;
     const tune_sweep_params *p = r->sweep->params;
     add_intro(r, out);
     for (size_t k = 0; k < p->setting_count; k++) {
-        tune_text_add(out, "<h2>%s</h2>\n", p->settings[k].name);
+        chart_text_add(out, "<h2>%s</h2>\n", p->settings[k].name);
         add_table(r, k, out);
     }
     add_legend(out);
-    tune_text_add(out, "<h2>Charts</h2>\n<div class=\"charts\">\n");
+    chart_text_add(out, "<h2>Charts</h2>\n<div class=\"charts\">\n");
     for (int i = 0; i < TUNE_CHARTS; i++)
         STP_TRY(tune_report_chart(r, i, out, err));
-    tune_text_add(out, "</div>\n<h2>Pictures</h2>\n");
+    chart_text_add(out, "</div>\n<h2>Pictures</h2>\n");
     for (size_t v = 0; v < TUNE_SHOT_VIEWS && v < p->views->count; v++)
         STP_TRY(add_view(r, folder, v, out, err));
-    tune_text_add(out, "%s%s</body>\n</html>\n", notes, script);
+    chart_text_add(out, "%s%s</body>\n</html>\n", notes, script);
 done:
     return status;
 }

@@ -6,11 +6,11 @@
 
 #include <stdlib.h>
 
-static stp_status write_text(const tune_text *text, const char *path, stp_error *err)
+static stp_status write_text(const chart_text *text, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_output *output = NULL;
-    STP_TRY(tune_text_check(text, err));
+    STP_TRY(chart_text_check(text, err));
     STP_TRY(stp_output_create(&output, path, false, err));
     STP_TRY(stp_output_write(output, text->bytes, text->length, err));
     STP_TRY(stp_output_commit(&output, err));
@@ -36,7 +36,7 @@ stp_status tune_report_write(const tune_report *r, tune_folder *folder, stp_erro
     static const char *const names[TUNE_CHARTS] = {"quality.svg", "times.svg", "promise.svg",
                                                    "popping.svg"};
     stp_status status = STP_OK;
-    tune_text text = {0};
+    chart_text text = {0};
     STP_TRY(write_csv(r, tune_folder_file(folder, "tune.csv"), err));
     STP_TRY(stp_json_save(tune_json(r->sweep, r->answer, r->model_path, r->gl_renderer),
                           tune_folder_file(folder, "tune.json"), false, err));

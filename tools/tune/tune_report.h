@@ -3,7 +3,7 @@
 #ifndef STP_TOOLS_TUNE_TUNE_REPORT_H
 #define STP_TOOLS_TUNE_TUNE_REPORT_H
 
-#include "tools/tune/tune_chart.h"
+#include "tools/chart/chart.h"
 #include "tools/tune/tune_folder.h"
 #include "tools/tune/tune_table.h"
 
@@ -17,9 +17,9 @@ enum { TUNE_CHART_QUALITY, TUNE_CHART_TIMES, TUNE_CHART_PROMISE, TUNE_CHART_POPP
 
 /* Writes one of the charts: of the first setting; the quality chart has all settings. Errors:
  * OUT_OF_MEMORY. */
-stp_status tune_report_chart(const tune_report *report, int which, tune_text *out, stp_error *err);
+stp_status tune_report_chart(const tune_report *report, int which, chart_text *out, stp_error *err);
 /* Writes the page. folder: holds pictures while they are encoded. Errors: OUT_OF_MEMORY, IO. */
-stp_status tune_report_page(const tune_report *report, tune_folder *folder, tune_text *out,
+stp_status tune_report_page(const tune_report *report, tune_folder *folder, chart_text *out,
                             stp_error *err);
 /* Writes all files into a folder that is not committed yet. Errors: OUT_OF_MEMORY, IO. */
 stp_status tune_report_write(const tune_report *report, tune_folder *folder, stp_error *err);

@@ -23,7 +23,7 @@ typedef struct grid_reader {
     double *z[ROWS_HELD];     /* heights of row r at r % ROWS_HELD; NaN: no sample */
     uint16_t (*rgb[ROWS_HELD])[3];
     uint32_t rows_read, next_row, next_column;
-    double dx, dy, x, y; /* x, y: of the first pixel of the top row */
+    stp_scan_raster place; /* of heights */
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
@@ -81,10 +81,15 @@ done:
 static void choose_place(grid_reader *g)
 {
     const bool given = g->params.dx > 0.0;
-    g->dx = given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0;
-    g->dy = given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0;
-    g->x = !given && g->info->placed ? g->info->x : 0.0;
-    g->y = !given && g->info->placed ? g->info->y : (double)(g->info->height - 1) * g->dy;
+    const double dx = given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0;
+    const double dy = given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0;
+    const bool placed = !given && g->info->placed;
+    g->place = (stp_scan_raster){.columns = g->info->width,
+                                 .rows = g->info->height,
+                                 .x = placed ? g->info->x : 0.0,
+                                 .y = placed ? g->info->y : (double)(g->info->height - 1) * dy,
+                                 .dx = dx,
+                                 .dy = dy};
     if (g->params.scale == 0.0)
         g->params.scale = 1.0;
 }
@@ -117,7 +122,7 @@ static void describe(grid_reader *g, stp_scan_info *info)
     info->heights = !pinhole;
     describe_system(g, info);
     if (!pinhole) {
-        info->raster = (stp_scan_raster){g->info->width, g->info->height, g->x, g->y, g->dx, g->dy};
+        info->raster = g->place;
         return;
     }
     info->grid = (stp_scan_grid){.columns = g->info->width, .rows = g->info->height};
@@ -217,9 +222,9 @@ static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
     const double *z = g->z[row % ROWS_HELD];
     const bool above = row > 0, below = row + 1 < g->info->height;
     const double zx = slope(column > 0 ? z[column - 1] : NAN, z[column],
-                            column + 1 < g->info->width ? z[column + 1] : NAN, g->dx);
+                            column + 1 < g->info->width ? z[column + 1] : NAN, g->place.dx);
     const double zy = slope(below ? g->z[(row + 1) % ROWS_HELD][column] : NAN, z[column],
-                            above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->dy);
+                            above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->place.dy);
     if (!(fabs(zx) < STEEPEST) || !(fabs(zy) < STEEPEST))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     return stp_dvec3_to_float(stp_dvec3_normalize((stp_dvec3){-zx, -zy, 1.0}));
@@ -229,7 +234,7 @@ static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column
 {
     const stp_grid_params *p = &g->params;
     if (!is_pinhole(g))
-        return (stp_dvec3){g->x + column * g->dx, g->y - row * g->dy, z};
+        return stp_scan_raster_at(&g->place, column, row, z);
     const double x = ((double)column - p->cx) / p->fx, y = ((double)row - p->cy) / p->fy;
     if (p->along_ray)
         z /= sqrt(x * x + y * y + 1.0);
