@@ -432,12 +432,31 @@ static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
     tree->intensity_max = stats->intensity_max;
 }
 
+/* Attributes as the model keeps them: 255 in a sample stands for the greatest intensity. */
+static void decide_attributes(stp_prep_job *job)
+{
+    if (!job->numbers)
+        return;
+    job->kept = *job->source->kept;
+    for (uint32_t i = 0; i < job->kept.count; i++) {
+        stp_attribute *a = &job->kept.items[i];
+        if (a->coarse == STP_COARSE_INTENSITY)
+            a->coarse_scale *= job->stats->intensity_max / 255.0;
+        else
+            a->derived = a->coarse != STP_COARSE_NOT && !(job->unlike >> i & 1);
+    }
+    job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers};
+}
+
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    const stp_prep_size size = {source->point_count, stats->keeps_grid};
+    const stp_prep_size size = {.points = source->point_count,
+                                .number_bytes =
+                                    source->kept ? stp_attribute_list_bytes(source->kept) : 0,
+                                .grid = stats->keeps_grid};
     STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
                                stp_pool_thread_count(job->pool), err));
     if (job->params->planned)
@@ -456,6 +475,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     else if (job->cloud.count > 0)
         STP_TRY(treat_points(job, err));
     decide_intensity(&job->tree, stats);
+    decide_attributes(job);
     STP_TRY(write_tree(job, err));
     STP_TRY(end_stage(job, STAGE_PATCHES, err));
     stats->temporary_bytes = stp_spill_most_file_bytes(job->spill);
@@ -484,6 +504,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stats->seconds = job.since - start;
     stp_outside_clear(&job.outside);
     clear_shapes(&job.shapes);
+    stp_spill_free(job.spill, job.numbers);
     stp_cloud_clear(&job.cloud);
     stp_height_grid_clear(&job.grid);
     stp_spill_destroy(&job.spill);

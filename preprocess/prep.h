@@ -50,6 +50,9 @@ typedef struct stp_prep_source {
     /* Called for each record that is not stored, with its number among all records: during reading,
      * and for dropped outliers after reading, again in ascending order. May be NULL. */
     stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);
+    const stp_attribute_list *kept; /* attributes that the model keeps; NULL: none */
+    /* The packed numbers of the points read last, point by point; asked for if `kept` has any. */
+    const uint8_t *(*numbers)(void *context);
     uint64_t point_count;         /* records; there will not be more */
     uint32_t attributes;          /* STP_POINT_HAS_* */
     double coordinate_step;       /* scale of integer coordinates, 0 for floats */
@@ -68,7 +71,8 @@ typedef struct stp_prep_source {
 /* How much is to be prepared. */
 typedef struct stp_prep_size {
     uint64_t points;
-    bool grid; /* stp_prep_stats.keeps_grid */
+    uint64_t number_bytes; /* of a point's attributes */
+    bool grid;             /* stp_prep_stats.keeps_grid */
 } stp_prep_size;
 
 /* What a run will need, known before it begins. */

@@ -77,10 +77,13 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     const uint64_t points = size->points; /* below 2^32 */
-    uint64_t surface = points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES);
-    uint64_t most = size->grid ? surface
-                               : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) +
-                                     VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
+    /* attributes, and once more: no worse than that encoded */
+    const uint64_t numbers = points * 2 * size->number_bytes;
+    uint64_t surface = points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES) + numbers;
+    uint64_t most = size->grid
+                        ? surface
+                        : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) + numbers +
+                              VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
     if (params->temp_folder)

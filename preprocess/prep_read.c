@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define READ_POINTS 65536u
 
@@ -57,6 +58,41 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     return STP_OK;
 }
 
+/* Notes which 16-bit colours are more than the 8 bits that a sample has of them. */
+static void compare_colours(stp_prep_job *job, const stp_point *points, const uint8_t *packed,
+                            size_t count)
+{
+    const stp_attribute_list *list = job->source->kept;
+    const size_t stride = stp_attribute_list_bytes(list);
+    for (uint32_t a = 0; a < list->count; a++) {
+        const stp_attribute *attribute = &list->items[a];
+        const int channel = (int)attribute->coarse - STP_COARSE_RED;
+        const uint8_t *at = packed;
+        packed += stp_attribute_bytes(attribute->type);
+        if (channel < 0 || channel > 2 || job->unlike >> a & 1)
+            continue;
+        for (size_t i = 0; i < count; i++) {
+            const double bits = nearbyint(points[i].rgb[channel] / 257.0);
+            const uint64_t word = stp_attribute_get(attribute->type, at + i * stride);
+            if (word != (uint64_t)(bits * attribute->coarse_scale + 0.5))
+                job->unlike |= UINT64_C(1) << a;
+        }
+    }
+}
+
+/* Keeps the attributes of the points read last, which begin at `place`. */
+static void keep_numbers(stp_prep_job *job, const stp_point *points, uint64_t place, size_t count)
+{
+    const stp_prep_source *source = job->source;
+    const uint64_t left = place < source->point_count ? source->point_count - place : 0;
+    const size_t stride = job->numbers ? stp_attribute_list_bytes(source->kept) : 0;
+    const uint8_t *packed = job->numbers ? source->numbers(source->context) : NULL;
+    if (packed)
+        compare_colours(job, points, packed, count);
+    if (packed)
+        memcpy(job->numbers + place * stride, packed, stride * (count < left ? count : left));
+}
+
 /* The state to return to if a file breaks off. */
 typedef struct read_mark {
     size_t file;
@@ -93,6 +129,9 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
                                        source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
     STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
                              job->spill, err));
+    if (source->kept && source->kept->count > 0)
+        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, source->point_count,
+                                stp_attribute_list_bytes(source->kept), "attributes", err));
     STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
     for (;;) {
         size_t count = 0;
@@ -103,6 +142,7 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
             break;
         if (source->file && *source->file != mark.file)
             mark = (read_mark){*source->file, cloud->count, *stats};
+        keep_numbers(job, points, stats->points_in, count);
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;

@@ -8,6 +8,7 @@
 #define STP_FORMATS_CHUNK_CHUNK_FILE_H
 
 #include "base/error.h"
+#include "formats/attribute/attribute.h"
 #include "formats/chunk/byte_source.h"
 #include "formats/chunk/sample.h"
 
@@ -279,6 +280,16 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
  * parent and first_child are handles here; finish turns them into ids. */
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
+
+/* Appends the numbers of all attributes of a chunk, when all payloads are written. list: the same
+ * each time, borrowed until finish. rows: list->count, whose offsets count from the begin of bytes;
+ * stp_attribute_numbers_encode makes both. A chunk without a call has no numbers. Errors:
+ * INVALID_ARGUMENT (a file of version 1), IO, OUT_OF_MEMORY. */
+struct stp_attribute_row;
+stp_status stp_chunk_writer_append_numbers(stp_chunk_writer *writer, uint32_t handle,
+                                           const stp_attribute_list *list, const void *bytes,
+                                           size_t size, const struct stp_attribute_row *rows,
+                                           stp_error *err);
 
 /* Numbers the chunks breadth first from `root` (a handle), writes directory, metadata and header,
  * and makes the file appear. children[h] lists the children of handle h in order, child_counts[h]

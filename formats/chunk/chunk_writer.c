@@ -1,12 +1,24 @@
 /* The chunk file's writer: payloads in the order they come, then metadata, directory and header. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "formats/chunk/attribute/attribute_table.h"
 #include "formats/chunk/block_table.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <xxhash.h>
+
+/* What is written of attributes. */
+typedef struct written_numbers {
+    const stp_attribute_list *list; /* NULL: none yet */
+    stp_attribute_row *rows;        /* by handle, then attribute */
+    size_t capacity;
+    uint32_t chunk_count; /* that have rows */
+    uint64_t offset, bytes;
+    XXH3_state_t *hash;
+} written_numbers;
 
 struct stp_chunk_writer {
     stp_output *output;
@@ -14,6 +26,7 @@ struct stp_chunk_writer {
     stp_chunk_entry *entries; /* by handle */
     size_t entry_count, entry_capacity;
     stp_bytes blocks; /* records; entries say which are theirs */
+    written_numbers numbers;
 };
 
 /* Files of codecs with blocks have version 2. */
@@ -48,6 +61,8 @@ void stp_chunk_writer_destroy(stp_chunk_writer **writer)
     stp_output_destroy(&w->output);
     free(w->entries);
     free(w->blocks.data);
+    free(w->numbers.rows);
+    XXH3_freeState(w->numbers.hash);
     free(w);
     *writer = NULL;
 }
@@ -89,6 +104,52 @@ stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload
     STP_TRY(
         stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
     *handle = (uint32_t)writer->entry_count++;
+done:
+    return status;
+}
+
+/* ---- attributes ---- */
+
+static stp_status begin_numbers(stp_chunk_writer *writer, const stp_attribute_list *list,
+                                stp_error *err)
+{
+    written_numbers *n = &writer->numbers;
+    if (n->list)
+        return STP_OK;
+    if (!has_blocks(writer))
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "attributes for a file of version 1");
+    n->hash = XXH3_createState();
+    if (!n->hash || XXH3_64bits_reset(n->hash) != XXH_OK)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for attributes");
+    n->list = list;
+    n->offset = stp_output_size(writer->output);
+    return STP_OK;
+}
+
+stp_status stp_chunk_writer_append_numbers(stp_chunk_writer *writer, uint32_t handle,
+                                           const stp_attribute_list *list, const void *bytes,
+                                           size_t size, const stp_attribute_row *rows,
+                                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    written_numbers *n = &writer->numbers;
+    STP_TRY(begin_numbers(writer, list, err));
+    if (handle >= n->chunk_count) {
+        const size_t before = (size_t)n->chunk_count * list->count;
+        const size_t after = ((size_t)handle + 1) * list->count;
+        STP_TRY(stp_grow(&n->rows, &n->capacity, after, sizeof *n->rows, "attributes", err));
+        memset(n->rows + before, 0, (after - before) * sizeof *n->rows);
+        n->chunk_count = handle + 1;
+    }
+    for (uint32_t a = 0; a < list->count; a++) {
+        stp_attribute_row *row = &n->rows[(size_t)handle * list->count + a];
+        *row = rows[a];
+        row->offset += n->bytes;
+    }
+    STP_TRY(stp_output_write(writer->output, bytes, size, err));
+    n->bytes += size;
+    if (size > 0 && XXH3_64bits_update(n->hash, bytes, size) != XXH_OK)
+        status = stp_error_set(err, STP_INTERNAL, "XXH3 failed");
 done:
     return status;
 }
@@ -182,6 +243,17 @@ done:
     return status;
 }
 
+static stp_status write_section(stp_chunk_writer *writer, stp_header *header, uint32_t kind,
+                                const void *bytes, size_t size, stp_error *err)
+{
+    header->sections[header->section_count++] =
+        (stp_section){.kind = kind,
+                      .offset = stp_output_size(writer->output),
+                      .bytes = size,
+                      .hash = stp_hash(bytes, size)};
+    return stp_output_write(writer->output, bytes, size, err);
+}
+
 /* Writes the records of blocks in the order of the chunks' ids, and numbers them so. */
 static stp_status write_blocks(stp_chunk_writer *writer, const numbering *n, stp_header *header,
                                stp_error *err)
@@ -199,14 +271,51 @@ static stp_status write_blocks(stp_chunk_writer *writer, const numbering *n, stp
         e->first_block = (uint32_t)(at / STP_BLOCK_BYTES);
         at += size;
     }
-    header->section_count = 1;
-    header->sections[0] = (stp_section){.kind = STP_SECTION_BLOCKS,
-                                        .offset = stp_output_size(writer->output),
-                                        .bytes = at,
-                                        .hash = stp_hash(bytes, at)};
-    STP_TRY(stp_output_write(writer->output, bytes, at, err));
+    STP_TRY(write_section(writer, header, STP_SECTION_BLOCKS, bytes, at, err));
 done:
     free(bytes);
+    return status;
+}
+
+/* What stp_attribute_table_write asks for rows. */
+typedef struct row_source {
+    const written_numbers *numbers;
+    const uint32_t *handle; /* by id */
+} row_source;
+
+static const stp_attribute_row *row_of(const void *context, uint32_t attribute, uint32_t id)
+{
+    static const stp_attribute_row none = {0};
+    const row_source *from = context;
+    const written_numbers *n = from->numbers;
+    const uint32_t handle = from->handle[id];
+    return handle < n->chunk_count ? &n->rows[(size_t)handle * n->list->count + attribute] : &none;
+}
+
+/* Says where the numbers of attributes lie, which are written, before the other sections. */
+static void begin_sections(const stp_chunk_writer *writer, stp_header *header)
+{
+    const written_numbers *n = &writer->numbers;
+    if (!n->list)
+        return;
+    header->sections[header->section_count++] = (stp_section){.kind = STP_SECTION_NUMBERS,
+                                                              .offset = n->offset,
+                                                              .bytes = n->bytes,
+                                                              .hash = XXH3_64bits_digest(n->hash)};
+}
+
+static stp_status write_attributes(stp_chunk_writer *writer, const numbering *n, stp_header *header,
+                                   stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes table = {0};
+    const row_source from = {&writer->numbers, n->handle};
+    if (!writer->numbers.list)
+        return STP_OK;
+    STP_TRY(stp_attribute_table_write(writer->numbers.list, n->count, row_of, &from, &table, err));
+    STP_TRY(write_section(writer, header, STP_SECTION_ATTRIBUTES, table.data, table.size, err));
+done:
+    free(table.data);
     return status;
 }
 
@@ -275,7 +384,9 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
     if (metadata_bytes > STP_METADATA_BYTES_LIMIT)
         return stp_error_set(err, STP_LIMIT, "metadata of %zu bytes: use at most %u",
                              metadata_bytes, STP_METADATA_BYTES_LIMIT);
+    begin_sections(writer, &header);
     STP_TRY(write_blocks(writer, n, &header, err));
+    STP_TRY(write_attributes(writer, n, &header, err));
     header.metadata_offset = stp_output_size(writer->output);
     header.metadata_bytes = metadata_bytes;
     header.metadata_hash = stp_hash(metadata_json, metadata_bytes);

@@ -2,6 +2,7 @@
 #include "formats/chunk/convert.h"
 
 #include "base/memory.h"
+#include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
@@ -85,6 +86,7 @@ typedef struct conversion {
     piece *pieces;     /* of one batch */
     uint32_t first;    /* the batch's first place in the order */
     stp_chunk_writer *writer;
+    stp_attribute_file *attributes;
 } conversion;
 
 static stp_status check_payload(const conversion *c, uint32_t id, const piece *p, stp_error *err)
@@ -208,6 +210,48 @@ done:
     return status;
 }
 
+/* ---- attributes ---- */
+
+/* Copies the parts of one chunk, attribute by attribute. rows: room for all attributes. */
+static stp_status copy_numbers(const conversion *c, uint32_t id, stp_attribute_row *rows,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_attribute_list *list = stp_attribute_file_list(c->attributes);
+    stp_bytes bytes = {0};
+    for (uint32_t a = 0; a < list->count; a++) {
+        const size_t begin = bytes.size;
+        size_t size = 0;
+        STP_TRY(stp_attribute_file_row(c->attributes, a, id, &rows[a], err));
+        for (int k = 0; k < STP_LEVEL_COUNT; k++)
+            size += rows[a].bytes[k];
+        STP_TRY(stp_bytes_append(&bytes, NULL, size, err));
+        if (size > 0)
+            STP_TRY(stp_attribute_file_parts(c->attributes, &rows[a], bytes.data + begin, err));
+        rows[a].offset = begin;
+    }
+    STP_TRY(stp_chunk_writer_append_numbers(c->writer, c->handles[id], list, bytes.data, bytes.size,
+                                            rows, err));
+done:
+    free(bytes.data);
+    return status;
+}
+
+static stp_status copy_attributes(const conversion *c, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_attribute_row *rows = NULL;
+    const stp_attribute_list *list = stp_attribute_file_list(c->attributes);
+    if (list->count == 0 || c->params->drop_attributes)
+        return STP_OK;
+    STP_TRY(stp_alloc(&rows, list->count, sizeof *rows, "attributes", err));
+    for (uint32_t id = 0; id < c->count; id++)
+        STP_TRY(copy_numbers(c, id, rows, err));
+done:
+    free(rows);
+    return status;
+}
+
 /* ---- order and tree ---- */
 
 typedef struct placed {
@@ -292,6 +336,14 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
                              "%s: version %u.%u is newer than this program, which would lose what "
                              "it does not know: use a newer stipple",
                              stp_chunk_file_path(file), info->version_major, info->version_minor);
+    STP_TRY(stp_attribute_file_open(&c.attributes, file, err));
+    if (!blocks && !params->drop_attributes && stp_attribute_file_list(c.attributes)->count > 0) {
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%s has attributes, which files of version 1 cannot hold: give "
+                               "--drop-attributes to lose them",
+                               stp_chunk_file_path(file));
+        goto done;
+    }
     STP_TRY(make_metadata(info, params->threshold_px, &metadata, err));
     STP_TRY(stp_alloc(&c.order, c.count, sizeof *c.order, "chunks", err));
     STP_TRY(stp_alloc(&c.handles, c.count, sizeof *c.handles, "chunks", err));
@@ -299,8 +351,10 @@ stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
     STP_TRY(find_order(&c, err));
     STP_TRY(stp_chunk_writer_create(&c.writer, output, &written, err));
     STP_TRY(convert_payloads(&c, batch, err));
+    STP_TRY(copy_attributes(&c, err));
     STP_TRY(finish(&c, metadata, err));
 done:
+    stp_attribute_file_close(&c.attributes);
     for (uint32_t i = 0; c.pieces && i < batch; i++)
         free(c.pieces[i].payload);
     stp_chunk_writer_destroy(&c.writer);

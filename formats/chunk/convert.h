@@ -15,6 +15,7 @@ typedef struct stp_convert_params {
     int format;      /* major version of the output: 1, 2 (in blocks), or 0: the file's own */
     uint32_t block_samples; /* least level-0 samples of a block; 0: what pays for the codec */
     double threshold_px;    /* > 0: the model's new default threshold */
+    bool drop_attributes;   /* version 1 has none */
     bool force;             /* replace an existing file */
     stp_pool *pool;         /* NULL: one thread */
     const stp_progress *progress;
@@ -22,7 +23,8 @@ typedef struct stp_convert_params {
 
 /* Writes a model to another file. The file appears whole or not at all. Memory: a few chunks a
  * thread. Errors: those of reading and of writing a chunk file; UNSUPPORTED (the version is newer
- * than this program's: the program would lose what it does not know); CANCELLED. */
+ * than this program's: the program would lose what it does not know); INVALID_ARGUMENT (attributes
+ * in version 1); CANCELLED. */
 stp_status stp_chunk_file_convert(stp_chunk_file *file, const char *output,
                                   const stp_convert_params *params, stp_error *err);
 

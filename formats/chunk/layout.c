@@ -216,13 +216,15 @@ static stp_status header_check_sections(const stp_header *h, stp_error *err)
                                  "byte %u: section %" PRIu32 " at byte %" PRIu64
                                  " does not follow what is before it",
                                  SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
-        if (s->kind == STP_SECTION_BLOCKS &&
-            (s->bytes % STP_BLOCK_BYTES != 0 || stp_header_section(h, s->kind) != s))
+        const bool known = s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_NUMBERS ||
+                           s->kind == STP_SECTION_ATTRIBUTES;
+        if ((s->kind == STP_SECTION_BLOCKS && s->bytes % STP_BLOCK_BYTES != 0) ||
+            (known && stp_header_section(h, s->kind) != s))
             return stp_error_set(err, STP_CORRUPT,
                                  "byte %u: section %" PRIu32
-                                 " is a second table of blocks, or has a part of a record",
+                                 " is the second of its kind, or has a part of a record",
                                  SECTIONS_AT + i * SECTION_BYTES, i);
-        if (s->kind != STP_SECTION_BLOCKS && s->flags & STP_SECTION_NEEDED)
+        if (!known && s->flags & STP_SECTION_NEEDED)
             return stp_error_set(err, STP_VERSION,
                                  "it needs a part that this program does not know: use a newer "
                                  "stipple");

@@ -70,7 +70,9 @@ typedef struct stp_section {
     uint64_t offset, bytes, hash;
 } stp_section;
 
-#define STP_SECTION_BLOCKS UINT32_C(0x534b4c42) /* "BLKS": the table of blocks */
+#define STP_SECTION_BLOCKS UINT32_C(0x534b4c42)     /* "BLKS": the table of blocks */
+#define STP_SECTION_NUMBERS UINT32_C(0x44545441)    /* "ATTD": the numbers of attributes */
+#define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441) /* "ATTR": their list, and where they lie */
 #define STP_SECTION_NEEDED 1u /* a reader that does not know the kind must refuse the file */
 
 /* IEEE 754 single precision. */

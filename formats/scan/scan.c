@@ -335,6 +335,13 @@ done:
     return status;
 }
 
+const uint8_t *stp_scan_numbers(const stp_scan *scan)
+{
+    return scan->params.numbers && scan->reader && scan->reader->numbers
+               ? scan->reader->numbers(scan->reader_state)
+               : NULL;
+}
+
 stp_status stp_scan_seek(stp_scan *scan, uint64_t point, stp_error *err)
 {
     if (scan->info.seek_points == 0)

@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
+#include "formats/attribute/attribute.h"
 #include "formats/scan/mesh/triangle_set.h"
 
 #include <stdbool.h>
@@ -84,6 +85,7 @@ typedef struct stp_scan_params {
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
     const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
+    bool numbers; /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
 } stp_scan_params;
 
 /* A text of the file about itself, beside its points. A model keeps it in its metadata. */
@@ -153,7 +155,9 @@ typedef struct stp_scan_info {
     stp_station_word station_word;
     stp_scan_grid grid;
     stp_scan_raster raster;
-    const stp_scan_note *notes; /* owned by the scan, like stations */
+    const stp_attribute_list *extra; /* attributes beside those of stp_point; NULL: none. Owned by
+                                        the scan, like stations */
+    const stp_scan_note *notes;
     uint32_t note_count;
 } stp_scan_info;
 
@@ -176,6 +180,9 @@ void stp_scan_take_lines(stp_scan *scan, stp_line_set *out);
 /* Reads up to capacity points; *count 0 only at the end. Errors: IO, CORRUPT. */
 stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
                          stp_error *err);
+/* The packed numbers of the points read last, point by point: all attributes of info.extra. Valid
+ * until the next call. NULL if there are none or params.numbers is false. */
+const uint8_t *stp_scan_numbers(const stp_scan *scan);
 /* Reads on at this point, a multiple of info.seek_points and below info.point_count. Readers then
  * read little ahead. Errors: INVALID_ARGUMENT (seek_points is 0), IO, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_scan_seek(stp_scan *scan, uint64_t point, stp_error *err);

@@ -18,6 +18,8 @@ typedef struct stp_scan_reader {
     void (*close)(void *state);
     /* As stp_scan_seek. NULL: the reader cannot, and leaves info.seek_points 0. */
     stp_status (*seek)(void *state, uint64_t point, stp_error *err);
+    /* As stp_scan_numbers, if params.numbers was set. NULL: the reader leaves info.extra NULL. */
+    const uint8_t *(*numbers)(const void *state);
 } stp_scan_reader;
 
 #endif

@@ -171,6 +171,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
     stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
                              .spacing = spacing_of(t, z, normal.z),
                              .normal = stp_dvec3_to_float(normal),
+                             .source = (uint32_t)((uint64_t)w * r->columns + c),
                              .normal_bits = t->params->normal_bits,
                              .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
                              .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |

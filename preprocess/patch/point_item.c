@@ -84,6 +84,7 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
     stp_item item = {.area = spacing * spacing,
                      .exponent = exponent,
                      .sheet = facts->sheet,
+                     .source = facts->source,
                      .intensity = facts->intensity,
                      .class_id = facts->class_id,
                      .flags = facts->flags};
@@ -108,6 +109,7 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item
         .spacing = (double)point->spacing,
         .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
         .sheet = cloud->sheets[i],
+        .source = point->source,
         .intensity = intensity_of(point, params->intensity_max),
         .class_id = point->class_id,
         .flags = flags_of(cloud, i)};

@@ -28,6 +28,7 @@ typedef struct stp_point_facts {
     vec3s normal;       /* unit, or zero */
     unsigned normal_bits;
     uint32_t sheet;
+    uint32_t source; /* place in the input */
     uint16_t rgb[3];
     uint8_t intensity, class_id, flags; /* as a sample stores them */
 } stp_point_facts;

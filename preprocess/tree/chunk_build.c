@@ -22,6 +22,8 @@ typedef struct assembly {
     uint32_t sample_count[STP_LEVEL_COUNT];
     stp_carry *carry; /* by level-0 sample; none for a leaf */
     size_t carry_capacity;
+    uint32_t *sources; /* by level-0 sample; none if patches are made, not built */
+    size_t source_capacity;
     uint32_t *order; /* of the patches: a run of them becomes one patch of the parent */
     int vertex_least;
     unsigned normal_bits;
@@ -114,6 +116,18 @@ static stp_status append_carry(assembly *a, const stp_item *items, const uint32_
     return status;
 }
 
+/* Keeps where the patch's level-0 samples come from. */
+static stp_status append_sources(assembly *a, const stp_item *items, const uint32_t *order,
+                                 uint32_t count, stp_error *err)
+{
+    const size_t begin = a->sample_count[0] - count;
+    stp_status status = stp_grow(&a->sources, &a->source_capacity, a->sample_count[0],
+                                 sizeof *a->sources, "samples", err);
+    for (uint32_t i = 0; status == STP_OK && i < count; i++)
+        a->sources[begin + i] = items[order[i]].source;
+    return status;
+}
+
 static stp_status too_far(const stp_item *item, bool leaf, stp_error *err)
 {
     const stp_dvec3 p = item->disc.centre;
@@ -148,6 +162,8 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
         if (a->resolution)
             measure_displacement(a, items, order, &patch, &samples);
         stp_status appended = append(a, &patch, &samples, &vertex, err);
+        if (appended == STP_OK)
+            appended = append_sources(a, items, order, count, err);
         return appended == STP_OK && !a->leaf ? append_carry(a, items, order, count, err)
                                               : appended;
     }
@@ -272,8 +288,12 @@ static stp_status pack(const assembly *a, stp_built_chunk *out, stp_error *err)
         find_begins(a, level, begin);
         gather(chunk->samples[level], a->samples[level], sizeof(stp_sample), a, begin);
     }
+    find_begins(a, 0, begin);
+    if (a->sources) {
+        STP_TRY(stp_alloc(&out->sources, a->sample_count[0], sizeof *out->sources, "samples", err));
+        gather(out->sources, a->sources, sizeof *a->sources, a, begin);
+    }
     if (!a->leaf) {
-        find_begins(a, 0, begin);
         STP_TRY(stp_alloc(&out->carry, a->sample_count[0], sizeof *out->carry, "errors", err));
         gather(out->carry, a->carry, sizeof *a->carry, a, begin);
     }
@@ -315,6 +335,7 @@ static void clear_assembly(assembly *a)
 {
     free(a->order);
     free(a->carry);
+    free(a->sources);
     free(a->patches);
     free(a->vertices);
     for (int level = 0; level < STP_LEVEL_COUNT; level++)
@@ -430,5 +451,6 @@ void stp_built_chunk_clear(stp_built_chunk *built)
     stp_spill_free(built->spill, built->carry);
     stp_spill_free(built->spill, built->vertices);
     free(built->run_ends);
+    free(built->sources);
     *built = (stp_built_chunk){0};
 }

@@ -7,6 +7,7 @@
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/chunk_build.h"
+#include "preprocess/tree/chunk_numbers.h"
 #include "preprocess/tree/leaf_order.h"
 
 #include <limits.h>
@@ -42,6 +43,7 @@ typedef struct built {
     void *payload;
     stp_chunk_entry entry;
     stp_dbox box; /* of a leaf's samples as stored, world */
+    stp_chunk_numbers numbers;
 } built;
 
 typedef struct tree {
@@ -66,6 +68,8 @@ typedef struct tree {
     uint32_t **children; /* by handle */
     uint32_t *child_counts;
     size_t children_capacity, child_counts_capacity;
+    stp_chunk_numbers *numbers; /* by handle */
+    size_t numbers_capacity;
     stp_dbox box; /* of all samples as stored */
     stp_tree_stats stats;
 } tree;
@@ -135,6 +139,8 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     *out = (built){.box = stp_dbox_empty()};
     STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
                      : build_leaf(t, t->leaves[index], out, err));
+    STP_TRY(stp_chunk_numbers_make(&out->numbers, &out->chunk, &t->params->numbers, t->cloud->spill,
+                                   err));
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
@@ -182,6 +188,7 @@ static void clear_tier(tree *t)
     for (uint32_t i = 0; t->tier && i < t->tier_count; i++) {
         stp_built_chunk_clear(&t->tier[i].chunk);
         free(t->tier[i].payload);
+        stp_chunk_numbers_clear(&t->tier[i].numbers, t->cloud->spill);
     }
     free(t->tier);
     t->tier = NULL;
@@ -198,6 +205,10 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
                      "chunks", err));
     STP_TRY(stp_grow(&t->child_counts, &t->child_counts_capacity, (size_t)handle + 1,
                      sizeof *t->child_counts, "chunks", err));
+    STP_TRY(stp_grow(&t->numbers, &t->numbers_capacity, (size_t)handle + 1, sizeof *t->numbers,
+                     "chunks", err));
+    t->numbers[handle] = b->numbers;
+    b->numbers = (stp_chunk_numbers){0};
     t->children[handle] = NULL;
     t->child_counts[handle] = 0;
     t->stats.chunk_count = handle + 1;
@@ -334,6 +345,21 @@ done:
     return status;
 }
 
+/* Writes the attributes of all chunks behind the payloads. */
+static stp_status write_numbers(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_attribute_list *list = t->params->numbers.list;
+    for (uint32_t handle = 0; list && handle < t->stats.chunk_count; handle++) {
+        stp_chunk_numbers *n = &t->numbers[handle];
+        STP_TRY(stp_chunk_writer_append_numbers(t->writer, handle, list, n->bytes, n->size, n->rows,
+                                                err));
+        stp_chunk_numbers_clear(n, t->cloud->spill);
+    }
+done:
+    return status;
+}
+
 /* A chunk of any tier is at most as wide as the model, which gives vertex_least. */
 static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
 {
@@ -370,6 +396,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
     t->progress_total = 2 * (uint64_t)t->leaf_count;
     STP_TRY(build_tiers(t, &root, err));
+    STP_TRY(write_numbers(t, err));
     json = metadata(context, &t->stats);
     if (!json) {
         status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
@@ -381,9 +408,12 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
 done:
     free(json);
     stp_chunk_writer_destroy(writer);
-    for (uint32_t i = 0; t && i < t->stats.chunk_count; i++)
+    for (uint32_t i = 0; t && i < t->stats.chunk_count; i++) {
         free(t->children[i]);
+        stp_chunk_numbers_clear(&t->numbers[i], cloud->spill);
+    }
     if (t) {
+        free(t->numbers);
         free(t->children);
         free(t->child_counts);
         free(t->leaves);

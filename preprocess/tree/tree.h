@@ -4,10 +4,17 @@
 #define STP_PREPROCESS_TREE_TREE_H
 
 #include "base/progress.h"
+#include "formats/attribute/attribute.h"
 #include "formats/chunk/chunk_file.h"
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/patch/displacement.h"
 #include "preprocess/tree/leaf_order.h"
+
+/* The attributes of the inputs' points that a model keeps. */
+typedef struct stp_point_numbers {
+    const stp_attribute_list *list;
+    const uint8_t *packed; /* by source: point after point, stp_attribute_list_bytes each */
+} stp_point_numbers;
 
 typedef struct stp_tree_params {
     double lambda;                    /* radius of a sample over its spacing */
@@ -15,7 +22,8 @@ typedef struct stp_tree_params {
     stp_resolution resolution;        /* of the inputs */
     unsigned normal_bits, given_bits; /* of the grids of normals, see point_item.h */
     stp_codec codec;
-    stp_leaf_sources sources; /* borrowed */
+    stp_leaf_sources sources;  /* borrowed */
+    stp_point_numbers numbers; /* borrowed; list NULL: no attributes */
 } stp_tree_params;
 
 typedef struct stp_tree_stats {

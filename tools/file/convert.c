@@ -30,7 +30,7 @@ typedef struct convert_options {
     int codec, format;
     uint64_t block_samples;
     double threshold_px, timeout_s;
-    bool has_codec, has_format, has_threshold, force, no_sandbox;
+    bool has_codec, has_format, has_threshold, drop_attributes, force, no_sandbox;
     cli_common common;
 } convert_options;
 
@@ -46,6 +46,7 @@ static stp_status convert(const convert_options *o, stp_error *err)
                                  .format = o->has_format ? o->format + 1 : 0,
                                  .block_samples = (uint32_t)o->block_samples,
                                  .threshold_px = o->has_threshold ? o->threshold_px : 0.0,
+                                 .drop_attributes = o->drop_attributes,
                                  .force = o->force,
                                  .progress = cli_progress(&o->common)};
     STP_TRY(sandbox_options_enter(o->no_sandbox, o->path, o->output, err));
@@ -85,6 +86,8 @@ static int run(int argc, char **argv)
          NULL},
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
          "default threshold of drawing commands (the file's own)", &o.has_threshold},
+        {"--drop-attributes", 0, CLI_FLAG, &o.drop_attributes, NULL,
+         "leave out what prep --attributes kept", NULL},
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace an existing file", NULL},
         source_options_timeout(&o.timeout_s),
         sandbox_options_off(&o.no_sandbox),

@@ -4,19 +4,24 @@
 #include "base/memory.h"
 #include "formats/chunk/repair/repair_note.h"
 #include "formats/scan/ply/ply_write.h"
+#include "tools/file/export_las.h"
+#include "tools/file/export_numbers.h"
 #include "tools/file/export_shapes.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Number of points per write. */
 #define BATCH_COUNT 4096u
 
 /* The output of points, and the factor of their intensities. */
 typedef struct sink {
-    stp_ply_writer *writer;
+    stp_ply_writer *ply; /* or */
+    stp_las_writer *las;
+    export_numbers *numbers;
     double intensity_step;
     const bool *stand_ins; /* per chunk: its samples stand in for lost points */
     export_shapes *shapes;
@@ -80,31 +85,58 @@ static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3
     return p;
 }
 
+/* Points that are written together. */
+typedef struct batch {
+    stp_point points[BATCH_COUNT];
+    float radii[BATCH_COUNT];
+    uint8_t *packed; /* attributes; NULL: none */
+    size_t count;
+} batch;
+
+static stp_status flush(batch *b, const sink *out, stp_error *err)
+{
+    const size_t count = b->count;
+    b->count = 0;
+    return out->las
+               ? stp_las_writer_numbered_points(out->las, b->points, b->packed, count, err)
+               : stp_ply_writer_wide_points(out->ply, b->points, b->radii, b->packed, count, err);
+}
+
+static stp_status add_point(batch *b, const stp_chunk *chunk, const stp_patch *patch, uint32_t k,
+                            stp_dvec3 origin, const sink *out, stp_error *err)
+{
+    const stp_sample *s = &chunk->samples[0][k];
+    const size_t stride = out->numbers->stride;
+    b->radii[b->count] = (float)stp_sample_radius(s, patch);
+    b->points[b->count] = point_of(s, patch, origin, out->intensity_step);
+    if (b->packed)
+        memcpy(b->packed + b->count * stride, out->numbers->packed + k * stride, stride);
+    return ++b->count == BATCH_COUNT ? flush(b, out, err) : STP_OK;
+}
+
 static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, const sink *out,
                                stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_point batch[BATCH_COUNT];
-    float radii[BATCH_COUNT];
-    size_t count = 0;
+    batch *b = NULL;
+    STP_TRY(stp_alloc(&b, 1, sizeof *b, "points", err));
+    STP_TRY(export_numbers_read(out->numbers, chunk, err));
+    if (out->numbers->list)
+        STP_TRY(stp_alloc(&b->packed, BATCH_COUNT, out->numbers->stride, "attributes", err));
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const stp_patch *patch = &chunk->patches[i];
         const uint32_t begin = chunk->level_begin[0][i];
         unsigned skipped = 0;
         STP_TRY(export_shapes_patch(out->shapes, patch, &chunk->samples[0][begin], origin, &skipped,
                                     err));
-        for (uint32_t k = begin + skipped; k < chunk->level_begin[0][i + 1]; k++) {
-            const stp_sample *s = &chunk->samples[0][k];
-            radii[count] = (float)stp_sample_radius(s, patch);
-            batch[count++] = point_of(s, patch, origin, out->intensity_step);
-            if (count == BATCH_COUNT) {
-                STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
-                count = 0;
-            }
-        }
+        for (uint32_t k = begin + skipped; k < chunk->level_begin[0][i + 1]; k++)
+            STP_TRY(add_point(b, chunk, patch, k, origin, out, err));
     }
-    STP_TRY(stp_ply_writer_wide_points(out->writer, batch, radii, count, err));
+    STP_TRY(flush(b, out, err));
 done:
+    if (b)
+        free(b->packed);
+    free(b);
     return status;
 }
 
@@ -162,13 +194,51 @@ static uint32_t point_attributes(const stp_chunk_file_info *info)
     return out;
 }
 
+static stp_status create_ply(stp_ply_writer **out, stp_chunk_file *file,
+                             const export_params *params, const export_numbers *numbers,
+                             const export_shapes *shapes, uint64_t left_out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    stp_ply_writer_params ply = {.force = params->force,
+                                 .vertex_count = info->point_count - left_out - shapes->repeated,
+                                 .triangle_count = shapes->triangle_count,
+                                 .edge_count = shapes->edge_count,
+                                 .attributes = point_attributes(info),
+                                 .numbers = numbers->list};
+    STP_TRY(needs_double(file, &ply.double_coordinates, err));
+    STP_TRY(stp_ply_writer_create(out, params->output, &ply, err));
+done:
+    return status;
+}
+
+static stp_status create_las(stp_las_writer **out, stp_chunk_file *file,
+                             const export_params *params, const export_numbers *numbers,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *wkt = NULL;
+    const uint32_t normals = STP_POINT_HAS_NORMAL; /* LAS has none */
+    stp_las_writer_params las = {.force = params->force,
+                                 .attributes =
+                                     point_attributes(stp_chunk_file_get_info(file)) & ~normals,
+                                 .numbers = numbers->list};
+    STP_TRY(export_las_params(&las, &wkt, file, err));
+    STP_TRY(stp_las_writer_create(out, params->output, &las, err));
+done:
+    free(wkt);
+    return status;
+}
+
 stp_status export_file(stp_chunk_file *file, const export_params *params, uint64_t *left_out,
                        stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_ply_writer *writer = NULL;
+    stp_las_writer *las = NULL;
+    stp_ply_writer *ply = NULL;
     bool *stand_ins = NULL;
     export_shapes shapes = {0};
+    export_numbers numbers = {0};
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     *left_out = 0;
     STP_TRY(find_stand_ins(file, &stand_ins, left_out, err));
@@ -179,20 +249,25 @@ stp_status export_file(stp_chunk_file *file, const export_params *params, uint64
         goto done;
     }
     STP_TRY(export_shapes_find(&shapes, file, stand_ins, err));
-    stp_ply_writer_params ply = {.force = params->force,
-                                 .vertex_count = info->point_count - *left_out - shapes.repeated,
-                                 .triangle_count = shapes.triangle_count,
-                                 .edge_count = shapes.edge_count,
-                                 .attributes = point_attributes(info)};
-    STP_TRY(needs_double(file, &ply.double_coordinates, err));
-    STP_TRY(stp_ply_writer_create(&writer, params->output, &ply, err));
-    const sink out = {writer, noted(info, "intensity_max", 65535.0) / 255.0, stand_ins, &shapes};
+    STP_TRY(export_numbers_open(&numbers, file, err));
+    if (export_las_is_named(params->output))
+        STP_TRY(create_las(&las, file, params, &numbers, err));
+    else
+        STP_TRY(create_ply(&ply, file, params, &numbers, &shapes, *left_out, err));
+    const sink out = {ply,       las,    &numbers, noted(info, "intensity_max", 65535.0) / 255.0,
+                      stand_ins, &shapes};
     STP_TRY(export_chunks(file, &out, params->progress, err));
-    STP_TRY(export_shapes_write(&shapes, writer, err));
-    STP_TRY(stp_ply_writer_finish(&writer, err));
+    if (las) {
+        STP_TRY(stp_las_writer_finish(&las, err));
+    } else {
+        STP_TRY(export_shapes_write(&shapes, ply, err));
+        STP_TRY(stp_ply_writer_finish(&ply, err));
+    }
 done:
     free(stand_ins);
     export_shapes_clear(&shapes);
-    stp_ply_writer_destroy(&writer);
+    export_numbers_clear(&numbers);
+    stp_ply_writer_destroy(&ply);
+    stp_las_writer_destroy(&las);
     return status;
 }

@@ -5,6 +5,8 @@
 #include "tools/file/source_options.h"
 
 #include "base/memory.h"
+#include "formats/chunk/attribute/attribute_file.h"
+#include "formats/chunk/attribute/attribute_json.h"
 #include "formats/chunk/convert.h"
 #include "formats/chunk/repair/repair_note.h"
 
@@ -40,6 +42,13 @@ typedef struct depth_summary {
     double error[STP_LEVEL_COUNT], tangential_error[STP_LEVEL_COUNT], colour_error[STP_LEVEL_COUNT];
     double radius_min, radius_max;
 } depth_summary;
+
+/* What is printed beside what the header says. */
+typedef struct file_facts {
+    depth_summary *depths;   /* by depth */
+    const info_bytes *bytes; /* NULL: they were not counted */
+    stp_attribute_list extra;
+} file_facts;
 
 static void add_entry(depth_summary *sum, const stp_chunk_entry *e)
 {
@@ -97,7 +106,7 @@ static void name_codecs(const depth_summary *depths, uint32_t count, char out[64
 
 /* ---- text ---- */
 
-static void print_attributes(uint32_t attributes)
+static void print_attributes(uint32_t attributes, const stp_attribute_list *extra)
 {
     printf("attributes     normal%s%s%s%s%s%s\n", attributes & STP_HAS_COLOUR ? " colour" : "",
            attributes & STP_HAS_INTENSITY ? " intensity" : "",
@@ -105,6 +114,9 @@ static void print_attributes(uint32_t attributes)
            attributes & STP_HAS_OUTLIERS ? " outlier" : "",
            attributes & STP_HAS_LINES ? " lines" : "",
            attributes & STP_HAS_TRIANGLES ? " triangles" : "");
+    for (uint32_t i = 0; i < extra->count; i++)
+        printf("%s%s%s", i ? ", " : "               ", extra->items[i].name,
+               i + 1 < extra->count ? "" : "\n");
 }
 
 /* Prints "12 marked, more than 3 local spacings from everything else", as prep counted. */
@@ -264,10 +276,9 @@ static void print_repairs(const stp_chunk_file_info *info)
                sum.repairs, sum.repairs == 1 ? "" : "s", sum.points_lost, sum.stand_ins);
 }
 
-/* bytes: NULL if they were not counted. */
-static void print_text(const stp_chunk_file *file, const depth_summary *depths,
-                       const info_bytes *bytes)
+static void print_text(const stp_chunk_file *file, const file_facts *facts)
 {
+    const depth_summary *depths = facts->depths;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     char codecs[64];
     printf("file           %s\n", stp_chunk_file_path(file));
@@ -283,7 +294,7 @@ static void print_text(const stp_chunk_file *file, const depth_summary *depths,
     printf("codec          %s\n", codecs);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
-    print_attributes(info->attributes);
+    print_attributes(info->attributes, &facts->extra);
     print_intensity(info);
     print_outliers(info);
     print_displacement(info);
@@ -295,8 +306,8 @@ static void print_text(const stp_chunk_file *file, const depth_summary *depths,
     if (stp_chunk_file_threshold(info) > 0.0)
         printf("threshold      %g px by default\n", stp_chunk_file_threshold(info));
     print_depths(depths, info->depth);
-    if (bytes)
-        info_bytes_print(bytes, info);
+    if (facts->bytes)
+        info_bytes_print(facts->bytes, info);
     print_metadata(info);
 }
 
@@ -381,16 +392,30 @@ static cJSON *json_info(const char *path, const stp_chunk_file_info *info,
     return out;
 }
 
-/* bytes: NULL if they were not counted. */
-static stp_status print_json(const stp_chunk_file *file, const depth_summary *depths,
-                             const info_bytes *bytes, stp_error *err)
+/* Adds "extra_attributes": the list as the file has it. */
+static stp_status add_extra(cJSON *json, const stp_attribute_list *extra, stp_error *err)
+{
+    char *text = NULL;
+    stp_status status = stp_attribute_list_write(extra, &text, err);
+    if (status == STP_OK)
+        cJSON_AddItemToObject(json, "extra_attributes", cJSON_Parse(text));
+    free(text);
+    return status;
+}
+
+static stp_status print_json(const stp_chunk_file *file, const file_facts *facts, stp_error *err)
 {
     const char *path = stp_chunk_file_path(file);
-    cJSON *json = json_info(path, stp_chunk_file_get_info(file), depths);
-    if (bytes)
-        info_bytes_json(bytes, json);
+    cJSON *json = json_info(path, stp_chunk_file_get_info(file), facts->depths);
+    if (facts->bytes)
+        info_bytes_json(facts->bytes, json);
+    const stp_status status = add_extra(json, &facts->extra, err);
     char *text = cJSON_Print(json);
     cJSON_Delete(json);
+    if (status != STP_OK) {
+        free(text);
+        return status;
+    }
     if (!text)
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the JSON of %s", path);
     printf("%s\n", text);
@@ -407,7 +432,8 @@ static int run(int argc, char **argv)
     size_t count = 0;
     cli_common common = {0};
     stp_chunk_file *file = NULL;
-    depth_summary *depths = NULL;
+    file_facts facts = {0};
+    stp_attribute_file *attributes = NULL;
     stp_status status = STP_OK;
     stp_error err = {0};
     const cli_option options[] = {
@@ -426,16 +452,19 @@ static int run(int argc, char **argv)
     STP_TRY(sandbox_options_enter(no_sandbox, path, NULL, &err));
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(source_options_open(&file, path, &source, &err));
-    STP_TRY(summarise(file, &depths, &err));
+    STP_TRY(summarise(file, &facts.depths, &err));
+    STP_TRY(stp_attribute_file_open(&attributes, file, &err));
+    facts.extra = *stp_attribute_file_list(attributes);
     if (count_bytes)
         STP_TRY(info_bytes_count(file, &bytes, &err));
-    const info_bytes *counted = count_bytes ? &bytes : NULL;
+    facts.bytes = count_bytes ? &bytes : NULL;
     if (json)
-        STP_TRY(print_json(file, depths, counted, &err));
+        STP_TRY(print_json(file, &facts, &err));
     else
-        print_text(file, depths, counted);
+        print_text(file, &facts);
 done:
-    free(depths);
+    free(facts.depths);
+    stp_attribute_file_close(&attributes);
     stp_chunk_file_close(&file);
     return status == STP_OK ? CLI_DONE : cli_fail(&cli_info, &err);
 }

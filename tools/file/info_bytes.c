@@ -2,6 +2,7 @@
 #include "tools/file/info_bytes.h"
 
 #include "base/memory.h"
+#include "formats/chunk/attribute/attribute_file.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -52,6 +53,25 @@ done:
     return status;
 }
 
+/* Sums up the parts of each attribute. */
+static stp_status count_attributes(stp_chunk_file *file, info_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_attribute_file *attributes = NULL;
+    STP_TRY(stp_attribute_file_open(&attributes, file, err));
+    out->attributes = *stp_attribute_file_list(attributes);
+    for (uint32_t a = 0; a < out->attributes.count; a++)
+        for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+            stp_attribute_row row;
+            STP_TRY(stp_attribute_file_row(attributes, a, id, &row, err));
+            for (int k = 0; k < STP_LEVEL_COUNT; k++)
+                out->attribute_bytes[a] += row.bytes[k];
+        }
+done:
+    stp_attribute_file_close(&attributes);
+    return status;
+}
+
 stp_status info_bytes_count(stp_chunk_file *file, info_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -63,6 +83,9 @@ stp_status info_bytes_count(stp_chunk_file *file, info_bytes *out, stp_error *er
         STP_TRY(count_chunk(file, id, scale_bits, &scratch, out, err));
     out->shares.bytes[STP_SHARE_FRAME] +=
         info->file_bytes - (info->payloads_end - info->payloads_begin);
+    STP_TRY(count_attributes(file, out, err));
+    for (uint32_t a = 0; a < out->attributes.count; a++)
+        out->shares.bytes[STP_SHARE_FRAME] -= out->attribute_bytes[a];
 done:
     stp_chunk_scratch_free(&scratch);
     return status;
@@ -75,6 +98,9 @@ void info_bytes_print(const info_bytes *bytes, const stp_chunk_file_info *info)
     for (int s = 0; s < STP_SHARE_COUNT; s++)
         printf("%-14s %14" PRIu64 " %14.3f\n", share_name[s], bytes->shares.bytes[s],
                (double)bytes->shares.bytes[s] / points);
+    for (uint32_t a = 0; a < bytes->attributes.count; a++)
+        printf("%-19s %9" PRIu64 " %14.3f\n", bytes->attributes.items[a].name,
+               bytes->attribute_bytes[a], (double)bytes->attribute_bytes[a] / points);
     printf(
         "classes: and flags; patches: headers of patches; frame: all else. All levels together\n");
     const double scale = (double)bytes->scale_bits / 8.0 / points;
@@ -90,5 +116,8 @@ void info_bytes_json(const info_bytes *bytes, cJSON *json)
     cJSON *out = cJSON_AddObjectToObject(json, "bytes");
     for (int s = 0; s < STP_SHARE_COUNT; s++)
         cJSON_AddNumberToObject(out, share_name[s], (double)bytes->shares.bytes[s]);
+    for (uint32_t a = 0; a < bytes->attributes.count; a++)
+        cJSON_AddNumberToObject(out, bytes->attributes.items[a].name,
+                                (double)bytes->attribute_bytes[a]);
     cJSON_AddNumberToObject(json, "scale_bytes", (double)bytes->scale_bits / 8.0);
 }

@@ -8,7 +8,9 @@
 struct cJSON;
 
 typedef struct info_bytes {
-    stp_shares shares; /* add up to the file */
+    stp_shares shares; /* with the attributes, these add up to the file */
+    stp_attribute_list attributes;
+    uint64_t attribute_bytes[STP_ATTRIBUTES_LIMIT];
     /* Bits of positions beyond those that steps of 1/32 of the local spacing need: what keeping the
      * scan's own scale costs, at most. */
     uint64_t scale_bits;

@@ -17,14 +17,14 @@
 #endif
 
 /* Options of prep_main; those of grids follow. */
-#define OWN_OPTIONS 26
+#define OWN_OPTIONS 27
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
 
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
-        *system;
+        *system, *attributes;
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
@@ -123,6 +123,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     in.exact = params.exact;
     in.strict = o->strict;
     in.system.wanted = o->system;
+    in.numbers.wanted = o->attributes;
+    in.params.numbers = prep_numbers_wanted(&in.numbers);
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&paths, arguments[i], err));
     in.paths = paths.list;
@@ -214,6 +216,9 @@ static int check_options(const prep_options *o)
     if (o->layers == 1 && o->precision && strcmp(o->precision, "exact") == 0)
         return cli_usage(&cli_prep, "--layers joined moves points, --precision exact keeps them: "
                                     "give one of them");
+    if (o->attributes && strcmp(o->attributes, "none") != 0 && o->format == 0)
+        return cli_usage(&cli_prep, "--attributes: files of version 1 have none: leave out "
+                                    "--format 1");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -245,6 +250,8 @@ static int prep_main(int argc, char **argv)
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
          "joined: move overlapping scans onto one shared surface (measured)", NULL},
         prep_system_option(&o.system),
+        {"--attributes", 0, CLI_STRING, &o.attributes, "all|none|NAMES",
+         "keep what the points have besides, as GPS time and returns (none)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

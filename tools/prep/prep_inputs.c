@@ -98,6 +98,9 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
         if (!in->scan)
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
+        if (in->numbers.list.count > 0)
+            STP_TRY(prep_numbers_take(&in->numbers, stp_scan_get_info(in->scan)->extra,
+                                      stp_scan_numbers(in->scan), *count, err));
         if (in->facts[in->current].way.projection)
             prep_system_move(in->facts[in->current].way.projection, points, *count);
         in->files[in->current].point_count += *count;
@@ -109,6 +112,11 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
     }
 done:
     return status;
+}
+
+static const uint8_t *packed_numbers(void *context)
+{
+    return ((const prep_inputs *)context)->numbers.packed;
 }
 
 /* Leaves out the file that is being read and continues after it. */
@@ -381,8 +389,11 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
-    if (info->point_count > 0)
+    if (info->point_count > 0) {
         STP_TRY(choose_system(in, i, info, err));
+        if (prep_numbers_wanted(&in->numbers))
+            STP_TRY(prep_numbers_add(&in->numbers, info->extra, in->paths[i], err));
+    }
     move_stations(in, i);
     add_edges(in, &info->edges);
     stp_scan_take_lines(scan, &lines);
@@ -490,8 +501,13 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     if (source->point_count == 0 && in->lines.strip_count == 0 && in->triangles.triangle_count == 0)
         return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
+    STP_TRY(prep_numbers_check(&in->numbers, err));
+    if (in->lines.strip_count > 0 || in->triangles.triangle_count > 0)
+        prep_numbers_add_shapes(&in->numbers);
     source->context = in;
     source->read = read_inputs;
+    source->kept = &in->numbers.list;
+    source->numbers = packed_numbers;
     source->leaves_out = leave_out_current;
     source->file = &in->current;
     source->rejected = note_reject;
@@ -543,6 +559,7 @@ void prep_inputs_clear(prep_inputs *in)
         stp_projection_destroy(&in->facts[i].way.projection);
     }
     prep_system_clear(&in->system);
+    prep_numbers_clear(&in->numbers);
     free(in->files);
     free(in->facts);
     free(in->stations);

@@ -7,6 +7,7 @@
 #include "formats/scan/scan.h"
 #include "preprocess/plant/plant.h"
 #include "preprocess/prep.h"
+#include "tools/prep/prep_numbers.h"
 #include "tools/prep/prep_system.h"
 
 #include <sys/types.h>
@@ -29,6 +30,7 @@ typedef struct prep_inputs {
     size_t count, current;
     stp_scan_params params;
     stp_scan *scan;
+    prep_numbers numbers;              /* attributes; set wanted before */
     prep_input *facts;                 /* per file */
     stp_prep_file *files;              /* per file, for the metadata; names are the paths */
     stp_dvec3 *stations, *station_ups; /* of all inputs, one after the other */

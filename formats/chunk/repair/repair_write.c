@@ -74,7 +74,10 @@ static stp_status count_losses(stp_repair_plan *plan, stp_repair_result *out, st
     uint64_t before = points_before(plan, stood_in);
     out->points_lost = before > plan->nodes[0].points ? before - plan->nodes[0].points : 0;
     out->stand_ins = plan->nodes[0].stand_ins;
-    out->whole = out->points_lost == 0 && !d->metadata_lost;
+    const bool attributes = stp_header_section(&d->header, STP_SECTION_ATTRIBUTES) != NULL;
+    if (attributes)
+        stp_damaged_say(d, "its attributes are lost: a file that is written anew has none");
+    out->whole = out->points_lost == 0 && !d->metadata_lost && !attributes;
 done:
     free(stood_in);
     return status;

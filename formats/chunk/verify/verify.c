@@ -10,6 +10,7 @@
 #include "formats/chunk/verify/verify_errors.h"
 #include "formats/chunk/verify/verify_join.h"
 #include "formats/chunk/verify/verify_joints.h"
+#include "formats/chunk/verify/verify_numbers.h"
 #include "formats/chunk/verify/verify_tree.h"
 
 #include <inttypes.h>
@@ -25,6 +26,7 @@ typedef struct verification {
     const stp_progress *progress;
     atomic_uint_fast64_t done_count;
     atomic_uint_fast64_t joints; /* of strips: 0 if all joints meet */
+    stp_verify_numbers numbers;
 } verification;
 
 /* Chunks kept decoded for their neighbours. */
@@ -266,7 +268,6 @@ done:
 
 static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    (void)worker;
     verification *v = context;
     stp_status status = STP_OK;
     const stp_chunk *chunk = NULL;
@@ -276,6 +277,7 @@ static stp_status verify_chunk(void *context, size_t index, unsigned worker, stp
     STP_TRY(check_blocks(&at, err));
     STP_TRY(check_children(&at, err));
     STP_TRY(verify_errors(&at, err));
+    STP_TRY(stp_verify_numbers_chunk(&v->numbers, chunk, worker, err));
     atomic_fetch_add(&v->joints, stp_verify_joints(chunk, at.entry->origin));
     uint64_t done_count = atomic_fetch_add(&v->done_count, 1) + 1;
     STP_TRY(stp_progress_update(v->progress, "verify", done_count, v->info->chunk_count, err));
@@ -339,6 +341,7 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     STP_TRY(stp_verify_tree(file, &v.entries, err));
     STP_TRY(stp_verify_sections(file, v.entries, err));
     STP_TRY(check_stand_ins(&v, err));
+    STP_TRY(stp_verify_numbers_begin(&v.numbers, file, stp_pool_thread_count(pool), err));
     STP_TRY(stp_chunk_boxes_create(&v.boxes, v.info->chunk_count, err));
     for (uint32_t id = 0; id < v.info->chunk_count; id++)
         v.boxes.boxes[id] = stp_chunk_entry_box(&v.entries[id]);
@@ -346,7 +349,9 @@ stp_status stp_chunk_file_verify(stp_chunk_file *file, stp_pool *pool, const stp
     STP_TRY(stp_shelf_create(&v.shelf, file, SHELF_ROOM, err));
     STP_TRY(stp_pool_run(pool, v.info->chunk_count, verify_chunk, &v, err));
     STP_TRY(check_joints(&v, err));
+    STP_TRY(stp_verify_numbers_end(&v.numbers, err));
 done:
+    stp_verify_numbers_clear(&v.numbers);
     stp_shelf_destroy(&v.shelf);
     stp_chunk_boxes_clear(&v.boxes);
     free(v.entries);

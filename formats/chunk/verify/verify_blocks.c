@@ -7,24 +7,53 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <xxhash.h>
+
+/* A section is read in parts of so many bytes. */
+#define PART_BYTES ((size_t)1 << 20)
+
+/* The checksum of a section, which may be larger than memory. */
+static stp_status hash_section(const stp_chunk_file *file, const stp_section *section, bool again,
+                               uint64_t *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    XXH3_state_t *state = XXH3_createState();
+    if (!state || XXH3_64bits_reset(state) != XXH_OK) {
+        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a checksum");
+        goto done;
+    }
+    STP_TRY(stp_alloc(&bytes, PART_BYTES, 1, "a section", err));
+    for (uint64_t at = 0; at < section->bytes; at += PART_BYTES) {
+        const uint64_t left = section->bytes - at;
+        const size_t size = left < PART_BYTES ? (size_t)left : PART_BYTES;
+        STP_TRY(stp_chunk_file_bytes(file, section->offset + at, bytes, size, again, err));
+        if (XXH3_64bits_update(state, bytes, size) != XXH_OK) {
+            status = stp_error_set(err, STP_INTERNAL, "XXH3 failed");
+            goto done;
+        }
+    }
+    *out = XXH3_64bits_digest(state);
+done:
+    XXH3_freeState(state);
+    free(bytes);
+    return status;
+}
 
 static stp_status check_section(const stp_chunk_file *file, const stp_section *section,
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    uint8_t *bytes = NULL;
-    const size_t size = (size_t)section->bytes;
-    STP_TRY(stp_alloc(&bytes, size + 1, 1, "a section", err));
-    STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, size, false, err));
-    if (stp_hash(bytes, size) != section->hash && stp_chunk_file_may_mend(file, STP_CORRUPT))
-        STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, size, true, err));
-    if (stp_hash(bytes, size) != section->hash)
+    uint64_t hash = 0;
+    STP_TRY(hash_section(file, section, false, &hash, err));
+    if (hash != section->hash && stp_chunk_file_may_mend(file, STP_CORRUPT))
+        STP_TRY(hash_section(file, section, true, &hash, err));
+    if (hash != section->hash)
         status = stp_error_set(err, STP_CORRUPT,
-                               "%s: the checksum of a section (%zu bytes at byte %" PRIu64
+                               "%s: the checksum of a section (%" PRIu64 " bytes at byte %" PRIu64
                                ") does not match: the file is damaged; copy it again",
-                               file->path, size, section->offset);
+                               file->path, section->bytes, section->offset);
 done:
-    free(bytes);
     return status;
 }
 

@@ -340,5 +340,5 @@ done:
     return status;
 }
 
-const stp_scan_reader stp_e57_reader = {sizeof(reader), open_reader, read_points, close_reader,
-                                        NULL};
+const stp_scan_reader stp_e57_reader = {sizeof(reader), open_reader, read_points,
+                                        close_reader,   NULL,        NULL};

@@ -291,5 +291,8 @@ static void close_grid(void *state)
     }
 }
 
-const stp_scan_reader stp_grid_reader = {
-    .state_bytes = sizeof(grid_reader), .open = open_grid, .read = read_grid, .close = close_grid};
+const stp_scan_reader stp_grid_reader = {.state_bytes = sizeof(grid_reader),
+                                         .open = open_grid,
+                                         .read = read_grid,
+                                         .close = close_grid,
+                                         NULL};

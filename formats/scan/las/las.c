@@ -5,6 +5,7 @@
 #include "formats/scan/las/las_bytes.h"
 #include "formats/scan/las/las_depth.h"
 #include "formats/scan/las/las_notes.h"
+#include "formats/scan/las/las_numbers.h"
 #include "formats/scan/las/laz.h"
 #include "formats/scan/value_range.h"
 
@@ -30,6 +31,10 @@ typedef struct las_reader {
     unsigned char *unpacked; /* records that laz unpacked */
     size_t block_points;
     uint64_t next; /* point */
+    stp_las_numbers numbers;
+    bool keeps_numbers;
+    uint8_t *packed; /* numbers of the points read last */
+    size_t packed_capacity;
     char format[40];
 } las_reader;
 
@@ -140,6 +145,10 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     stp_status status = STP_OK;
     las_reader *las = state;
     size_t done_count = 0;
+    const size_t stride = stp_attribute_list_bytes(&las->numbers.list);
+    if (las->keeps_numbers)
+        STP_TRY(
+            stp_grow(&las->packed, &las->packed_capacity, capacity * stride, 1, "attributes", err));
     while (done_count < capacity && las->next < las->header.point_count) {
         const uint64_t left = las->header.point_count - las->next;
         size_t part = capacity - done_count;
@@ -148,6 +157,9 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
         part = part < left ? part : (size_t)left;
         STP_TRY(next_records(las, part, &records, err));
         decode(las, records, points + done_count, part);
+        if (las->keeps_numbers)
+            stp_las_numbers_pack(&las->numbers, records, las->header.record_bytes, part,
+                                 las->packed + done_count * stride);
         done_count += part;
     }
     *count = done_count;
@@ -163,6 +175,12 @@ static void close_reader(void *state)
     stp_las_records_free(&las->records);
     stp_las_notes_free(&las->notes);
     free(las->unpacked);
+    free(las->packed);
+}
+
+static const uint8_t *numbers_read(const void *state)
+{
+    return ((const las_reader *)state)->packed;
 }
 
 static stp_status open_file(las_reader *las, const char *path, stp_error *err)
@@ -181,8 +199,8 @@ static stp_status open_file(las_reader *las, const char *path, stp_error *err)
         STP_TRY(stp_alloc(&las->unpacked, las->block_points, header->record_bytes, "records", err));
     }
     STP_TRY(find_depth(las, err));
-    STP_TRY(
-        stp_las_notes_make(&las->notes, header, &las->records, &las->depth, las->source.size, err));
+    STP_TRY(stp_las_notes_make(&las->notes, header, &las->records, &las->depth, las->keeps_numbers,
+                               las->source.size, err));
     snprintf(las->format, sizeof las->format, "%s 1.%u point format %u",
              header->compressed ? "LAZ" : "LAS", header->minor_version, header->point_format);
 done:
@@ -194,7 +212,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
 {
     stp_status status = STP_OK;
     las_reader *las = state;
-    (void)params;
+    las->keeps_numbers = params->numbers;
     las->source.descriptor = -1;
     STP_TRY(open_file(las, path, err));
     const bool colour = las->header.format->rgb > 0 && las->depth.colour != STP_LAS_COLOUR_NONE;
@@ -207,6 +225,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step =
         fmin(las->header.scale[0], fmin(las->header.scale[1], las->header.scale[2]));
+    stp_las_numbers_of_file(&las->numbers, &las->header, &las->records, &las->depth);
+    info->extra = &las->numbers.list;
     info->notes = las->notes.list;
     info->note_count = las->notes.count;
 done:
@@ -220,5 +240,5 @@ static stp_status seek_reader(void *state, uint64_t point, stp_error *err)
     return seek_point(las, point, err);
 }
 
-const stp_scan_reader stp_las_reader = {sizeof(las_reader), open_reader, read_points, close_reader,
-                                        seek_reader};
+const stp_scan_reader stp_las_reader = {sizeof(las_reader), open_reader, read_points,
+                                        close_reader,       seek_reader, numbers_read};

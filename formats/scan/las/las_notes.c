@@ -92,7 +92,7 @@ static stp_status counts(stp_las_text *text, const stp_las_header *h, uint64_t f
 
 stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
                               const stp_las_records *records, const stp_las_depth *depth,
-                              uint64_t file_bytes, stp_error *err)
+                              bool keeps_numbers, uint64_t file_bytes, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_las_record *wkt = &records->kept[STP_LAS_WKT];
@@ -100,8 +100,15 @@ stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
     take(out, "wkt");
     STP_TRY(stp_las_geokeys_text(&out->texts[out->count], records, err));
     take(out, "geokeys");
-    STP_TRY(left_out(&out->texts[out->count], header, records, depth, err));
+    if (!keeps_numbers)
+        STP_TRY(left_out(&out->texts[out->count], header, records, depth, err));
+    else if (header->format->wave > 0)
+        STP_TRY(stp_las_text_add(&out->texts[out->count], err, "wave packets"));
     take(out, "left_out");
+    STP_TRY(stp_las_text_add(&out->texts[out->count], err, "%.17g %.17g %.17g %.17g %.17g %.17g",
+                             header->scale[0], header->scale[1], header->scale[2],
+                             header->offset[0], header->offset[1], header->offset[2]));
+    take(out, "lattice");
     STP_TRY(counts(&out->texts[out->count], header, file_bytes, err));
     take(out, "counts");
 done:

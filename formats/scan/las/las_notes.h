@@ -1,6 +1,7 @@
 /* Makes the notes of a LAS file: "wkt" (its coordinate system), "geokeys" (the same as GeoTIFF
  * keys, one per line), "left_out" (fields of its points that are not read, by the standard's
- * names), "counts" (if its numbers of points disagree). */
+ * names), "counts" (if its numbers of points disagree), "lattice" (scale x y z, then offset x y z:
+ * coordinate = integer * scale + offset). */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 #define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 
@@ -10,7 +11,7 @@
 #include "formats/scan/las/las_text.h"
 #include "formats/scan/scan.h"
 
-#define STP_LAS_NOTES_MAX 4u
+#define STP_LAS_NOTES_MAX 5u
 
 typedef struct stp_las_notes {
     stp_scan_note list[STP_LAS_NOTES_MAX];
@@ -18,11 +19,12 @@ typedef struct stp_las_notes {
     uint32_t count;
 } stp_las_notes;
 
-/* *out must be zero. Free it even after a failure. file_bytes is the file's size. Errors:
+/* *out must be zero. Free it even after a failure. keeps_numbers: attributes are read, but wave
+ * packets. file_bytes is the file's size. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
                               const stp_las_records *records, const stp_las_depth *depth,
-                              uint64_t file_bytes, stp_error *err);
+                              bool keeps_numbers, uint64_t file_bytes, stp_error *err);
 void stp_las_notes_free(stp_las_notes *notes);
 
 #endif

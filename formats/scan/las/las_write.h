@@ -1,6 +1,8 @@
 /* Writes points as a stream of LAS 1.4.
  *
- * Point format 7 with colour (16 bits), else 6. A coordinate is written as the integer nearest to
+ * Point format 7 with colour (16 bits), else 6. With attributes (params.numbers): the least of
+ * formats 0 to 3 if one of them is scan_angle_rank, else of 6 to 8; an attribute that the format
+ * has no field for becomes extra bytes. A coordinate is written as the integer nearest to
  * (coordinate - offset) / step. Also written: intensity and class if given; the station's number,
  * counted from 1, as point source ID (0: unknown; LAS has no field for positions of stations);
  * return 1 of 1. Everything else is zero, and so is the date, so that the same points make the same
@@ -21,7 +23,10 @@ typedef struct stp_las_writer_params {
     bool force;          /* replace an existing file */
     uint32_t attributes; /* STP_POINT_HAS_*: COLOUR chooses the format; NORMAL is refused */
     double step;         /* of coordinates on all axes, the file's scale */
-    stp_dvec3 offset;    /* coordinates lie within 2^31 steps of this point */
+    double steps[3];     /* by axis; zero: step */
+    const stp_attribute_list *numbers; /* attributes by LAS's names, borrowed; NULL: none */
+    const char *wkt;                   /* coordinate system, copied; NULL: none */
+    stp_dvec3 offset;                  /* coordinates lie within 2^31 steps of this point */
 } stp_las_writer_params;
 
 typedef struct stp_las_writer stp_las_writer;
@@ -38,6 +43,10 @@ stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
  * the offset). */
 stp_status stp_las_writer_points(stp_las_writer *writer, const stp_point *points, size_t count,
                                  stp_error *err);
+/* The same with the points' attributes, packed. They replace what the point says of intensity and
+ * colour. */
+stp_status stp_las_writer_numbered_points(stp_las_writer *writer, const stp_point *points,
+                                          const uint8_t *packed, size_t count, stp_error *err);
 /* Makes the file appear and destroys the writer (*writer NULL, also on failure, then without a
  * file). Errors: IO, EXISTS. */
 stp_status stp_las_writer_finish(stp_las_writer **writer, stp_error *err);

@@ -183,5 +183,5 @@ done:
     return status;
 }
 
-const stp_scan_reader stp_pcd_reader = {sizeof(reader), open_reader, read_points, close_reader,
-                                        NULL};
+const stp_scan_reader stp_pcd_reader = {sizeof(reader), open_reader, read_points,
+                                        close_reader,   NULL,        NULL};

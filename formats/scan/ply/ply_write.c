@@ -23,7 +23,7 @@ struct stp_ply_writer {
     uint64_t vertices_written;
     uint64_t triangles_written;
     uint64_t edges_written;
-    unsigned char block[STP_PLY_BLOCK_RECORDS * STP_PLY_RECORD_BYTES_MAX];
+    unsigned char *block;
 };
 
 static unsigned char *put_u32(unsigned char *at, uint32_t value)
@@ -47,8 +47,33 @@ static unsigned char *put_double(unsigned char *at, double value)
     return put_u32(put_u32(at, (uint32_t)bits), (uint32_t)(bits >> 32));
 }
 
+/* PLY has integers of at most 32 bits, and no scales. */
+static bool is_double(const stp_attribute *a)
+{
+    return a->scale != 1.0 || a->offset != 0.0 || a->type == STP_ATTRIBUTE_U64 ||
+           a->type == STP_ATTRIBUTE_I64;
+}
+
+static unsigned char *put_numbers(unsigned char *at, const uint8_t *packed,
+                                  const stp_attribute_list *list)
+{
+    for (uint32_t a = 0; a < list->count; a++) {
+        const stp_attribute *attribute = &list->items[a];
+        const size_t bytes = stp_attribute_bytes(attribute->type);
+        if (is_double(attribute)) {
+            at = put_double(
+                at, stp_attribute_value(attribute, stp_attribute_get(attribute->type, packed)));
+        } else {
+            memcpy(at, packed, bytes);
+            at += bytes;
+        }
+        packed += bytes;
+    }
+    return at;
+}
+
 static unsigned char *put_point(unsigned char *at, const stp_point *p, float radius,
-                                const stp_ply_writer_params *params)
+                                const uint8_t *packed, const stp_ply_writer_params *params)
 {
     const double xyz[3] = {p->position.x, p->position.y, p->position.z};
     for (int i = 0; i < 3; i++)
@@ -73,7 +98,9 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p, float rad
     }
     if (params->attributes & STP_POINT_HAS_OUTLIER)
         *at++ = p->outlier;
-    return params->edge_count > 0 ? put_float(at, radius) : at;
+    if (params->edge_count > 0)
+        at = put_float(at, radius);
+    return params->numbers ? put_numbers(at, packed, params->numbers) : at;
 }
 
 static stp_status put_text(stp_ply_writer *w, const char *text, stp_error *err)
@@ -95,6 +122,54 @@ static stp_status put_stations(stp_ply_writer *w, stp_error *err)
         char line[128];
         const stp_dvec3 p = w->params.stations[i];
         snprintf(line, sizeof line, "comment station %u %.17g %.17g %.17g\n", i, p.x, p.y, p.z);
+        STP_TRY(put_text(w, line, err));
+    }
+done:
+    return status;
+}
+
+/* Names that points have without attributes. */
+static bool is_taken(const char *name)
+{
+    static const char *const taken[] = {"x",
+                                        "y",
+                                        "z",
+                                        "nx",
+                                        "ny",
+                                        "nz",
+                                        "red",
+                                        "green",
+                                        "blue",
+                                        "intensity",
+                                        "classification",
+                                        "station",
+                                        "outlier",
+                                        "radius"};
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+        if (strcmp(taken[i], name) == 0)
+            return true;
+    return false;
+}
+
+static stp_status put_number_properties(stp_ply_writer *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    static const char *const types[STP_ATTRIBUTE_TYPE_COUNT] = {
+        [STP_ATTRIBUTE_U8] = "uchar",   [STP_ATTRIBUTE_I8] = "char",
+        [STP_ATTRIBUTE_U16] = "ushort", [STP_ATTRIBUTE_I16] = "short",
+        [STP_ATTRIBUTE_U32] = "uint",   [STP_ATTRIBUTE_I32] = "int",
+        [STP_ATTRIBUTE_U64] = "double", [STP_ATTRIBUTE_I64] = "double",
+        [STP_ATTRIBUTE_F32] = "float",  [STP_ATTRIBUTE_F64] = "double"};
+    const stp_attribute_list *list = w->params.numbers;
+    for (uint32_t a = 0; list && a < list->count; a++) {
+        const stp_attribute *attribute = &list->items[a];
+        char line[STP_ATTRIBUTE_NAME_BYTES + 32];
+        const int length = snprintf(line, sizeof line, "property %s ",
+                                    is_double(attribute) ? "double" : types[attribute->type]);
+        snprintf(line + length, sizeof line - (size_t)length, "%s%s\n", attribute->name,
+                 is_taken(attribute->name) ? "_full" : "");
+        for (char *c = line + length; *c != '\0'; c++)
+            *c = *c == ' ' ? '_' : *c;
         STP_TRY(put_text(w, line, err));
     }
 done:
@@ -128,6 +203,7 @@ static stp_status put_properties(stp_ply_writer *w, stp_error *err)
         STP_TRY(put_text(w, "property uchar outlier\n", err));
     if (p->edge_count > 0)
         STP_TRY(put_text(w, "property float radius\n", err));
+    STP_TRY(put_number_properties(w, err));
 done:
     return status;
 }
@@ -189,6 +265,9 @@ stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
     STP_TRY(check_params(path, params, err));
     STP_TRY(stp_alloc(&w, 1, sizeof *w, "PLY writer", err));
     w->params = *params;
+    const size_t attributes = params->numbers ? 8 * (size_t)params->numbers->count : 0;
+    STP_TRY(stp_alloc(&w->block, STP_PLY_BLOCK_RECORDS, STP_PLY_RECORD_BYTES_MAX + attributes,
+                      "PLY writer", err));
     STP_TRY(stp_text_copy(&w->path, path, "path", err));
     STP_TRY(stp_output_create(&w->output, path, params->force, err));
     STP_TRY(write_header(w, err));
@@ -203,13 +282,16 @@ done:
 stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points, size_t count,
                                  stp_error *err)
 {
-    return stp_ply_writer_wide_points(writer, points, NULL, count, err);
+    return stp_ply_writer_wide_points(writer, points, NULL, NULL, count, err);
 }
 
 stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *points,
-                                      const float *radii, size_t count, stp_error *err)
+                                      const float *radii, const uint8_t *packed, size_t count,
+                                      stp_error *err)
 {
     stp_status status = STP_OK;
+    const size_t stride =
+        writer->params.numbers ? stp_attribute_list_bytes(writer->params.numbers) : 0;
     const stp_ply_writer_params *p = &writer->params;
     if (count > p->vertex_count - writer->vertices_written)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
@@ -219,12 +301,14 @@ stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *p
         size_t part = count < STP_PLY_BLOCK_RECORDS ? count : STP_PLY_BLOCK_RECORDS;
         unsigned char *end = writer->block;
         for (size_t i = 0; i < part; i++)
-            end = put_point(end, &points[i], radii ? radii[i] : 0.0f, p);
+            end = put_point(end, &points[i], radii ? radii[i] : 0.0f,
+                            packed ? packed + i * stride : NULL, p);
         STP_TRY(
             stp_output_write(writer->output, writer->block, (size_t)(end - writer->block), err));
         writer->vertices_written += part;
         points += part;
         radii = radii ? radii + part : NULL;
+        packed = packed ? packed + part * stride : NULL;
         count -= part;
     }
 done:
@@ -347,6 +431,7 @@ void stp_ply_writer_destroy(stp_ply_writer **writer)
     if (!w)
         return;
     stp_output_destroy(&w->output);
+    free(w->block);
     free(w->path);
     free(w);
     *writer = NULL;

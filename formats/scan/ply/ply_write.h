@@ -9,8 +9,10 @@
  * upper byte of the 16-bit colour, rounded); intensity (ushort); classification (uchar); station
  * (its number, counted from 0, as uchar, or ushort if there are more than 255; unknown: the type's
  * greatest value); outlier (uchar, 1 or 0); radius (float, half the width of lines; only if there
- * are edges). Positions of stations are comments, see ply_stations.h. Faces are `list uchar int
- * vertex_indices`, edges are `int vertex1`, `int vertex2`; int becomes uint if an index needs it.
+ * are edges); attributes by their names, spaces as _, in their own type, as double if they have a
+ * scale or 64 bits of an integer. Those with a name from above get _full behind it. Positions of
+ * stations are comments, see ply_stations.h. Faces are `list uchar int vertex_indices`, edges are
+ * `int vertex1`, `int vertex2`; int becomes uint if an index needs it.
  */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_WRITE_H
 #define STP_FORMATS_SCAN_PLY_PLY_WRITE_H
@@ -26,10 +28,11 @@ typedef struct stp_ply_writer_params {
     bool force;              /* replace an existing file */
     bool double_coordinates; /* else float */
     uint64_t vertex_count;
-    uint64_t triangle_count;   /* 0: no face element */
-    uint64_t edge_count;       /* 0: no edge element, and no radius */
-    uint32_t attributes;       /* STP_POINT_HAS_* */
-    const stp_dvec3 *stations; /* positions for the header, borrowed */
+    uint64_t triangle_count;           /* 0: no face element */
+    uint64_t edge_count;               /* 0: no edge element, and no radius */
+    uint32_t attributes;               /* STP_POINT_HAS_* */
+    const stp_attribute_list *numbers; /* attributes, borrowed; NULL: none */
+    const stp_dvec3 *stations;         /* positions for the header, borrowed */
     uint32_t station_count;
 } stp_ply_writer_params;
 
@@ -43,9 +46,11 @@ stp_status stp_ply_writer_create(stp_ply_writer **out, const char *path,
 /* Appends count points. Errors: IO; INVALID_ARGUMENT (more than vertex_count in all). */
 stp_status stp_ply_writer_points(stp_ply_writer *writer, const stp_point *points, size_t count,
                                  stp_error *err);
-/* The same with the points' radii; NULL for none. Radii are left out if there are no edges. */
+/* The same with the points' radii and packed attributes; NULL for none. Radii are left out if there
+ * are no edges. */
 stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *points,
-                                      const float *radii, size_t count, stp_error *err);
+                                      const float *radii, const uint8_t *packed, size_t count,
+                                      stp_error *err);
 /* Appends count triangles, after all points. Errors: IO; INVALID_ARGUMENT (points are missing, more
  * than triangle_count in all, an index not below vertex_count). */
 stp_status stp_ply_writer_triangles(stp_ply_writer *writer, const uint32_t (*triangles)[3],

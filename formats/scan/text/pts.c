@@ -140,4 +140,5 @@ static void close_reader(void *state)
     stp_text_close(&p->text);
 }
 
-const stp_scan_reader stp_pts_reader = {sizeof(pts), open_reader, read_points, close_reader, NULL};
+const stp_scan_reader stp_pts_reader = {sizeof(pts),  open_reader, read_points,
+                                        close_reader, NULL,        NULL};

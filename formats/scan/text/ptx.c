@@ -356,4 +356,5 @@ static void close_reader(void *state)
     free(p->ups);
 }
 
-const stp_scan_reader stp_ptx_reader = {sizeof(ptx), open_reader, read_points, close_reader, NULL};
+const stp_scan_reader stp_ptx_reader = {sizeof(ptx),  open_reader, read_points,
+                                        close_reader, NULL,        NULL};

@@ -212,5 +212,5 @@ static void close_reader(void *state)
     stp_text_close(state);
 }
 
-const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points, close_reader,
-                                        NULL};
+const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points,
+                                        close_reader,     NULL,        NULL};

@@ -1,0 +1,83 @@
+/* In which order the numbers of a chunk's attributes are stored. */
+#include "formats/chunk/attribute/attribute_order.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+
+unsigned stp_attribute_lender(const stp_patch *patch, const stp_sample *const *samples, int level,
+                              unsigned i)
+{
+    for (int l = level; l > 0; l--) {
+        const unsigned begin = stp_level_children_begin(i, patch->counts[l], patch->counts[l - 1]);
+        const unsigned end =
+            stp_level_children_begin(i + 1, patch->counts[l], patch->counts[l - 1]);
+        i = begin;
+        for (unsigned k = begin + 1; k < end; k++)
+            if (samples[l - 1][k].radius > samples[l - 1][i].radius)
+                i = k;
+    }
+    return i;
+}
+
+/* The patch's samples of each level. */
+static void samples_of(const stp_chunk *chunk, uint32_t p, const stp_sample *out[STP_LEVEL_COUNT])
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        out[l] = chunk->samples[l] + chunk->level_begin[l][p];
+}
+
+/* Adds the numbers that a level is the first to need. seen: by level-0 sample, borrowed before. */
+static void add_level(stp_attribute_order *out, const stp_chunk *chunk, int level, bool *seen,
+                      uint32_t *count)
+{
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const uint32_t first = chunk->level_begin[0][p];
+        const stp_sample *samples[STP_LEVEL_COUNT];
+        samples_of(chunk, p, samples);
+        for (unsigned i = 0; !(patch->flags & STP_PATCH_SHAPES) && i < patch->counts[level]; i++) {
+            const uint32_t lender = first + stp_attribute_lender(patch, samples, level, i);
+            if (level == STP_LEVEL_COUNT - 1)
+                out->of_vertex[p] = lender;
+            if (!seen[lender]) {
+                out->holders[*count] = chunk->level_begin[level][p] + i;
+                out->places[(*count)++] = lender;
+            }
+            seen[lender] = true;
+        }
+    }
+    out->ends[STP_LEVEL_COUNT - 1 - level] = *count;
+}
+
+stp_status stp_attribute_order_make(stp_attribute_order *out, const stp_chunk *chunk,
+                                    stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool *seen = NULL;
+    uint32_t count = 0;
+    const uint32_t samples = chunk->level_begin[0][chunk->patch_count];
+    *out = (stp_attribute_order){0};
+    STP_TRY(stp_alloc(&seen, samples, sizeof *seen, "attributes", err));
+    STP_TRY(stp_alloc(&out->places, samples, sizeof *out->places, "attributes", err));
+    STP_TRY(stp_alloc(&out->holders, samples, sizeof *out->holders, "attributes", err));
+    STP_TRY(
+        stp_alloc(&out->of_vertex, chunk->patch_count, sizeof *out->of_vertex, "attributes", err));
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        out->of_vertex[p] = STP_CHUNK_NONE;
+    for (int level = STP_LEVEL_COUNT - 1; level >= 0; level--)
+        add_level(out, chunk, level, seen, &count);
+done:
+    free(seen);
+    if (status != STP_OK)
+        stp_attribute_order_clear(out);
+    return status;
+}
+
+void stp_attribute_order_clear(stp_attribute_order *order)
+{
+    free(order->places);
+    free(order->holders);
+    free(order->of_vertex);
+    *order = (stp_attribute_order){0};
+}

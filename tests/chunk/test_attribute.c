@@ -1,0 +1,228 @@
+/* Tests attributes: numbers of every type come back, in fewer bytes where they are alike; hostile
+ * bytes are refused; each level-0 sample's number is stored once. */
+#include "formats/chunk/attribute/attribute_codec.h"
+#include "formats/chunk/attribute/attribute_json.h"
+#include "formats/chunk/attribute/attribute_order.h"
+
+#include "tests/fixtures/any_chunk.h"
+
+#include <math.h>
+#include <string.h>
+
+#define COUNT 5000u
+
+static uint64_t words[COUNT], back[COUNT], guesses[COUNT];
+
+static uint64_t word_of(double value)
+{
+    uint64_t word;
+    memcpy(&word, &value, sizeof word);
+    return word;
+}
+
+/* Encodes and decodes `count` words. Returns the bytes they took. */
+static size_t round_trip(stp_attribute_type type, const uint64_t *guess, uint32_t count)
+{
+    stp_bytes out = {0};
+    stp_error err = {0};
+    assert_int_equal(stp_attribute_encode(type, words, guess, count, &out, &err), STP_OK);
+    memset(back, 0xa5, sizeof back);
+    assert_int_equal(stp_attribute_decode(type, out.data, out.size, guess, count, back, &err),
+                     STP_OK);
+    assert_memory_equal(words, back, count * sizeof *words);
+    const size_t size = out.size;
+    free(out.data);
+    return size;
+}
+
+/* A packed number of any bits is a word and comes back. */
+static uint64_t any_word(stp_attribute_type type, uint64_t bits)
+{
+    uint8_t packed[8];
+    stp_attribute_put(type, bits, packed);
+    return stp_attribute_get(type, packed);
+}
+
+static void test_any_numbers(void **state)
+{
+    (void)state;
+    for (int type = 0; type < STP_ATTRIBUTE_TYPE_COUNT; type++)
+        for (uint32_t count = 0; count <= COUNT; count = count < 4 ? count + 1 : count * 5) {
+            for (uint32_t i = 0; i < count; i++) {
+                const uint64_t extremes[] = {0,           UINT64_MAX, INT64_MAX,  (uint64_t)1 << 63,
+                                             0x7fff,      0x8000,     0x7fffffff, 0x80000000u,
+                                             word_of(NAN)};
+                const uint64_t bits = i % 3 ? stp_random_u64(7, i) : extremes[i / 3 % 9];
+                words[i] = any_word((stp_attribute_type)type, bits);
+                guesses[i] = stp_random_u64(9, i);
+            }
+            round_trip((stp_attribute_type)type, NULL, count);
+            round_trip((stp_attribute_type)type, guesses, count);
+        }
+}
+
+/* What scanners write takes little room: bytes a number are bounded. */
+static void test_sizes(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < COUNT; i++)
+        words[i] = 7;
+    assert_true(round_trip(STP_ATTRIBUTE_U16, NULL, COUNT) < 24);
+    for (uint32_t i = 0; i < COUNT; i++)
+        words[i] = stp_random_unit(3, i) < 0.02;
+    assert_true(round_trip(STP_ATTRIBUTE_U8, NULL, COUNT) < COUNT / 32);
+    /* two passes of a scanner, a microsecond's decimals: the times jump between them */
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const double begin = stp_random_unit(4, i) < 0.5 ? 245370.417706 : 246012.25;
+        words[i] = word_of(nearbyint((begin + i * 1e-5) * 1e6) / 1e6);
+    }
+    assert_true(round_trip(STP_ATTRIBUTE_F64, NULL, COUNT) < COUNT);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        guesses[i] = 257 * (stp_random_u64(5, i) % 256);
+        words[i] = (guesses[i] + stp_random_u64(6, i) % 16) & 0xffff;
+    }
+    assert_true(round_trip(STP_ATTRIBUTE_U16, guesses, COUNT) < COUNT * 3 / 4);
+}
+
+/* Cut, lengthened and flipped parts are refused or decode to something, but never harm. */
+static void test_hostile(void **state)
+{
+    (void)state;
+    stp_bytes out = {0};
+    stp_error err = {0};
+    const uint32_t count = 300;
+    for (uint32_t i = 0; i < count; i++)
+        words[i] = stp_random_u64(8, i) % 100000;
+    assert_int_equal(stp_attribute_encode(STP_ATTRIBUTE_U32, words, NULL, count, &out, &err),
+                     STP_OK);
+    for (size_t size = 0; size < out.size; size++)
+        assert_int_equal(
+            stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, size, NULL, count, back, &err),
+            STP_CORRUPT);
+    assert_int_equal(
+        stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, out.size, NULL, 0, back, &err),
+        STP_CORRUPT);
+    for (size_t bit = 0; bit < 8 * out.size; bit++) {
+        out.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        (void)stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, out.size, NULL, count, back, NULL);
+        (void)stp_attribute_decode(STP_ATTRIBUTE_F32, out.data, out.size, NULL, count, back, NULL);
+        out.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
+    free(out.data);
+}
+
+/* Types that hold two others hold their extremes, and one number more if some are missing. */
+static void test_join(void **state)
+{
+    (void)state;
+    for (int a = 0; a < STP_ATTRIBUTE_TYPE_COUNT; a++)
+        for (int b = 0; b < STP_ATTRIBUTE_TYPE_COUNT; b++)
+            for (int missing = 0; missing < 2; missing++) {
+                const stp_attribute_type to =
+                    stp_attribute_join((stp_attribute_type)a, (stp_attribute_type)b, missing != 0);
+                const int from[2] = {a, b};
+                for (int k = 0; k < 2; k++)
+                    for (int e = 0; e < 2; e++) {
+                        const stp_attribute_type own = (stp_attribute_type)from[k];
+                        const stp_attribute plain = {.type = own, .scale = 1.0};
+                        const stp_attribute wide = {.type = to, .scale = 1.0};
+                        const uint64_t word = any_word(own, e ? UINT64_MAX : (uint64_t)1 << 63);
+                        const double value = stp_attribute_value(&plain, word);
+                        const uint64_t moved = stp_attribute_convert(own, word, to);
+                        if (isnan(value))
+                            continue;
+                        assert_true(stp_attribute_value(&wide, moved) == value);
+                        if (missing && !stp_attribute_is_float(to))
+                            assert_true((int64_t)moved != stp_attribute_spare(to));
+                    }
+            }
+}
+
+static void test_json(void **state)
+{
+    (void)state;
+    stp_attribute_list list = {.count = 2}, read;
+    stp_error err = {0};
+    char *text = NULL;
+    list.items[0] = (stp_attribute){.name = "gps_time", .type = STP_ATTRIBUTE_F64, .scale = 1.0};
+    list.items[1] = (stp_attribute){.name = "scan angle",
+                                    .type = STP_ATTRIBUTE_I16,
+                                    .scale = 0.006,
+                                    .offset = -1.5,
+                                    .has_missing = true,
+                                    .missing = INT64_MAX};
+    assert_int_equal(stp_attribute_list_write(&list, &text, &err), STP_OK);
+    assert_int_equal(stp_attribute_list_read(&read, text, strlen(text), &err), STP_OK);
+    assert_int_equal(read.count, 2);
+    for (uint32_t i = 0; i < 2; i++) {
+        assert_string_equal(read.items[i].name, list.items[i].name);
+        assert_int_equal(read.items[i].type, list.items[i].type);
+        assert_true(read.items[i].scale == list.items[i].scale);
+        assert_true(read.items[i].offset == list.items[i].offset);
+        assert_int_equal(read.items[i].missing, list.items[i].missing);
+    }
+    free(text);
+    static const char *const wrong[] = {
+        "",
+        "{}",
+        "[1]",
+        "[{}]",
+        "[{\"name\":\"a\"}]",
+        "[{\"name\":\"a\",\"type\":\"u7\"}]",
+        "[{\"name\":\"\",\"type\":\"u8\"}]",
+        "[{\"name\":\"a\\u0007\",\"type\":\"u8\"}]",
+        "[{\"name\":\"a\",\"type\":\"u8\",\"scale\":0}]",
+        "[{\"name\":\"a\",\"type\":\"u8\",\"scale\":\"1\"}]",
+        "[{\"name\":\"a\",\"type\":\"u8\",\"missing\":5}]",
+        "[{\"name\":\"a\",\"type\":\"u8\",\"coarse\":\"x\"}]",
+        "[{\"name\":\"a\",\"type\":\"u8\"},{\"name\":\"a\",\"type\":\"u8\"}]"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        assert_int_equal(stp_attribute_list_read(&read, wrong[i], strlen(wrong[i]), &err),
+                         STP_CORRUPT);
+}
+
+/* Each level-0 sample is in the order once; a level's part has those that no coarser level has; and
+ * each sample's lender lies under it. */
+static void test_order(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = any_chunk(60, STP_PATCH_SAMPLES, 11, 0);
+    stp_attribute_order order = {0};
+    stp_error err = {0};
+    uint32_t seen[60 * STP_PATCH_SAMPLES] = {0};
+    assert_int_equal(stp_attribute_order_make(&order, chunk, &err), STP_OK);
+    for (int k = 0; k < STP_LEVEL_COUNT; k++) {
+        const int level = STP_LEVEL_COUNT - 1 - k;
+        assert_int_equal(order.ends[k], chunk->level_begin[level][chunk->patch_count]);
+        for (uint32_t i = k ? order.ends[k - 1] : 0; i < order.ends[k]; i++)
+            seen[order.places[i]]++;
+    }
+    for (uint32_t i = 0; i < chunk->level_begin[0][chunk->patch_count]; i++)
+        assert_int_equal(seen[i], 1);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const stp_sample *samples[STP_LEVEL_COUNT];
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            samples[l] = chunk->samples[l] + chunk->level_begin[l][p];
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            for (unsigned i = 0; i < patch->counts[l]; i++) {
+                const unsigned lender = stp_attribute_lender(patch, samples, l, i);
+                assert_true(lender >= stp_covered_begin(patch->counts, l, i, 0));
+                assert_true(lender < stp_covered_begin(patch->counts, l, i + 1, 0));
+            }
+        assert_int_equal(order.of_vertex[p],
+                         chunk->level_begin[0][p] + stp_attribute_lender(patch, samples, 3, 0));
+    }
+    stp_attribute_order_clear(&order);
+    stp_chunk_destroy(&chunk);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_any_numbers), cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_hostile),     cmocka_unit_test(test_join),
+        cmocka_unit_test(test_json),        cmocka_unit_test(test_order),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
