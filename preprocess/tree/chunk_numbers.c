@@ -34,7 +34,8 @@ static stp_status gather(gathered *out, const stp_built_chunk *built,
     STP_TRY(stp_alloc(&out->holders, count, sizeof *out->holders, "attributes", err));
     for (int part = 0; part < STP_LEVEL_COUNT; part++)
         for (; i < order->ends[part]; i++) {
-            const uint32_t source = built->sources[order->places[i]];
+            const uint32_t source =
+                built->sources ? built->sources[order->places[i]] : STP_SOURCE_NONE;
             uint8_t *to = out->packed + i * stride;
             if (source == STP_SOURCE_NONE)
                 put_missing(numbers->list, to);
@@ -50,9 +51,8 @@ done:
 static void lend_to_vertices(stp_built_chunk *built, const stp_attribute_order *order)
 {
     for (uint32_t p = 0; p < built->vertex_count; p++)
-        built->vertices[p].source = order->of_vertex[p] == STP_CHUNK_NONE
-                                        ? STP_SOURCE_NONE
-                                        : built->sources[order->of_vertex[p]];
+        built->vertices[p].source =
+            built->sources ? built->sources[order->of_vertex[p]] : STP_SOURCE_NONE;
 }
 
 stp_status stp_chunk_numbers_make(stp_chunk_numbers *out, stp_built_chunk *built,

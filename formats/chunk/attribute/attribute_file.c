@@ -5,6 +5,7 @@
 #include "formats/chunk/attribute/attribute_codec.h"
 #include "formats/chunk/attribute/attribute_encode.h"
 #include "formats/chunk/attribute/attribute_json.h"
+#include "formats/chunk/attribute/attribute_order.h"
 #include "formats/chunk/chunk_reader.h"
 
 #include <inttypes.h>
@@ -169,42 +170,30 @@ typedef struct walk {
     uint64_t *above, *words, *stored, *guesses; /* of the level above, of this level; its part */
 } walk;
 
-/* The child of greatest radius, the first of equals. */
-static unsigned borrowed_child(const stp_sample *samples, unsigned begin, unsigned end)
-{
-    unsigned best = begin;
-    for (unsigned k = begin + 1; k < end; k++)
-        if (samples[k].radius > samples[best].radius)
-            best = k;
-    return best;
-}
-
-/* Calls for each sample of the level in order: either it takes its parent's number, or the next
- * that is stored. place: counts the stored ones; `fill`: sets words, else guesses. */
+/* Goes through the samples of a level: either a sample takes its parent's number, or the next that
+ * is stored. fill: sets words; else sets guesses. Returns the number of stored ones. */
 static uint32_t walk_level(const walk *w, int level, bool fill)
 {
     const stp_chunk *chunk = w->chunk;
-    const uint64_t missing = stp_attribute_missing(w->attribute);
     uint32_t place = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_patch *patch = &chunk->patches[p];
         const uint32_t first = chunk->level_begin[level][p];
         const stp_sample *samples = chunk->samples[level] + first;
-        const bool shapes = patch->flags & STP_PATCH_SHAPES, top = level == STP_LEVEL_COUNT - 1;
+        const bool top = level == STP_LEVEL_COUNT - 1;
         const unsigned parents = top ? 1 : patch->counts[level + 1], count = patch->counts[level];
         for (unsigned j = 0; j < parents; j++) {
             const unsigned begin = top ? 0 : stp_level_children_begin(j, parents, count);
             const unsigned end = top ? count : stp_level_children_begin(j + 1, parents, count);
-            const unsigned lender = top ? end : borrowed_child(samples, begin, end);
+            const unsigned lender = top ? end : stp_attribute_borrowed(samples, begin, end);
             for (unsigned i = begin; i < end; i++) {
-                const bool stored = !shapes && i != lender;
                 if (fill)
-                    w->words[first + i] = shapes   ? missing
-                                          : stored ? w->stored[place]
-                                                   : w->above[chunk->level_begin[level + 1][p] + j];
-                else if (stored)
+                    w->words[first + i] = i == lender
+                                              ? w->above[chunk->level_begin[level + 1][p] + j]
+                                              : w->stored[place];
+                else if (i != lender)
                     w->guesses[place] = stp_attribute_guess(w->attribute, &samples[i]);
-                place += stored;
+                place += i != lender;
             }
         }
     }
@@ -230,19 +219,30 @@ static void walk_clear(walk *w)
     free(w->guesses);
 }
 
-/* Decodes the part of a level and spreads it over the level's samples. */
-static stp_status read_level(walk *w, int level, const uint8_t *part, size_t size, stp_error *err)
+stp_status stp_attribute_file_part(stp_attribute_file *a, uint32_t index, uint32_t id, int level,
+                                   const uint64_t *guesses, uint32_t count, uint64_t *words,
+                                   stp_error *err)
 {
     stp_status status = STP_OK;
-    uint64_t *swap = w->above;
-    const uint32_t count = walk_level(w, level, false);
-    STP_TRY(stp_attribute_decode(w->attribute->type, part, size,
-                                 w->attribute->coarse == STP_COARSE_NOT ? NULL : w->guesses, count,
-                                 w->stored, err));
-    w->above = w->words;
-    w->words = swap;
-    (void)walk_level(w, level, true);
+    const stp_attribute *attribute = &a->list.items[index];
+    stp_attribute_row row;
+    uint8_t *part = NULL;
+    stp_error inner = {0};
+    const int k = STP_LEVEL_COUNT - 1 - level;
+    STP_TRY(stp_attribute_file_row(a, index, id, &row, err));
+    uint64_t at = a->data->offset + row.offset;
+    for (int before = 0; before < k; before++)
+        at += row.bytes[before];
+    STP_TRY(stp_alloc(&part, (size_t)row.bytes[k] + 1, 1, "attributes", err));
+    STP_TRY(read_checked(a->file, at, part, row.bytes[k], row.hash[k], err));
+    status = stp_attribute_decode(attribute->type, part, row.bytes[k],
+                                  attribute->coarse == STP_COARSE_NOT ? NULL : guesses, count,
+                                  words, &inner);
+    if (status != STP_OK)
+        status = stp_error_set(err, status, "%s: chunk %" PRIu32 ": %s: %s", a->file->path, id,
+                               attribute->name, inner.message);
 done:
+    free(part);
     return status;
 }
 
@@ -250,9 +250,6 @@ stp_status stp_attribute_file_read(stp_attribute_file *a, uint32_t index, const 
                                    int level, uint64_t *words, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_attribute_row row;
-    uint8_t *part = NULL;
-    stp_error inner = {0};
     const uint32_t count = chunk->level_begin[level][chunk->patch_count];
     walk w = {.attribute = &a->list.items[index], .chunk = chunk};
     if (w.attribute->derived) {
@@ -260,25 +257,17 @@ stp_status stp_attribute_file_read(stp_attribute_file *a, uint32_t index, const 
             words[i] = stp_attribute_guess(w.attribute, &chunk->samples[level][i]);
         return STP_OK;
     }
-    STP_TRY(stp_attribute_file_row(a, index, chunk->id, &row, err));
     STP_TRY(walk_create(&w, count, err));
-    uint64_t at = a->data->offset + row.offset;
-    for (int k = 0; k < STP_LEVEL_COUNT - level; k++) {
-        free(part);
-        part = NULL;
-        STP_TRY(stp_alloc(&part, (size_t)row.bytes[k] + 1, 1, "attributes", err));
-        STP_TRY(read_checked(a->file, at, part, row.bytes[k], row.hash[k], err));
-        status = read_level(&w, STP_LEVEL_COUNT - 1 - k, part, row.bytes[k], &inner);
-        if (status != STP_OK) {
-            status = stp_error_set(err, status, "%s: chunk %" PRIu32 ": %s: %s", a->file->path,
-                                   chunk->id, w.attribute->name, inner.message);
-            goto done;
-        }
-        at += row.bytes[k];
+    for (int l = STP_LEVEL_COUNT - 1; l >= level; l--) {
+        uint64_t *swap = w.above;
+        const uint32_t stored = walk_level(&w, l, false);
+        STP_TRY(stp_attribute_file_part(a, index, chunk->id, l, w.guesses, stored, w.stored, err));
+        w.above = w.words;
+        w.words = swap;
+        (void)walk_level(&w, l, true);
     }
     memcpy(words, w.words, count * sizeof *words);
 done:
-    free(part);
     walk_clear(&w);
     return status;
 }

@@ -12,10 +12,7 @@ unsigned stp_attribute_lender(const stp_patch *patch, const stp_sample *const *s
         const unsigned begin = stp_level_children_begin(i, patch->counts[l], patch->counts[l - 1]);
         const unsigned end =
             stp_level_children_begin(i + 1, patch->counts[l], patch->counts[l - 1]);
-        i = begin;
-        for (unsigned k = begin + 1; k < end; k++)
-            if (samples[l - 1][k].radius > samples[l - 1][i].radius)
-                i = k;
+        i = stp_attribute_borrowed(samples[l - 1], begin, end);
     }
     return i;
 }
@@ -36,7 +33,7 @@ static void add_level(stp_attribute_order *out, const stp_chunk *chunk, int leve
         const uint32_t first = chunk->level_begin[0][p];
         const stp_sample *samples[STP_LEVEL_COUNT];
         samples_of(chunk, p, samples);
-        for (unsigned i = 0; !(patch->flags & STP_PATCH_SHAPES) && i < patch->counts[level]; i++) {
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
             const uint32_t lender = first + stp_attribute_lender(patch, samples, level, i);
             if (level == STP_LEVEL_COUNT - 1)
                 out->of_vertex[p] = lender;
@@ -63,8 +60,6 @@ stp_status stp_attribute_order_make(stp_attribute_order *out, const stp_chunk *c
     STP_TRY(stp_alloc(&out->holders, samples, sizeof *out->holders, "attributes", err));
     STP_TRY(
         stp_alloc(&out->of_vertex, chunk->patch_count, sizeof *out->of_vertex, "attributes", err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        out->of_vertex[p] = STP_CHUNK_NONE;
     for (int level = STP_LEVEL_COUNT - 1; level >= 0; level--)
         add_level(out, chunk, level, seen, &count);
 done:

@@ -2,16 +2,15 @@
  *
  * A merged sample borrows the number of one of its children: the one of greatest radius, the first
  * of equals. So every level-0 sample's number is stored once, at the coarsest level that has it:
- * first those of level 3, then, level by level, those that the level above did not borrow. Strips
- * and triangles have no numbers. Threads: any. */
+ * first those of level 3, then, level by level, those that the level above did not borrow. So level
+ * l adds as many numbers as it has samples more than level l + 1. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_ATTRIBUTE_ATTRIBUTE_ORDER_H
 #define STP_FORMATS_CHUNK_ATTRIBUTE_ATTRIBUTE_ORDER_H
 
 #include "formats/chunk/chunk_file.h"
 
 /* places[0, ends[0]) are the level-0 samples whose numbers are stored with level 3, and so on: part
- * k is for level 3 - k. of_vertex: by patch, its patch vertex's level-0 sample; STP_CHUNK_NONE for
- * strips and triangles. */
+ * k is for level 3 - k. of_vertex: by patch, its patch vertex's level-0 sample. */
 typedef struct stp_attribute_order {
     uint32_t *places;  /* level-0 samples of the chunk, in the order stored */
     uint32_t *holders; /* by place: the sample of the part's level that has the number */
@@ -23,6 +22,18 @@ typedef struct stp_attribute_order {
 stp_status stp_attribute_order_make(stp_attribute_order *out, const stp_chunk *chunk,
                                     stp_error *err);
 void stp_attribute_order_clear(stp_attribute_order *order);
+
+/* The child that a merged sample borrows from, among its children [begin, end) of the next finer
+ * level: at least one. */
+static inline unsigned stp_attribute_borrowed(const stp_sample *children, unsigned begin,
+                                              unsigned end)
+{
+    unsigned best = begin;
+    for (unsigned k = begin + 1; k < end; k++)
+        if (children[k].radius > children[best].radius)
+            best = k;
+    return best;
+}
 
 /* The level-0 sample that sample i of a level of the patch borrows from, counted from the patch's
  * first. samples: of the patch, by level. */
