@@ -6,6 +6,7 @@
 #include "formats/chunk/verify/verify_tree.h"
 #include "runtime/camera/camera_json.h"
 #include "runtime/stream/object_texture.h"
+#include "runtime/stream/shown.h"
 
 #include <stdlib.h>
 
@@ -120,6 +121,7 @@ void stp_model_close(stp_model **model)
 {
     if (*model == NULL)
         return;
+    stp_shown_destroy(&(*model)->shown);
     stp_chunk_file_close(&(*model)->file);
     stp_outside_clear(&(*model)->outside);
     free((*model)->entries);
@@ -127,6 +129,13 @@ void stp_model_close(stp_model **model)
     free((*model)->first_block);
     free(*model);
     *model = NULL;
+}
+
+stp_status stp_model_show_attribute(stp_model *model, const char *name, double range[2],
+                                    stp_error *err)
+{
+    stp_shown_destroy(&model->shown);
+    return stp_shown_create(&model->shown, model->file, name, range, err);
 }
 
 stp_ball stp_model_ball(const stp_model *model)

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "runtime/stream/gather.h"
+#include "runtime/stream/shown.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -297,6 +298,12 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     const stp_scene_model *m = stp_scene_find_block(s->scene, load->want.block, &block);
     STP_TRY(stp_block_decode(m->model->file, block, load->want.finest,
                              stp_payload_memory(&s->store, load->payload), scratch, &chunk, err));
+    if (m->model->shown) {
+        const uint32_t first = m->model->first_block[block->chunk];
+        STP_TRY(stp_shown_fill(m->model->shown, &m->model->blocks[first],
+                               (uint32_t)(block - &m->model->blocks[first]),
+                               m->model->first_block[block->chunk + 1] - first, chunk, err));
+    }
     STP_TRY(mirror_patches(s, load, chunk, err));
     write_piece(load, chunk);
 done:

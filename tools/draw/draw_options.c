@@ -74,8 +74,9 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "edges: smooth edges by how far discs reach; N: average N x N pixels (edges)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
-        {"--colour", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, "colour of samples (rgb)", NULL},
-        {"--color", 0, CLI_CHOICE, &o->colour, DRAW_COLOURS, NULL, NULL},
+        {"--colour", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS "|NAME",
+         "colour of samples; NAME: an attribute that prep kept, like gps_time (rgb)", NULL},
+        {"--color", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS "|NAME", NULL, NULL},
         {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
          "palette; auto: grey for intensity, viridis for elevation (auto)", NULL},
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
@@ -103,8 +104,26 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
     fill_sources(o, out + DRAW_OPTION_COUNT - SOURCE_OPTIONS);
 }
 
-int draw_options_check(const draw_options *o, const cli_command *command)
+/* Reads --colour: a word, or the name of an attribute. */
+static void choose_colour(draw_options *o)
 {
+    char word[16];
+    int i = 0;
+    if (!o->colour_name)
+        return;
+    for (draw_options_word(DRAW_COLOURS, 0, word); word[0] != '\0';
+         draw_options_word(DRAW_COLOURS, ++i, word))
+        if (strcmp(word, o->colour_name) == 0) {
+            o->colour = i;
+            return;
+        }
+    o->attribute = o->colour_name;
+    o->colour = STP_COLOUR_INTENSITY;
+}
+
+int draw_options_check(draw_options *o, const cli_command *command)
+{
+    choose_colour(o);
     return o->threshold_px < 0.0 ? cli_usage(command, "--threshold is not negative") : CLI_CONTINUE;
 }
 
@@ -120,10 +139,31 @@ open_scan_params draw_options_scan(const draw_options *o, const char *command,
 {
     return (open_scan_params){.command = command,
                               .common = common,
+                              .attributes = o->attribute,
                               .cache_folder = o->cache_folder,
                               .cache_bytes = o->no_cache          ? 0
                                              : o->has_cache_bytes ? o->cache_bytes
                                                                   : OPEN_CACHE_BYTES};
+}
+
+/* The two numbers of --colour-range; NULL leaves them. */
+static stp_status parse_range(const char *text, double range[2], stp_error *err)
+{
+    int used = 0;
+    if (!text || (sscanf(text, "%lf,%lf%n", &range[0], &range[1], &used) == 2 && !text[used] &&
+                  range[0] < range[1] && isfinite(range[1] - range[0])))
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--colour-range %s: give two numbers that rise, like 0.1,0.9", text);
+}
+
+stp_status draw_options_show(const draw_options *o, stp_model *model, stp_error *err)
+{
+    double range[2] = {0.0, 0.0};
+    if (!o->attribute)
+        return STP_OK;
+    const stp_status status = parse_range(o->colour_range, range, err);
+    return status == STP_OK ? stp_model_show_attribute(model, o->attribute, range, err) : status;
 }
 
 stp_status draw_options_open_model(const draw_options *o, const char *path, stp_model **model,
@@ -131,7 +171,12 @@ stp_status draw_options_open_model(const draw_options *o, const char *path, stp_
 {
     stp_byte_source_params params =
         source_options_params(o->cache_folder, o->no_cache ? 0 : o->cache_bytes, o->timeout_s);
-    return stp_model_open_at(model, path, &params, err);
+    stp_status status = stp_model_open_at(model, path, &params, err);
+    if (status == STP_OK)
+        status = draw_options_show(o, *model, err);
+    if (status != STP_OK)
+        stp_model_close(model);
+    return status;
 }
 
 static stp_status open_scans(const draw_options *o, open_scan *scan, stp_model **model,
@@ -176,7 +221,10 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
 {
     double *range = params->colour_range;
-    int used = 0;
+    if (o->attribute) { /* its range is on 0 to 1 already */
+        range[1] = 1.0;
+        return STP_OK;
+    }
     if (params->colour == STP_COLOUR_INTENSITY && !(model->info->attributes & STP_HAS_INTENSITY))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--colour intensity: the model has none: give elevation or none");
@@ -187,14 +235,8 @@ static stp_status choose_range(const draw_options *o, const stp_model *model,
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--colour outliers: none are marked in the model: prepare it with "
                              "--outliers mark");
-    if (o->colour_range) {
-        if (sscanf(o->colour_range, "%lf,%lf%n", &range[0], &range[1], &used) == 2 &&
-            !o->colour_range[used] && range[0] < range[1] && isfinite(range[1] - range[0]))
-            return STP_OK;
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--colour-range %s: give two numbers that rise, like 0.1,0.9",
-                             o->colour_range);
-    }
+    if (o->colour_range)
+        return parse_range(o->colour_range, range, err);
     if (params->colour == STP_COLOUR_INTENSITY || params->colour == STP_COLOUR_ELEVATION)
         return stp_model_colour_range(model, params->colour, range, err);
     return STP_OK;
@@ -300,7 +342,8 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .radius_cap_px = o->radius_cap_px,
         .terms = terms,
         .colour = (stp_colour)o->colour,
-        .palette = (stp_palette)o->palette,
+        .palette = o->attribute && o->palette == STP_PALETTE_OWN ? STP_PALETTE_VIRIDIS
+                                                                 : (stp_palette)o->palette,
         .overlay = o->overlay,
         .edl = o->edl,
         .smooth_edges = o->aa == DRAW_AA_EDGES,

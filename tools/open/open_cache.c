@@ -21,7 +21,7 @@
 #define ENDING ".stipple"
 #define NAME_LENGTH (KEY_DIGITS + sizeof ENDING - 1)
 /* Part of every key. Raise it when prep writes other bytes for the same scan and options. */
-#define PREP_STATE "stipple " STIPPLE_VERSION " prep 1"
+#define PREP_STATE "stipple " STIPPLE_VERSION " prep 2"
 
 /* Joins two parts of a path. */
 static stp_status join(char **out, const char *folder, const char *name, stp_error *err)
@@ -88,7 +88,8 @@ static void add_scan(XXH3_state_t *hash, const char *path)
     free(real);
 }
 
-stp_status open_cache_path(char **out, const char *folder, const prep_paths *scans, stp_error *err)
+stp_status open_cache_path(char **out, const char *folder, const prep_paths *scans,
+                           const char *attributes, stp_error *err)
 {
     char name[NAME_LENGTH + 1];
     XXH3_state_t *hash = XXH3_createState();
@@ -96,6 +97,8 @@ stp_status open_cache_path(char **out, const char *folder, const prep_paths *sca
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a hash");
     XXH3_128bits_reset(hash);
     add_text(hash, PREP_STATE);
+    if (attributes)
+        add_text(hash, attributes);
     for (size_t i = 0; i < scans->count; i++)
         add_scan(hash, scans->list[i]);
     const XXH128_hash_t key = XXH3_128bits_digest(hash);

@@ -16,9 +16,11 @@
 stp_status open_cache_folder(char **out, const char *given, stp_error *err);
 /* Makes the folder if it is missing. Errors: IO (nothing can be written to it), OUT_OF_MEMORY. */
 stp_status open_cache_make(const char *folder, stp_error *err);
-/* Where in the folder the model of these scans lies, if it is there. *out is owned by the caller.
+/* Where in the folder the model of these scans with these attributes (NULL: none) lies, if it is
+ * there. *out is owned by the caller.
  * Errors: OUT_OF_MEMORY. */
-stp_status open_cache_path(char **out, const char *folder, const prep_paths *scans, stp_error *err);
+stp_status open_cache_path(char **out, const char *folder, const prep_paths *scans,
+                           const char *attributes, stp_error *err);
 /* Notes that the model was used now. */
 void open_cache_use(const char *path);
 /* Removes the models that were not used for longest, until the others have at most so many bytes;

@@ -97,7 +97,7 @@ stp_status open_scan_find(open_scan *out, const char *const *arguments, size_t c
     } else if (open_cache_folder(&scan.folder, params->cache_folder, &why) != STP_OK) {
         STP_TRY(open_scan_give_up_keeping(&scan, &why, err));
     } else {
-        STP_TRY(open_cache_path(&scan.path, scan.folder, &scan.scans, err));
+        STP_TRY(open_cache_path(&scan.path, scan.folder, &scan.scans, params->attributes, err));
         scan.found = is_file(scan.path);
         if (!scan.found && open_cache_make(scan.folder, &why) != STP_OK)
             STP_TRY(open_scan_give_up_keeping(&scan, &why, err));
@@ -118,7 +118,10 @@ static stp_status run(open_scan *scan, bool *full, stp_error *err)
     stp_prep_source source = {0};
     stp_prep_stats stats = {0};
     stp_prep_params params = prep_run_defaults(common->quiet);
-    prep_inputs in = {.paths = scan->scans.list, .count = scan->scans.count};
+    prep_inputs in = {.paths = scan->scans.list,
+                      .count = scan->scans.count,
+                      .numbers = {.wanted = scan->params.attributes}};
+    in.params.numbers = prep_numbers_wanted(&in.numbers);
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const stp_progress *progress = cli_progress(common);
     params.force =

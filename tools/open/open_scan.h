@@ -22,6 +22,7 @@
 typedef struct open_scan_params {
     const char *command;      /* for messages, "render" */
     const cli_common *common; /* threads; quiet: no progress, no warnings */
+    const char *attributes;   /* that are kept (prep --attributes), borrowed; NULL: none */
     const char *cache_folder; /* NULL: the user's (open_cache_folder) */
     uint64_t cache_bytes;     /* 0: nothing is kept */
 } open_scan_params;

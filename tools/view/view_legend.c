@@ -2,6 +2,7 @@
 #include "tools/view/view_app.h"
 
 #include "runtime/colour_range.h"
+#include "runtime/stream/shown.h"
 
 #include <stdio.h>
 
@@ -51,7 +52,12 @@ void view_format_intensity(double top, double intensity, char out[64])
 static void value_words(const viewer *v, double value, char out[64])
 {
     const char *unit = v->scene.models[0].unit;
-    if (v->control.params.colour == STP_COLOUR_ELEVATION)
+    const struct stp_shown *shown = v->scene.models[0].model->shown;
+    double range[2];
+    if (shown && v->control.params.colour == STP_COLOUR_INTENSITY) {
+        stp_shown_name(shown, range);
+        snprintf(out, 64, "%.6g", range[0] + value * (range[1] - range[0]));
+    } else if (v->control.params.colour == STP_COLOUR_ELEVATION)
         snprintf(out, 64, "%.6g%s%s", value, unit[0] != '\0' ? " " : "", unit);
     else
         intensity_words(v->scene.intensity_top, value, out);
@@ -65,6 +71,15 @@ static bool is_graded(const stp_draw_params *p)
            (p->shade <= STP_SHADE_UNLIT || (p->shade >= STP_SHADE_LEVEL && p->overlay > 0.0));
 }
 
+static const char *title(const viewer *v)
+{
+    const struct stp_shown *shown = v->scene.models[0].model->shown;
+    double range[2];
+    if (v->control.params.colour == STP_COLOUR_ELEVATION)
+        return "elevation";
+    return shown ? stp_shown_name(shown, range) : "intensity";
+}
+
 void view_legend_draw(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
@@ -75,8 +90,7 @@ void view_legend_draw(const viewer *v)
     char text[64];
     if (!is_graded(p))
         return;
-    stp_ui_draw_label(x, low - height - 1.6 * line,
-                      p->colour == STP_COLOUR_ELEVATION ? "elevation" : "intensity", WHITE, false);
+    stp_ui_draw_label(x, low - height - 1.6 * line, title(v), WHITE, false);
     for (int i = 0; i < STEPS; i++) {
         const double y = low - (i + 0.5) * step;
         stp_ui_draw_line(x, y, x + width, y, colour_at(stp_colour_palette(p), (i + 0.5) / STEPS),

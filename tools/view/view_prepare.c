@@ -34,8 +34,10 @@ static stp_status show_file(viewer *v, const char *file, const char *path, stp_e
 {
     stp_model *model = NULL;
     stp_status status = stp_model_open_at(&model, file, NULL, err);
-    if (status == STP_OK)
+    if (status == STP_OK) {
+        (void)draw_options_show(v->options, model, NULL); /* a draft has no attributes */
         status = show(v, path, &model, err);
+    }
     stp_model_close(&model);
     return status;
 }

@@ -18,8 +18,10 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Words before the scans: stipple prep --progress json --threads N --force -o PATH -- */
-#define OWN_WORDS 9
+/* Words before the scans: stipple prep --progress json --threads N --attributes LIST --force -o
+ * PATH
+ * -- */
+#define OWN_WORDS 11
 /* The child is a little less important than the window. */
 #define CHILD_NICE 5
 /* A child that does not end within this time is killed. */
@@ -60,9 +62,11 @@ void view_prepare_start(view_prepare *p, uint64_t threads)
     int ends[2] = {-1, -1};
     char **words = NULL;
     snprintf(count, sizeof count, "%llu", (unsigned long long)threads);
-    const char *const own[OWN_WORDS] = {"stipple", "prep",      "--progress",
-                                        "json",    "--threads", count,
-                                        "--force", "--output",  p->scan.path};
+    const char *const own[OWN_WORDS] = {
+        "stipple",  "prep",         "--progress",
+        "json",     "--threads",    count,
+        "--force",  "--attributes", p->scan.params.attributes ? p->scan.params.attributes : "none",
+        "--output", p->scan.path};
     p->state = VIEW_PREPARE_FAILED;
     p->line_bytes = 0;
     snprintf(p->why, sizeof p->why, "prep could not be started");

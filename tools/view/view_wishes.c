@@ -62,6 +62,11 @@ static stp_status set_range(viewer *v, stp_error *err)
 {
     stp_draw_params *p = &v->control.params, first;
     const stp_model *model = v->scene.models[0].model;
+    if (v->options->attribute && p->colour == STP_COLOUR_INTENSITY) {
+        p->colour_range[0] = 0.0;
+        p->colour_range[1] = 1.0;
+        return STP_OK;
+    }
     if ((int)p->colour == v->options->colour && v->options->colour_range != NULL) {
         stp_status status = draw_options_params(v->options, model, &first, err);
         memcpy(p->colour_range, first.colour_range, sizeof p->colour_range);
@@ -183,7 +188,9 @@ static void survey(viewer *v)
     view_control *c = &v->control;
     c->colours = 1u << STP_COLOUR_RGB | 1u << STP_COLOUR_NONE | 1u << STP_COLOUR_ELEVATION |
                  1u << STP_COLOUR_FIT;
-    c->colours |= v->scene.attributes & STP_HAS_INTENSITY ? 1u << STP_COLOUR_INTENSITY : 0;
+    c->colours |= v->scene.attributes & STP_HAS_INTENSITY || v->options->attribute
+                      ? 1u << STP_COLOUR_INTENSITY
+                      : 0;
     c->colours |= v->scene.attributes & STP_HAS_CLASS ? 1u << STP_COLOUR_CLASS : 0;
     c->colours |= v->scene.attributes & STP_HAS_OUTLIERS ? 1u << STP_COLOUR_OUTLIERS : 0;
     memset(v->model_classes, 0, sizeof v->model_classes);
