@@ -13,14 +13,17 @@ static int run(int argc, char **argv);
 
 const cli_command cli_export = {
     .name = "export",
-    .summary = "write the points and lines of a chunk file as PLY",
-    .usage = "stipple export M.stipple -o F.ply [options]",
+    .summary = "write the points and lines of a chunk file as PLY or LAS",
+    .usage = "stipple export M.stipple -o F.ply|F.las [options]",
     .details =
         "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
         "If floats cannot hold the coordinates, they are doubles. Unknown normals are 0 0 0.\n"
         "If prep marked outliers, the property outlier is 1 for them and 0 for other points.\n"
         "Ribbons and tubes become edges between their vertices. Their property radius is half the\n"
         "width. Normals of tubes are 0 0 0. Triangles become faces.\n"
+        "Attributes that prep kept are properties by their names.\n"
+        "A name that ends in .las gets LAS 1.4: points without normals, with every attribute that\n"
+        "prep kept, on the lattice and in the coordinate system of the first scan.\n"
         "A repaired file has samples that stand in for lost points: export leaves them out and\n"
         "prints how many.",
     .run = run,
@@ -64,8 +67,8 @@ static int run(int argc, char **argv)
          .letter = 'o',
          .kind = CLI_STRING,
          .target = &output,
-         .argument = "F.ply",
-         .help = "the PLY file to write"},
+         .argument = "FILE",
+         .help = "the file to write; its ending says which format"},
         {.name = "--force",
          .letter = 'f',
          .kind = CLI_FLAG,
@@ -77,7 +80,7 @@ static int run(int argc, char **argv)
     if (code != CLI_CONTINUE)
         return code;
     if (!output)
-        return cli_usage(&cli_export, "no output given: add -o F.ply");
+        return cli_usage(&cli_export, "no output given: add -o F.ply or -o F.las");
     const export_params params = {output, force, cli_progress(&common)};
     if (sandbox_options_enter(no_sandbox, path, output, &err) != STP_OK ||
         export_path(path, &params, timeout_s, &common, &err) != STP_OK)

@@ -1,0 +1,168 @@
+#!/usr/bin/env bash
+# Tests attributes: every field of every LAS record comes back through a model and export, in all point
+# formats without waveforms; inputs with other fields join; pictures show an attribute as they show the
+# same numbers as intensities; damage of any byte of the sections is found.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+command -v python3 >/dev/null || skip_test "python3 is not installed"
+script=$FOLDER/las.py
+cat >"$script" <<'END'
+"""make F.las FORMAT EXTRA COUNT: points on a wavy ground with fields of any bits; same A.las B.las:
+both have the same records, as multisets, whatever their headers say of the order."""
+import math, random, struct, sys
+
+SIZE = {0: 20, 1: 28, 2: 26, 3: 34, 6: 30, 7: 36, 8: 38}
+TYPES = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i", 7: "Q", 8: "q", 9: "f", 10: "d"}
+
+def number(r, kind):
+    if kind in "fd":
+        return r.choice([r.uniform(-1e6, 1e6), round(r.uniform(-99, 99), 3), 0.0, float("inf")])
+    bits = 8 * struct.calcsize(kind)
+    return r.randrange(1 << bits) - (1 << bits >> 1 if kind.islower() else 0)
+
+def record(r, form, i, extra):
+    x, y = i % 60 * 100 + r.randrange(40), i // 60 * 100 + r.randrange(40)
+    z = int(300 * math.sin(x / 900) * math.cos(y / 700))
+    out = struct.pack("<iii", x + 7, y - 5, z)
+    level = r.randrange(256)
+    out += struct.pack("<H", level * 257 if form == 6 else r.randrange(65536))
+    if form >= 6:
+        flags = r.randrange(256) & ~4  # not withheld
+        out += struct.pack("<BBBBhH", r.randrange(256), flags, r.randrange(256),
+                           level if form == 6 else r.randrange(256), r.randrange(-30000, 30000),
+                           r.randrange(65536))
+        out += struct.pack("<d", 245370.417706 + i * 1e-6 if i % 2 else r.uniform(0, 1e9))
+        out += struct.pack("<HHH", *(r.randrange(65536) for _ in range(3))) if form >= 7 else b""
+        out += struct.pack("<H", r.randrange(65536)) if form == 8 else b""
+    else:
+        out += struct.pack("<BBbBH", r.randrange(256), r.randrange(128), r.randrange(-90, 91),
+                           r.randrange(256), r.randrange(65536))
+        out += struct.pack("<d", r.uniform(0, 604800)) if form in (1, 3) else b""
+        out += struct.pack("<HHH", *(r.randrange(256) for _ in range(3))) if form in (2, 3) else b""
+    for kind in extra:
+        value = number(r, TYPES[kind])
+        out += struct.pack("<" + TYPES[kind], value)
+    return out
+
+def make(path, form, extra, count):
+    r = random.Random(form * 100 + len(extra))
+    kinds = [int(k) for k in extra.split(",") if k]
+    vlr = b""
+    if kinds:
+        body = b"".join(struct.pack("<HBB32s156x", 0, k, 0, ("extra %d of type %d" % (i, k)).encode())
+                        for i, k in enumerate(kinds))
+        vlr = struct.pack("<H16sHH32s", 0, b"LASF_Spec", 4, len(body), b"") + body
+    size = SIZE[form] + sum(struct.calcsize("<" + TYPES[k]) for k in kinds)
+    head = bytearray(375)
+    head[:4] = b"LASF"
+    head[24:26] = bytes([1, 4])
+    struct.pack_into("<HIIBHI", head, 94, 375, 375 + len(vlr), 1 if kinds else 0, form, size,
+                     count if form < 6 else 0)
+    struct.pack_into("<6d", head, 131, 0.01, 0.01, 0.001, 500000.0, 4000000.0, 100.0)
+    struct.pack_into("<Q", head, 247, count)
+    with open(path, "wb") as f:
+        f.write(head + vlr + b"".join(record(r, form, i, kinds) for i in range(count)))
+
+def load(path):
+    data = open(path, "rb").read()
+    begin, = struct.unpack_from("<I", data, 96)
+    form, size, legacy = struct.unpack_from("<BHI", data, 104)
+    count = struct.unpack_from("<Q", data, 247)[0] or legacy
+    lattice = struct.unpack_from("<6d", data, 131)
+    return form, size, lattice, sorted(data[begin + i * size:begin + (i + 1) * size] for i in range(count))
+
+if sys.argv[1] == "make":
+    make(sys.argv[2], int(sys.argv[3]), sys.argv[4], int(sys.argv[5]))
+else:
+    sys.exit(0 if load(sys.argv[2]) == load(sys.argv[3]) else 1)
+END
+
+expect_ok() {
+    run "$STIPPLE" "$@"
+    [ "$code" = 0 ] || fail "$command: $(head -1 "$FOLDER/err")"
+}
+
+# Every record comes back, from both codecs.
+for case in 0: 1:1,2,3,4 3:5,6,7,8,9,10 6: 8:9,1; do
+    format=${case%%:*} extra=${case#*:}
+    name=$FOLDER/f$format
+    python3 "$script" make "$name.las" "$format" "$extra" 1500 || fail "no file of format $format"
+    expect_ok prep "$name.las" -o "$name.stipple" --attributes all --precision exact --quiet
+    expect_ok verify "$name.stipple" --quiet
+    expect_ok convert "$name.stipple" -o "$name.z.stipple" --codec zstd --quiet
+    expect_ok export "$name.z.stipple" -o "$name.back.las" --quiet
+    python3 "$script" same "$name.las" "$name.back.las" || fail "format $format does not come back"
+done
+
+# The same bytes for any number of threads, and in little memory.
+expect_ok prep "$FOLDER/f3.las" -o "$FOLDER/t.stipple" --attributes all --precision exact --threads 1 --memory 200M --quiet
+cmp "$FOLDER/t.stipple" "$FOLDER/f3.stipple" || fail "other bytes by one thread and in little memory"
+
+# Named attributes alone; others are left out. Wrong names get a sentence with the right ones.
+expect_ok prep "$FOLDER/f8.las" -o "$FOLDER/n.stipple" --attributes gps_time,user_data --quiet
+expect_ok info "$FOLDER/n.stipple" --json
+python3 - "$FOLDER/out" <<'END' || fail "other attributes than asked for"
+import json, sys
+names = [a["name"] for a in json.load(open(sys.argv[1]))["extra_attributes"]]
+sys.exit(sorted(names) != ["gps_time", "user_data"])
+END
+run "$STIPPLE" prep "$FOLDER/f8.las" -o "$FOLDER/x.stipple" --attributes gps_tim --quiet
+[ "$code" = 1 ] && found gps_tim "$FOLDER/err" || fail "an unknown attribute: exit $code"
+[ ! -e "$FOLDER/x.stipple" ] || fail "an unknown attribute leaves a file"
+run "$STIPPLE" prep "$FOLDER/f8.las" -o "$FOLDER/x.stipple" --attributes all --format 1 --quiet
+[ "$code" = 2 ] || fail "--format 1 with attributes: exit $code"
+run "$STIPPLE" convert "$FOLDER/n.stipple" -o "$FOLDER/x.stipple" --format 1
+[ "$code" = 1 ] && found drop-attributes "$FOLDER/err" || fail "attributes lost in version 1: exit $code"
+expect_ok convert "$FOLDER/n.stipple" -o "$FOLDER/x.stipple" --format 1 --drop-attributes --quiet
+
+# Inputs with other fields: what one lacks is missing there, and nothing else changes.
+"$STIPPLE" gen sphere -n 2000 -o "$FOLDER/s.ply" --quiet || fail "no sphere"
+expect_ok prep "$FOLDER/f0.las" "$FOLDER/f8.las" "$FOLDER/s.ply" -o "$FOLDER/m.stipple" --attributes all --quiet
+expect_ok verify "$FOLDER/m.stipple" --quiet
+expect_ok export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet
+python3 - "$FOLDER/m.ply" <<'END' || fail "missing numbers"
+import math, struct, sys
+data = open(sys.argv[1], "rb").read()
+head, at = data[:data.index(b"end_header\n")].decode().split("\n"), data.index(b"end_header\n") + 11
+kinds = {"float": "f", "double": "d", "uchar": "B", "ushort": "H", "short": "h", "int": "i", "uint": "I", "char": "b"}
+names = [line.split()[2] for line in head if line.startswith("property")]
+shape = struct.Struct("<" + "".join(kinds[line.split()[1]] for line in head if line.startswith("property")))
+count = {"gps": 0, "nir": 0, "rank": 0, "user": 0}
+for i in range(5000):
+    row = dict(zip(names, shape.unpack_from(data, at + i * shape.size)))
+    count["gps"] += math.isnan(row["gps_time"])
+    count["nir"] += row["nir"] == (1 << 32) - 1
+    count["rank"] += row["scan_angle_rank"] == 32767
+    count["user"] += row["user_data"] == 65535
+sys.exit(count != {"gps": 3500, "nir": 3500, "rank": 3500, "user": 2000})
+END
+
+# Format 6's user data are its intensities over 257: both make the same picture of every sample.
+if "$STIPPLE" render --help >"$FOLDER/help" 2>&1; then
+    for colour in intensity:0,1 user_data:0,255; do
+        expect_ok render "$FOLDER/f6.stipple" -o "$FOLDER/${colour%%:*}.png" --size 200x200 --threshold 0 \
+            --palette viridis --colour "${colour%%:*}" --colour-range "${colour#*:}" --quiet
+    done
+    cmp "$FOLDER/intensity.png" "$FOLDER/user_data.png" || fail "an attribute is not shown as it is"
+    run "$STIPPLE" render "$FOLDER/f6.stipple" -o "$FOLDER/x.png" --colour nir
+    [ "$code" = 1 ] && found user_data "$FOLDER/err" || fail "an attribute that is not there: exit $code"
+fi
+
+# A flipped bit in either section is found.
+python3 - "$FOLDER/n.stipple" <<'END' || fail "no two sections of attributes"
+import struct, sys
+data, files = open(sys.argv[1], "rb").read(), 0
+for i in range(struct.unpack_from("<I", data, 160)[0]):
+    kind, _, begin, size = struct.unpack_from("<4sIQQ", data, 168 + 32 * i)
+    for k in range(6 if kind in (b"ATTR", b"ATTD") else 0):
+        flipped = bytearray(data)
+        flipped[begin + k * size // 6] ^= 1 << k
+        open("%s.%d" % (sys.argv[1], files), "wb").write(flipped)
+        files += 1
+sys.exit(files != 12)
+END
+for flipped in "$FOLDER"/n.stipple.*; do
+    run "$STIPPLE" verify "$flipped" --quiet
+    [ "$code" = 1 ] || fail "a flipped bit: exit $code"
+done
+end_test
