@@ -36,6 +36,7 @@ static void go_through(const char *path, stp_chunk_file *file, uint64_t choice, 
     for (int codec = 0; codec <= STP_CODEC_ZSTD; codec++) {
         const stp_convert_params params = {.codec = (stp_codec)codec,
                                            .format = 1 + (int)((choice + (uint64_t)codec) % 2),
+                                           .drop_attributes = true,
                                            .pool = pool};
         stp_status status = stp_chunk_file_convert(file, output, &params, NULL);
         fixture_require(status == (newer ? STP_UNSUPPORTED : STP_OK));

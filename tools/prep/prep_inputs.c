@@ -393,6 +393,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(choose_system(in, i, info, err));
         if (prep_numbers_wanted(&in->numbers))
             STP_TRY(prep_numbers_add(&in->numbers, info->extra, in->paths[i], err));
+        else
+            prep_numbers_leave_out(&in->numbers, info->extra);
     }
     move_stations(in, i);
     add_edges(in, &info->edges);

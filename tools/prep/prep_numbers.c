@@ -86,6 +86,18 @@ stp_status prep_numbers_add(prep_numbers *n, const stp_attribute_list *extra, co
     return STP_OK;
 }
 
+void prep_numbers_leave_out(prep_numbers *n, const stp_attribute_list *extra)
+{
+    const size_t room = sizeof n->left_out;
+    size_t at = 0;
+    if (n->left_out[0] != '\0' || !extra)
+        return;
+    for (uint32_t i = 0; i < extra->count && at + STP_ATTRIBUTE_NAME_BYTES + 2 < room; i++)
+        if (extra->items[i].coarse == STP_COARSE_NOT) /* the others are in the samples, coarsely */
+            at += (size_t)snprintf(n->left_out + at, room - at, "%s%s", at > 0 ? ", " : "",
+                                   extra->items[i].name);
+}
+
 void prep_numbers_add_shapes(prep_numbers *n)
 {
     for (uint32_t i = 0; i < n->list.count; i++)

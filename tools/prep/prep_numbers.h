@@ -9,6 +9,7 @@ typedef struct prep_numbers {
     const char *wanted;      /* "all", "none" or NULL, or names with commas between them */
     stp_attribute_list list; /* of the model */
     bool begun;              /* an input with points was looked at */
+    char left_out[320];      /* if none is wanted: names of the first input's that has any */
     uint8_t *packed;         /* the numbers of the points read last, as the model's list has them */
     size_t capacity;
 } prep_numbers;
@@ -19,6 +20,8 @@ bool prep_numbers_wanted(const prep_numbers *numbers);
  * an input lacks gets a number for "missing", and its type may widen. Errors: LIMIT (too many). */
 stp_status prep_numbers_add(prep_numbers *numbers, const stp_attribute_list *extra,
                             const char *path, stp_error *err);
+/* Notes the attributes of an input, of which none is wanted. */
+void prep_numbers_leave_out(prep_numbers *numbers, const stp_attribute_list *extra);
 /* Some samples will come from lines or triangles, which have no attributes. */
 void prep_numbers_add_shapes(prep_numbers *numbers);
 /* Checks that each wanted name was found. Errors: INVALID_ARGUMENT, with the names there are. */

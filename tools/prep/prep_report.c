@@ -346,6 +346,9 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
         fprintf(stderr,
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
                 s->joined.greatest, s->joined.mean);
+    if (inputs->numbers.left_out[0] != '\0')
+        fprintf(stderr, "not kept of the points: %s (--attributes all keeps them)\n",
+                inputs->numbers.left_out);
     print_displacement(s);
     print_normal_bits(s);
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
