@@ -87,10 +87,11 @@ typedef enum stp_home { STP_HOME_FIRST = 0, STP_HOME_WHOLE = 1 } stp_home;
 /* The camera for a picture of width x height pixels. All of a scanner's picture is in view. */
 stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, int height);
 /* Shows an attribute that prep kept (--attributes) in place of intensities: draw the model with
- * STP_COLOUR_INTENSITY and colour_range 0 to 1. Call it before a renderer has the model, once. range:
- * the values at the palette's ends; if they do not rise, the 2nd and 98th percentile are set. Samples
- * without a value are at the low end. Errors: NOT_FOUND (no such attribute; the message names all),
- * INVALID_ARGUMENT (colours and intensities are shown without it), those of reading. */
+ * STP_COLOUR_INTENSITY and colour_range 0 to 1. Call it before a renderer has the model, once.
+ * range: the values at the palette's ends; if they do not rise, the 2nd and 98th percentile are
+ * set. Samples without a value are at the low end. Errors: NOT_FOUND (no such attribute; the
+ * message names all), INVALID_ARGUMENT (colours and intensities are shown without it), those of
+ * reading. */
 stp_status stp_model_show_attribute(stp_model *model, const char *name, double range[2],
                                     stp_error *err);
 /* GPU bytes of the samples and patches of all chunks. A gpu_memory_bytes above this has no use. */

@@ -126,9 +126,13 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
         scan->info.face_count = scan->mesh.face_count;
         scan->info.grid = (stp_scan_grid){0};
         stp_ply_close(&scan->ply);
-    } else if (stp_ply_has_fixed_records(ply)) {
-        scan->info.seek_points = 1;
+        return STP_OK;
     }
+    if (stp_ply_has_fixed_records(ply))
+        scan->info.seek_points = 1;
+    scan->info.extra = ply->numbers.list.count > 0 ? &ply->numbers.list : NULL;
+    if (scan->params.numbers)
+        STP_TRY(stp_ply_numbers_keep(scan->ply, err));
 done:
     return status;
 }
@@ -337,9 +341,9 @@ done:
 
 const uint8_t *stp_scan_numbers(const stp_scan *scan)
 {
-    return scan->params.numbers && scan->reader && scan->reader->numbers
-               ? scan->reader->numbers(scan->reader_state)
-               : NULL;
+    if (!scan->params.numbers || !scan->info.extra)
+        return NULL;
+    return scan->ply ? scan->ply->numbers.packed : scan->reader->numbers(scan->reader_state);
 }
 
 stp_status stp_scan_seek(stp_scan *scan, uint64_t point, stp_error *err)

@@ -98,6 +98,7 @@ static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
     STP_TRY(stp_source_open(&ply->source, path, err));
     STP_TRY(stp_ply_header_read(&ply->header, &ply->source, err));
     STP_TRY(find_vertex_element(ply, err));
+    stp_ply_numbers_find(ply);
     find_face_element(ply);
     find_edge_element(ply);
     ply->cursor = (stp_ply_cursor){.source = &ply->source, .encoding = ply->header.encoding};
@@ -138,6 +139,7 @@ void stp_ply_close(stp_ply **ply)
     stp_source_close(&(*ply)->source);
     stp_ply_header_free(&(*ply)->header);
     free((*ply)->cells);
+    stp_ply_numbers_clear(&(*ply)->numbers);
     free(*ply);
     *ply = NULL;
 }
@@ -187,6 +189,7 @@ stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t
 {
     stp_status status = STP_OK;
     size_t done_count = 0;
+    STP_TRY(stp_ply_numbers_reserve(ply, capacity, err));
     while (done_count < capacity && ply->cursor.index < ply->vertex->count) {
         size_t part = capacity - done_count;
         const uint64_t left = ply->vertex->count - ply->cursor.index;
@@ -194,6 +197,8 @@ stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t
         part = part < left ? part : (size_t)left;
         STP_TRY(stp_ply_read_columns(ply, part, err));
         columns_to_points(ply, points + done_count, part);
+        if (ply->numbers.columns)
+            stp_ply_numbers_pack(ply, done_count, part);
         done_count += part;
     }
     *count = done_count;

@@ -20,6 +20,15 @@
 
 #define STP_PLY_BLOCK_POINTS 512u
 
+/* Attributes of the vertices: scalar properties that points have no field for, by their names, and
+ * intensities of more than 8 bits. */
+typedef struct stp_ply_numbers {
+    stp_attribute_list list;
+    double (*columns)[STP_PLY_BLOCK_POINTS]; /* by attribute; NULL: numbers are not kept */
+    uint8_t *packed;                         /* of the points read last */
+    size_t capacity;
+} stp_ply_numbers;
+
 typedef struct stp_ply {
     stp_source source;
     stp_ply_header header;
@@ -36,6 +45,7 @@ typedef struct stp_ply {
     stp_grid_cell *cells;                 /* the grid's */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];
+    stp_ply_numbers numbers;
 } stp_ply;
 
 /* Reads the header and goes to the first vertex. path must outlive it. Errors: as stp_scan_open. */
@@ -54,6 +64,16 @@ void stp_ply_seek(stp_ply *ply, uint64_t vertex);
 /* Reads all vertices, faces and edges from the start. *mesh must be empty. Errors: IO, CORRUPT,
  * LIMIT, OUT_OF_MEMORY. */
 stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err);
+
+/* From here on stp_ply_read also packs the attributes. Errors: OUT_OF_MEMORY. */
+stp_status stp_ply_numbers_keep(stp_ply *ply, stp_error *err);
+
+/* For ply.c alone: finds the attributes; makes room for the numbers of so many points; packs those
+ * of a block from point `first` of the read on. */
+void stp_ply_numbers_find(stp_ply *ply);
+stp_status stp_ply_numbers_reserve(stp_ply *ply, size_t points, stp_error *err);
+void stp_ply_numbers_pack(stp_ply *ply, size_t first, size_t count);
+void stp_ply_numbers_clear(stp_ply_numbers *numbers);
 
 /* Reads the next count <= STP_PLY_BLOCK_POINTS records into the columns. For ply.c and ply_depth.c.
  */

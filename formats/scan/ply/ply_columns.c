@@ -29,6 +29,9 @@ static stp_status read_fixed(stp_ply *ply, size_t count, stp_error *err)
         if (p->target != STP_PLY_TARGET_COUNT)
             stp_ply_load_column(p->type, ply->cursor.encoding, data + p->offset, vertex->stride,
                                 count, ply->columns[p->target]);
+        if (p->extra > 0 && ply->numbers.columns)
+            stp_ply_load_column(p->type, ply->cursor.encoding, data + p->offset, vertex->stride,
+                                count, ply->numbers.columns[p->extra - 1]);
     }
     stp_source_consume(&ply->source, bytes);
     ply->cursor.index += count;
@@ -43,10 +46,17 @@ static stp_status read_record(stp_ply *ply, size_t row, stp_error *err)
     STP_TRY(stp_ply_record_begin(cursor, err));
     for (size_t i = 0; i < ply->vertex->property_count; i++) {
         const stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
-        if (p->target == STP_PLY_TARGET_COUNT)
+        const bool extra = p->extra > 0 && ply->numbers.columns;
+        double value = 0.0;
+        if (p->target == STP_PLY_TARGET_COUNT && !extra) {
             STP_TRY(stp_ply_skip_property(cursor, p, err));
-        else
-            STP_TRY(stp_ply_next_value(cursor, p->type, &ply->columns[p->target][row], err));
+            continue;
+        }
+        STP_TRY(stp_ply_next_value(cursor, p->type, &value, err));
+        if (p->target != STP_PLY_TARGET_COUNT)
+            ply->columns[p->target][row] = value;
+        if (extra)
+            ply->numbers.columns[p->extra - 1][row] = value;
     }
     STP_TRY(stp_ply_record_end(cursor, err));
 done:

@@ -58,6 +58,7 @@ typedef struct stp_ply_property {
     bool is_list;
     stp_ply_type count_type; /* of a list's length */
     stp_ply_target target;   /* vertex scalars only */
+    uint32_t extra;          /* the attribute that it is, counted from 1; 0: none */
     size_t offset;           /* in the record, if the element has no lists (binary) */
 } stp_ply_property;
 
