@@ -111,7 +111,8 @@ static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_error 
         const size_t before = d->count;
         if (in->facts[f].why)
             continue;
-        STP_TRY(stp_scan_open(&scan, in->paths[f], &in->params, err));
+        const stp_scan_params params = prep_inputs_params(in, f);
+        STP_TRY(stp_scan_open(&scan, in->paths[f], &params, err));
         const double share =
             (double)stp_scan_get_info(scan)->point_count / (double)total * DRAFT_POINTS;
         STP_TRY(read_scan(d, scan, (uint64_t)share + 1, in->files[f].station_begin, err));

@@ -17,16 +17,16 @@
 #endif
 
 /* Options of prep_main; those of grids follow. */
-#define OWN_OPTIONS 26
+#define OWN_OPTIONS 28
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
 
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
-        *system;
+        *system, *bounds;
     uint64_t neighbours, sample, seed, memory;
-    double outlier_distance, line_radius;
+    double outlier_distance, line_radius, resolution;
     bool recompute_normals, hybrid, strict, force;
     int lines; /* 1: meshes of plants become lines */
     int codec, format, progress, outliers, shade;
@@ -73,13 +73,14 @@ static void keep_freed_memory(void)
 }
 
 static stp_status parse_values(const prep_options *o, stp_prep_params *params,
-                               stp_grid_params *grid, stp_error *err)
+                               stp_grid_params *grid, stp_scan_region *region, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(prep_parse_orient(o->orient, params, err));
     STP_TRY(prep_parse_precision(o->precision, params, err));
     STP_TRY(prep_parse_normal_bits(o->normal_bits, params, err));
     STP_TRY(prep_parse_grid(&o->grid, grid, err));
+    STP_TRY(prep_parse_region(o->bounds, o->resolution, region, err));
 done:
     return status;
 }
@@ -106,6 +107,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     stp_status status = STP_OK;
     prep_paths paths = {0};
     stp_grid_params grid = {0};
+    stp_scan_region region = {0};
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
                                  .line_radius = o->line_radius,
@@ -118,7 +120,10 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     prep_run_expect(&params, o->progress == 1, stages);
-    STP_TRY(parse_values(o, &params, &grid, err));
+    STP_TRY(parse_values(o, &params, &grid, &region, err));
+    if (o->bounds || o->resolution > 0.0)
+        in.params.region = &region;
+    in.temp = o->temp;
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
     in.strict = o->strict;
@@ -153,11 +158,12 @@ const cli_command cli_prep = {
     .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and heights as "
-        "TIFF,\n"
-        "PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one model. An input is a\n"
-        "file, a folder (all scans in it and below, but no images), a pattern in quotes, or\n"
-        "@list.txt with one input per line. If one of several inputs cannot be read, or breaks "
+        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and\n"
+        "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one "
+        "model.\n"
+        "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
+        "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"
+        "input per line. If one of several inputs cannot be read, or breaks "
         "off,\n"
         "prep leaves that whole input out, names it at the end and exits with code 1.\n"
         "\n"
@@ -214,6 +220,8 @@ static int check_options(const prep_options *o)
     if (o->layers == 1 && o->precision && strcmp(o->precision, "exact") == 0)
         return cli_usage(&cli_prep, "--layers joined moves points, --precision exact keeps them: "
                                     "give one of them");
+    if (o->resolution < 0.0)
+        return cli_usage(&cli_prep, "--resolution: give a positive length");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -245,6 +253,10 @@ static int prep_main(int argc, char **argv)
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
          "joined: move overlapping scans onto one shared surface (measured)", NULL},
         prep_system_option(&o.system),
+        {"--bounds", 0, CLI_STRING, &o.bounds, "BOX",
+         "only points in x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1, in the input's coordinates", NULL},
+        {"--resolution", 0, CLI_NUMBER, &o.resolution, "R",
+         "of EPT and COPC, no more points than lie R apart (all)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

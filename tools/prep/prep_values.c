@@ -95,6 +95,31 @@ static bool parse_numbers(const char *text, double *out, size_t count)
     return true;
 }
 
+stp_status prep_parse_region(const char *bounds, double resolution, stp_scan_region *region,
+                             stp_error *err)
+{
+    double n[6];
+    region->resolution = resolution;
+    if (!bounds)
+        return STP_OK;
+    const bool flat = parse_numbers(bounds, n, 4);
+    bool good = flat || parse_numbers(bounds, n, 6);
+    const int axes = flat ? 2 : 3;
+    region->bounded = true;
+    region->min[2] = -INFINITY;
+    region->max[2] = INFINITY;
+    for (int axis = 0; axis < axes && good; axis++) {
+        region->min[axis] = n[axis];
+        region->max[axis] = n[axis + axes];
+        good = n[axis] <= n[axis + axes];
+    }
+    if (good)
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--bounds %s: give x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1, the least first",
+                         bounds);
+}
+
 static stp_status parse_camera(const prep_grid *grid, stp_grid_params *out, stp_error *err)
 {
     double n[4];

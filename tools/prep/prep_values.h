@@ -13,6 +13,10 @@ stp_status prep_parse_precision(const char *text, stp_prep_params *params, stp_e
 /* A number, or "auto". */
 stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err);
 
+/* bounds: x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1. NULL and 0 keep the whole scan. */
+stp_status prep_parse_region(const char *bounds, double resolution, stp_scan_region *region,
+                             stp_error *err);
+
 /* How grids of heights or depths are read. */
 typedef struct prep_grid {
     const char *colour, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
