@@ -139,7 +139,7 @@ failed "$set" "there is nothing to write" --bounds 0,0,1,1
 run "$STIPPLE" prep "$set" -o "$FOLDER/none.stipple" --bounds 1,2,0,3
 expect_failure "--bounds 1,2,0,3: give"
 run "$STIPPLE" prep "$set" -o "$FOLDER/none.stipple" --resolution -1
-expect_usage "--resolution: give a positive length"
+expect_failure "--resolution -1: give a positive length"
 missing=$(ls "$set/ept-data" | grep '^2-3-3-' | head -1)
 rm "$set/ept-data/$missing"
 failed "$web/a b/bowl/ept.json" "$missing"

@@ -16,22 +16,23 @@
 #include <malloc.h>
 #endif
 
-/* Options of prep_main; those of grids follow. */
-#define OWN_OPTIONS 28
+/* Options of prep_main; those of grids and of regions follow. */
+#define OWN_OPTIONS 26
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
 
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
-        *system, *bounds;
+        *system;
     uint64_t neighbours, sample, seed, memory;
-    double outlier_distance, line_radius, resolution;
+    double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
     int lines; /* 1: meshes of plants become lines */
     int codec, format, progress, outliers, shade;
     int layers; /* 1: overlapping layers are joined */
     prep_grid grid;
+    prep_region region;
     cli_common common;
 } prep_options;
 
@@ -73,14 +74,13 @@ static void keep_freed_memory(void)
 }
 
 static stp_status parse_values(const prep_options *o, stp_prep_params *params,
-                               stp_grid_params *grid, stp_scan_region *region, stp_error *err)
+                               stp_grid_params *grid, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(prep_parse_orient(o->orient, params, err));
     STP_TRY(prep_parse_precision(o->precision, params, err));
     STP_TRY(prep_parse_normal_bits(o->normal_bits, params, err));
     STP_TRY(prep_parse_grid(&o->grid, grid, err));
-    STP_TRY(prep_parse_region(o->bounds, o->resolution, region, err));
 done:
     return status;
 }
@@ -120,9 +120,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     prep_run_expect(&params, o->progress == 1, stages);
-    STP_TRY(parse_values(o, &params, &grid, &region, err));
-    if (o->bounds || o->resolution > 0.0)
-        in.params.region = &region;
+    STP_TRY(parse_values(o, &params, &grid, err));
+    STP_TRY(prep_parse_region(&o->region, &region, &in.params.region, err));
     in.temp = o->temp;
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
@@ -220,8 +219,6 @@ static int check_options(const prep_options *o)
     if (o->layers == 1 && o->precision && strcmp(o->precision, "exact") == 0)
         return cli_usage(&cli_prep, "--layers joined moves points, --precision exact keeps them: "
                                     "give one of them");
-    if (o->resolution < 0.0)
-        return cli_usage(&cli_prep, "--resolution: give a positive length");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -232,7 +229,7 @@ static int prep_main(int argc, char **argv)
     static const char *paths[PREP_PATHS_LIMIT];
     prep_options o = {
         .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
-    cli_option options[PREP_GRID_OPTIONS + OWN_OPTIONS] = {
+    cli_option options[OWN_OPTIONS + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
          "neighbours examined for each point, 3 to 64 (16)", NULL},
@@ -253,10 +250,6 @@ static int prep_main(int argc, char **argv)
         {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
          "joined: move overlapping scans onto one shared surface (measured)", NULL},
         prep_system_option(&o.system),
-        {"--bounds", 0, CLI_STRING, &o.bounds, "BOX",
-         "only points in x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1, in the input's coordinates", NULL},
-        {"--resolution", 0, CLI_NUMBER, &o.resolution, "R",
-         "of EPT and COPC, no more points than lie R apart (all)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
@@ -283,6 +276,7 @@ static int prep_main(int argc, char **argv)
     size_t count = 0;
     stp_error error = {0};
     prep_grid_fill(&o.grid, options + OWN_OPTIONS);
+    prep_region_fill(&o.region, options + OWN_OPTIONS + PREP_GRID_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &o.common);
     if (code == CLI_CONTINUE)

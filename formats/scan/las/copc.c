@@ -52,6 +52,14 @@ static stp_status read_info(stp_octree *octree, stp_octree_node *root, const stp
     return STP_OK;
 }
 
+double stp_copc_spacing(const stp_las_records *records)
+{
+    const stp_las_record *record = &records->kept[STP_LAS_COPC];
+    const double spacing =
+        record->length >= INFO_BYTES ? stp_las_double(record->bytes + AT_SPACING) : 0.0;
+    return spacing > 0.0 && isfinite(spacing) ? spacing : 0.0;
+}
+
 static stp_status outside(const pages *p, const char *what, const stp_octree_node *node,
                           stp_error *err)
 {

@@ -17,6 +17,8 @@ static inline bool stp_copc_is(const stp_las_header *header, const stp_las_recor
     return header->compressed && records->kept[STP_LAS_COPC].bytes != NULL;
 }
 
+/* The spacing of the root's points; 0 if the record does not say. */
+double stp_copc_spacing(const stp_las_records *records);
 /* Lists the chunks with points of the region's nodes, in the order of the file, and counts their
  * points. Moves source. *out must be zero; free it. Errors: IO, CORRUPT (nodes that lie where none
  * may, or twice), LIMIT, OUT_OF_MEMORY. */

@@ -109,6 +109,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
     info->seek_points = las->stream.laz ? stp_laz_chunk_points(las->stream.laz) : 1;
+    if (stp_copc_is(header, &las->stream.records))
+        info->octree_spacing = stp_copc_spacing(&las->stream.records);
     info->heights = true;
     info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step = fmin(header->scale[0], fmin(header->scale[1], header->scale[2]));

@@ -30,9 +30,9 @@ typedef struct stp_las_stream_params {
     struct stp_mirror *mirror;     /* of which path is the file; NULL: all bytes are there */
 } stp_las_stream_params;
 
-/* *out must be zero, with a descriptor of -1. Close it even after a failure. Errors: those of
+/* *las must be zero, with a descriptor of -1. Close it even after a failure. Errors: those of
  * stp_las_reader; INVALID_ARGUMENT (a resolution, but no octree). */
-stp_status stp_las_stream_open(stp_las_stream *out, const stp_las_stream_params *params,
+stp_status stp_las_stream_open(stp_las_stream *las, const stp_las_stream_params *params,
                                stp_error *err);
 /* Continues at this point. Errors: CORRUPT, IO, OUT_OF_MEMORY. */
 stp_status stp_las_stream_seek(stp_las_stream *las, uint64_t point, stp_error *err);

@@ -163,6 +163,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->format = names[ept->header.packing];
     info->point_count = ept->walk.points;
     info->attributes = attributes_of(ept);
+    info->octree_spacing = ept->header.octree.spacing;
     info->heights = true;
     info->intensity_full = ept->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step = ept->header.step;

@@ -118,27 +118,24 @@ static stp_status bad_frame(const stp_ept_tile *tile, const char *what, stp_erro
                          tile->source.path, (unsigned long long)tile->source.offset, what);
 }
 
-/* Unpacks up to `size` bytes; fewer only at the frame's end. */
-static stp_status unpack(stp_ept_tile *tile, unsigned char *bytes, size_t size, size_t *got,
-                         stp_error *err)
+/* Unpacks until `out` is full; less only at the frame's end. */
+static stp_status unpack(stp_ept_tile *tile, ZSTD_outBuffer *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    ZSTD_outBuffer out = {bytes, size, 0};
-    while (out.pos < size && !tile->frame_ended) {
+    while (out->pos < out->size && !tile->frame_ended) {
         const unsigned char *packed;
         size_t available;
         STP_TRY(stp_source_peek(&tile->source, PACKED_BYTES, &packed, &available, err));
         ZSTD_inBuffer in = {packed, available, 0};
-        const size_t before = out.pos, left = ZSTD_decompressStream(tile->zstd, &out, &in);
+        const size_t before = out->pos, left = ZSTD_decompressStream(tile->zstd, out, &in);
         if (ZSTD_isError(left))
             return bad_frame(tile, ZSTD_getErrorName(left), err);
         stp_source_consume(&tile->source, in.pos);
         /* A frame may follow another. */
         tile->frame_ended = left == 0 && tile->source.offset == tile->source.size;
-        if (!tile->frame_ended && available == 0 && out.pos == before)
+        if (!tile->frame_ended && available == 0 && out->pos == before)
             return bad_frame(tile, "its frame of zstd ends too early", err);
     }
-    *got = out.pos;
 done:
     return status;
 }
@@ -148,9 +145,9 @@ static stp_status check_end(stp_ept_tile *tile, stp_error *err)
 {
     stp_status status = STP_OK;
     unsigned char more;
-    size_t got = 0;
-    STP_TRY(unpack(tile, &more, 1, &got, err));
-    if (got > 0 || tile->source.offset != tile->source.size)
+    ZSTD_outBuffer out = {&more, 1, 0};
+    STP_TRY(unpack(tile, &out, err));
+    if (out.pos > 0 || tile->source.offset != tile->source.size)
         status = bad_frame(tile, "it has more points than the hierarchy says", err);
 done:
     return status;
@@ -163,7 +160,9 @@ static stp_status next_records(stp_ept_tile *tile, size_t count, const unsigned 
     const size_t bytes = count * tile->header->record_bytes;
     size_t got = 0;
     if (tile->header->packing == STP_EPT_ZSTANDARD) {
-        STP_TRY(unpack(tile, tile->records, bytes, &got, err));
+        ZSTD_outBuffer out = {tile->records, bytes, 0};
+        STP_TRY(unpack(tile, &out, err));
+        got = out.pos;
         if (got == bytes && tile->left == count)
             STP_TRY(check_end(tile, err));
         *records = tile->records;
