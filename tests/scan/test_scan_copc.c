@@ -50,10 +50,15 @@ static void whole(void **state)
     las_save(&file, "a.copc.laz");
     stp_point *points = scan_fixture_read("a.copc.laz", NULL, &info);
     assert_int_equal(info.point_count, COPC_NODES);
-    assert_string_equal(info.format, "COPC 1.4 point format 6");
     for (unsigned i = 0; i < COPC_NODES; i++)
         assert_int_equal(points[i].intensity, 1000 + i);
     free(points);
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    assert_int_equal(stp_scan_open(&scan, "a.copc.laz", NULL, &err), STP_OK);
+    assert_string_equal(stp_scan_get_info(scan)->format, "COPC 1.4 point format 6");
+    assert_true(stp_scan_get_info(scan)->octree_spacing == 4.0);
+    stp_scan_close(&scan);
 }
 
 static void regions(void **state)

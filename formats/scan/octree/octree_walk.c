@@ -43,9 +43,9 @@ stp_status stp_octree_walk_add(stp_octree_walk *walk, const stp_octree_node *nod
 static stp_status sort(const stp_octree_list *list, size_t first, const char *where, stp_error *err)
 {
     const size_t count = list->count - first;
-    stp_octree_node *nodes = list->nodes + first;
     if (count < 2)
         return STP_OK;
+    stp_octree_node *nodes = list->nodes + first;
     qsort(nodes, count, sizeof *nodes, stp_octree_key_compare);
     for (size_t i = 1; i < count; i++) {
         const stp_octree_key k = nodes[i].key;
