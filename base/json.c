@@ -10,8 +10,17 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A camera path of 100,000 keyframes takes half of this. */
-#define FILE_BYTES_LIMIT (64u << 20)
+stp_status stp_json_parse(cJSON **out, const char *text, size_t size, const char *name,
+                          const char *expected, stp_error *err)
+{
+    cJSON *json = cJSON_ParseWithLength(text, size);
+    if (cJSON_IsObject(json)) {
+        *out = json;
+        return STP_OK;
+    }
+    cJSON_Delete(json);
+    return stp_error_set(err, STP_FORMAT, "%s: not %s", name, expected);
+}
 
 stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err)
 {
@@ -20,20 +29,14 @@ stp_status stp_json_load(cJSON **out, const char *path, const char *expected, st
     uint64_t size = 0;
     char *text = NULL;
     STP_TRY(stp_file_open(path, &descriptor, &size, err));
-    if (size > FILE_BYTES_LIMIT) {
+    if (size > STP_JSON_BYTES_MOST) {
         status = stp_error_set(err, STP_FORMAT, "%s: over %u MiB are too large for %s", path,
-                               FILE_BYTES_LIMIT >> 20, expected);
+                               STP_JSON_BYTES_MOST >> 20, expected);
         goto done;
     }
     STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a JSON file", err));
     STP_TRY(stp_file_read_at(descriptor, path, 0, text, (size_t)size, err));
-    cJSON *json = cJSON_ParseWithLength(text, (size_t)size);
-    if (cJSON_IsObject(json)) {
-        *out = json;
-    } else {
-        cJSON_Delete(json);
-        status = stp_error_set(err, STP_FORMAT, "%s: not %s", path, expected);
-    }
+    STP_TRY(stp_json_parse(out, text, (size_t)size, path, expected, err));
 done:
     free(text);
     if (descriptor >= 0)
@@ -72,7 +75,7 @@ stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, i
         return STP_OK;
     bool good = count == 1 ? cJSON_IsNumber(item)
                            : cJSON_IsArray(item) && cJSON_GetArraySize(item) == count;
-    double values[3] = {0.0, 0.0, 0.0};
+    double values[6] = {0.0};
     for (int i = 0; good && i < count; i++) {
         const cJSON *number = count == 1 ? item : cJSON_GetArrayItem(item, i);
         good = cJSON_IsNumber(number) && isfinite(number->valuedouble);

@@ -10,10 +10,19 @@
 
 #include <cjson/cJSON.h>
 #include <stdbool.h>
+#include <stddef.h>
+
+/* Files with more bytes are no JSON of ours. A camera path of 100,000 keyframes has half of them.
+ */
+#define STP_JSON_BYTES_MOST (64u << 20)
 
 /* Reads a file that holds one JSON object. Free *out with cJSON_Delete. expected: what the file
  * should be, for the message. Errors: NOT_FOUND, IO, FORMAT, OUT_OF_MEMORY. */
 stp_status stp_json_load(cJSON **out, const char *path, const char *expected, stp_error *err);
+/* The same from bytes in memory; name: of the file, for the message. Errors: FORMAT, OUT_OF_MEMORY.
+ */
+stp_status stp_json_parse(cJSON **out, const char *text, size_t size, const char *name,
+                          const char *expected, stp_error *err);
 /* Writes a JSON value to a file that appears whole or not at all. json is freed even on failure;
  * NULL means that memory is exhausted. If force is set, an existing file is replaced. Errors:
  * EXISTS, IO, OUT_OF_MEMORY. */
@@ -21,7 +30,7 @@ stp_status stp_json_save(cJSON *json, const char *path, bool force, stp_error *e
 
 /* Whether an object has the key. Upper and lower case differ. */
 bool stp_json_has(const cJSON *object, const char *key);
-/* Sets out[0..count), count <= 3, to a key's finite numbers: one number if count is 1, else an
+/* Sets out[0..count), count <= 6, to a key's finite numbers: one number if count is 1, else an
  * array of count numbers. If the key is missing, out stays as it is. where: a name for the message,
  * such as "C.json". Errors: FORMAT. */
 stp_status stp_json_numbers(const cJSON *object, const char *key, double *out, int count,

@@ -3,6 +3,7 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
+#include "base/temporary.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -12,7 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -138,24 +138,6 @@ static stp_status io_error(const stp_spill *s, const char *doing, int code, uint
                          s->folder, doing, strerror(code));
 }
 
-/* Opens a nameless file in the folder. Returns -1 with errno set if none can be made. */
-static int open_nameless(const char *folder)
-{
-    int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
-    if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL))
-        return descriptor;
-    size_t size = strlen(folder) + sizeof "/.stipple-XXXXXX";
-    char *path = malloc(size); /* an older file system: the file has a name for a moment */
-    if (!path)
-        return -1;
-    snprintf(path, size, "%s/.stipple-XXXXXX", folder);
-    descriptor = mkostemp(path, O_CLOEXEC);
-    if (descriptor >= 0)
-        unlink(path);
-    free(path);
-    return descriptor;
-}
-
 /* Called with the mutex held. */
 static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_error *err)
 {
@@ -163,7 +145,7 @@ static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_err
                                  "temporary files", err);
     if (status != STP_OK)
         return status;
-    int descriptor = open_nameless(s->folder);
+    int descriptor = stp_temporary_nameless(s->folder);
     if (descriptor < 0)
         return io_error(s, "making", errno, bytes, what, err);
     int code = posix_fallocate(descriptor, 0, (off_t)bytes);
@@ -210,7 +192,7 @@ static stp_status start_watching(stp_spill *s, const char *folder, stp_error *er
 {
     stp_status status = STP_OK;
     STP_TRY(stp_text_copy(&s->folder, folder, "a path", err));
-    int descriptor = open_nameless(folder);
+    int descriptor = stp_temporary_nameless(folder);
     if (descriptor < 0)
         return io_error(s, "making", errno, 0, "a first try", err);
     close(descriptor);

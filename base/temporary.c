@@ -88,3 +88,20 @@ uint64_t stp_temporary_sweep(const char *path, bool folders, stp_temporary_remov
         *bytes = sum;
     return count;
 }
+
+int stp_temporary_nameless(const char *folder)
+{
+    int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
+    if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL))
+        return descriptor;
+    size_t size = strlen(folder) + sizeof "/.stipple-XXXXXX";
+    char *path = malloc(size); /* an older file system: the file has a name for a moment */
+    if (!path)
+        return -1;
+    snprintf(path, size, "%s/.stipple-XXXXXX", folder);
+    descriptor = mkostemp(path, O_CLOEXEC);
+    if (descriptor >= 0)
+        unlink(path);
+    free(path);
+    return descriptor;
+}

@@ -26,6 +26,10 @@ bool stp_temporary_mark(int descriptor);
 /* Removes the mark when the entry gets its final name. */
 void stp_temporary_unmark(int descriptor);
 
+/* Opens a nameless file in the folder, to read and to write. It ends with the last descriptor of
+ * it. Returns -1 with errno set if none can be made. */
+int stp_temporary_nameless(const char *folder);
+
 /* Removes an entry of the folder. Returns false if the entry stays. */
 typedef bool stp_temporary_remove(int folder, const char *name);
 /* Removes what killed runs left for path: folders or files. Returns their number. If bytes is not

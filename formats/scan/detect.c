@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/detect_text.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/octree/ept_files.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -16,12 +17,13 @@
 /* The first line of a header is shorter. */
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
-    "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS, PTX, and "               \
+    "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS, PTX, "   \
+    "and "                                                                                         \
     "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
-    const char *path;
+    const char *path, *name;
     char *bytes;
     size_t length;
     uint64_t file_size;
@@ -72,6 +74,17 @@ static bool is_ply(const prefix *p)
 static bool is_las(const prefix *p)
 {
     return starts_with(p, "LASF", 4);
+}
+
+/* The ept.json of a set. */
+static bool is_ept(const prefix *p)
+{
+    size_t at = 0;
+    while (at < p->length && is_space(p->bytes[at]))
+        at++;
+    return at < p->length && p->bytes[at] == '{' &&
+           memmem(p->bytes, p->length, "\"dataType\"", 10) != NULL &&
+           memmem(p->bytes, p->length, "\"bounds\"", 8) != NULL;
 }
 
 /* A PCD file may begin with a comment that is its magic, but need not. */
@@ -131,6 +144,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_ply, STP_SCAN_PLY},
         {is_las, STP_SCAN_LAS},
         {is_e57, STP_SCAN_E57},
+        {is_ept, STP_SCAN_EPT},
         {is_grid, STP_SCAN_GRID},
         {is_pcd, STP_SCAN_PCD},
         {is_stl_binary,
@@ -191,19 +205,21 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
  * without its first word is also lines of numbers. */
 static bool detect_by_name(const prefix *p, stp_scan_format *format)
 {
-    if (name_ends_with(p->path, ".obj"))
+    if (name_ends_with(p->name, ".obj"))
         *format = STP_SCAN_OBJ;
-    else if (name_ends_with(p->path, ".stl"))
+    else if (name_ends_with(p->name, ".stl"))
         *format = STP_SCAN_STL_BINARY;
-    else if (name_ends_with(p->path, ".off"))
+    else if (name_ends_with(p->name, ".off"))
         *format = STP_SCAN_OFF;
-    else if (name_ends_with(p->path, ".ply"))
+    else if (name_ends_with(p->name, ".ply"))
         *format = STP_SCAN_PLY;
-    else if (name_ends_with(p->path, ".pcd"))
+    else if (name_ends_with(p->name, ".pcd"))
         *format = STP_SCAN_PCD;
+    else if (stp_ept_is_named(p->name))
+        *format = STP_SCAN_EPT;
     else
         return stp_detect_text(p->bytes, p->length, format) ||
-               stp_detect_text_name(p->path, p->bytes, p->length, format);
+               stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
     return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
 }
@@ -259,10 +275,11 @@ static stp_status check_text(const prefix *p, stp_scan_format format, bool marke
     return STP_OK;
 }
 
-stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err)
+stp_status stp_scan_detect_named(stp_scan_format *out, const char *path, const char *name,
+                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    prefix p = {.path = path};
+    prefix p = {.path = path, .name = name ? name : path};
     stp_scan_format format;
     STP_TRY(read_prefix(&p, err));
     const char *advice = NULL, *other = known_but_unsupported(&p, &advice);
@@ -292,12 +309,18 @@ done:
     return status;
 }
 
+stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err)
+{
+    return stp_scan_detect_named(out, path, NULL, err);
+}
+
 const char *stp_scan_format_name(stp_scan_format format)
 {
     static const char *const names[STP_SCAN_FORMAT_COUNT] = {
         [STP_SCAN_PLY] = "PLY",       [STP_SCAN_OBJ] = "OBJ",        [STP_SCAN_OFF] = "OFF",
         [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL", [STP_SCAN_LAS] = "LAS",
         [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",        [STP_SCAN_XYZ] = "XYZ",
-        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",        [STP_SCAN_GRID] = "grid"};
+        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",        [STP_SCAN_GRID] = "grid",
+        [STP_SCAN_EPT] = "EPT"};
     return names[format];
 }

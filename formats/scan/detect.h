@@ -10,7 +10,8 @@ typedef enum stp_scan_format {
     STP_SCAN_OFF,
     STP_SCAN_STL_ASCII,
     STP_SCAN_STL_BINARY,
-    STP_SCAN_LAS, /* LAZ too */
+    STP_SCAN_LAS, /* LAZ and COPC too */
+    STP_SCAN_EPT, /* its ept.json */
     STP_SCAN_PCD,
     STP_SCAN_E57,
     STP_SCAN_XYZ,
@@ -23,6 +24,10 @@ typedef enum stp_scan_format {
 /* Errors: NOT_FOUND, IO, EMPTY (no bytes), UNSUPPORTED (a known format that is not read here),
  * FORMAT (an unknown format). */
 stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *err);
+
+/* The same for a file that has another name than its path; NULL: the path. */
+stp_status stp_scan_detect_named(stp_scan_format *out, const char *path, const char *name,
+                                 stp_error *err);
 
 /* "PLY", "STL". */
 const char *stp_scan_format_name(stp_scan_format format);

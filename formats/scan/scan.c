@@ -12,8 +12,12 @@
 #include "formats/scan/mesh/mesh_read.h"
 #include "formats/scan/mesh/mesh_sample.h"
 #include "formats/scan/mesh/point_mesh.h"
+#include "formats/scan/octree/ept.h"
+#include "formats/scan/octree/ept_files.h"
+#include "formats/scan/octree/octree.h"
 #include "formats/scan/pcd/pcd.h"
 #include "formats/scan/ply/ply.h"
+#include "formats/scan/remote/mirror.h"
 #include "formats/scan/scan_reader.h"
 #include "formats/scan/text/pts.h"
 #include "formats/scan/text/ptx.h"
@@ -23,7 +27,8 @@
 #include <string.h>
 
 struct stp_scan {
-    char *path;
+    char *path;       /* that is opened; of a mirror, if the scan is on a web server */
+    const char *name; /* for messages */
     stp_scan_params params;
     stp_scan_info info;
     stp_ply *ply;                  /* streamed PLY; NULL if the mesh is held */
@@ -45,7 +50,7 @@ const char *stp_reject_name(stp_reject reject)
     static const char *const names[STP_REJECT_COUNT] = {
         [STP_REJECT_NONE] = "none",           [STP_REJECT_NOT_FINITE] = "not_finite",
         [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
-        [STP_REJECT_OUTLIER] = "outlier",
+        [STP_REJECT_OUTLIER] = "outlier",     [STP_REJECT_OUTSIDE] = "outside",
     };
     return names[reject];
 }
@@ -57,7 +62,7 @@ static const stp_scan_reader *streamed_format(stp_scan_format format)
         [STP_SCAN_LAS] = &stp_las_reader,   [STP_SCAN_PCD] = &stp_pcd_reader,
         [STP_SCAN_E57] = &stp_e57_reader,   [STP_SCAN_XYZ] = &stp_xyz_reader,
         [STP_SCAN_PTS] = &stp_pts_reader,   [STP_SCAN_PTX] = &stp_ptx_reader,
-        [STP_SCAN_GRID] = &stp_grid_reader,
+        [STP_SCAN_GRID] = &stp_grid_reader, [STP_SCAN_EPT] = &stp_ept_reader,
     };
     return readers[format];
 }
@@ -237,42 +242,102 @@ done:
  * none. */
 static stp_status check_params(const stp_scan *scan, stp_scan_format format, stp_error *err)
 {
+    const stp_scan_region *region = scan->params.region;
     if (scan->params.grid != NULL && format != STP_SCAN_GRID)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s is no grid of heights or depths: --colour, --invalid, --spacing, "
                              "--height-scale, --pinhole, --depth and --disparity are for grids",
-                             scan->path);
+                             scan->name);
+    if (region && region->resolution > 0.0 && format != STP_SCAN_LAS && format != STP_SCAN_EPT)
+        return stp_octree_missing(scan->name, err);
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
         return STP_OK;
     return stp_error_set(
         err, STP_INVALID_ARGUMENT,
         "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and PTS",
-        scan->path);
+        scan->name);
 }
 
-stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
-                         stp_error *err)
+/* Fails if a part was asked for of what has no parts: lines, and the faces that a hybrid keeps. */
+static stp_status check_region(const stp_scan *scan, stp_error *err)
+{
+    const stp_scan_region *region = scan->params.region;
+    if (!region || !region->bounded || (scan->info.edges.read == 0 && !scan->params.hybrid))
+        return STP_OK;
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "%s has lines or faces that are kept, and --bounds cuts only points: cut "
+                         "it first, or read its points alone",
+                         scan->name);
+}
+
+/* Opens the file at scan->path. */
+static stp_status open_scan(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_scan *scan = NULL;
-    stp_scan_format format;
-    STP_TRY(stp_scan_detect(&format, path, err));
-    STP_TRY(stp_alloc(&scan, 1, sizeof *scan, "scan", err));
-    STP_TRY(stp_text_copy(&scan->path, path, "path", err));
-    if (params)
-        scan->params = *params;
+    stp_scan_format format = STP_SCAN_EPT;
+    if (!stp_is_address(scan->path))
+        STP_TRY(stp_scan_detect_named(&format, scan->path, scan->name, err));
     STP_TRY(check_params(scan, format, err));
+    if (scan->params.mirror && format != STP_SCAN_LAS)
+        STP_TRY(stp_mirror_need(scan->params.mirror, 0, UINT64_MAX, err));
     const stp_scan_reader *reader = streamed_format(format);
     if (reader)
         STP_TRY(open_streamed(scan, reader, err));
     else
         STP_TRY(format == STP_SCAN_PLY ? open_ply(scan, err) : open_mesh(scan, format, err));
     STP_TRY(take_edges(scan, err));
+    STP_TRY(check_region(scan, err));
     decide_normals(scan);
     if (scan->params.hybrid)
         STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)
         STP_TRY(start_sampling(scan, err));
+done:
+    return status;
+}
+
+/* Readers know a mirror's path. Messages have the address instead. */
+static stp_status say(const stp_scan *scan, stp_status status, const stp_error *why, stp_error *err)
+{
+    const char *at = strstr(why->message, scan->path);
+    if (status == STP_OK)
+        return STP_OK;
+    if (!at || !scan->params.mirror)
+        return stp_error_set(err, status, "%s", why->message);
+    return stp_error_set(err, status, "%.*s%s%s", (int)(at - why->message), why->message,
+                         scan->name, at + strlen(scan->path));
+}
+
+/* Chooses what is opened: a file, a mirror, or the address of an EPT. */
+static stp_status choose_path(stp_scan *scan, const char *path, stp_error *err)
+{
+    stp_mirror *mirror = scan->params.mirror;
+    if (stp_is_address(path) && !mirror && !stp_ept_is_named(path))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s is an address: copy the file here and give its path", path);
+    if (mirror && stp_mirror_size(mirror) > 0) {
+        const uint64_t head = STP_MIRROR_BLOCK_BYTES;
+        const stp_status status = stp_mirror_need(mirror, 0, head, err);
+        if (status != STP_OK)
+            return status;
+    }
+    const stp_status status =
+        stp_text_copy(&scan->path, mirror ? stp_mirror_path(mirror) : path, "path", err);
+    scan->name = mirror ? stp_mirror_name(mirror) : scan->path;
+    return status;
+}
+
+stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_error why = {0};
+    stp_scan *scan = NULL;
+    STP_TRY(stp_alloc(&scan, 1, sizeof *scan, "scan", err));
+    if (params)
+        scan->params = *params;
+    STP_TRY(choose_path(scan, path, err));
+    STP_TRY(say(scan, open_scan(scan, &why), &why, err));
     *out = scan;
     scan = NULL;
 done:
@@ -317,15 +382,25 @@ static size_t read_vertices(stp_scan *scan, stp_point *points, size_t capacity)
     return part;
 }
 
+/* Points outside of the region are rejected, so that every record is accounted for. */
+static void reject_outside(const stp_scan_region *region, stp_point *points, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (points[i].reject == STP_REJECT_NONE && !stp_scan_region_has(region, points[i].position))
+            points[i].reject = STP_REJECT_OUTSIDE;
+}
+
 stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
                          stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_error why = {0};
     size_t got = 0;
     if (scan->reader)
-        STP_TRY(scan->reader->read(scan->reader_state, points, capacity, &got, err));
+        STP_TRY(say(scan, scan->reader->read(scan->reader_state, points, capacity, &got, &why),
+                    &why, err));
     else if (scan->ply)
-        STP_TRY(stp_ply_read(scan->ply, points, capacity, &got, err));
+        STP_TRY(say(scan, stp_ply_read(scan->ply, points, capacity, &got, &why), &why, err));
     else if (scan->sampling)
         got = stp_mesh_sampler_next(&scan->sampler, points, capacity);
     else
@@ -334,6 +409,7 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
     if (scan->params.recompute_normals)
         for (size_t i = 0; i < got; i++)
             points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
+    reject_outside(scan->params.region, points, got);
     *count = got;
 done:
     return status;

@@ -1,16 +1,16 @@
 /* Reads scans: a stream of points from a file of any supported format.
  *
  * The format is recognised by content first, by name second. Our streaming readers read PLY, LAS,
- * PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), and grids of heights or depths
- * (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, AL3D). OpenMesh reads OBJ, OFF and STL. The
- * points of a mesh are its vertices, or sample_count points spread over its faces (area-uniform,
- * seeded). Normals are the file's, else the faces' (area-weighted), else none. Edges of PLY and OBJ
- * are lines (line_chain.h); a vertex of a line is no point. Points come as the file has them. The
- * caller counts and drops NaN and infinite points, and records that the file itself marks as none
- * (stp_reject). Coordinates are the file's own, in double. If the file says where scanners stood
- * and which one saw a point, the reader passes that on (ply_stations.h, pcd.h, e57.h). Memory:
- * bounded for point files of any size; a mesh with faces or edges is held whole. Threads: one at a
- * time per stp_scan. */
+ * EPT and COPC (octree/), PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), and grids of
+ * heights or depths (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, AL3D). OpenMesh reads OBJ,
+ * OFF and STL. The points of a mesh are its vertices, or sample_count points spread over its faces
+ * (area-uniform, seeded). Normals are the file's, else the faces' (area-weighted), else none. Edges
+ * of PLY and OBJ are lines (line_chain.h); a vertex of a line is no point. Points come as the file
+ * has them. The caller counts and drops NaN and infinite points, and records that the file itself
+ * marks as none (stp_reject). Coordinates are the file's own, in double. If the file says where
+ * scanners stood and which one saw a point, the reader passes that on (ply_stations.h, pcd.h,
+ * e57.h). Memory: bounded for point files of any size; a mesh with faces or edges is held whole.
+ * Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -31,6 +31,7 @@ typedef enum stp_reject {
     STP_REJECT_NO_RETURN,  /* the scanner's ray met nothing */
     STP_REJECT_INVALID,    /* the file marks it: withheld, deleted, of unknown position */
     STP_REJECT_OUTLIER,    /* far from everything else; set when all points are read */
+    STP_REJECT_OUTSIDE,    /* outside of the region that was asked for */
     STP_REJECT_COUNT
 } stp_reject;
 
@@ -75,6 +76,14 @@ typedef struct stp_grid_params {
                                                disparities */
 } stp_grid_params;
 
+/* The part of a scan that is read. All zero: all of it. */
+typedef struct stp_scan_region {
+    bool bounded;
+    double min[3], max[3]; /* a box with its faces, in the file's own coordinates */
+    double resolution; /* octrees are read down to the first depth whose spacing is not above it;
+                          0: down to the last */
+} stp_scan_region;
+
 typedef struct stp_scan_params {
     uint64_t
         sample_count; /* 0: the vertices; else the number of points spread over a mesh's faces */
@@ -86,6 +95,11 @@ typedef struct stp_scan_params {
                             Used until the scan is open */
     const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
     bool numbers; /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
+    const stp_scan_region
+        *region;               /* NULL: all of it. Must outlive the scan, as the next two must */
+    struct stp_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no address,
+                                  or it is an EPT's */
+    const struct stp_byte_source_params *web; /* for addresses; NULL: the defaults */
 } stp_scan_params;
 
 /* A text of the file about itself, beside its points. A model keeps it in its metadata. */
@@ -146,6 +160,8 @@ typedef struct stp_scan_info {
     double coordinate_step; /* scale of integer or short decimal coordinates; 0: floats */
     double intensity_full;  /* the file's number for intensity 65535, if 0 is 0; 0: not known */
     uint64_t seek_points;   /* reading may go on at multiples of it (stp_scan_seek); 0: nowhere */
+    double octree_spacing;  /* of the root's points, of an octree whose depths a region's resolution
+                               chooses; 0: it is none */
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool normals_from_faces;
     const stp_dvec3
@@ -166,9 +182,10 @@ typedef struct stp_scan stp_scan;
 /* "not_finite", ...: the name in statistics and in the file of rejects. */
 const char *stp_reject_name(stp_reject reject);
 
-/* Reads the header. Reads a mesh completely, and lines of numbers once, to count them. Errors:
- * NOT_FOUND, IO, FORMAT, CORRUPT (with line or byte), UNSUPPORTED, INVALID_ARGUMENT (sampling or
- * hybrid of a file without faces), OUT_OF_MEMORY. */
+/* path: of a file, or with params.mirror its address, or the address of an EPT's ept.json. Reads
+ * the header. Reads a mesh completely, and lines of numbers once, to count them. Errors: NOT_FOUND,
+ * IO, FORMAT, CORRUPT (with line or byte), UNSUPPORTED, INVALID_ARGUMENT (sampling or hybrid of a
+ * file without faces), OUT_OF_MEMORY. */
 stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params *params,
                          stp_error *err);
 const stp_scan_info *stp_scan_get_info(const stp_scan *scan);

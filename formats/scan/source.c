@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "formats/scan/remote/mirror.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -68,6 +69,8 @@ static stp_status fill(stp_source *source, size_t needed, stp_error *err)
     size_t part = (source->narrow ? needed : source->capacity) - held;
     if (part > left)
         part = (size_t)left;
+    if (source->mirror)
+        STP_TRY(stp_mirror_need(source->mirror, at, at + part, err));
     STP_TRY(
         stp_file_read_at(source->descriptor, source->path, at, source->buffer + held, part, err));
     source->end += part;

@@ -23,7 +23,8 @@ typedef struct stp_source {
     unsigned char *buffer;
     size_t begin, end; /* unread bytes in buffer */
     size_t capacity;
-    bool narrow; /* reads no more than is asked for: after seeks to single records */
+    struct stp_mirror *mirror; /* fetches what is read (remote/mirror.h); NULL: it is all there */
+    bool narrow;               /* reads no more than is asked for: after seeks to single records */
 } stp_source;
 
 /* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */

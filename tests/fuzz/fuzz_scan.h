@@ -110,7 +110,10 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     const stp_scan_params sampled = {.sample_count = 150, .seed = size};
     const stp_scan_params plain = {.recompute_normals = true};
     const stp_scan_params hybrid = {.hybrid = true, .sample_count = 90, .line_radius = 0.5};
+    const stp_scan_region box = {.bounded = true, .min = {-10, -10, -10}, .max = {1e5, 1e5, 1e5}};
+    const stp_scan_params part = {.region = &box};
     fuzz_read_scan(path, NULL);
+    fuzz_read_scan(path, &part);
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
     fuzz_read_scan(path, &hybrid);

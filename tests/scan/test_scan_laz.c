@@ -143,7 +143,10 @@ static stp_status open_laz(unpacked *u, const char *path, stp_laz **laz, bool al
         status = stp_las_header_read(&u->header, &u->source, err);
     if (status == STP_OK)
         status = stp_las_records_read(&u->records, &u->header, &u->source, err);
-    const stp_laz_params params = {&u->source, &u->header, &u->records.kept[STP_LAS_LASZIP], all};
+    const stp_laz_params params = {.source = &u->source,
+                                   .header = &u->header,
+                                   .record = &u->records.kept[STP_LAS_LASZIP],
+                                   .all_fields = all};
     return status == STP_OK ? stp_laz_open(laz, &params, err) : status;
 }
 

@@ -188,7 +188,8 @@ static void other_formats(void **state)
         {"a.pcd", "\x89PNG\r\n", STP_CORRUPT, "the PNG is damaged"},
         {"a.jpg", "\xff\xd8\xff\xe0 JFIF", STP_UNSUPPORTED, "a picture (JPEG)"},
         {"a.vtk", "# vtk DataFile Version 2.0\n", STP_UNSUPPORTED, "a VTK file"},
-        {"a.dat", "hello\n", STP_FORMAT, "supported are PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ"},
+        {"a.dat", "hello\n", STP_FORMAT,
+         "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
     scan_fixture_bytes("a.stipple", "STIPPLE", 8);

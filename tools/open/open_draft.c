@@ -7,6 +7,7 @@
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_run.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Points of a draft, if time allows. */
@@ -22,6 +23,8 @@
  * spread as evenly as all of them. */
 #define SEEK_S 0.6
 #define BLOCK_POINTS 1024u
+/* Of an octree. */
+#define DEPTHS_MOST 16
 
 typedef struct draft {
     stp_point *points;
@@ -102,6 +105,29 @@ done:
     return status;
 }
 
+/* Opens a scan; of an octree, the depths from the root on that have points enough. *count: points
+ * of the whole scan. */
+static stp_status open_part(stp_scan **scan, const prep_inputs *in, size_t f,
+                            stp_scan_region *region, uint64_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan_params params = prep_inputs_params(in, f);
+    STP_TRY(stp_scan_open(scan, in->paths[f], &params, err));
+    const double spacing = stp_scan_get_info(*scan)->octree_spacing;
+    *count = stp_scan_get_info(*scan)->point_count;
+    params.region = region;
+    for (int depth = 0; spacing > 0.0 && depth < DEPTHS_MOST; depth++) {
+        stp_scan_close(scan);
+        *region = (stp_scan_region){.resolution = ldexp(spacing, -depth)};
+        STP_TRY(stp_scan_open(scan, in->paths[f], &params, err));
+        const uint64_t part = stp_scan_get_info(*scan)->point_count;
+        if (part >= DRAFT_POINTS || part == *count)
+            break;
+    }
+done:
+    return status;
+}
+
 static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -111,9 +137,10 @@ static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_error 
         const size_t before = d->count;
         if (in->facts[f].why)
             continue;
-        STP_TRY(stp_scan_open(&scan, in->paths[f], &in->params, err));
-        const double share =
-            (double)stp_scan_get_info(scan)->point_count / (double)total * DRAFT_POINTS;
+        stp_scan_region region;
+        uint64_t points = 0;
+        STP_TRY(open_part(&scan, in, f, &region, &points, err));
+        const double share = (double)points / (double)total * DRAFT_POINTS;
         STP_TRY(read_scan(d, scan, (uint64_t)share + 1, in->files[f].station_begin, err));
         if (in->facts[f].way.projection)
             prep_system_move(in->facts[f].way.projection, d->points + before, d->count - before);

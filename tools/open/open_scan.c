@@ -34,7 +34,7 @@ stp_status open_scan_is(bool *out, const char *argument, stp_error *err)
     struct stat facts;
     stp_error why = {0};
     const bool missing = stat(argument, &facts) != 0;
-    *out = false;
+    *out = stp_is_address(argument) && prep_paths_is_scan(argument);
     if (stp_is_address(argument))
         return STP_OK;
     if (missing || !S_ISREG(facts.st_mode)) {
@@ -78,6 +78,15 @@ stp_status open_scan_give_up_keeping(open_scan *scan, const stp_error *why, stp_
     return status;
 }
 
+/* Whether a scan is on a server, where nobody sees whether it changes. */
+static bool has_address(const prep_paths *scans)
+{
+    bool found = false;
+    for (size_t i = 0; i < scans->count; i++)
+        found |= stp_is_address(scans->list[i]);
+    return found;
+}
+
 static bool is_file(const char *path)
 {
     struct stat facts;
@@ -92,7 +101,7 @@ stp_status open_scan_find(open_scan *out, const char *const *arguments, size_t c
     open_scan scan = {.params = *params};
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&scan.scans, arguments[i], err));
-    if (params->cache_bytes == 0) {
+    if (params->cache_bytes == 0 || has_address(&scan.scans)) {
         STP_TRY(open_scan_take_temporary(&scan, err));
     } else if (open_cache_folder(&scan.folder, params->cache_folder, &why) != STP_OK) {
         STP_TRY(open_scan_give_up_keeping(&scan, &why, err));

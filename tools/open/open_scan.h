@@ -17,7 +17,8 @@
 #define OPEN_SCAN_HELP                                                                             \
     "Instead of a model, give scans, whatever prep reads: they are prepared first, as prep does\n" \
     "without options, and several become one model. That model is kept in ~/.cache/stipple\n"      \
-    "($XDG_CACHE_HOME), where it is found the next time, until the scans change."
+    "($XDG_CACHE_HOME), where it is found the next time, until the scans change. Of a scan that\n" \
+    "is an address (https://...laz) nothing is kept."
 
 typedef struct open_scan_params {
     const char *command;      /* for messages, "render" */
@@ -37,12 +38,13 @@ typedef struct open_scan {
     bool partial; /* it lacks scans that could not be read, so it is not kept */
 } open_scan;
 
-/* Whether an argument names scans and not a model: a folder, a pattern, a list (@list.txt) or a
- * file of a format that prep reads. Errors: UNSUPPORTED (a known format that prep does not read).
+/* Whether an argument names scans and not a model: a folder, a pattern, a list (@list.txt), a file
+ * of a format that prep reads, or an address whose name ends like a scan's. Errors: UNSUPPORTED (a
+ * known format that prep does not read).
  */
 stp_status open_scan_is(bool *out, const char *argument, stp_error *err);
-/* Finds the place of the model. If the cache cannot be used, warns and takes a temporary place.
- * Errors: those of prep_paths_add; OUT_OF_MEMORY. */
+/* Finds the place of the model. Models of addresses are not kept. If the cache cannot be used,
+ * warns and takes a temporary place. Errors: those of prep_paths_add; OUT_OF_MEMORY. */
 stp_status open_scan_find(open_scan *out, const char *const *arguments, size_t count,
                           const open_scan_params *params, stp_error *err);
 /* Writes the model to its place, with progress on stderr. If the cache's disk is full, warns and

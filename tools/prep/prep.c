@@ -16,7 +16,7 @@
 #include <malloc.h>
 #endif
 
-/* Options of prep_main; those of grids follow. */
+/* Options of prep_main; those of grids and of regions follow. */
 #define OWN_OPTIONS 27
 
 /* The choice "2" among FORMAT_CHOICES. */
@@ -32,6 +32,7 @@ typedef struct prep_options {
     int codec, format, progress, outliers, shade;
     int layers; /* 1: overlapping layers are joined */
     prep_grid grid;
+    prep_region region;
     cli_common common;
 } prep_options;
 
@@ -106,6 +107,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     stp_status status = STP_OK;
     prep_paths paths = {0};
     stp_grid_params grid = {0};
+    stp_scan_region region = {0};
     prep_inputs in = {.params = {.sample_count = o->sample,
                                  .seed = o->seed,
                                  .line_radius = o->line_radius,
@@ -119,6 +121,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     prep_run_expect(&params, o->progress == 1, stages);
     STP_TRY(parse_values(o, &params, &grid, err));
+    STP_TRY(prep_parse_region(&o->region, &region, &in.params.region, err));
+    in.temp = o->temp;
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
     in.exact = params.exact;
     in.strict = o->strict;
@@ -155,11 +159,12 @@ const cli_command cli_prep = {
     .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and heights as "
-        "TIFF,\n"
-        "PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one model. An input is a\n"
-        "file, a folder (all scans in it and below, but no images), a pattern in quotes, or\n"
-        "@list.txt with one input per line. If one of several inputs cannot be read, or breaks "
+        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and\n"
+        "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one "
+        "model.\n"
+        "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
+        "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"
+        "input per line. If one of several inputs cannot be read, or breaks "
         "off,\n"
         "prep leaves that whole input out, names it at the end and exits with code 1.\n"
         "\n"
@@ -229,7 +234,7 @@ static int prep_main(int argc, char **argv)
     static const char *paths[PREP_PATHS_LIMIT];
     prep_options o = {
         .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
-    cli_option options[PREP_GRID_OPTIONS + OWN_OPTIONS] = {
+    cli_option options[OWN_OPTIONS + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS] = {
         {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
          "neighbours examined for each point, 3 to 64 (16)", NULL},
@@ -278,6 +283,7 @@ static int prep_main(int argc, char **argv)
     size_t count = 0;
     stp_error error = {0};
     prep_grid_fill(&o.grid, options + OWN_OPTIONS);
+    prep_region_fill(&o.region, options + OWN_OPTIONS + PREP_GRID_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &o.common);
     if (code == CLI_CONTINUE)

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/scan/coordinate_step.h"
 #include "tools/prep/prep_plants.h"
+#include "tools/prep/prep_web.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -33,6 +34,14 @@ static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
     return stp_error_set(err, STP_CORRUPT,
                          "%s changed while it was read: run again when nothing writes to it",
                          in->paths[in->current]);
+}
+
+stp_scan_params prep_inputs_params(const prep_inputs *in, size_t i)
+{
+    stp_scan_params params = in->params;
+    params.mirror = in->facts[i].mirror;
+    params.web = prep_web_params();
+    return params;
 }
 
 static void clear_notes(stp_prep_file *file)
@@ -95,8 +104,10 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
             in->current++;
             continue;
         }
-        if (!in->scan)
-            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &in->params, err));
+        if (!in->scan) {
+            const stp_scan_params params = prep_inputs_params(in, in->current);
+            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &params, err));
+        }
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
         if (in->numbers.list.count > 0)
             STP_TRY(prep_numbers_take(&in->numbers, stp_scan_get_info(in->scan)->extra,
@@ -304,8 +315,8 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(
-        prep_system_choose(&in->system, in->paths[i], &in->params, info, &in->facts[i].way, err));
+    const stp_scan_params params = prep_inputs_params(in, i);
+    STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
     if (in->facts[i].way.projection == NULL)
         return STP_OK;
     in->files[i].raster = (stp_scan_raster){0};
@@ -380,10 +391,12 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     stp_line_set lines = {0};
     stp_triangle_set triangles = {0};
     double step = 0.0;
-    const char *slash = strrchr(in->paths[i], '/');
-    in->files[i].name = slash ? slash + 1 : in->paths[i];
     in->facts[i] = facts_of(in->paths[i]);
-    STP_TRY(stp_scan_open(&scan, in->paths[i], &in->params, err));
+    STP_TRY(prep_web_name(&in->facts[i].name, in->paths[i], err));
+    in->files[i].name = in->facts[i].name;
+    STP_TRY(prep_web_open(&in->facts[i].mirror, in->paths[i], in->temp, err));
+    const stp_scan_params params = prep_inputs_params(in, i);
+    STP_TRY(stp_scan_open(&scan, in->paths[i], &params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
@@ -558,6 +571,8 @@ void prep_inputs_clear(prep_inputs *in)
     }
     for (size_t i = 0; in->facts && i < in->count; i++) {
         free(in->facts[i].why);
+        free(in->facts[i].name);
+        stp_mirror_close(&in->facts[i].mirror);
         stp_projection_destroy(&in->facts[i].way.projection);
     }
     prep_system_clear(&in->system);

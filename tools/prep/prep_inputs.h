@@ -4,6 +4,7 @@
 #define STP_TOOLS_PREP_PREP_INPUTS_H
 
 #include "base/file.h"
+#include "formats/scan/remote/mirror.h"
 #include "formats/scan/scan.h"
 #include "preprocess/plant/plant.h"
 #include "preprocess/prep.h"
@@ -18,9 +19,11 @@ typedef struct prep_input {
     ino_t inode; /* 0: the file is unknown */
     off_t size;
     struct timespec changed;
-    bool plant;   /* its mesh became lines and triangles: it has no points */
-    prep_way way; /* how positions are moved */
-    char *why;    /* the reason why the file is left out; NULL: it is read */
+    bool plant;         /* its mesh became lines and triangles: it has no points */
+    prep_way way;       /* how positions are moved */
+    stp_mirror *mirror; /* of an address; NULL: none is needed */
+    char *name;         /* for the metadata */
+    char *why;          /* the reason why the file is left out; NULL: it is read */
 } prep_input;
 
 /* Several scans, one after the other. Start with zero, then set paths, count, params and plants.
@@ -41,6 +44,7 @@ typedef struct prep_inputs {
     stp_triangle_set triangles; /* of all inputs */
     size_t corner_capacity, triangle_capacity;
     prep_system system;       /* set wanted before */
+    const char *temp;         /* folder of copies of addresses; NULL: $TMPDIR */
     bool strict;              /* an input that cannot be read ends the run */
     bool exact;               /* also look for finer steps than those of surveys */
     bool plants;              /* meshes become lines (prep_plants.h) */
@@ -58,6 +62,8 @@ typedef struct prep_inputs {
  * those of stp_scan_open, LIMIT (stations), EMPTY (no point and no line in any file),
  * INVALID_ARGUMENT (the same file twice, by whatever names; plants without a mesh). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
+/* How an input is opened, after the survey. */
+stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
 /* Lists rejected records in a CSV file: file, index in the file from 0, reason. In a file with
  * lines, the index counts the vertices that no line uses. A file that is left out gets one line
  * without an index. The CSV file appears with prep_inputs_end_rejects. Errors: EXISTS, IO. */

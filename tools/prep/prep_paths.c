@@ -2,6 +2,8 @@
 #include "tools/prep/prep_paths.h"
 
 #include "base/memory.h"
+#include "formats/chunk/byte_source.h"
+#include "formats/scan/octree/ept_files.h"
 
 #include <errno.h>
 #include <fts.h>
@@ -26,15 +28,34 @@ done:
     return status;
 }
 
-static bool is_scan_name(const char *name)
+bool prep_paths_is_scan(const char *name)
 {
+    const size_t length = stp_is_address(name) ? strcspn(name, "?#") : strlen(name);
     static const char *const endings[] = {".ply", ".obj", ".off", ".stl", ".las", ".laz", ".xyz",
                                           ".txt", ".csv", ".asc", ".pts", ".ptx", ".pcd", ".e57"};
-    const char *dot = strrchr(name, '.');
-    for (size_t i = 0; dot && dot != name && i < sizeof endings / sizeof *endings; i++)
-        if (strcasecmp(dot, endings[i]) == 0)
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
+        const size_t ending = strlen(endings[i]);
+        if (length > ending && strncasecmp(name + length - ending, endings[i], ending) == 0)
             return true;
-    return false;
+    }
+    return stp_is_address(name) && stp_ept_is_named(name);
+}
+
+/* Adds FOLDER/ept.json, if it is there. *added says so. */
+static stp_status add_set(prep_paths *paths, const char *folder, bool *added, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t length = strlen(folder), size = length + sizeof "/ept.json";
+    char *path = NULL;
+    STP_TRY(stp_alloc(&path, size, 1, "a path", err));
+    snprintf(path, size, "%s%sept.json", folder,
+             length > 0 && folder[length - 1] == '/' ? "" : "/");
+    *added = access(path, F_OK) == 0;
+    if (*added)
+        STP_TRY(add(paths, path, err));
+done:
+    free(path);
+    return status;
 }
 
 static int compare_entries(const FTSENT **a, const FTSENT **b)
@@ -48,15 +69,18 @@ static stp_status add_entry(prep_paths *paths, FTS *walk, FTSENT *e, stp_error *
 {
     const bool hidden = e->fts_level > 0 && e->fts_name[0] == '.';
     switch (e->fts_info) {
-    case FTS_D:
-        if (hidden)
+    case FTS_D: {
+        bool set = false;
+        const stp_status status = hidden ? STP_OK : add_set(paths, e->fts_path, &set, err);
+        if (hidden || set)
             fts_set(walk, e, FTS_SKIP);
-        return STP_OK;
+        return status;
+    }
     case FTS_F:
     case FTS_SL:
     case FTS_SLNONE:
     case FTS_DEFAULT:
-        return !hidden && is_scan_name(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
+        return !hidden && prep_paths_is_scan(e->fts_name) ? add(paths, e->fts_path, err) : STP_OK;
     case FTS_DNR:
     case FTS_NS:
         return add(paths, e->fts_path, err); /* reported when it is opened */
@@ -84,11 +108,12 @@ static stp_status add_folder(prep_paths *paths, const char *folder, stp_error *e
     if (errno != 0)
         status = stp_error_set(err, STP_IO, "%s cannot be read: %s", folder, strerror(errno));
     else if (paths->count == before)
-        status =
-            stp_error_set(err, STP_NOT_FOUND,
-                          "%s: no file in this folder has the name of a scan (.ply, .las, ...): "
-                          "name the files",
-                          folder);
+        status = stp_error_set(
+            err, STP_NOT_FOUND,
+            "%s: no file in this folder has the name of a scan (.ply, .las, ...), and "
+            "there is no ept.json: "
+            "name the files",
+            folder);
 done:
     if (walk)
         fts_close(walk);
@@ -122,6 +147,8 @@ static stp_status add_pattern(prep_paths *paths, const char *pattern, stp_error 
 /* Adds one path or pattern. A missing file is reported when it is opened. */
 static stp_status add_one(prep_paths *paths, const char *path, stp_error *err)
 {
+    if (stp_is_address(path))
+        return add(paths, path, err);
     if (strpbrk(path, "*?[") && access(path, F_OK) != 0)
         return add_pattern(paths, path, err);
     return add_plain(paths, path, err);
@@ -132,7 +159,7 @@ static stp_status add_line(prep_paths *paths, const char *list, const char *line
 {
     stp_status status = STP_OK;
     const char *slash = strrchr(list, '/');
-    size_t folder = *line == '/' || !slash ? 0 : (size_t)(slash - list) + 1;
+    size_t folder = *line == '/' || !slash || stp_is_address(line) ? 0 : (size_t)(slash - list) + 1;
     char *path = NULL;
     STP_TRY(stp_alloc(&path, folder + strlen(line) + 1, 1, "a path", err));
     memcpy(path, list, folder);

@@ -95,6 +95,48 @@ static bool parse_numbers(const char *text, double *out, size_t count)
     return true;
 }
 
+void prep_region_fill(prep_region *region, cli_option out[PREP_REGION_OPTIONS])
+{
+    const cli_option options[PREP_REGION_OPTIONS] = {
+        {"--bounds", 0, CLI_STRING, &region->bounds, "BOX",
+         "only points in x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1, in the input's coordinates", NULL},
+        {"--resolution", 0, CLI_NUMBER, &region->resolution, "R",
+         "of EPT and COPC, no more points than lie R apart (all)", NULL},
+    };
+    memcpy(out, options, sizeof options);
+}
+
+static bool parse_box(const char *text, stp_scan_region *region)
+{
+    double n[6];
+    const int axes = parse_numbers(text, n, 4) ? 2 : 3;
+    bool good = axes == 2 || parse_numbers(text, n, 6);
+    region->bounded = true;
+    region->min[2] = -INFINITY;
+    region->max[2] = INFINITY;
+    for (int axis = 0; axis < axes && good; axis++) {
+        region->min[axis] = n[axis];
+        region->max[axis] = n[axis + axes];
+        good = n[axis] <= n[axis + axes];
+    }
+    return good;
+}
+
+stp_status prep_parse_region(const prep_region *given, stp_scan_region *region,
+                             const stp_scan_region **out, stp_error *err)
+{
+    if (given->bounds && !parse_box(given->bounds, region))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--bounds %s: give x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1, the least first",
+                             given->bounds);
+    if (given->resolution < 0.0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "--resolution %g: give a positive length",
+                             given->resolution);
+    region->resolution = given->resolution;
+    *out = given->bounds || given->resolution > 0.0 ? region : NULL;
+    return STP_OK;
+}
+
 static stp_status parse_camera(const prep_grid *grid, stp_grid_params *out, stp_error *err)
 {
     double n[4];

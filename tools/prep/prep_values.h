@@ -13,6 +13,19 @@ stp_status prep_parse_precision(const char *text, stp_prep_params *params, stp_e
 /* A number, or "auto". */
 stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err);
 
+/* Which part of scans is read. */
+typedef struct prep_region {
+    const char *bounds; /* x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1; NULL: all of it */
+    double resolution;  /* 0: all of it */
+} prep_region;
+
+#define PREP_REGION_OPTIONS 2
+
+void prep_region_fill(prep_region *region, cli_option out[PREP_REGION_OPTIONS]);
+/* *out: a scan is read whole, or as *region says. region must outlive the scans. */
+stp_status prep_parse_region(const prep_region *given, stp_scan_region *region,
+                             const stp_scan_region **out, stp_error *err);
+
 /* How grids of heights or depths are read. */
 typedef struct prep_grid {
     const char *colour, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */

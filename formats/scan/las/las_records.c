@@ -31,6 +31,7 @@ static stp_las_record_kind kind_of(const unsigned char *header)
         [STP_LAS_GEO_ASCII] = {"LASF_Projection", 34737},
         [STP_LAS_EXTRA_BYTES] = {"LASF_Spec", 4},
         [STP_LAS_LASZIP] = {"laszip encoded", 22204},
+        [STP_LAS_COPC] = {"copc", 1},
     };
     unsigned kind = 0;
     while (kind < STP_LAS_RECORD_KIND_COUNT &&

@@ -1,5 +1,5 @@
 /* Reads the variable length records of a LAS file that stipple keeps: the coordinate system, as WKT
- * or GeoTIFF keys, the names of extra bytes, and how points are packed.
+ * or GeoTIFF keys, the names of extra bytes, how points are packed, and the octree of COPC.
  *
  * Plain records (VLRs) lie between header and points, extended ones (EVLRs) after the points. If a
  * record comes twice, the first one counts. Memory: at most STP_LAS_RECORD_MAX bytes for a record
@@ -22,6 +22,7 @@ typedef enum stp_las_record_kind {
     STP_LAS_GEO_ASCII,
     STP_LAS_EXTRA_BYTES, /* 192 bytes for each */
     STP_LAS_LASZIP,      /* how the points are packed */
+    STP_LAS_COPC,        /* the octree whose nodes are the chunks (copc.h) */
     STP_LAS_RECORD_KIND_COUNT
 } stp_las_record_kind;
 

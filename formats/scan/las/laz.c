@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/scan/las/las_bytes.h"
 #include "formats/scan/las/laz_layout.h"
+#include "formats/scan/remote/mirror.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -26,6 +27,7 @@ struct stp_laz {
     size_t chunk;              /* the chunk that is read */
     uint64_t next, end;        /* points; end: behind the chunk's last. next = end: none is open */
     bool begun;                /* the chunk's first point was unpacked */
+    bool chosen;               /* chunks are nodes that were chosen, each with a count of its own */
     unsigned char *first;      /* the chunk's first record */
 };
 
@@ -89,8 +91,14 @@ stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *
     STP_TRY(stp_alloc(&laz->layer_bytes, laz->layer_count, sizeof *laz->layer_bytes, "LAZ layers",
                       err));
     STP_TRY(stp_alloc(&laz->first, 1, params->header->record_bytes, "a record", err));
-    STP_TRY(stp_laz_chunks_read(&laz->chunks, &laz->layout, params->header, source->descriptor,
-                                source->size, source->path, err));
+    laz->chosen = params->chosen != NULL;
+    if (laz->chosen) {
+        laz->chunks = *params->chosen;
+        *params->chosen = (stp_laz_chunks){0};
+    } else {
+        STP_TRY(stp_laz_chunks_read(&laz->chunks, &laz->layout, params->header, source->descriptor,
+                                    source->size, source->path, err));
+    }
     *out = laz;
     laz = NULL;
 done:
@@ -162,7 +170,10 @@ static stp_status learn_next(stp_laz *laz, uint64_t begin, stp_error *err)
 /* Where a chunk ends at the latest, in the file. */
 static uint64_t chunk_limit(const stp_laz *laz, size_t index)
 {
-    return index + 1 < laz->chunks.count ? laz->chunks.list[index + 1].begin : laz->chunks.end;
+    const stp_laz_chunk *chunk = &laz->chunks.list[index];
+    if (chunk->end > 0)
+        return chunk->end;
+    return index + 1 < laz->chunks.count ? chunk[1].begin : laz->chunks.end;
 }
 
 /* Points of a chunk by table or header. */
@@ -192,8 +203,11 @@ static stp_status begin_layered(stp_laz *laz, size_t index, stp_error *err)
     STP_TRY(check_decoders(laz, err));
     if (laz->layout.chunk_points == UINT32_MAX && !laz->chunks.complete)
         laz->end = laz->chunks.list[index].first + points;
-    if (points < laz->end - laz->next) {
-        status = damaged(laz, "its chunk has fewer points than the table of chunks says", err);
+    if (points < laz->end - laz->next || (laz->chosen && points != laz->end - laz->next)) {
+        status = damaged(laz,
+                         laz->chosen ? "its chunk has not as many points as the hierarchy says"
+                                     : "its chunk has fewer points than the table of chunks says",
+                         err);
         goto done;
     }
     STP_TRY(open_layers(laz, stp_laz_decoder_place(d), chunk_limit(laz, index), &behind, err));
@@ -220,6 +234,8 @@ static stp_status open_chunk(stp_laz *laz, size_t index, stp_error *err)
         laz->decoders[i].cut = false;
     if (begin > end)
         return damaged(laz, "its chunk lies outside of the file", err);
+    if (laz->params.source->mirror)
+        STP_TRY(stp_mirror_need(laz->params.source->mirror, begin, end, err));
     stp_laz_decoder_open(d, laz->params.source->descriptor, begin, end);
     stp_laz_decoder_raw(d, laz->first, laz->params.header->record_bytes);
     STP_TRY(check_decoders(laz, err));

@@ -23,6 +23,9 @@ typedef struct stp_laz_params {
     const stp_las_header *header;
     const stp_las_record *record; /* "laszip encoded" */
     bool all_fields;              /* of layered files, too */
+    /* The chunks to read, which make up the header's points, instead of all of them. Moves into the
+     * reader if opening succeeds. NULL: all. */
+    struct stp_laz_chunks *chosen;
 } stp_laz_params;
 
 /* Errors: UNSUPPORTED (a way of packing that is not known), CORRUPT, OUT_OF_MEMORY. */

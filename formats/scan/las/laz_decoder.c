@@ -9,8 +9,11 @@
 #define BIT_CYCLE_FIRST 4u
 #define BIT_CYCLE_LIMIT 64u
 #define SYMBOL_TOTAL_LIMIT (1u << STP_LAZ_SYMBOL_SHIFT)
-/* Models with more symbols find a symbol by a table first. */
+/* Models with more symbols find a symbol by a table first. The others compare with all of these at
+ * once, without a branch that could be foretold wrongly. */
 #define TABLE_SYMBOLS 16u
+/* Shares are below it. */
+#define NO_SHARE UINT16_MAX
 /* Bits of a correction that a model codes; the rest stands as it is. */
 #define MODELLED_BITS 8u
 /* Bits that one step of the decoder can take. */
@@ -89,11 +92,11 @@ static inline void renormalise(stp_laz_decoder *d)
 
 /* ---- models ---- */
 
-/* Entries of the table of a model. */
+/* Entries of the table of a model: as many as symbols, so that one entry rarely leaves a choice. */
 static unsigned table_bits(unsigned count)
 {
-    unsigned bits = 3;
-    while (count > 1u << (bits + 2))
+    unsigned bits = 5;
+    while (count > 1u << bits)
         bits++;
     return count > TABLE_SYMBOLS ? bits : 0;
 }
@@ -108,7 +111,7 @@ void stp_laz_symbols_place(stp_laz_symbols *m, unsigned count, stp_laz_arena *ar
         m->distribution = m->counts + count;
         m->table = m->distribution + count;
     }
-    arena->used += 2 * (size_t)count + (bits ? (1u << bits) + 2 : 0);
+    arena->used += (size_t)count + (bits ? count + (1u << bits) + 2 : TABLE_SYMBOLS);
 }
 
 /* Halves the counts if they grew too large, and makes probabilities of them. */
@@ -152,6 +155,8 @@ static void symbols_begin(stp_laz_symbols *m, uint32_t epoch)
     m->cycle = m->count;
     for (unsigned i = 0; i < m->count; i++)
         m->counts[i] = 1;
+    for (unsigned i = m->count; i < TABLE_SYMBOLS; i++)
+        m->distribution[i] = NO_SHARE;
     symbols_update(m);
     m->cycle = m->left = (m->count + 6u) >> 1;
 }
@@ -198,24 +203,18 @@ void stp_laz_integer_place(stp_laz_integer *m, unsigned bits, unsigned contexts,
 /* The symbol whose share of the interval holds the value. */
 static inline unsigned find_symbol(const stp_laz_decoder *d, const stp_laz_symbols *m)
 {
-    unsigned low = 0, high = m->count;
-    if (m->table_shift) {
-        const uint32_t share = d->value / d->length;
-        const unsigned t = share >> m->table_shift;
-        low = m->table[t];
-        high = m->table[t + 1] + 1u;
-        while (high > low + 1) {
-            const unsigned middle = (low + high) >> 1;
-            if (m->distribution[middle] > share)
-                high = middle;
-            else
-                low = middle;
-        }
-        return low;
+    const uint16_t share = (uint16_t)(d->value / d->length);
+    if (!m->table_shift) {
+        uint16_t below = 0;
+        for (unsigned i = 0; i < TABLE_SYMBOLS; i++)
+            below = (uint16_t)(below + (m->distribution[i] <= share));
+        return below - 1u;
     }
+    const unsigned t = share >> m->table_shift;
+    unsigned low = m->table[t], high = m->table[t + 1] + 1u;
     while (high > low + 1) {
         const unsigned middle = (low + high) >> 1;
-        if (m->distribution[middle] * d->length > d->value)
+        if (m->distribution[middle] > share)
             high = middle;
         else
             low = middle;

@@ -118,7 +118,7 @@ stp_status stp_laz_chunks_add(stp_laz_chunks *chunks, uint64_t begin, uint64_t f
     stp_status status = stp_grow(&chunks->list, &chunks->capacity, chunks->count + 1,
                                  sizeof *chunks->list, "chunks of points", err);
     if (status == STP_OK)
-        chunks->list[chunks->count++] = (stp_laz_chunk){begin, first};
+        chunks->list[chunks->count++] = (stp_laz_chunk){begin, first, 0};
     return status;
 }
 

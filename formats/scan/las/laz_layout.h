@@ -31,6 +31,7 @@ unsigned stp_laz_item_layers(const stp_laz_layout *layout, unsigned item);
 typedef struct stp_laz_chunk {
     uint64_t begin; /* in the file */
     uint64_t first; /* point */
+    uint64_t end;   /* 0: where the next one begins */
 } stp_laz_chunk;
 
 /* Chunks in order, and one more that begins where the last one ends. Without a table, only the
