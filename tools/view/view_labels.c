@@ -88,7 +88,8 @@ static stp_status search_paths(search *s, stp_error *err)
     stp_status status = STP_OK;
     const int step = (int)fmax(1.0, STEP_PX * s->scale);
     for (int i = 0; i < PATHS; i++) {
-        const double part = (i % 2 != 0 ? 1.0 : -1.0) * ((i + 1) / 2) / (PATHS + 1.0) + 0.5;
+        const int away = (i + 1) / 2; /* from the middle, on both sides in turn */
+        const double part = 0.5 + (i % 2 != 0 ? away : -away) / (PATHS + 1.0);
         const int row = (int)(part * s->view->height), column = (int)(part * s->view->width);
         for (int x = 0; x < s->view->width; x += step)
             STP_TRY(try_between(s, x, row, step, 0, err));
