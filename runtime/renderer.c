@@ -71,11 +71,13 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .triangles = (stp_scene_shapes(&r->scene) & STP_PATCH_TRIANGLES) != 0,
         .openings = stp_scene_has_openings(&r->scene),
         .clip = params->clip.enabled,
+        .planes = (int)params->plane_count,
         .classes = stp_filter_hides_classes(params),
         .overlay = stp_filter_has_overlay(params),
         .edges = params->smooth_edges && params->reconstruct != STP_RECONSTRUCT_POINTS,
         .edl = params->edl > 0.0,
         .contours = params->contour_step > 0.0,
+        .exaggerated = params->exaggerate > 0.0 && params->exaggerate != 1.0,
         .colour = (int)params->colour,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
@@ -270,10 +272,12 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
     if (r->variant.edges)
         STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
+    if (r->variant.contours)
+        STP_TRY(stp_pyramid_keep_steps(&r->pyramid, err));
     if (r->variant.splat)
         STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params, &r->scene);
-    r->eye = view->eye;
+    r->eye = stp_unexaggerated(params, view->eye);
     stp_renderer_bind_frame(r);
     stp_block_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();

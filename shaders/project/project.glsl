@@ -40,13 +40,25 @@ bool stp_class_hidden(uint class_id)
 #endif
 }
 
-// Whether a position, relative to the eye in world axes, lies outside the clip box.
+// Whether a position, relative to the eye in world axes, lies behind one of the host's planes.
+bool stp_behind_planes(vec3 from_eye)
+{
+    bool behind = false;
+#if STP_PLANES
+    for (int i = 0; i < STP_PLANES; i++)
+        behind = behind || dot(planes[i].xyz, from_eye) + planes[i].w < 0.0;
+#endif
+    return behind;
+}
+
+// Whether a position lies outside the clip box or behind a plane.
 bool stp_clipped(vec3 from_eye)
 {
 #if STP_CLIP
-    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz));
+    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz)) ||
+           stp_behind_planes(from_eye);
 #else
-    return false;
+    return stp_behind_planes(from_eye);
 #endif
 }
 
@@ -58,8 +70,8 @@ bool stp_seen_through(vec4 opening, vec3 from_eye, float radius)
     float reach = opening.w + radius;
 #if STP_ORTHOGRAPHIC
     vec3 off = opening.xyz - from_eye;
-    float nearer = dot(off, axis_back.xyz);
-    off -= nearer * axis_back.xyz;
+    float nearer = dot(off, stp_back());
+    off -= nearer * stp_back();
     return nearer >= -reach && dot(off, off) <= reach * reach;
 #else
     float part = clamp(dot(opening.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
@@ -97,7 +109,7 @@ bool stp_place_opened(vec3 from_eye, uvec4 set)
 // stp_patch_openings of the patch, or stp_chunk_openings.
 bool stp_culled(uvec4 texel, vec3 from_eye, uvec4 set)
 {
-    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
+    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -stp_back() : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
     bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);

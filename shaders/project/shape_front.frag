@@ -10,6 +10,9 @@
 #include "sample_pixel.glsl"
 
 flat in uint id;
+#if STP_PLANES
+in vec3 place; // asked of flat pieces and triangles; segments are asked where their discs are
+#endif
 
 layout(location = 0) out uint nearest;
 
@@ -19,7 +22,7 @@ bool stp_segment_seen(stp_disc disc, stp_pixel p, out float farther)
     vec3 s = stp_ellipse_place(p, stp_ray(gl_FragCoord.xy), -p.d);
     bool covers = p.radius > 0.0 ? dot(s, s) <= 1.0 : dot(p.d, p.d) <= STP_ELLIPSE_FLOOR_LINE * STP_ELLIPSE_FLOOR_LINE;
     farther = stp_ellipse_farther(p, s);
-    vec3 from_eye = axis_right.xyz * disc.position.x + axis_up.xyz * disc.position.y + axis_back.xyz * disc.position.z;
+    vec3 from_eye = stp_from_eye(disc.position);
     return covers && !stp_clipped(from_eye) && p.z_min + farther > viewport.w;
 }
 
@@ -30,6 +33,10 @@ void main()
     stp_disc disc = stp_disc_of(id, name.y, lattice, gl_FragCoord.xy);
     stp_pixel p = stp_disc_pixel(disc, name, gl_FragCoord.xy);
     float farther = 0.0;
+#if STP_PLANES
+    if ((id & STP_NAME_RIBBON) != STP_NAME_SEGMENT && stp_behind_planes(place))
+        discard;
+#endif
     if ((id & STP_NAME_RIBBON) == STP_NAME_SEGMENT && !stp_segment_seen(disc, p, farther))
         discard;
     nearest = id;
