@@ -21,6 +21,7 @@
 #include "tools/view/view_profile.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
+#include "tools/view/view_values.h"
 
 #include <math.h>
 
@@ -82,6 +83,7 @@ typedef struct viewer {
     stp_draw_stats stats; /* of the last frame */
     stp_pick under;       /* what is under the cursor */
     stp_pick clicked;
+    view_values values; /* attributes of what was clicked, if the scene is one model */
     view_measure measure;
     view_clip clip;
     view_ground ground;

@@ -93,6 +93,10 @@ static void clicked_rows(const viewer *v)
         snprintf(text, sizeof text, "%u", pick->class_id);
         stp_ui_row("class", text);
     }
+    for (uint32_t i = 0; i < v->values.count; i++) {
+        snprintf(text, sizeof text, "%.15g", v->values.values[i]);
+        stp_ui_row(v->values.names[i], text);
+    }
 }
 
 /* Lists the finished lines, each with its length. */

@@ -304,6 +304,9 @@ static void pick(viewer *v)
     view_drawn_pixel(v, &x, &y);
     stp_renderer_pick(v->renderer, x, y, &found, NULL);
     v->clicked = found;
+    v->values.count = 0;
+    if (v->scene.count == 1)
+        view_values_find(&v->values, v->scene.models[0].model, &found);
     if (!v->control.measuring)
         return;
     if (!found.hit) {
