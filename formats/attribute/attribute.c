@@ -61,11 +61,11 @@ void stp_attribute_put(stp_attribute_type type, uint64_t word, uint8_t *bytes)
 
 uint64_t stp_attribute_get(stp_attribute_type type, const uint8_t *bytes)
 {
-    const unsigned count = (unsigned)types[type].bytes, empty = 64 - 8 * count;
-    uint64_t word = 0;
-    for (unsigned i = 0; i < count; i++)
-        word |= (uint64_t)bytes[i] << (8 * i);
-    return is_signed(type) ? (uint64_t)((int64_t)(word << empty) >> empty) : word;
+    const unsigned count = (unsigned)types[type].bytes;
+    uint64_t word = is_signed(type) && bytes[count - 1] >> 7 ? UINT64_MAX : 0;
+    for (unsigned i = count; i-- > 0;)
+        word = word << 8 | bytes[i];
+    return word;
 }
 
 static double double_of(uint64_t word)
@@ -121,7 +121,7 @@ uint64_t stp_attribute_convert(stp_attribute_type from, uint64_t word, stp_attri
     const double number = number_of(from, word);
     if (stp_attribute_is_float(to))
         return float_word(to, number);
-    return number > -0x1p63 && number < 0x1p63 ? (uint64_t)(int64_t)number : 0;
+    return fabs(number) < 0x1p63 ? (uint64_t)(int64_t)number : 0;
 }
 
 /* Whether `wide` holds all integers of `narrow`, and one more if `spare`. */

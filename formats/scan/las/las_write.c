@@ -136,7 +136,8 @@ static void place_numbers(stp_las_writer *w)
 static void put_vlr(unsigned char *at, const char *user, uint16_t id, size_t content)
 {
     memset(at, 0, VLR_BYTES);
-    memcpy(at + 2, user, strlen(user));
+    for (size_t i = 0; user[i] != '\0'; i++) /* at most 16 */
+        at[2 + i] = (unsigned char)user[i];
     stp_las_put_u16(at + 18, id);
     stp_las_put_u16(at + 20, (uint16_t)content);
 }

@@ -100,7 +100,7 @@ static unsigned char *put_point(unsigned char *at, const stp_point *p, float rad
         *at++ = p->outlier;
     if (params->edge_count > 0)
         at = put_float(at, radius);
-    return params->numbers ? put_numbers(at, packed, params->numbers) : at;
+    return params->numbers && packed ? put_numbers(at, packed, params->numbers) : at;
 }
 
 static stp_status put_text(stp_ply_writer *w, const char *text, stp_error *err)
@@ -293,6 +293,9 @@ stp_status stp_ply_writer_wide_points(stp_ply_writer *writer, const stp_point *p
     const size_t stride =
         writer->params.numbers ? stp_attribute_list_bytes(writer->params.numbers) : 0;
     const stp_ply_writer_params *p = &writer->params;
+    if (p->numbers && !packed && count > 0)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "%s: points without their attributes",
+                             writer->path);
     if (count > p->vertex_count - writer->vertices_written)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s: more than the %llu announced points: announce them all",
