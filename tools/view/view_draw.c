@@ -16,15 +16,18 @@
 #define REST_S 0.25
 
 /* Writes the colour mode; nothing for the samples' own colours. */
-static void colour_words(const stp_draw_params *p, char out[40])
+static void colour_words(const viewer *v, char out[80])
 {
-    char colour[16], palette[16];
+    const stp_draw_params *p = &v->control.params;
+    char colour[STP_ATTRIBUTE_NAME_BYTES], palette[16];
     draw_options_word(DRAW_COLOURS, (int)p->colour, colour);
+    if (p->colour == STP_COLOUR_INTENSITY && v->options->attribute)
+        snprintf(colour, sizeof colour, "%s", v->options->attribute);
     draw_options_word(DRAW_PALETTES, (int)p->palette, palette);
     bool graded = p->colour == STP_COLOUR_INTENSITY || p->colour == STP_COLOUR_ELEVATION;
     out[0] = '\0';
     if (p->colour != STP_COLOUR_RGB)
-        snprintf(out, 40, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
+        snprintf(out, 80, ", %s%s%s", colour, graded ? " in " : "", graded ? palette : "");
 }
 
 /* Writes the modes that the user switched on beyond drawing: ", fly, orthographic, clipped". */
@@ -76,11 +79,11 @@ static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
     char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[THRESHOLD_BYTES],
-        colour[40], modes[240], missing[40] = "", more[40] = "", preparing[40] = "";
+        colour[80], modes[240], missing[40] = "", more[40] = "", preparing[40] = "";
     lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
-    colour_words(p, colour);
+    colour_words(v, colour);
     mode_words(v, modes);
     threshold_words(v, threshold);
     if (v->stats.chunks_missing > 0)

@@ -85,7 +85,7 @@ static void clicked_rows(const viewer *v)
         snprintf(text, sizeof text, "%u, level %d", pick->chunk, pick->level);
         stp_ui_row("chunk", text);
     }
-    if (v->scene.attributes & STP_HAS_INTENSITY) {
+    if (v->scene.attributes & STP_HAS_INTENSITY && !v->options->attribute) {
         view_format_intensity(v->scene.intensity_top, pick->intensity, text);
         stp_ui_row("intensity", text);
     }
