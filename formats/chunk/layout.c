@@ -30,14 +30,14 @@ static float get_f32(const uint8_t *bytes)
     return value;
 }
 
-static void put_f64(uint8_t *bytes, double value)
+void stp_put_f64(uint8_t *bytes, double value)
 {
     uint64_t word;
     memcpy(&word, &value, sizeof word);
     stp_put_u64(bytes, word);
 }
 
-static double get_f64(const uint8_t *bytes)
+double stp_get_f64(const uint8_t *bytes)
 {
     uint64_t word = stp_get_u64(bytes);
     double value;
@@ -47,14 +47,14 @@ static double get_f64(const uint8_t *bytes)
 
 static void put_dvec3(uint8_t *bytes, stp_dvec3 v)
 {
-    put_f64(bytes, v.x);
-    put_f64(bytes + 8, v.y);
-    put_f64(bytes + 16, v.z);
+    stp_put_f64(bytes, v.x);
+    stp_put_f64(bytes + 8, v.y);
+    stp_put_f64(bytes + 16, v.z);
 }
 
 static stp_dvec3 get_dvec3(const uint8_t *bytes)
 {
-    return (stp_dvec3){get_f64(bytes), get_f64(bytes + 8), get_f64(bytes + 16)};
+    return (stp_dvec3){stp_get_f64(bytes), stp_get_f64(bytes + 8), stp_get_f64(bytes + 16)};
 }
 
 void stp_put_floats(uint8_t *bytes, const float *values, int count)
@@ -133,7 +133,7 @@ void stp_header_write(const stp_header *header, uint8_t *bytes)
     stp_put_u64(bytes + 64, header->point_count);
     stp_put_u32(bytes + 72, header->attributes);
     stp_put_u32(bytes + 76, header->orientation);
-    put_f64(bytes + 80, header->lambda);
+    stp_put_f64(bytes + 80, header->lambda);
     put_dvec3(bytes + 88, header->box.min);
     put_dvec3(bytes + 112, header->box.max);
     stp_put_u32(bytes + 136, header->root);
@@ -187,7 +187,7 @@ static void header_parse(const uint8_t *bytes, stp_header *h)
     h->point_count = stp_get_u64(bytes + 64);
     h->attributes = stp_get_u32(bytes + 72);
     h->orientation = stp_get_u32(bytes + 76);
-    h->lambda = get_f64(bytes + 80);
+    h->lambda = stp_get_f64(bytes + 80);
     h->box.min = get_dvec3(bytes + 88);
     h->box.max = get_dvec3(bytes + 112);
     h->root = stp_get_u32(bytes + 136);

@@ -63,6 +63,9 @@ static inline uint64_t stp_get_u64(const uint8_t *bytes)
     return (uint64_t)stp_get_u32(bytes) | (uint64_t)stp_get_u32(bytes + 4) << 32;
 }
 
+void stp_put_f64(uint8_t *bytes, double value);
+double stp_get_f64(const uint8_t *bytes);
+
 /* A part of a file of version 2 besides payloads, metadata and directory. */
 typedef struct stp_section {
     uint32_t kind;  /* STP_SECTION_*, four letters */

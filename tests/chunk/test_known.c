@@ -190,6 +190,8 @@ static void test_version_2_0(void **state)
     (void)state;
     check_codecs("blocks_2_0");
     check_codecs("grid_2_0");
+    check_codecs("odds_2_0");
+    check_codecs("scale_2_0");
 }
 
 int main(int argc, char **argv)

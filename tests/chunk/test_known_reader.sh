@@ -24,7 +24,7 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 15 ] || fail "$count known-answer files, expected 15"
+    [ $count -ge 21 ] || fail "$count known-answer files, expected 21"
 }
 
 # Builds a model of the scan with each codec: read.py and our reader must print the same text, and
@@ -56,13 +56,15 @@ test_new_models() {
 # The damage: a changed byte at many places, a cut file, and an extended one.
 # In a file of version 2 also: both copies of the header, a block, the table of blocks.
 test_damage_of_blocks() {
-    local file=$known/blocks_2_0_draco.stipple size at
-    size=$(wc -c <"$file")
-    for at in 9 600 1024 1500 2100 $((size - 3200)) $((size - 400)); do
-        cp "$file" "$FOLDER/bad.stipple"
-        printf '\xa5' | dd of="$FOLDER/bad.stipple" bs=1 seek="$at" conv=notrunc status=none
-        run python3 "$known/read.py" "$FOLDER/bad.stipple"
-        expect_failure bad.stipple
+    local file size at
+    for file in "$known"/{blocks,scale}_2_0_draco.stipple; do
+        size=$(wc -c <"$file")
+        for at in 9 600 1024 1500 2100 $((size - 3200)) $((size - 400)); do
+            cp "$file" "$FOLDER/bad.stipple"
+            printf '\xa5' | dd of="$FOLDER/bad.stipple" bs=1 seek="$at" conv=notrunc status=none
+            run python3 "$known/read.py" "$FOLDER/bad.stipple"
+            expect_failure bad.stipple
+        done
     done
 }
 
@@ -84,8 +86,22 @@ test_damage() {
     expect_failure "expected $size"
 }
 
+# A survey, whose positions have a scale of 0.01: its raw and Draco models hold the same.
+test_scale() {
+    "$STIPPLE" gen terrain -n 3000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
+    python3 - "$FOLDER/scan.ply" >"$FOLDER/scan.txt" <<'END'
+import struct
+import sys
+data = open(sys.argv[1], "rb").read()
+for x, y, z, *_ in struct.iter_unpack("<3f3B", data[data.index(b"end_header\n") + 11:]):
+    print(f"{20 * x + 637000:.2f} {20 * y + 851000:.2f} {20 * z:.2f}")
+END
+    compare_models "$FOLDER/scan.txt" "^version 2.0 " --columns x,y,z
+}
+
 test_answers
 test_new_models
+test_scale
 test_damage
 test_damage_of_blocks
 end_test

@@ -160,7 +160,7 @@ static void test_false_shifts(void **state)
             for (unsigned shift = 0; s == 1 && shift < 16; shift++) {
                 uint8_t *at = bytes.data + shift_place(codecs[c]);
                 const bool exists = shift <= STP_NORMAL_SHIFT_MOST;
-                *at = (uint8_t)(codecs[c] == STP_CODEC_DRACO ? shift << 4 : shift);
+                *at = (uint8_t)(codecs[c] == STP_CODEC_DRACO ? shift << 4 | (*at & 15u) : shift);
                 assert_int_equal(stp_segment_decode(bytes.data, bytes.size, s, codecs[c], 0, back,
                                                     &scratch, NULL),
                                  exists ? STP_OK : STP_CORRUPT);

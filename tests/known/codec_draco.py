@@ -1,9 +1,11 @@
-"""Codec 1: tables of residuals, and the predictions of patches and samples."""
+"""Codecs 1 and 4: tables of residuals, and the predictions of patches and samples."""
 
 import math
+import struct
 
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
+from odds import read_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -48,24 +50,72 @@ def streams_of(rows, columns, block):
     return streams
 
 
-def read_table(cursor, rows, columns, joined=False):
-    """Rows of cells, and the shift of normals, which a block's table of samples has."""
+class Scale:
+    """The scan's own scale, which positions of level 0 may have."""
+
+    def __init__(self, block):
+        self.step, *self.phase = struct.unpack("<d3H", block.take(14))
+        require(0 < self.step <= 1e15, f"{block.name}: a scale of {self.step}")
+
+    def of_patch(self, patch):
+        lattice = math.ldexp(1.0, patch.exponent)
+        return PatchScale(self, patch, self.step / lattice, lattice / self.step)
+
+
+class PatchScale:
+    def __init__(self, scale, patch, steps, places):
+        self.used = 1 < steps <= 4096
+        self.steps, self.places, self.offset = steps, places, []
+        for origin, phase in zip(patch.origin, scale.phase):
+            at = origin * places - phase / 65536.0
+            self.offset.append(at - math.floor(at))
+
+    def place(self, axis, position):
+        return int(position * self.places + self.offset[axis] + 65536.5) - 65536
+
+    def position(self, axis, place):
+        return (int((place - self.offset[axis]) * self.steps + 65536.5) - 65536) & 65535
+
+
+def add_coordinate(child, axis, predicted, cell, scale):
+    if scale and scale.used:
+        place = (scale.place(axis, predicted & 65535) + cell) & 65535
+        child.position[axis] = scale.position(axis, place)
+    else:
+        child.position[axis] = (predicted + cell) & 65535
+
+
+class Table:
+    """Rows of cells; of a block's table also the shift of normals and, if it has one, the scale."""
+
+    def __init__(self, rows=(), shift=0, scale=None):
+        self.rows, self.shift, self.scale = rows, shift, scale
+
+
+def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
-        return [], 0
+        return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift = block.number(8), 0
-    if joined and columns == SAMPLE_COLUMNS:
-        mask, shift = mask & (1 << 60) - 1, mask >> 60
-        require(shift <= 11, f"{cursor.name}: normals are shifted by {shift} bits")
+    mask, shift, by_odds, scale = block.number(8), 0, False, None
+    if joined:
+        by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
+        if columns == SAMPLE_COLUMNS:
+            mask, shift = mask & (1 << 60) - 1, mask >> 60
+            require(shift <= 11, f"{cursor.name}: normals are shifted by {shift} bits")
+        if level == 0 and mask >> 58 & 1:
+            mask, scale = mask & ~(1 << 58), Scale(block)
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
-    for stream in streams_of(rows, columns, joined):
-        varying = [c for c in stream if c not in same]
-        cells = read_column(block, rows * len(varying)) if varying else []
-        table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
+    if by_odds:
+        table.update(read_columns(block, rows, columns, same, columns == SAMPLE_COLUMNS))
+    else:
+        for stream in streams_of(rows, columns, joined):
+            varying = [c for c in stream if c not in same]
+            cells = read_column(block, rows * len(varying)) if varying else []
+            table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return list(zip(*(table[c] for c in range(columns)))), shift
+    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale)
 
 
 def quarters(cells, patch, before):
@@ -208,13 +258,13 @@ class NormalsOfFamily:
         self.s = [s + self.weights[e] * n for s, n in zip(self.s, unit_normal(child.u, child.v))]
 
 
-def family(parent, children, rows, shifts, turnings):
+def family(parent, children, rows, shifts, scales, turnings):
     """Fills all but the radii of a parent's children."""
     weights = weights_of([s.radius for s in children])
     n = integer_normal(parent.u, parent.v)
     a, b, c = axes_of(n)
     normals = NormalsOfFamily(parent, weights, turnings)
-    for e, (child, cells, shift) in enumerate(zip(children, rows, shifts)):
+    for e, (child, cells, shift, scale) in enumerate(zip(children, rows, shifts, scales)):
         last, rest = e == len(children) - 1, sum(weights[e:])
 
         def left(what, i):
@@ -227,25 +277,25 @@ def family(parent, children, rows, shifts, turnings):
         add_colour(child, [left("colour", i) & 255 for i in range(4)], cells[5:9], not last)
         predicted = [left("position", i) & 65535 for i in range(3)]
         for axis, cell in zip((a, b), cells[9:11]):
-            child.position[axis] = (predicted[axis] + cell) & 65535
+            add_coordinate(child, axis, predicted[axis], cell, scale)
         if not last:
             d_a, d_b = (child.position[axis] - predicted[axis] for axis in (a, b))
             slope = -(n[a] * d_a + n[b] * d_b)
             predicted[c] += round_div(slope * sign(n[c]), abs(n[c]))
-        child.position[c] = (predicted[c] + cells[11]) & 65535
+        add_coordinate(child, c, predicted[c], cells[11], scale)
         add_normal(child, normals.predict(e, child), cells[3:5], shift)
         normals.add(e, child)
 
 
 def finer_level(elder, last, patches, level, coarser):
     """The samples of a level; elder, last: tables of read_table; coarser: the samples of level + 1."""
-    (elder, elder_shift), (last, last_shift) = elder, last
-    elder, last, out, begin = iter(elder), iter(last), [], 0
+    elder_rows, last_rows, out, begin = iter(elder.rows), iter(last.rows), [], 0
     for patch in patches:
+        elder_scale, last_scale = (t.scale and t.scale.of_patch(patch) for t in (elder, last))
         parents = coarser[begin:begin + patch.counts[level + 1]]
         begin += len(parents)
         ranges = families(patch, level)
-        rows = [[next(elder) for _ in children[1:]] + [next(last)] for children in ranges]
+        rows = [[next(elder_rows) for _ in children[1:]] + [next(last_rows)] for children in ranges]
         samples, m = [], 16 * patch.radius[level]
         for row in sum(rows, []):
             samples.append(Sample(((m + 8 >> 4) + row[0]) & 255))
@@ -255,8 +305,9 @@ def finer_level(elder, last, patches, level, coarser):
             turnings = Turnings([parents[k] for k in group])
             for k in group:
                 children = [samples[i] for i in ranges[k]]
-                shifts = [elder_shift] * (len(children) - 1) + [last_shift]
-                family(parents[k], children, rows[k], shifts, turnings)
+                shifts = [elder.shift] * (len(children) - 1) + [last.shift]
+                scales = [elder_scale] * (len(children) - 1) + [last_scale]
+                family(parents[k], children, rows[k], shifts, scales, turnings)
         out += samples
     return out
 
@@ -264,18 +315,17 @@ def finer_level(elder, last, patches, level, coarser):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined)[0], linked)
-    rows, shift = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
-    levels = [None, None, None,
-              coarsest_level(rows, patches, shift)]
+    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined).rows, linked)
+    coarsest = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
+    levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
         parents = len(levels[level + 1])
         elder = sum(p.counts[level] for p in patches) - parents
-        elder_rows = read_table(cursor, elder, SAMPLE_COLUMNS, joined)
-        last_rows = read_table(cursor, parents, SAMPLE_COLUMNS, joined)
-        levels[level] = finer_level(elder_rows, last_rows, patches, level, levels[level + 1])
+        elder_table = read_table(cursor, elder, SAMPLE_COLUMNS, joined, level)
+        last_table = read_table(cursor, parents, SAMPLE_COLUMNS, joined, level)
+        levels[level] = finer_level(elder_table, last_table, patches, level, levels[level + 1])
         cursor.end()
     return patches, levels
 

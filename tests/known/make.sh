@@ -53,4 +53,8 @@ in_blocks() { # name scan options...
 "$program" gen tree -n 1200 -o leaves.ply --mesh tree.ply --quiet --force
 in_blocks blocks_2_0 tree.ply --lines auto --recompute-normals
 in_blocks grid_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
-rm whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+# The first files of version 2, blocks_2_0 and grid_2_0, have no odds. These have, and the second has a scale.
+in_blocks odds_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
+awk '{ for (i = 1; i <= 3; i++) $i = sprintf("%.2f", 9 * $i); print }' statue.txt >cm.txt
+in_blocks scale_2_0 cm.txt --columns $columns --outliers mark
+rm cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -93,10 +93,8 @@ static unsigned patch_columns(const stp_chunk *chunk)
     return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
 }
 
-/* Tables of blocks with fewer rows join columns (formats/SPEC.md, "Blocks"). */
-#define JOINED_ROWS 768u
-/* Columns of patches 1-3, 4-6, 7-9, 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44.
- */
+/* Columns of blocks that are of one kind (formats/SPEC.md, "Blocks"). Of patches 1-3, 4-6, 7-9,
+ * 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44. */
 #define JOINED_PATCH_COLUMNS                                                                       \
     (UINT64_C(0x6) << 1 | UINT64_C(0x6) << 4 | UINT64_C(0x6) << 7 | UINT64_C(0xe) << 10 |          \
      UINT64_C(0x1e) << 14 | UINT64_C(0x1e) << 19 | UINT64_C(0x1e) << 24 | UINT64_C(0x1e) << 29 |   \
@@ -104,6 +102,35 @@ static unsigned patch_columns(const stp_chunk *chunk)
 /* Columns of samples 1-2, 3-4, 6-7, 9-11. */
 #define JOINED_SAMPLE_COLUMNS                                                                      \
     (UINT64_C(0x2) << 1 | UINT64_C(0x2) << 3 | UINT64_C(0x2) << 6 | UINT64_C(0x6) << 9)
+
+/* Tables of blocks with fewer rows are coded by odds. Long ones gain less by it, and Draco decodes
+ * them faster. */
+#define ODDS_ROWS 1500u
+/* Of each column, the column beside it (formats/SPEC.md, "Odds"). */
+#define NONE STP_BESIDE_NONE
+#define KINDS STP_BESIDE_KINDS
+static const int8_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
+    [STP_COLUMN_RADIUS] = NONE,
+    [STP_COLUMN_FLAGS] = KINDS,
+    [STP_COLUMN_CLASS] = KINDS,
+    [STP_COLUMN_NORMAL_U] = NONE,
+    [STP_COLUMN_NORMAL_V] = STP_COLUMN_NORMAL_U,
+    [STP_COLUMN_GREEN] = NONE,
+    [STP_COLUMN_RED] = STP_COLUMN_GREEN,
+    [STP_COLUMN_BLUE] = STP_COLUMN_RED,
+    [STP_COLUMN_INTENSITY] = NONE,
+    [STP_COLUMN_POSITION_A] = NONE,
+    [STP_COLUMN_POSITION_B] = STP_COLUMN_POSITION_A,
+    [STP_COLUMN_POSITION_C] = STP_COLUMN_POSITION_B,
+};
+/* Each patch column from 2 on has the one before beside it; child and flags are kinds. */
+static const int8_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    NONE, NONE, 1,  2,  3,  4,  5,  KINDS, KINDS, NONE, 9,  10, 11, 12, 13, 14,
+    15,   16,   17, 18, 19, 20, 21, 22,    23,    24,   25, 26, 27, 28, 29, 30,
+    31,   32,   33, 34, 35, 36, 37, 38,    39,    40,   41, 42, 43, 44,
+};
+#undef NONE
+#undef KINDS
 
 static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
                                uint32_t row_count, stp_error *err)
@@ -114,8 +141,11 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     table->column_count = column_count;
     table->row_count = row_count;
     table->smallest = chunk->is_block;
+    table->by_odds = chunk->is_block && row_count < ODDS_ROWS;
+    if (chunk->is_block)
+        table->beside = column_count == STP_SAMPLE_COLUMN_COUNT ? sample_beside : patch_beside;
     table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
-    if (chunk->is_block && row_count < JOINED_ROWS)
+    if (chunk->is_block)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
     return status;
@@ -130,6 +160,7 @@ static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_lev
     stp_status status = table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
     if (status == STP_OK)
         status = table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+    tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
     return status;
 }
 
@@ -170,6 +201,9 @@ static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out
     stp_status status = STP_OK;
     STP_TRY(level_tables_create(chunk, level, &tables, err));
     tables.elder.normal_shift = tables.last.normal_shift = stp_level_normal_shift(chunk, level);
+    if (tables.elder.may_scale)
+        stp_scale_find(chunk, &tables.elder.scale);
+    tables.last.scale = tables.elder.scale;
     stp_predict_level_encode(chunk, level, &tables);
     STP_TRY(stp_table_encode(&tables.elder, out, err));
     STP_TRY(stp_table_encode(&tables.last, out, err));

@@ -50,6 +50,8 @@ typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
     unsigned normal_shift; /* of the grid that all normals are on */
+    stp_scale scale;       /* of positions */
+    stp_patch_scale patch_scale;
     bool decode;
 } coder;
 
@@ -58,6 +60,7 @@ INLINE coder table_coder(const stp_table *table, bool decode)
     return (coder){.cells = table->values,
                    .stride = table->stride,
                    .normal_shift = table->normal_shift,
+                   .scale = table->scale,
                    .decode = decode};
 }
 
@@ -146,6 +149,22 @@ INLINE plane plane_of(stp_ivec3 normal)
     return out;
 }
 
+/* Codes a coordinate of a position: if the patch has a scale, by places on the scale. */
+INLINE void code_coordinate(const coder *c, int column, int axis, int32_t predicted, parts *p)
+{
+    int16_t *residual = c->cells + (size_t)column * c->stride;
+    int32_t *value = &p->v[PX + axis];
+    if (!c->patch_scale.used) {
+        code(c, column, PX + axis, predicted, p);
+        return;
+    }
+    int32_t place = stp_scale_place(&c->patch_scale, axis, predicted & 0xffff);
+    if (c->decode)
+        *value = stp_scale_position(&c->patch_scale, axis, (place + *residual) & 0xffff);
+    else
+        *residual = wrap(stp_scale_place(&c->patch_scale, axis, *value) - place, 0xffff);
+}
+
 /* Codes two axes as they are, and the third predicted by normal . (p - predicted) = 0, unless
  * `free`. */
 INLINE void code_position(const coder *c, const parts *predicted, const plane *on, bool free,
@@ -155,14 +174,14 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
     int a = on->a;
     int b = on->b;
     int32_t rise = 0;
-    code(c, STP_COLUMN_POSITION_A, PX + a, predicted->v[PX + a], p);
-    code(c, STP_COLUMN_POSITION_B, PX + b, predicted->v[PX + b], p);
+    code_coordinate(c, STP_COLUMN_POSITION_A, a, predicted->v[PX + a], p);
+    code_coordinate(c, STP_COLUMN_POSITION_B, b, predicted->v[PX + b], p);
     if (!free) {
         int32_t slope = on->normal.v[a] * (p->v[PX + a] - predicted->v[PX + a]) +
                         on->normal.v[b] * (p->v[PX + b] - predicted->v[PX + b]);
         rise = divide(on->normal.v[main_axis] < 0 ? slope : -slope, on->along);
     }
-    code(c, STP_COLUMN_POSITION_C, PX + main_axis, predicted->v[PX + main_axis] + rise, p);
+    code_coordinate(c, STP_COLUMN_POSITION_C, main_axis, predicted->v[PX + main_axis] + rise, p);
 }
 
 /* ---- level 3 ---- */
@@ -385,6 +404,8 @@ INLINE void code_level(const stp_chunk *chunk, int level, coder elder, coder las
         unsigned groups = stp_level_count_above(count);
         stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][i];
         const stp_sample *parents = chunk->samples[level + 1] + chunk->level_begin[level + 1][i];
+        elder.patch_scale = stp_scale_of_patch(&elder.scale, patch);
+        last.patch_scale = stp_scale_of_patch(&last.scale, patch);
         coder elder_radii = elder;
         coder last_radii = last;
         code_radii(samples, count, finer, patch->radius[level], &elder_radii, &last_radii);

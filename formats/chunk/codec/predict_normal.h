@@ -5,12 +5,12 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
 #define STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
 
+#include "formats/chunk/codec/inline.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
-
-#define STP_INLINE static inline __attribute__((always_inline))
 
 /* The greatest octahedral code, which is also the L1 length of an integer normal. */
 #define STP_NORMAL_CODE_MAX 4095

@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/table.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/cells.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
 
@@ -13,6 +14,13 @@
 #define MASK_BYTES 8u
 /* The bits of the mask from here on are the shift of normals. */
 #define SHIFT_BIT 60
+/* This bit of the mask: the columns are coded by odds. */
+#define ODDS_BIT 59
+/* This bit: a scale follows the mask. */
+#define SCALE_BIT 58
+/* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
+ * "Blocks"). */
+#define JOINED_ROWS 768u
 
 static uint64_t constant_mask(const stp_table *table)
 {
@@ -28,12 +36,56 @@ static uint64_t constant_mask(const stp_table *table)
     return mask;
 }
 
-/* The first column behind the stream that begins with column c. */
+static stp_status append_scale(const stp_scale *scale, stp_bytes *out, stp_error *err)
+{
+    uint8_t bytes[STP_SCALE_BYTES];
+    stp_put_f64(bytes, scale->step);
+    for (int i = 0; i < 3; i++)
+        stp_put_u16(bytes + 8 + 2 * i, scale->phase[i]);
+    return stp_bytes_append(out, bytes, sizeof bytes, err);
+}
+
+stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t start = out->size;
+    uint8_t head[SIZE_BYTES + MASK_BYTES] = {0};
+    if (table->row_count == 0)
+        return STP_OK;
+    uint64_t mask = constant_mask(table);
+    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
+                                       (uint64_t)table->by_odds << ODDS_BIT |
+                                       (uint64_t)table->normal_shift << SHIFT_BIT);
+    STP_TRY(stp_bytes_append(out, head, sizeof head, err));
+    if (table->scale.step > 0.0)
+        STP_TRY(append_scale(&table->scale, out, err));
+    for (unsigned c = 0; c < table->column_count; c++) {
+        uint8_t value[2];
+        stp_put_u16(value, (uint16_t)stp_table_column(table, c)[0]);
+        if (mask >> c & 1u)
+            STP_TRY(stp_bytes_append(out, value, sizeof value, err));
+    }
+    if (table->by_odds)
+        STP_TRY(stp_cells_encode(table, mask, out, err));
+    for (unsigned c = 0; !table->by_odds && c < table->column_count; c++)
+        if (!(mask >> c & 1u))
+            STP_TRY(stp_column_encode(stp_table_column(table, c), table->row_count, table->smallest,
+                                      out, err));
+    stp_put_u32(out->data + start, (uint32_t)(out->size - start - SIZE_BYTES));
+done:
+    return status;
+}
+
+/* ---- decoding ---- */
+
+/* The first column behind the stream that begins with column c. Long tables have a stream for each
+ * column. */
 static unsigned stream_end(const stp_table *table, unsigned c)
 {
+    const uint64_t joined = table->row_count < JOINED_ROWS ? table->joined : 0;
     do
         c++;
-    while (c < table->column_count && table->joined >> c & 1u);
+    while (c < table->column_count && joined >> c & 1u);
     return c;
 }
 
@@ -45,62 +97,6 @@ static uint32_t varying_columns(const stp_table *table, unsigned begin, uint64_t
         count += !(mask >> c & 1u);
     return count;
 }
-
-/* Copies the varying columns of a stream, one behind the other, to the cells or from them. */
-static void copy_stream(const stp_table *table, unsigned begin, uint64_t mask, int16_t *cells,
-                        bool from_cells)
-{
-    const uint32_t rows = table->row_count;
-    for (unsigned c = begin; c < stream_end(table, begin); c++) {
-        int16_t *column = stp_table_column(table, c);
-        if (mask >> c & 1u)
-            continue;
-        memcpy(from_cells ? column : cells, from_cells ? cells : column, rows * sizeof *cells);
-        cells += rows;
-    }
-}
-
-/* Encodes the stream that begins with a column: its varying columns, one behind the other. */
-static stp_status stream_encode(const stp_table *table, unsigned begin, uint64_t mask,
-                                stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const uint32_t count = varying_columns(table, begin, mask) * table->row_count;
-    int16_t *cells = NULL;
-    if (count == 0)
-        return STP_OK;
-    STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
-    copy_stream(table, begin, mask, cells, false);
-    STP_TRY(stp_column_encode(cells, count, table->smallest, out, err));
-done:
-    free(cells);
-    return status;
-}
-
-stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t start = out->size;
-    uint8_t head[SIZE_BYTES + MASK_BYTES] = {0};
-    if (table->row_count == 0)
-        return STP_OK;
-    uint64_t mask = constant_mask(table);
-    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->normal_shift << SHIFT_BIT);
-    STP_TRY(stp_bytes_append(out, head, sizeof head, err));
-    for (unsigned c = 0; c < table->column_count; c++) {
-        uint8_t value[2];
-        stp_put_u16(value, (uint16_t)stp_table_column(table, c)[0]);
-        if (mask >> c & 1u)
-            STP_TRY(stp_bytes_append(out, value, sizeof value, err));
-    }
-    for (unsigned c = 0; c < table->column_count; c = stream_end(table, c))
-        STP_TRY(stream_encode(table, c, mask, out, err));
-    stp_put_u32(out->data + start, (uint32_t)(out->size - start - SIZE_BYTES));
-done:
-    return status;
-}
-
-/* ---- decoding ---- */
 
 /* The bytes of a table not read yet. */
 typedef struct cursor {
@@ -157,21 +153,46 @@ static stp_status decode_stream(cursor *c, const stp_table *table, unsigned begi
         return decode_column(c, stp_table_column(table, begin), rows, err);
     STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
     STP_TRY(decode_column(c, cells, count, err));
-    copy_stream(table, begin, mask, cells, true);
+    const int16_t *next = cells;
+    for (unsigned k = begin; k < stream_end(table, begin); k++) {
+        if (mask >> k & 1u)
+            continue;
+        memcpy(stp_table_column(table, k), next, rows * sizeof *next);
+        next += rows;
+    }
 done:
     free(cells);
     return status;
 }
 
-/* Takes the shift of normals off the mask. */
-static stp_status take_shift(uint64_t *mask, stp_table *table, stp_error *err)
+/* Takes the shift of normals and the bit of odds off the mask. */
+static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
-    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT);
+    table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
+    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
+    table->scale = (stp_scale){0};
     if (table->normal_shift > STP_NORMAL_SHIFT_MOST)
         return stp_error_set(err, STP_CORRUPT,
                              "a table's normals are shifted by %u bits, at most %u",
                              table->normal_shift, STP_NORMAL_SHIFT_MOST);
+    return STP_OK;
+}
+
+/* Takes the scale, if the mask says that there is one. */
+static stp_status take_scale(cursor *c, uint64_t *mask, stp_table *table, stp_error *err)
+{
+    if (!table->may_scale || !(*mask >> SCALE_BIT & 1u))
+        return STP_OK;
+    *mask &= ~(UINT64_C(1) << SCALE_BIT);
+    if (c->left < STP_SCALE_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "a table ends within its scale");
+    table->scale.step = stp_get_f64(c->bytes);
+    for (int i = 0; i < 3; i++)
+        table->scale.phase[i] = stp_get_u16(c->bytes + 8 + 2 * i);
+    if (!(table->scale.step > 0.0 && table->scale.step <= STP_SCALE_LIMIT))
+        return stp_error_set(err, STP_CORRUPT, "a table has a scale of %g", table->scale.step);
+    skip(c, STP_SCALE_BYTES);
     return STP_OK;
 }
 
@@ -189,13 +210,18 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
                              size);
     cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
     uint64_t mask = stp_get_u64(bytes + SIZE_BYTES);
-    STP_TRY(take_shift(&mask, table, err));
+    STP_TRY(take_flags(&mask, table, err));
+    STP_TRY(take_scale(&c, &mask, table, err));
     if (mask >> table->column_count != 0)
         return stp_error_set(err, STP_CORRUPT, "a table has constants for columns it lacks");
     for (unsigned k = 0; k < table->column_count; k++)
         if (mask >> k & 1u)
             STP_TRY(decode_constant(&c, table, k, err));
-    for (unsigned k = 0; k < table->column_count; k = stream_end(table, k)) {
+    if (table->by_odds) {
+        STP_TRY(stp_cells_decode(c.bytes, c.left, mask, table, err));
+        skip(&c, c.left);
+    }
+    for (unsigned k = 0; !table->by_odds && k < table->column_count; k = stream_end(table, k)) {
         const size_t left = c.left;
         STP_TRY(decode_stream(&c, table, k, mask, err));
         count_bytes(table, k, left - c.left);

@@ -1,14 +1,22 @@
 /* A block of a payload: a table of integer columns. Constant columns are stored as one value, the
  * rest is coded.
  *
- * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, and in bits
- * 60-63 the shift of the table's normals; one i16 for each other set bit in order; then each other
- * column in order (column.h). A table without rows is no
- * bytes at all. Threads: any. */
+ * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 58 if
+ * a scale of 14 bytes follows the mask, bit 59 if the columns are coded by odds, and in bits 60-63
+ * the shift of the table's normals; one i16 for each other set bit in order; then the other
+ * columns: by odds (cells.h), or each in order (column.h). A table without rows is no bytes at all.
+ * Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_TABLE_H
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
 
 #include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/scale.h"
+
+/* The mask has bits for other things behind those of columns. */
+#define STP_TABLE_COLUMNS_LIMIT 58u
+/* A column that no other column tells of; a column of kinds, such as flags: not of numbers. */
+#define STP_BESIDE_NONE (-1)
+#define STP_BESIDE_KINDS (-2)
 
 /* The row_count values of column c begin at values + c * stride. */
 typedef struct stp_table {
@@ -16,14 +24,21 @@ typedef struct stp_table {
     size_t stride;
     unsigned column_count;
     uint32_t row_count;
-    /* Bit c: column c is coded in one stream with the column before it. A short stream has its
-     * table of symbols to pay for, so short tables join columns of the same kind. */
+    /* Decoding a table without odds. Bit c: column c is coded in one stream with the column before
+     * it. The first files of version 2 have such tables. */
     uint64_t joined;
     bool smallest; /* encoding: see stp_column_encode */
+    /* By column: the column whose cells tell how large this one's are, or -1. NULL: the table
+     * cannot be coded by odds. Decoding sets by_odds. */
+    const int8_t *beside;
+    bool by_odds;
     /* Normals are on the grid of this shift (normal_grid.h). Decoding sets it if the table may have
      * one; else the file must say 0. */
     unsigned normal_shift;
     bool may_shift;
+    /* The scale of positions. Decoding sets it if the table may have one. */
+    stp_scale scale;
+    bool may_scale;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;

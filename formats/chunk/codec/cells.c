@@ -1,0 +1,421 @@
+/* Codes the columns of a table by odds. */
+#include "formats/chunk/codec/cells.h"
+
+#include "base/memory.h"
+#include "formats/chunk/codec/symbols.h"
+
+#include <stdlib.h>
+
+#define INLINE STP_INLINE
+/* High parts from -HIGH_MOST to HIGH_MOST are symbols 0 to 30; symbol 31 stands for all others. */
+#define HIGH_MOST 15
+#define FAR_SYMBOL (STP_ODDS_SYMBOLS - 1)
+/* The mean of magnitudes is in 1/256 and follows about the last eight cells. */
+#define MEAN_BITS 8u
+#define MEAN_SHIFT 3
+/* Bits of the mean without low bits: it is less than 4. */
+#define MEAN_BITS_WHOLE (MEAN_BITS + 2)
+/* A mean of fewer bits, below 1/16, counts as that. */
+#define MEAN_BITS_LEAST (MEAN_BITS - 4)
+/* Sizes of the mean: below 1/16, one an octave up to 2, and above. */
+#define SIZE_COUNT (MEAN_BITS_WHOLE - MEAN_BITS_LEAST + 1)
+/* How large the high part of the cell beside is: not there, 0, up to 2, more. */
+enum { BESIDE_NONE, BESIDE_SMALL, BESIDE_MIDDLE, BESIDE_LARGE, BESIDE_COUNT };
+#define MIDDLE_LEAST 1u
+#define LARGE_LEAST 3u
+/* Items of a cell: symbol, low bits, length of what is beyond, what is beyond. */
+#define CELL_ITEMS 4u
+/* No symbol's odds are less than this at first. */
+#define ODDS_LEAST 4
+#define SHARED_ODDS (STP_ODDS_ALL - ODDS_LEAST * STP_ODDS_SYMBOLS)
+/* The weight of magnitude 0 among the first odds. */
+#define FIRST_WEIGHT 4096u
+/* A cell of kinds is two halves: bits 4-7, then bits 0-3. */
+#define HALF_BITS 4u
+#define HALVES (1u << HALF_BITS)
+/* The odds of a half that is not 0, at first. */
+#define HALF_ODDS 512
+/* Odds of a column: of numbers, which are more than those of kinds. */
+#define ODDS_COUNT (SIZE_COUNT * BESIDE_COUNT)
+/* Whether a high part beyond the symbols is negative, and bits of how far it is beyond. */
+#define FAR_BITS 5u
+/* A column's first mean is a power of two, at most that of the greatest magnitude. */
+#define FIRST_MOST (15u + MEAN_BITS)
+
+/* The odds of a column of numbers. */
+typedef struct number_odds {
+    stp_odds of[SIZE_COUNT * BESIDE_COUNT];
+} number_odds;
+
+/* The odds of a column of kinds: of the upper half by that of the cell before; of the lower half by
+ * whether the upper one, and the lower one of the cell before, are not 0. */
+typedef struct kind_odds {
+    stp_odds upper[HALVES], lower[4];
+} kind_odds;
+
+/* A column that is coded. */
+typedef struct column {
+    union {
+        number_odds numbers;
+        kind_odds kinds;
+    } odds;
+    int16_t *cells;
+    const unsigned *size_beside; /* `size` of the column beside, or of none */
+    uint32_t mean;               /* of the magnitudes of the cells before, in 1/256 */
+    unsigned size;               /* of the last cell: BESIDE_SMALL and so on */
+    unsigned before;             /* of kinds: the last cell */
+    unsigned lane, number;       /* which lane of symbols; which column of the table */
+    bool is_kinds;
+    uint64_t bytes; /* that were read for its cells */
+} column;
+
+/* At least 1. */
+INLINE unsigned bit_length(uint32_t value)
+{
+    return 32u - (unsigned)__builtin_clz(value | 1u);
+}
+
+/* ---- which odds: all without branches, which nobody could predict ---- */
+
+INLINE uint32_t mean_after(uint32_t mean, int32_t cell)
+{
+    return mean + (((uint32_t)abs(cell) << MEAN_BITS >> MEAN_SHIFT) - (mean >> MEAN_SHIFT));
+}
+
+/* How many bits of the next cell are low: as many as leave the mean of high parts below 4. */
+INLINE unsigned low_bits(uint32_t mean)
+{
+    const unsigned bits = bit_length(mean);
+    return (bits > MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE) - MEAN_BITS_WHOLE;
+}
+
+INLINE unsigned size_of(uint32_t mean)
+{
+    unsigned bits = bit_length(mean);
+    bits = bits > MEAN_BITS_LEAST ? bits : MEAN_BITS_LEAST;
+    bits = bits < MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE;
+    return bits - MEAN_BITS_LEAST;
+}
+
+/* The odds before the first cell: magnitudes fall by `ratio` / 2^16 from one to the next. */
+static void odds_begin(uint32_t ratio, stp_odds *out)
+{
+    uint32_t weight[STP_ODDS_SYMBOLS], all = 0, below = 0, w = FIRST_WEIGHT;
+    for (int high = 0; high <= HIGH_MOST; high++) {
+        weight[HIGH_MOST + high] = weight[HIGH_MOST - high] = w;
+        w = w * ratio >> 16;
+    }
+    weight[FAR_SYMBOL] = w;
+    for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
+        all += weight[s];
+    for (unsigned s = 0; s < STP_ODDS_SYMBOLS; s++) {
+        out->below[s] = (int16_t)(below * SHARED_ODDS / all + ODDS_LEAST * s);
+        below += weight[s];
+    }
+}
+
+/* By which part of 2^16 the odds fall from one magnitude to the next, by size of the mean and of
+ * the cell beside. They are those of cells of such a mean. */
+static const uint16_t first_ratio[SIZE_COUNT][BESIDE_COUNT] = {
+    {983, 737, 983, 1327},        {2891, 2170, 2891, 3897},     {5749, 4326, 5749, 7713},
+    {11246, 8542, 11246, 14840},  {20832, 16304, 20832, 26261}, {33927, 28285, 33927, 39657},
+    {46343, 41561, 46343, 50585},
+};
+
+static void number_odds_begin(number_odds *out)
+{
+    for (unsigned i = 0; i < SIZE_COUNT; i++)
+        for (unsigned b = 0; b < BESIDE_COUNT; b++)
+            odds_begin(first_ratio[i][b], &out->of[i * BESIDE_COUNT + b]);
+}
+
+static void half_odds_begin(stp_odds *out)
+{
+    const int halves = HALVES;
+    for (int s = 0; s < STP_ODDS_SYMBOLS; s++) {
+        const int above =
+            s < halves ? HALF_ODDS * (halves + 1 - s) : ODDS_LEAST * (STP_ODDS_SYMBOLS - s);
+        out->below[s] = (int16_t)(s == 0 ? 0 : STP_ODDS_ALL - above);
+    }
+}
+
+static void kind_odds_begin(kind_odds *out)
+{
+    half_odds_begin(&out->upper[0]);
+    for (unsigned i = 1; i < HALVES; i++)
+        out->upper[i] = out->upper[0];
+    for (unsigned i = 0; i < 4; i++)
+        out->lower[i] = out->upper[0];
+}
+
+/* ---- one cell ---- */
+
+/* Which odds of its column the next number has. */
+INLINE unsigned next_odds(const column *c)
+{
+    return size_of(c->mean) * BESIDE_COUNT + *c->size_beside;
+}
+
+INLINE void take(column *c, int32_t cell, int32_t high)
+{
+    const unsigned size = (unsigned)abs(high);
+    c->size = BESIDE_SMALL + (unsigned)(size >= MIDDLE_LEAST) + (unsigned)(size >= LARGE_LEAST);
+    c->mean = mean_after(c->mean, cell);
+}
+
+static void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
+{
+    const uint32_t beyond = (uint32_t)(abs(high) - HIGH_MOST);
+    const unsigned length = bit_length(beyond) - 1;
+    stp_symbol_put_bits(w, lane, 2 * length + (high < 0), FAR_BITS);
+    stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
+}
+
+static void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
+{
+    const unsigned bits = low_bits(c->mean);
+    const int32_t raised = cell + (int32_t)(1u << bits >> 1);
+    const int32_t high = raised >> bits;
+    const bool far = abs(high) > HIGH_MOST;
+    const unsigned k = next_odds(c);
+    stp_symbol_put(w, c->lane, &c->odds.numbers.of[k], shift,
+                   far ? FAR_SYMBOL : (unsigned)(high + HIGH_MOST),
+                   (uint32_t)raised & ((1u << bits) - 1), bits);
+    if (far)
+        put_far(w, c->lane, high);
+    take(c, cell, high);
+}
+
+INLINE int32_t get_far(stp_symbol_reader *r, unsigned lane)
+{
+    const uint32_t head = stp_symbol_get_bits(r, lane, FAR_BITS);
+    const unsigned length = head >> 1;
+    const uint32_t rest = stp_symbol_get_bits(r, lane, length);
+    const int32_t size = HIGH_MOST + (int32_t)((1u << length) + rest);
+    return head & 1u ? -size : size;
+}
+
+INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
+{
+    const unsigned bits = low_bits(c->mean);
+    const unsigned k = next_odds(c);
+    uint32_t low;
+    const unsigned symbol = stp_symbol_get(r, c->lane, &c->odds.numbers.of[k], shift, bits, &low);
+    uint32_t high = (uint32_t)symbol - HIGH_MOST;
+    if (symbol == FAR_SYMBOL)
+        high = (uint32_t)get_far(r, c->lane);
+    const uint32_t cell = (high << bits) + low - (1u << bits >> 1);
+    take(c, (int16_t)cell, (int32_t)high);
+    return (int16_t)cell;
+}
+
+/* Which odds the lower half of a kind has: by whether the upper half, and the lower one of the cell
+ * before, are not 0. */
+INLINE unsigned lower_odds(const column *c, unsigned upper)
+{
+    return 2u * (upper != 0) + ((c->before & (HALVES - 1)) != 0);
+}
+
+static void put_kind(stp_symbol_writer *w, column *c, unsigned cell, int shift)
+{
+    const unsigned was = c->before >> HALF_BITS, upper = cell >> HALF_BITS;
+    const unsigned k = lower_odds(c, upper);
+    stp_symbol_put(w, c->lane, &c->odds.kinds.upper[was], shift, upper, 0, 0);
+    stp_symbol_put(w, c->lane, &c->odds.kinds.lower[k], shift, cell & (HALVES - 1), 0, 0);
+    c->before = cell;
+}
+
+INLINE int16_t get_kind(stp_symbol_reader *r, column *c, int shift)
+{
+    const unsigned was = c->before >> HALF_BITS;
+    uint32_t none;
+    const unsigned upper =
+        stp_symbol_get(r, c->lane, &c->odds.kinds.upper[was], shift, 0, &none) & (HALVES - 1);
+    const unsigned k = lower_odds(c, upper);
+    const unsigned lower =
+        stp_symbol_get(r, c->lane, &c->odds.kinds.lower[k], shift, 0, &none) & (HALVES - 1);
+    c->before = upper << HALF_BITS | lower;
+    return (int16_t)((int)(c->before ^ 128u) - 128);
+}
+
+/* ---- tables ---- */
+
+/* The columns that are coded, in order. Free `memory`. */
+typedef struct columns {
+    void *memory;
+    column *of;
+    unsigned count, number_count;
+} columns;
+
+static stp_status columns_create(const stp_table *table, uint64_t constant, columns *out,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    number_odds first;
+    static const unsigned none = BESIDE_NONE;
+    const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
+    STP_TRY(stp_alloc(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
+    out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
+    number_odds_begin(&first);
+    for (unsigned k = 0; k < table->column_count; k++) {
+        column *c = &out->of[out->count];
+        const int beside = table->beside[k];
+        size[k] = &none;
+        if (constant >> k & 1u)
+            continue;
+        c->number = k;
+        c->lane = out->count++ % STP_SYMBOL_LANES;
+        c->cells = stp_table_column(table, k);
+        c->is_kinds = beside == STP_BESIDE_KINDS;
+        c->size_beside = beside >= 0 ? size[beside] : &none;
+        size[k] = &c->size;
+        out->number_count += !c->is_kinds;
+        if (c->is_kinds)
+            kind_odds_begin(&c->odds.kinds);
+        else
+            c->odds.numbers = first;
+    }
+done:
+    return status;
+}
+
+/* The bits of the mean of the magnitudes of a column, in 1/256. */
+static uint8_t first_mean(const int16_t *cells, uint32_t count)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++)
+        sum += (uint64_t)abs(cells[i]);
+    const uint32_t mean = count > 0 ? (uint32_t)((sum << MEAN_BITS) / count) : 0;
+    return (uint8_t)(bit_length(mean + mean / 2) - 1);
+}
+
+stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes *out,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_symbol_writer w = {0};
+    columns all = {0};
+    STP_TRY(columns_create(table, constant, &all, err));
+    if (all.count == 0)
+        goto done;
+    for (unsigned k = 0; k < all.count; k++) {
+        const uint8_t first = first_mean(all.of[k].cells, table->row_count);
+        all.of[k].mean = UINT32_C(1) << first;
+        if (!all.of[k].is_kinds)
+            STP_TRY(stp_bytes_append(out, &first, 1, err));
+    }
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        STP_TRY(stp_symbols_reserve(&w, (size_t)CELL_ITEMS * all.count, err));
+        for (unsigned k = 0; k < all.count; k++) {
+            column *c = &all.of[k];
+            if (c->is_kinds)
+                put_kind(&w, c, (uint8_t)c->cells[i], stp_odds_shift(i));
+            else
+                put_number(&w, c, c->cells[i], stp_odds_shift(i));
+        }
+    }
+    STP_TRY(stp_symbols_write(&w, out, err));
+done:
+    free(w.items);
+    free(all.memory);
+    return status;
+}
+
+static stp_status take_first(const uint8_t *first, columns *all, stp_error *err)
+{
+    for (unsigned k = 0; k < all->count; k++) {
+        if (all->of[k].is_kinds)
+            continue;
+        if (*first > FIRST_MOST)
+            return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", *first);
+        all->of[k].mean = UINT32_C(1) << *first++;
+    }
+    return STP_OK;
+}
+
+/* counted: adds up each column's bytes. A constant in each caller. */
+INLINE void decode_rows(stp_symbol_reader *r, const columns *all, uint32_t rows, bool counted)
+{
+    stp_symbol_reader own = *r; /* nothing else points to it: it stays in registers */
+    column *const end = all->of + all->count;
+    for (uint32_t i = 0; i < rows; i++) {
+        const int shift = stp_odds_shift(i);
+        for (column *c = all->of; c < end; c++) {
+            const uint8_t *begin = own.next;
+            c->cells[i] = c->is_kinds ? get_kind(&own, c, shift) : get_number(&own, c, shift);
+            if (counted)
+                c->bytes += (uint64_t)(own.next - begin);
+        }
+    }
+    *r = own;
+}
+
+#ifdef __x86_64__
+/* The same for processors with wider registers, with the same results. */
+__attribute__((target("avx2,bmi,bmi2,lzcnt"))) static void
+decode_rows_wide(stp_symbol_reader *r, const columns *all, uint32_t rows)
+{
+    decode_rows(r, all, rows, false);
+}
+
+#define AVX512 "avx512f,avx512bw,avx512dq,avx512vl,bmi,bmi2,lzcnt"
+#ifdef __clang__
+__attribute__((target(AVX512))) static void
+#else
+__attribute__((target(AVX512 ",prefer-vector-width=512"))) static void
+#endif
+decode_rows_widest(stp_symbol_reader *r, const columns *all, uint32_t rows)
+{
+    decode_rows(r, all, rows, false);
+}
+#endif
+
+static void decode_quickly(stp_symbol_reader *r, const columns *all, uint32_t rows)
+{
+#ifdef __x86_64__
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+        decode_rows_widest(r, all, rows);
+        return;
+    }
+    if (__builtin_cpu_supports("avx2")) {
+        decode_rows_wide(r, all, rows);
+        return;
+    }
+#endif
+    decode_rows(r, all, rows, false);
+}
+
+/* Adds what the columns took to the table's count. */
+static void add_bytes(const stp_table *table, const columns *all)
+{
+    for (unsigned k = 0; k < all->count; k++)
+        table->column_bytes[all->of[k].number] += all->of[k].bytes;
+}
+
+stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant, stp_table *table,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_symbol_reader r;
+    columns all = {0};
+    STP_TRY(columns_create(table, constant, &all, err));
+    if (all.count == 0 && size == 0)
+        goto done;
+    if (all.number_count > size) {
+        status = stp_error_set(err, STP_CORRUPT, "a table ends before its columns");
+        goto done;
+    }
+    STP_TRY(take_first(bytes, &all, err));
+    STP_TRY(stp_symbols_begin(&r, bytes + all.number_count, size - all.number_count, err));
+    if (table->column_bytes)
+        decode_rows(&r, &all, table->row_count, true);
+    else
+        decode_quickly(&r, &all, table->row_count);
+    STP_TRY(stp_symbols_end(&r, err));
+    if (table->column_bytes)
+        add_bytes(table, &all);
+done:
+    free(all.memory);
+    return status;
+}

@@ -1,0 +1,74 @@
+/* Finds the scan's own scale in positions. */
+#include "formats/chunk/codec/scale.h"
+
+/* Steps that are tried: 1, 0.1, 0.01 and so on. */
+#define STEPS_TRIED 7
+
+/* Where the multiples may lie along an axis, in steps from the first position's. */
+typedef struct window {
+    double first; /* the first position, in steps */
+    double low, high;
+} window;
+
+/* Narrows the window to what rounds to a position. half: of a step of the lattice. */
+static bool window_take(window *w, double position, double half)
+{
+    double off = position - w->first;
+    off -= floor(off + 0.5);
+    w->low = fmax(w->low, off - half);
+    w->high = fmin(w->high, off + half);
+    return w->low < w->high;
+}
+
+static bool find_phase(const stp_chunk *chunk, double step, int axis, uint16_t *out)
+{
+    window w = {.low = -0.5, .high = 0.5};
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const double places = ldexp(1.0, patch->exponent) / step;
+        const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
+        for (unsigned i = 0; i < patch->counts[0]; i++) {
+            const double at = ((double)patch->origin[axis] + samples[i].position[axis]) * places;
+            w.first = p + i == 0 ? at : w.first;
+            if (!window_take(&w, at, places / 2.0))
+                return false;
+        }
+    }
+    const double phase = w.first + (w.low + w.high) / 2.0;
+    *out = (uint16_t)(uint32_t)((phase - floor(phase)) * STP_SCALE_PHASES + 0.5);
+    return true;
+}
+
+/* Whether every position comes back from its place. */
+static bool holds(const stp_chunk *chunk, const stp_scale *scale)
+{
+    bool used = false;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch_scale s = stp_scale_of_patch(scale, &chunk->patches[p]);
+        const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
+        used = used || s.used;
+        for (unsigned i = 0; s.used && i < chunk->patches[p].counts[0]; i++)
+            for (int a = 0; a < 3; a++) {
+                const int32_t place = stp_scale_place(&s, a, samples[i].position[a]);
+                if (place > 0xffff || stp_scale_position(&s, a, place) != samples[i].position[a])
+                    return false;
+            }
+    }
+    return used;
+}
+
+void stp_scale_find(const stp_chunk *chunk, stp_scale *out)
+{
+    double step = 1.0;
+    for (int k = 0; k < STEPS_TRIED; k++, step /= 10.0) {
+        stp_scale scale = {.step = step};
+        bool found = true;
+        for (int a = 0; a < 3 && found; a++)
+            found = find_phase(chunk, step, a, &scale.phase[a]);
+        if (found && holds(chunk, &scale)) {
+            *out = scale;
+            return;
+        }
+    }
+    *out = (stp_scale){0};
+}

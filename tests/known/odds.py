@@ -1,0 +1,116 @@
+"""Odds: columns of cells whose symbols have odds that follow from the cells before."""
+
+from model import require, signed
+
+SYMBOLS, FAR, MOST, LANES, ALL = 32, 31, 15, 2, 1 << 15
+NONE, SMALL, MIDDLE, LARGE = range(4)
+# By size of the mean, then NONE, SMALL, MIDDLE, LARGE.
+RATIOS = ((983, 737, 983, 1327), (2891, 2170, 2891, 3897), (5749, 4326, 5749, 7713),
+          (11246, 8542, 11246, 14840), (20832, 16304, 20832, 26261), (33927, 28285, 33927, 39657),
+          (46343, 41561, 46343, 50585))
+SAMPLE_KINDS, PATCH_KINDS = (1, 2), (7, 8)
+SAMPLE_BESIDE = {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}
+PATCH_ALONE = (0, 1, 9)
+
+
+class Symbols:
+    """The symbols of a table."""
+
+    def __init__(self, cursor):
+        self.cursor = cursor
+        self.states = [cursor.number(8) for _ in range(LANES)]
+
+    def bits(self, lane, count):
+        state = self.states[lane]
+        self.states[lane] = self.refilled(state >> count)
+        return state & (1 << count) - 1
+
+    def refilled(self, state):
+        return state if state >= 1 << 31 else state << 32 | self.cursor.number(4)
+
+    def symbol(self, lane, odds, shift, count):
+        """A symbol, and the plain bits behind it."""
+        state = self.states[lane]
+        place = state & ALL - 1
+        symbol = max(s for s in range(SYMBOLS) if odds[s] <= place)
+        end = odds[symbol + 1] if symbol + 1 < SYMBOLS else ALL
+        state = (end - odds[symbol]) * (state >> 15) + place - odds[symbol]
+        self.states[lane] = self.refilled(state >> count)
+        for s in range(SYMBOLS):
+            odds[s] += ((s if s <= symbol else ALL - SYMBOLS + s) - odds[s]) >> shift
+        return symbol, state & (1 << count) - 1
+
+    def end(self):
+        self.cursor.end()
+        require(self.states == [1 << 31] * LANES, f"{self.cursor.name}: the symbols do not end")
+
+
+def falling_odds(ratio):
+    weights = [4096]
+    for _ in range(MOST + 1):
+        weights.append(weights[-1] * ratio >> 16)
+    weights = weights[MOST:0:-1] + weights
+    return [sum(weights[:s]) * (ALL - 4 * SYMBOLS) // sum(weights) + 4 * s for s in range(SYMBOLS)]
+
+
+class Numbers:
+    """A column of numbers."""
+
+    def __init__(self, lane, first, beside):
+        self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
+        self.odds = [[falling_odds(ratio) for ratio in row] for row in RATIOS]
+
+    def read(self, symbols, shift):
+        length = self.mean.bit_length()
+        low = max(length - 10, 0)
+        odds = self.odds[min(max(length, 4), 10) - 4][self.beside.size if self.beside else NONE]
+        symbol, plain = symbols.symbol(self.lane, odds, shift, low)
+        high = symbol - MOST
+        if symbol == FAR:
+            head = symbols.bits(self.lane, 5)
+            high = MOST + (1 << (head >> 1)) + symbols.bits(self.lane, head >> 1)
+            high = -high if head & 1 else high
+        cell = signed((high << low) + plain - (1 << low >> 1), 16)
+        self.size = SMALL if high == 0 else MIDDLE if abs(high) < 3 else LARGE
+        self.mean += 32 * abs(cell) - (self.mean >> 3)
+        self.cells.append(cell)
+
+
+class Kinds:
+    """A column of kinds: flags, classes, children."""
+
+    size = NONE
+
+    def __init__(self, lane):
+        self.lane, self.before, self.cells = lane, 0, []
+        odds = [0] + [ALL - 512 * (17 - s) for s in range(1, 16)] + [ALL - 4 * (SYMBOLS - s) for s in range(16, SYMBOLS)]
+        self.upper, self.lower = [list(odds) for _ in range(16)], [list(odds) for _ in range(4)]
+
+    def read(self, symbols, shift):
+        upper = symbols.symbol(self.lane, self.upper[self.before >> 4], shift, 0)[0] & 15
+        odds = self.lower[2 * (upper != 0) + (self.before & 15 != 0)]
+        self.before = upper << 4 | symbols.symbol(self.lane, odds, shift, 0)[0] & 15
+        self.cells.append(signed(self.before, 8))
+
+
+def read_columns(cursor, rows, columns, same, samples):
+    """The cells of each column that is not in `same`; takes the rest of the cursor."""
+    kinds = SAMPLE_KINDS if samples else PATCH_KINDS
+    coded = [c for c in range(columns) if c not in same]
+    if not coded:
+        return {}
+    table = {}
+    for lane, c in enumerate(coded):
+        if c in kinds:
+            table[c] = Kinds(lane % LANES)
+            continue
+        first = cursor.number(1)
+        require(first <= 23, f"{cursor.name}: the first mean of a column is 2^{first}")
+        beside = SAMPLE_BESIDE.get(c) if samples else None if c in PATCH_ALONE else c - 1
+        table[c] = Numbers(lane % LANES, first, table.get(beside))
+    symbols = Symbols(cursor)
+    for row in range(rows):
+        for column in table.values():
+            column.read(symbols, 5 + (row >= 64) + (row >= 256))
+    symbols.end()
+    return {c: column.cells for c, column in table.items()}
