@@ -123,6 +123,18 @@ made "$root/b.xyz" near.stipple
 made "$web/b.xyz" far.stipple
 same near.stipple far.stipple
 
+# Commands that draw take them, too; only the model of files is kept.
+if "$STIPPLE" --help | found '^  render '; then
+    export XDG_CACHE_HOME=$FOLDER/cache
+    for from in "$set/ept.json" "$web/a b/bowl/ept.json" "$set"; do
+        run "$STIPPLE" render "$from" -o "$FOLDER/next.png" --size 64x64 --quiet --force
+        expect_code 0
+        [ -e "$FOLDER/first.png" ] || cp "$FOLDER/next.png" "$FOLDER/first.png"
+        same first.png next.png
+    done
+    [ "$(ls "$XDG_CACHE_HOME/stipple" | wc -l)" = 1 ] || fail "kept: $(ls "$XDG_CACHE_HOME/stipple")"
+fi
+
 failed() { # INPUT TEXT options...
     local input=$1 text=$2
     shift 2
