@@ -106,6 +106,7 @@ same near.stipple far.stipple
 box=500,600,516,616
 made "$set" part.stipple --bounds $box
 stored=$(field points_out)
+"$STIPPLE" info "$FOLDER/part.stipple" --json | found -F "\"bounds $box" || fail "the model says nothing of its part"
 [ "$stored" -gt 50 ] && [ "$(field outside)" -gt 0 ] && [ "$(field points_in)" -lt 2000 ] ||
     fail "part: $(field points_in) read, $stored stored, $(field outside) outside"
 : >"$FOLDER/access.log"
