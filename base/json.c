@@ -10,6 +10,9 @@
 #include <string.h>
 #include <unistd.h>
 
+/* A camera path of 100,000 keyframes takes half of this. */
+#define FILE_BYTES_LIMIT (64u << 20)
+
 stp_status stp_json_parse(cJSON **out, const char *text, size_t size, const char *name,
                           const char *expected, stp_error *err)
 {
@@ -29,9 +32,9 @@ stp_status stp_json_load(cJSON **out, const char *path, const char *expected, st
     uint64_t size = 0;
     char *text = NULL;
     STP_TRY(stp_file_open(path, &descriptor, &size, err));
-    if (size > STP_JSON_BYTES_MOST) {
+    if (size > FILE_BYTES_LIMIT) {
         status = stp_error_set(err, STP_FORMAT, "%s: over %u MiB are too large for %s", path,
-                               STP_JSON_BYTES_MOST >> 20, expected);
+                               FILE_BYTES_LIMIT >> 20, expected);
         goto done;
     }
     STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a JSON file", err));

@@ -245,6 +245,8 @@ static void hierarchies_that_lie(void **state)
         scan_fixture_text("binary/ept-hierarchy/0-0-0-0.json", lies[i].to);
         fails("binary/ept.json", lies[i].status, lies[i].words);
     }
+    assert_int_equal(truncate("binary/ept-hierarchy/0-0-0-0.json", 25 << 20), 0);
+    fails("binary/ept.json", STP_FORMAT, "has 26214400 bytes, and at most");
     scan_fixture_text("binary/ept-hierarchy/0-0-0-0.json", "{\"0-0-0-0\": 600}");
     las_expect_note("binary/ept.json", "counts",
                     "ept.json says 3000 points, its hierarchy 600: those were read");

@@ -106,6 +106,7 @@ same near.stipple far.stipple
 box=500,600,516,616
 made "$set" part.stipple --bounds $box
 stored=$(field points_out)
+"$STIPPLE" info "$FOLDER/part.stipple" --json | found -F "\"bounds $box" || fail "the model says nothing of its part"
 [ "$stored" -gt 50 ] && [ "$(field outside)" -gt 0 ] && [ "$(field points_in)" -lt 2000 ] ||
     fail "part: $(field points_in) read, $stored stored, $(field outside) outside"
 : >"$FOLDER/access.log"
@@ -122,6 +123,18 @@ same near.stipple far.stipple
 made "$root/b.xyz" near.stipple
 made "$web/b.xyz" far.stipple
 same near.stipple far.stipple
+
+# Commands that draw take them, too; only the model of files is kept.
+if "$STIPPLE" --help | found '^  render '; then
+    export XDG_CACHE_HOME=$FOLDER/cache
+    for from in "$set/ept.json" "$web/a b/bowl/ept.json" "$set"; do
+        run "$STIPPLE" render "$from" -o "$FOLDER/next.png" --size 64x64 --quiet --force
+        expect_code 0
+        [ -e "$FOLDER/first.png" ] || cp "$FOLDER/next.png" "$FOLDER/first.png"
+        same first.png next.png
+    done
+    [ "$(ls "$XDG_CACHE_HOME/stipple" | wc -l)" = 1 ] || fail "kept: $(ls "$XDG_CACHE_HOME/stipple")"
+fi
 
 failed() { # INPUT TEXT options...
     local input=$1 text=$2

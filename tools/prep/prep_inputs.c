@@ -7,6 +7,7 @@
 #include "tools/prep/prep_web.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -295,6 +296,26 @@ done:
     return status;
 }
 
+/* Notes which part of the file is read. */
+static stp_status note_part(prep_inputs *in, size_t i, stp_error *err)
+{
+    const stp_scan_region *r = in->params.region;
+    char text[200] = "";
+    size_t at = 0;
+    if (!r)
+        return STP_OK;
+    if (r->bounded && isinf(r->min[2]))
+        at += (size_t)snprintf(text, sizeof text, "bounds %.15g,%.15g,%.15g,%.15g", r->min[0],
+                               r->min[1], r->max[0], r->max[1]);
+    else if (r->bounded)
+        at += (size_t)snprintf(text, sizeof text, "bounds %.15g,%.15g,%.15g,%.15g,%.15g,%.15g",
+                               r->min[0], r->min[1], r->min[2], r->max[0], r->max[1], r->max[2]);
+    if (r->resolution > 0.0)
+        (void)snprintf(text + at, sizeof text - at, "%sresolution %.15g", at > 0 ? " " : "",
+                       r->resolution);
+    return prep_system_add_note(&in->files[i], "part", text, err);
+}
+
 /* Copies the grid for the same reason. */
 static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
 {
@@ -402,6 +423,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
+    STP_TRY(note_part(in, i, err));
     if (info->point_count > 0) {
         STP_TRY(choose_system(in, i, info, err));
         if (prep_numbers_wanted(&in->numbers))

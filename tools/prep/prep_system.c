@@ -198,7 +198,8 @@ done:
     return status;
 }
 
-static stp_status add_note(stp_prep_file *file, const char *name, const char *text, stp_error *err)
+stp_status prep_system_add_note(stp_prep_file *file, const char *name, const char *text,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     size_t capacity = file->note_count;
@@ -234,7 +235,7 @@ stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_
     stp_status status = STP_OK;
     STP_TRY(rename_note(file, "wkt", "projected_from_wkt", err));
     STP_TRY(rename_note(file, "geokeys", "projected_from_geokeys", err));
-    STP_TRY(add_note(file, "wkt", stp_projection_wkt(way), err));
+    STP_TRY(prep_system_add_note(file, "wkt", stp_projection_wkt(way), err));
 done:
     return status;
 }

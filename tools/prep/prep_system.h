@@ -33,6 +33,9 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
                               const stp_scan_info *info, prep_way *way, stp_error *err);
 /* The path of the .prj file that may be beside a scan. Errors: OUT_OF_MEMORY. Free with free(). */
 stp_status prep_system_prj(char **out, const char *path, stp_error *err);
+/* Adds a note; both texts are copied. Errors: OUT_OF_MEMORY. */
+stp_status prep_system_add_note(stp_prep_file *file, const char *name, const char *text,
+                                stp_error *err);
 /* Makes the file's notes say where its points are now, and what they came from. Errors:
  * OUT_OF_MEMORY. */
 stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err);

@@ -104,7 +104,7 @@ static void measured_rows(viewer *v)
 {
     view_measure *m = &v->measure;
     int removed = -1;
-    char label[16], length[64];
+    char label[24], length[64];
     for (int i = 0; i < m->line_count; i++) {
         stp_ui_push_id(i);
         removed = stp_ui_button("x") ? i : removed;
