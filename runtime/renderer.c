@@ -270,6 +270,8 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
     if (r->variant.edges)
         STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
+    if (r->variant.contours)
+        STP_TRY(stp_pyramid_keep_steps(&r->pyramid, err));
     if (r->variant.splat)
         STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params, &r->scene);

@@ -172,12 +172,19 @@ stp_status stp_pyramid_keep_rough(stp_pyramid *p, stp_error *err)
     return stp_gl_check("making room for smooth edges", err);
 }
 
+stp_status stp_pyramid_keep_steps(stp_pyramid *p, stp_error *err)
+{
+    if (p->picture_steps == 0)
+        p->picture_steps = create_texture(GL_RGBA32F, p->width, p->height);
+    return stp_gl_check("making room for contours", err);
+}
+
 void stp_pyramid_destroy(stp_pyramid *p)
 {
     const GLuint frames[2] = {p->nearest_frame, p->sum_frame};
-    const GLuint textures[9] = {p->nearest, p->nearest_depth, p->scatter_depth,
-                                p->picture, p->picture_depth, p->picture_mark,
-                                p->sums[0], p->sums[1],       p->rough};
+    const GLuint textures[10] = {p->nearest,       p->nearest_depth, p->scatter_depth, p->picture,
+                                 p->picture_depth, p->picture_mark,  p->sums[0],       p->sums[1],
+                                 p->rough,         p->picture_steps};
     if (p->width == 0)
         return;
     for (int l = 0; l <= p->level_count; l++) {
@@ -190,6 +197,6 @@ void stp_pyramid_destroy(stp_pyramid *p)
     glDeleteFramebuffers(2, frames);
     glDeleteFramebuffers(STP_PICTURE_FRAMES, p->picture_frames);
     glDeleteFramebuffers(STP_PICTURE_FRAMES, p->rough_frames);
-    glDeleteTextures(9, textures);
+    glDeleteTextures(10, textures);
     *p = (stp_pyramid){0};
 }

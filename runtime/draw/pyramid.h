@@ -38,6 +38,7 @@ typedef struct stp_pyramid {
     GLuint picture, picture_depth, picture_mark;
     GLuint picture_frames[STP_PICTURE_FRAMES];
     GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* unsmoothed picture, read by edge.frag */
+    GLuint picture_steps;                           /* RGBA32F: heights for contour.frag */
     bool in_place; /* levels above 0 are finished in `pulled`; `finished` is unused */
 } stp_pyramid;
 
@@ -57,6 +58,8 @@ stp_status stp_pyramid_keep_sums(stp_pyramid *pyramid, stp_error *err);
 /* Makes the texture of the picture before its edges are smoothed, if missing. Errors: GL (no
  * memory). */
 stp_status stp_pyramid_keep_rough(stp_pyramid *pyramid, stp_error *err);
+/* Makes the texture of heights that contours are drawn from, if missing. Errors: GL (no memory). */
+stp_status stp_pyramid_keep_steps(stp_pyramid *pyramid, stp_error *err);
 void stp_pyramid_destroy(stp_pyramid *pyramid);
 
 #endif

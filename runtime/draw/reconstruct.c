@@ -6,17 +6,19 @@
 stp_status stp_reconstruct_create(stp_reconstruct_programs *out, const char *folder,
                                   const stp_variant *variant, stp_error *err)
 {
-    static const char *const files[8] = {"resolve.frag", "pull.frag", "push.frag", "finish.frag",
-                                         "shade.frag",   "edl.frag",  "fade.frag", "edge.frag"};
+    static const char *const files[9] = {"resolve.frag", "pull.frag",  "push.frag",
+                                         "finish.frag",  "shade.frag", "edl.frag",
+                                         "fade.frag",    "edge.frag",  "contour.frag"};
     stp_reconstruct_programs p = {0};
-    GLuint *const programs[8] = {&p.resolve, &p.pull, &p.push, &p.finish,
-                                 &p.shade,   &p.edl,  &p.fade, &p.edge};
-    const bool wanted[8] = {true, true,         true,          true,
-                            true, variant->edl, variant->fade, variant->edges};
+    GLuint *const programs[9] = {&p.resolve, &p.pull, &p.push, &p.finish, &p.shade,
+                                 &p.edl,     &p.fade, &p.edge, &p.contour};
+    const bool wanted[9] = {true,          true,           true,
+                            true,          true,           variant->edl,
+                            variant->fade, variant->edges, variant->contours};
     char defines[STP_VARIANT_DEFINES_BYTES];
     stp_status status = STP_OK;
     stp_variant_defines(variant, defines);
-    for (int i = 0; i < 8; i++)
+    for (int i = 0; i < 9; i++)
         if (wanted[i])
             STP_TRY(stp_program_create(programs[i],
                                        &(stp_program_params){.vertex = "screen.vert",
@@ -64,6 +66,7 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     glDeleteProgram(p->fade);
     glDeleteProgram(p->edl);
     glDeleteProgram(p->edge);
+    glDeleteProgram(p->contour);
     *p = (stp_reconstruct_programs){0};
 }
 
@@ -231,18 +234,33 @@ void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const s
     stp_stage_end(clock, STP_STAGE_PUSH);
 }
 
-/* Multiplies the picture by eye-dome lighting. */
-static void darken(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                   const stp_tiles *tiles, GLuint frame)
+/* Multiplies the picture by what a program makes of a texture. */
+static void multiply(GLuint program, GLuint texture, const stp_tiles *tiles, GLuint frame)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFunc(GL_ZERO, GL_SRC_COLOR);
-    glUseProgram(programs->edl);
-    glBindTextureUnit(STP_UNIT_FINE, pyramid->picture_depth);
+    glUseProgram(program);
+    glBindTextureUnit(STP_UNIT_FINE, texture);
     stp_tiles_draw(tiles, 0);
     glDisable(GL_BLEND);
+}
+
+/* Empties the texture that finishing or shading writes for contours, and binds it. */
+static void begin_contours(const stp_pyramid *pyramid)
+{
+    glClearTexImage(pyramid->picture_steps, 0, GL_RGBA, GL_FLOAT, NULL);
+    glBindImageTexture(STP_IMAGE_STEPS, pyramid->picture_steps, 0, GL_FALSE, 0, GL_WRITE_ONLY,
+                       GL_RGBA32F);
+}
+
+/* Draws contours over the picture. */
+static void draw_contours(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                          const stp_tiles *tiles, GLuint frame)
+{
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    multiply(programs->contour, pyramid->picture_steps, tiles, frame);
 }
 
 /* Draws the picture: the rough picture with smooth edges. */
@@ -294,6 +312,8 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
                             bool smooth, stp_stage_clock *clock)
 {
     smooth = smooth && programs->edge != 0;
+    if (programs->contour != 0)
+        begin_contours(pyramid);
     const GLuint *frames = smooth ? pyramid->rough_frames : pyramid->picture_frames;
     if (blocks != NULL)
         finish_columns(programs, pyramid, levels, blocks,
@@ -301,11 +321,13 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
     else
         draw_picture(programs, pyramid, levels, tiles, frames);
     stp_stage_end(clock, STP_STAGE_FINISH);
-    if (programs->edl != 0)
-        darken(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
+    if (programs->contour != 0)
+        draw_contours(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);
+    if (programs->edl != 0) /* eye-dome lighting */
+        multiply(programs->edl, pyramid->picture_depth, tiles, frames[STP_PICTURE_ALONE]);
     if (smooth)
         smooth_edges(programs, pyramid, levels, tiles);
-    if (programs->edl != 0 || smooth)
+    if (programs->contour != 0 || programs->edl != 0 || smooth)
         stp_stage_end(clock, STP_STAGE_EFFECTS);
 }
 

@@ -13,7 +13,8 @@
 
 typedef struct stp_reconstruct_programs {
     GLuint resolve, pull, push, finish, shade;
-    GLuint edl, fade, edge; /* 0: not asked for. If fade is there, pictures are marked for it */
+    GLuint edl, fade, edge,
+        contour; /* 0: not asked for. If fade is there, pictures are marked for it */
     /* Compute shaders, once prepared: */
     GLuint pull_pairs, push_columns, finish_columns;
     int template_px; /* of the variant. With templates and splats, level 0 is always finished */
@@ -45,9 +46,9 @@ bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int leve
 void stp_reconstruct_pull_push(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                                int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                                stp_stage_clock *clock);
-/* Makes the pyramid's picture: finishes level 0 if needed, shades it, and adds eye-dome lighting if
- * the variant has it, and smooth edges if it has them and `smooth` is set. clock: as in
- * stp_reconstruct_pull_push. */
+/* Makes the pyramid's picture: finishes level 0 if needed, shades it, and adds contours and
+ * eye-dome lighting if the variant has them, and smooth edges if it has them and `smooth` is set.
+ * clock: as in stp_reconstruct_pull_push. */
 void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
                             int levels, const stp_tiles *tiles, const stp_pixel_blocks *blocks,
                             bool smooth, stp_stage_clock *clock);

@@ -21,6 +21,8 @@ enum {
     STP_UNIT_EDGE = 8,    /* while smoothing edges: the picture, its depths */
     STP_UNIT_COUNT = 12
 };
+/* The image of contour.glsl; compute shaders have others at its sides. */
+#define STP_IMAGE_STEPS 3
 enum {
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_READ_SIZE = 3,

@@ -8,6 +8,7 @@
 #include "ellipse.glsl"
 #include "blend.glsl"
 #include "push.glsl"
+#include "height.glsl"
 #include "contour.glsl"
 #include "shade.glsl"
 
@@ -21,11 +22,18 @@ struct stp_made {
     uint picture;
     float depth;
     uint mark;
+    vec4 steps; // stp_contour_steps
 };
 
 stp_made stp_make(stp_pixel p, ivec2 here)
 {
-    return stp_made(packUnorm4x8(stp_shade(p, vec2(here) + 0.5)), p.z_min, uint(stp_tag_mark(p.tag)));
+    vec2 window = vec2(here) + 0.5;
+#if STP_CONTOURS
+    vec4 steps = stp_contour_steps(p, stp_shade_normal(p, -stp_ray(window)), window);
+#else
+    vec4 steps = vec4(0.0);
+#endif
+    return stp_made(packUnorm4x8(stp_shade(p, window)), p.z_min, uint(stp_tag_mark(p.tag)), steps);
 }
 
 void stp_put_picture(ivec2 here, stp_made made, bool wanted)
@@ -41,6 +49,9 @@ void stp_put_rest(ivec2 here, stp_made made, bool wanted)
     imageStore(depth, here, vec4(made.depth));
 #if STP_FADE
     imageStore(mark, here, uvec4(made.mark));
+#endif
+#if STP_CONTOURS
+    imageStore(picture_steps, here, made.steps);
 #endif
 }
 

@@ -8,6 +8,7 @@
 #include "ellipse.glsl"
 #include "blend.glsl"
 #include "finish.glsl"
+#include "height.glsl"
 #include "contour.glsl"
 #include "shade.glsl"
 
@@ -24,5 +25,9 @@ void main()
     depth = p.z_min;
 #if STP_FADE
     mark = uint(stp_tag_mark(p.tag));
+#endif
+#if STP_CONTOURS
+    vec3 n = stp_shade_normal(p, -stp_ray(gl_FragCoord.xy));
+    imageStore(picture_steps, ivec2(gl_FragCoord.xy), stp_contour_steps(p, n, gl_FragCoord.xy));
 #endif
 }

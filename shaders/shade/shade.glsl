@@ -1,5 +1,5 @@
 // Deferred shading of a finished pixel ("Shading" in README.md). Needs project.glsl, pixel.glsl,
-// palette.glsl, contour.glsl.
+// palette.glsl.
 
 vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
 {
@@ -27,12 +27,18 @@ vec3 stp_tube_normal(vec3 tangent, vec3 towards)
 #define STP_SHADE_TOWARDS v
 #endif
 
+// The normal that a pixel is lit with. v: towards the eye.
+vec3 stp_shade_normal(stp_pixel p, vec3 v)
+{
+    vec3 n = stp_tag_two_sided(p.tag) && dot(p.normal, v) < 0.0 ? -p.normal : p.normal;
+    return stp_tag_tube(p.tag) ? stp_tube_normal(p.normal, STP_SHADE_TOWARDS) : n;
+}
+
 // RGBA, alpha 1 where covered. window: the pixel's centre.
 vec4 stp_shade(stp_pixel p, vec2 window)
 {
     vec3 v = -stp_ray(window);
-    vec3 n = stp_tag_two_sided(p.tag) && dot(p.normal, v) < 0.0 ? -p.normal : p.normal;
-    n = stp_tag_tube(p.tag) ? stp_tube_normal(p.normal, STP_SHADE_TOWARDS) : n;
+    vec3 n = stp_shade_normal(p, v);
 #if STP_SHADE == STP_SHADE_PHONG
     vec3 c = stp_phong(p.colour, n, v);
 #elif STP_SHADE == STP_SHADE_LAMBERT
@@ -53,9 +59,6 @@ vec4 stp_shade(stp_pixel p, vec2 window)
 #if STP_OVERLAY
     c = stp_phong(c, n, v);
 #endif
-#endif
-#if STP_CONTOURS
-    c = mix(c, vec3(0.0), 0.8 * stp_contour(p, n, window));
 #endif
     return p.tag != 0 ? vec4(clamp(c, 0.0, 1.0), 1.0) : vec4(0.0);
 }

@@ -1,7 +1,11 @@
 /* Tests contours on a unit sphere against the circles of equal z that rays find on it: a pixel of a
- * line lies near a circle, and a circle is drawn where it faces the eye. A level plane at a
- * contour's own height has none, and pictures without contours do not change. */
+ * line lies near a circle, and a circle is drawn where it faces the eye. Level ground at a
+ * contour's own height has none, even if it is rough, and pictures without contours do not
+ * change. */
+#include "runtime/camera/orbit.h"
 #include "tests/fixtures/gl_model.h"
+#include "tests/fixtures/prep_fixture.h"
+#include "tests/fixtures/sphere_ray.h"
 
 enum { SIZE = 300, PIXELS = SIZE * SIZE };
 
@@ -26,24 +30,7 @@ static stp_view view_of(const gl_fixture *f, bool orthographic)
     return view;
 }
 
-/* The sphere's z where the ray through window coordinates meets it. *facing: the cosine there. NaN:
- * it misses. */
-static double sphere_z(const stp_view *view, double u, double v, double *facing)
-{
-    const double x = (u - 0.5 * SIZE) / view->f, y = (v - 0.5 * SIZE) / view->f;
-    const stp_dvec3 across =
-        stp_dvec3_add(stp_dvec3_scale(view->right, x), stp_dvec3_scale(view->up, y));
-    const stp_dvec3 ahead = stp_dvec3_scale(view->back, -1.0);
-    const stp_dvec3 from = view->orthographic ? stp_dvec3_add(view->eye, across) : view->eye;
-    const stp_dvec3 way =
-        view->orthographic ? ahead : stp_dvec3_normalize(stp_dvec3_add(across, ahead));
-    const double b = stp_dvec3_dot(from, way), c = stp_dvec3_dot(from, from) - 1.0;
-    if (b * b - c < 0.0)
-        return NAN;
-    const stp_dvec3 hit = stp_dvec3_add(from, stp_dvec3_scale(way, -b - sqrt(b * b - c)));
-    *facing = -stp_dvec3_dot(hit, way);
-    return hit.z;
-}
+static const stp_ball unit = {{0.0, 0.0, 0.0}, 1.0};
 
 /* How far a pixel is from the nearest circle, in pixels, by the slope of z there; INFINITY beyond
  * the outline. */
@@ -51,10 +38,11 @@ static double pixels_off(const stp_view *view, int i, double step, double base, 
 {
     const double u = i % SIZE + 0.5, v = i / SIZE + 0.5;
     double unused;
-    const double z = sphere_z(view, u, v, facing), right = sphere_z(view, u + 0.5, v, &unused),
-                 left = sphere_z(view, u - 0.5, v, &unused),
-                 above = sphere_z(view, u, v + 0.5, &unused),
-                 below = sphere_z(view, u, v - 0.5, &unused);
+    const double z = sphere_ray_z(view, &unit, u, v, facing),
+                 right = sphere_ray_z(view, &unit, u + 0.5, v, &unused),
+                 left = sphere_ray_z(view, &unit, u - 0.5, v, &unused),
+                 above = sphere_ray_z(view, &unit, u, v + 0.5, &unused),
+                 below = sphere_ray_z(view, &unit, u, v - 0.5, &unused);
     const double slope = hypot(right - left, above - below);
     if (isnan(z) || isnan(slope))
         return INFINITY;
@@ -99,6 +87,97 @@ static void circles(void **state)
     }
 }
 
+/* ---- a lake in a slope ---- */
+
+enum { LAKE_SIDE = 160 };
+#define LAKE_STEP 50.0
+#define LAKE_HEIGHT 1000.0
+#define LAKE_RADIUS 40.0 /* in samples */
+
+/* Rises by a step in 40 samples, except for the lake; rough: by so many steps at most. */
+static double lake_height(int column, int row, double rough)
+{
+    const double away = hypot(column - 0.5 * LAKE_SIDE, row - 0.5 * LAKE_SIDE) - LAKE_RADIUS;
+    const uint64_t index = (uint64_t)(row * LAKE_SIDE + column);
+    const double noise = rough * LAKE_STEP * (2.0 * stp_random_unit(11, index) - 1.0);
+    return LAKE_HEIGHT + noise + LAKE_STEP / 40.0 * fmax(0.0, away);
+}
+
+static void build_lake(const char *path, double rough)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = prep_cloud_wavy(LAKE_SIDE * LAKE_SIDE, (stp_dvec3){0}, 1.0);
+    for (int i = 0; i < LAKE_SIDE * LAKE_SIDE; i++) {
+        const int column = i % LAKE_SIDE, row = i / LAKE_SIDE;
+        cloud.points[i].position =
+            (stp_dvec3){25.0 * column, 25.0 * row, lake_height(column, row, rough)};
+    }
+    check_ok(prep_cloud_run(&cloud, path, 2, NULL, &stats, err));
+    free(cloud.points);
+}
+
+/* The pixels with ink on the lake, a rim of five samples apart, and beside it. All else is of one
+ * grey. */
+static void count_ink(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
+                      size_t out[2], size_t *lake)
+{
+    static uint8_t lined[4 * PIXELS];
+    static float depth[PIXELS];
+    gl_fixture_draw(f, view, params, NULL, lined);
+    check_ok(stp_renderer_read_depth(f->renderer, depth, err));
+    out[0] = out[1] = *lake = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        if (!(depth[i] > 0.0f))
+            continue;
+        const stp_dvec3 at =
+            stp_view_unproject(view, i % SIZE + 0.5, i / SIZE + 0.5, (double)depth[i]);
+        const double away = hypot(at.x / 25.0 - 0.5 * LAKE_SIDE, at.y / 25.0 - 0.5 * LAKE_SIDE);
+        const bool inked = lined[4 * i] < 204 - 30;
+        *lake += away < LAKE_RADIUS - 5.0;
+        out[0] += inked && away < LAKE_RADIUS - 5.0;
+        out[1] += inked && away > LAKE_RADIUS + 5.0;
+    }
+}
+
+static void check_lake(const gl_fixture *f, double rough, stp_reconstruct reconstruct, bool near)
+{
+    stp_camera camera = stp_camera_around(&f->model->ball, (stp_dvec3){0.1, -0.2, 1.0},
+                                          (stp_dvec3){0.0, 1.0, 0.0}, 40.0, SIZE, SIZE);
+    const stp_draw_params params = {.reconstruct = reconstruct,
+                                    .shade = STP_SHADE_UNLIT,
+                                    .colour = STP_COLOUR_NONE,
+                                    .contour_step = LAKE_STEP,
+                                    .lod = near ? STP_LOD_COMPUTE : STP_LOD_AUTO};
+    size_t ink[2], lake = 0;
+    stp_view view;
+    camera.fovy_deg = near ? 12.0 : 40.0; /* 6 pixels a sample, or 2 */
+    check_ok(stp_view_create(&view, &camera, &f->model->ball, SIZE, SIZE, err));
+    count_ink(f, &view, &params, ink, &lake);
+    print_message("roughness %g, reconstruction %d: %zu of %zu pixels of the lake, %zu beside\n",
+                  rough, (int)reconstruct, ink[0], lake, ink[1]);
+    assert_true(lake > 2000);
+    assert_true(ink[0] <= lake / 250);
+    assert_true(near || ink[1] > 200);
+}
+
+/* A lake at the very height of a line has no ink, by any reconstruction, however rough and near;
+ * the slope around it has its lines. */
+static void no_lines_on_a_lake(void **state)
+{
+    (void)state;
+    static const double roughness[] = {0.0, 0.02, 0.1};
+    for (int k = 0; k < 3; k++) {
+        gl_fixture f = {0};
+        build_lake("lake.stipple", roughness[k]);
+        gl_fixture_open(&f, "lake.stipple", NULL);
+        check_lake(&f, roughness[k], STP_RECONSTRUCT_GAUSS, false);
+        check_lake(&f, roughness[k], STP_RECONSTRUCT_GAUSS, true);
+        for (int r = STP_RECONSTRUCT_BOX; k == 1 && r <= STP_RECONSTRUCT_SPLAT; r += 2)
+            check_lake(&f, roughness[k], (stp_reconstruct)r, false);
+        gl_fixture_close(&f);
+    }
+}
+
 static void no_lines_on_a_level_plane(void **state)
 {
     (void)state;
@@ -132,9 +211,9 @@ static void wrong_steps(void **state)
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
-    const struct CMUnitTest tests[] = {cmocka_unit_test(circles),
-                                       cmocka_unit_test(no_lines_on_a_level_plane),
-                                       cmocka_unit_test(wrong_steps)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(circles), cmocka_unit_test(no_lines_on_a_lake),
+        cmocka_unit_test(no_lines_on_a_level_plane), cmocka_unit_test(wrong_steps)};
     int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);
     return failed;

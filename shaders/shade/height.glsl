@@ -1,0 +1,48 @@
+// The height of a pixel's surface along the scan's z ("Heights" in README.md). Needs project.glsl and
+// pixel.glsl.
+
+// A surface that is turned away more (cosine) counts as facing the eye.
+#define STP_HEIGHT_GRAZING 0.05
+
+// height: relative to the eye. rise: to the next pixel at the right, and to the next above.
+struct stp_height {
+    float height;
+    vec2 rise;
+};
+
+// Where the ray through window coordinates meets the plane through a position of eye space.
+vec3 stp_height_meet(vec2 window, vec3 position, vec3 n)
+{
+    vec2 off = (window - centre.xy) / viewport.z;
+#if STP_ORTHOGRAPHIC
+    return vec3(off, position.z + dot(n.xy, position.xy - off) / n.z);
+#else
+    vec3 ray = vec3(off, -1.0);
+    return ray * (dot(n, position) / dot(n, ray));
+#endif
+}
+
+// The depth in the middle of a pixel's surface. A pixel's interval ends by the thickness of a sample
+// behind the surface ("Pixel" in README.md); pull takes the least of z_min and the greatest of z_max,
+// which lie as far on both sides of the middle.
+float stp_height_depth(stp_pixel p, float cosine)
+{
+    float k = min(1.0, abs(cosine));
+    float slope = min(5.0, sqrt(1.0 - k * k) / max(k, 1e-3));
+    float thickness = max(p.radius, 1.25 * slope / stp_pixels_per_unit(p.z_min));
+    return 0.5 * (p.z_min + max(p.z_max - thickness, p.z_min));
+}
+
+// n: the normal that the pixel is lit with. window: the pixel's centre.
+stp_height stp_height_of(stp_pixel p, vec3 n, vec2 window)
+{
+    vec3 up = vec3(axis_right.z, axis_up.z, axis_back.z); // the scan's z in eye space
+    vec3 ray = stp_ray(window);
+    float cosine = dot(n, ray), depth = stp_height_depth(p, cosine);
+    n = abs(cosine) > STP_HEIGHT_GRAZING ? n : -ray;
+    vec2 off = (window + p.d - centre.xy) / viewport.z;
+    vec3 position = STP_ORTHOGRAPHIC != 0 ? vec3(off, -depth) : vec3(off, -1.0) * depth;
+    float height = dot(up, stp_height_meet(window, position, n));
+    return stp_height(height, vec2(dot(up, stp_height_meet(window + vec2(1.0, 0.0), position, n)),
+                                   dot(up, stp_height_meet(window + vec2(0.0, 1.0), position, n))) - height);
+}
