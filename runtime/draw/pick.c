@@ -2,6 +2,7 @@
 #include "runtime/draw/pick.h"
 
 #include "base/memory.h"
+#include "runtime/colour_range.h"
 #include "runtime/draw/pixel_read.h"
 #include "runtime/gl/gl_context.h"
 
@@ -275,6 +276,24 @@ static stp_status find_sample(const stp_pick_params *params, stp_dvec3 *at, stp_
 
 /* ---- the whole ---- */
 
+/* The colour of a surface pixel, unlit. Elevation is looked up by the height (shade.glsl). */
+static void set_colour(const stp_draw_params *drawn, const pixel *p, stp_pick *pick)
+{
+    const double low = drawn->colour_range[0], high = drawn->colour_range[1];
+    const bool laid = drawn->shade >= STP_SHADE_LEVEL; /* an overlay, alone or mixed in */
+    const double share = !laid || drawn->shade == STP_SHADE_CONFIDENCE ? 0.0 : drawn->overlay;
+    const bool looked_up =
+        drawn->colour == STP_COLOUR_ELEVATION && (!laid || drawn->overlay > 0.0);
+    float own[3] = {0.0f, 0.0f, 0.0f};
+    if (looked_up)
+        stp_palette_colour(stp_colour_palette(drawn),
+                           high > low ? (pick->position.z - low) / (high - low) : 0.0, own);
+    for (int i = 0; i < 3; i++) {
+        const double c = looked_up ? (1.0 - share) * (double)own[i] + share * p->rgb[i] : p->rgb[i];
+        pick->rgb[i] = (uint8_t)(255.0 * c + 0.5);
+    }
+}
+
 bool stp_pick_choose(const stp_pyramid *pyramid, int *x, int *y)
 {
     enum { REACH = STP_PICK_REACH_PX, SIDE = 2 * REACH + 1 };
@@ -317,13 +336,12 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
         pick.normal = stp_direction_to_world(params->frame, seen);
-        for (int i = 0; i < 3; i++)
-            pick.rgb[i] = (uint8_t)(255.0 * p.rgb[i] + 0.5);
         pick.radius = p.radius;
         pick.pyramid_level = (p.tag - 1) >> 4;
         pick.interpolated = pick.pyramid_level > 0;
         STP_TRY(find_sample(params, &at, &pick, err));
         pick.position = stp_dvec3_add(params->eye, stp_direction_to_world(params->frame, at));
+        set_colour(params->drawn, &p, &pick);
     }
     STP_TRY(stp_gl_check("picking", err));
     *out = pick;

@@ -17,6 +17,7 @@ typedef struct stp_pick_params {
     const stp_pyramid *pyramid;
     const stp_object_texture *texture;
     const stp_gpu_frame *frame;
+    const stp_draw_params *drawn; /* what the picture was drawn with */
     stp_dvec3 eye;
     bool finished; /* level 0 has the finished pixel */
     int x, y;      /* inside the picture */

@@ -107,6 +107,7 @@ static stp_status pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *
                           &(stp_pick_params){.pyramid = &r->pyramid,
                                              .texture = stp_block_cache_texture(r->cache),
                                              .frame = &r->frame,
+                                             .drawn = &r->drawn,
                                              .eye = r->eye,
                                              .finished = stp_reconstruct_finishes(
                                                  &r->reconstruct, r->last.pyramid_levels),

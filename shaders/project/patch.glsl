@@ -34,7 +34,6 @@ struct stp_disc {
     float radius;
     vec3 colour;
     float intensity;      // 0 to 1
-    float elevation;      // along the scan's z, relative to the eye
     uint class_id;
     bool outlier;
     uint fit;             // stp_sample_fit: how the normal was found
@@ -156,9 +155,7 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
 {
     stp_disc disc;
     uint radius = texel.y >> 16 & 255u;
-    vec3 from_eye = stp_sample_position(texel, origin, step);
-    disc.position = stp_to_eye(from_eye);
-    disc.elevation = from_eye.z;
+    disc.position = stp_to_eye(stp_sample_position(texel, origin, step));
     disc.intensity = float(texel.w >> 24) / 255.0;
     disc.class_id = texel.z >> 24;
     disc.outlier = (texel.y & 0x04000000u) != 0u;

@@ -58,7 +58,7 @@ float stp_patch_error(stp_patch p, vec2 error)
     return stp_rule_error(scale, sin_alpha, error.x, error.y);
 }
 
-// The colour that STP_COLOUR gives a sample.
+// The colour that STP_COLOUR gives a sample. Elevation is looked up for each pixel (shade.glsl).
 vec3 stp_own_colour(stp_disc disc)
 {
 #if STP_COLOUR == STP_COLOUR_NONE
@@ -68,7 +68,7 @@ vec3 stp_own_colour(stp_disc disc)
 #elif STP_COLOUR == STP_COLOUR_CLASS
     return stp_palette_class(disc.class_id);
 #elif STP_COLOUR == STP_COLOUR_ELEVATION
-    return stp_palette_ramp((disc.elevation - colour_range.x) * colour_range.y);
+    return vec3(0.0);
 #elif STP_COLOUR == STP_COLOUR_OUTLIERS
     return stp_palette_outlier(disc.outlier, disc.colour);
 #elif STP_COLOUR == STP_COLOUR_FIT
@@ -96,7 +96,7 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id)
     return stp_own_colour(disc);
 #endif
 #if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
-#if STP_OVERLAY
+#if STP_OVERLAY && STP_COLOUR != STP_COLOUR_ELEVATION
     shown = mix(stp_own_colour(disc), shown, colour_range.z);
 #endif
     return shown;

@@ -30,7 +30,6 @@ stp_disc stp_disc_mix(stp_disc a, stp_disc b, float t)
     c.radius = mix(a.radius, b.radius, t);
     c.colour = mix(a.colour, b.colour, t);
     c.intensity = mix(a.intensity, b.intensity, t);
-    c.elevation = mix(a.elevation, b.elevation, t);
     return c;
 }
 
@@ -147,7 +146,6 @@ stp_disc stp_ribbon_disc(stp_ribbon r, vec2 window)
                     : far_high + parts.x * (far_low - far_high) + parts.y * (near_high - far_high);
     stp_disc c = stp_disc_mix(r.a, r.b, first ? parts.y : 1.0 - parts.y);
     c.position = at;
-    c.elevation = dot(vec3(axis_right.z, axis_up.z, axis_back.z), at);
     c.radius = 0.0;
     return c;
 }

@@ -1,5 +1,5 @@
 // Deferred shading of a finished pixel ("Shading" in README.md). Needs project.glsl, pixel.glsl,
-// palette.glsl.
+// palette.glsl, height.glsl.
 
 vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
 {
@@ -34,15 +34,31 @@ vec3 stp_shade_normal(stp_pixel p, vec3 v)
     return stp_tag_tube(p.tag) ? stp_tube_normal(p.normal, STP_SHADE_TOWARDS) : n;
 }
 
+// The colour before light: the pixel's own, or that of its height. With elevation under an overlay
+// the pixel's own is the overlay's.
+vec3 stp_shade_colour(stp_pixel p, vec3 n, vec2 window)
+{
+#if STP_COLOUR == STP_COLOUR_ELEVATION && (STP_SHADE < STP_SHADE_LEVEL || STP_OVERLAY)
+    float height = stp_height_of(p, n, window).height;
+    vec3 c = stp_palette_ramp((height - colour_range.x) * colour_range.y);
+#if STP_OVERLAY && STP_SHADE != STP_SHADE_CONFIDENCE
+    c = mix(c, p.colour, colour_range.z);
+#endif
+    return c;
+#else
+    return p.colour;
+#endif
+}
+
 // RGBA, alpha 1 where covered. window: the pixel's centre.
 vec4 stp_shade(stp_pixel p, vec2 window)
 {
     vec3 v = -stp_ray(window);
     vec3 n = stp_shade_normal(p, v);
 #if STP_SHADE == STP_SHADE_PHONG
-    vec3 c = stp_phong(p.colour, n, v);
+    vec3 c = stp_phong(stp_shade_colour(p, n, window), n, v);
 #elif STP_SHADE == STP_SHADE_LAMBERT
-    vec3 c = p.colour * (0.05 + 0.85 * max(0.0, dot(n, light.xyz)));
+    vec3 c = stp_shade_colour(p, n, window) * (0.05 + 0.85 * max(0.0, dot(n, light.xyz)));
 #elif STP_SHADE == STP_SHADE_NORMAL
     vec3 c = n * 0.5 + 0.5;
 #elif STP_SHADE == STP_SHADE_DEPTH
@@ -51,10 +67,10 @@ vec4 stp_shade(stp_pixel p, vec2 window)
 #if STP_SHADE == STP_SHADE_CONFIDENCE
     vec3 c = stp_palette_confidence(stp_tag_source(p.tag));
 #if STP_OVERLAY
-    c = mix(p.colour, c, colour_range.z);
+    c = mix(stp_shade_colour(p, n, window), c, colour_range.z);
 #endif
 #else
-    vec3 c = p.colour; // unlit; for level, chunk or error, written at projection
+    vec3 c = stp_shade_colour(p, n, window); // unlit; of level, chunk, error: written at projection
 #endif
 #if STP_OVERLAY
     c = stp_phong(c, n, v);

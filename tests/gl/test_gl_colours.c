@@ -1,5 +1,5 @@
-/* Tests colours by attribute: a picture by intensity, class or elevation must equal the picture of
- * the same points with the palette's colours. */
+/* Tests colours by attribute: a picture by intensity or class must equal the picture of the same
+ * points with the palette's colours. Elevation: test_gl_elevation. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 
@@ -45,12 +45,9 @@ static void expected(const stp_point *p, const stp_draw_params *params, double r
         for (int k = 0; k < 4; k++)
             if (p->class_id == classes[k])
                 memcpy(rgb, class_colours[k], 3 * sizeof *rgb);
-    } else if (params->colour == STP_COLOUR_INTENSITY) {
+    } else {
         double x = clamped(((p->intensity >> 8) / 255.0 - low) / extent);
         (params->palette == STP_PALETTE_VIRIDIS ? viridis : grey)(x, rgb);
-    } else {
-        double x = clamped((p->position.z - low) / extent);
-        (params->palette == STP_PALETTE_GREY ? grey : viridis)(x, rgb);
     }
 }
 
@@ -125,17 +122,6 @@ static void by_class(void **state)
 {
     (void)state;
     check_colours((stp_draw_params){.colour = STP_COLOUR_CLASS});
-}
-
-/* Heights of a georeferenced model: the palette's range is computed in double. */
-static void by_elevation(void **state)
-{
-    (void)state;
-    check_colours((stp_draw_params){.colour = STP_COLOUR_ELEVATION,
-                                    .colour_range = {centre.z - radius, centre.z + 0.5 * radius}});
-    check_colours((stp_draw_params){.colour = STP_COLOUR_ELEVATION,
-                                    .palette = STP_PALETTE_GREY,
-                                    .colour_range = {centre.z - radius, centre.z + radius}});
 }
 
 /* Marked points must be magenta, the others grey by their brightness. Draws single pixels. */
@@ -248,8 +234,8 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(by_intensity), cmocka_unit_test(by_class), cmocka_unit_test(by_elevation),
-        cmocka_unit_test(by_outliers),  cmocka_unit_test(by_fit),   cmocka_unit_test(ranges),
+        cmocka_unit_test(by_intensity), cmocka_unit_test(by_class), cmocka_unit_test(by_outliers),
+        cmocka_unit_test(by_fit),       cmocka_unit_test(ranges),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     stp_gl_context_destroy(&context);

@@ -5,6 +5,7 @@
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/line_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/square_fixture.h"
 #include "tests/support/views.h"
 
 enum { SIZE = 256, PIXELS = SIZE * SIZE };
@@ -47,23 +48,6 @@ static stp_line_set lines_make(uint64_t count, uint64_t each, stp_line_kind kind
             v->class_id = (uint8_t)(s + 1);
             paint(v->rgb, 1);
         }
-    }
-    return out;
-}
-
-/* A square of two triangles, blue, class 9. */
-static stp_triangle_set square_make(const stp_dvec3 corners[4])
-{
-    static const uint32_t both[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    stp_triangle_set out = {calloc(4, sizeof *out.vertices), 4, calloc(2, sizeof *out.triangles),
-                            2};
-    assert_non_null(out.vertices);
-    assert_non_null(out.triangles);
-    memcpy(out.triangles, both, sizeof both);
-    for (int i = 0; i < 4; i++) {
-        out.vertices[i].position = corners[i];
-        out.vertices[i].class_id = 9;
-        paint(out.vertices[i].rgb, 2);
     }
     return out;
 }
