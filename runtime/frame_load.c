@@ -23,6 +23,7 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
                                  const stp_scene *scene)
 {
     stp_gpu_frame frame = stp_gpu_frame_from_view(view);
+    const stp_dvec3 eye = stp_unexaggerated(params, view->eye);
     bool every = params->every_sample || params->lod == STP_LOD_FULL;
     double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
     double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
@@ -33,9 +34,11 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
         terms & STP_TERM_RADIUS ? (float)(cap * fmax(1.0, threshold * threshold)) : INFINITY;
     frame.terms[0] = colour ? STP_COLOUR_WEIGHT : 0.0f;
     frame.terms[1] = terms & STP_TERM_SILHOUETTE ? STP_SILHOUETTE_WEIGHT : 1.0f;
+    if (params->exaggerate > 0.0 && params->exaggerate != 1.0)
+        stp_gpu_frame_exaggerate(&frame, params->exaggerate);
     stp_culling_place(&frame, params, view, scene);
-    stp_colour_range_place(frame.colour_range, params, &view->eye);
-    stp_filter_place(&frame, params, &view->eye);
+    stp_colour_range_place(frame.colour_range, params, &eye);
+    stp_filter_place(&frame, params, &eye);
     return frame;
 }
 
@@ -241,7 +244,7 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= STP_STREAM_WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
-        const cut_view view = {r, &frame, ahead->eye};
+        const cut_view view = {r, &frame, stp_unexaggerated(d->params, ahead->eye)};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

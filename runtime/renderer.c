@@ -76,6 +76,7 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .edges = params->smooth_edges && params->reconstruct != STP_RECONSTRUCT_POINTS,
         .edl = params->edl > 0.0,
         .contours = params->contour_step > 0.0,
+        .exaggerated = params->exaggerate > 0.0 && params->exaggerate != 1.0,
         .colour = (int)params->colour,
         .palette = (int)stp_colour_palette(params),
         .shade = (int)params->shade,
@@ -275,7 +276,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (r->variant.splat)
         STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params, &r->scene);
-    r->eye = view->eye;
+    r->eye = stp_unexaggerated(params, view->eye);
     stp_renderer_bind_frame(r);
     stp_block_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();

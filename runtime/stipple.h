@@ -203,6 +203,11 @@ typedef struct stp_draw_params {
     /* Lines of equal height (z), in the scan's units: at contour_base and every contour_step above
      * and below it. contour_step 0: none. */
     double contour_step, contour_base;
+    /* Heights (z) are drawn so many times as high about exaggerate_about; 0: as they are, else 0.01
+     * to 100. Cameras and matrices then belong to the world as drawn (stp_exaggerated); everything
+     * else keeps the model's coordinates: clip box, colour_range, contours, and what is picked. The
+     * error on the screen stays within the threshold. */
+    double exaggerate, exaggerate_about;
     /* While streaming, level changes fade instead of popping: the share of a change that one frame
      * still keeps from the frame before, in (0, 1). 0: no fading. Soon after the view comes to
      * rest, the picture is free of it. */
@@ -224,6 +229,14 @@ typedef struct stp_draw_params {
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
+#define STP_EXAGGERATE_LEAST 0.01
+#define STP_EXAGGERATE_MOST 100.0
+
+/* Where an exaggerated picture has a place of the world, and the place that it has there. */
+stp_dvec3 stp_exaggerated(const stp_draw_params *params, stp_dvec3 place);
+stp_dvec3 stp_unexaggerated(const stp_draw_params *params, stp_dvec3 drawn);
+/* A ball around all that an exaggerated picture shows of a ball: make the view with it. */
+stp_ball stp_exaggerated_ball(const stp_draw_params *params, const stp_ball *ball);
 
 /* The stages of a frame, in this order. */
 typedef enum stp_stage {
@@ -319,7 +332,7 @@ stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *cons
  * not an error: its parent is drawn instead, and stp_renderer_damage reports the damage. Shader
  * programs are compiled for params, and again if the last frame's programs do not fit them. Errors:
  * GL (a shader), IO, LIMIT, OUT_OF_MEMORY; INVALID_ARGUMENT (clip box inverted or not a number;
- * overlay, contours, light, edl or fade out of range). */
+ * overlay, contours, exaggerate, light, edl or fade out of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
 
@@ -369,6 +382,8 @@ typedef struct stp_pick {
     stp_dvec3 position;
     double depth, depth_end; /* the interval of the front surface along the camera's axis */
     stp_dvec3 normal;        /* of the surface, unit, world axes; turned to the eye if two-sided */
+    /* If the picture is exaggerated, position, normal and radius are those of the model; depths are
+     * always the picture's. */
     uint8_t rgb[3];          /* of the surface, unlit, after `colour` and `overlay` */
     bool interpolated; /* no sample fell on this pixel, or only one behind the front surface */
     int pyramid_level; /* the level that the pixel comes from; 0: measured */
@@ -393,7 +408,7 @@ stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_err
 
 /* Reads the normals of the last picture, which must have been drawn with keep_pixels: three floats
  * a pixel (width * height * 3), bottom row first. Unit vectors in world axes, turned to the viewer
- * where both sides are drawn; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without
+ * where both sides are drawn; the model's own, even if exaggerated; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without
  * keep_pixels), OUT_OF_MEMORY, GL. */
 stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 

@@ -12,11 +12,15 @@
 
 // The values of a whole frame. Lengths in the scan's units, angles as cosines, image in pixels.
 layout(std140, binding = 0) uniform stp_frame {
-    vec4 axis_right;    // xyz: eye space's axes in the world
+    // xyz: take a place relative to the eye to eye space. They are its axes in the world if nothing is
+    // exaggerated; otherwise z is multiplied. w of the three: direction back to the eye where the view
+    // looks, unit, in the world.
+    vec4 axis_right;
     vec4 axis_up;
     vec4 axis_back;
     vec4 viewport;      // width, height, f, near depth
-    vec4 centre;        // window coordinates of the camera's axis; -, -
+    vec4 centre;        // window coordinates of the camera's axis; how many times as high heights are
+                        // drawn; 1 / its square
     vec4 frustum[2];    // side planes: left, right, then low, high: (cos, sin) each; for the CPU
     vec4 quality;       // threshold in pixels, radius cap in pixels, ball near, ball far
     vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere);
@@ -60,8 +64,8 @@ void stp_frame_hold()
 #define STP_BACKS_DRAWN 256 // no back is left out, even if hidden
 
 // A program is compiled for one variant (runtime/gl/shader.h). STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP,
-// STP_HIDE_CLASSES, STP_OVERLAY, STP_CONTOURS, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0 or 1; STP_SHADE,
-// STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
+// STP_HIDE_CLASSES, STP_OVERLAY, STP_CONTOURS, STP_EXAGGERATED, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0
+// or 1; STP_SHADE, STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
 // compiled, since software rasterisers run both sides of a branch.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1

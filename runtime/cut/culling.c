@@ -25,16 +25,20 @@ static bool may_cut(const stp_view *view, const stp_ball *ball)
 }
 
 /* Whether the picture shows the model's closed surfaces only from outside. */
-static bool is_outside(const stp_view *view, const stp_model *model)
+static bool is_outside(const stp_view *view, const stp_draw_params *params, const stp_model *model)
 {
-    if (may_cut(view, &model->ball))
+    const stp_ball ball = stp_exaggerated_ball(params, &model->ball);
+    /* the near plane reaches farther in the world as it is, if that is drawn smaller */
+    const double longer = params->exaggerate > 0.0 ? fmax(1.0, 1.0 / params->exaggerate) : 1.0;
+    if (may_cut(view, &ball))
         return false;
     if (view->orthographic)
         return true;
     double width = view->width + 2.0 * fabs(view->offset[0]);
     double height = view->height + 2.0 * fabs(view->offset[1]);
     double corner = sqrt(1.0 + (width * width + height * height) / (4.0 * view->f * view->f));
-    return stp_outside_holds(&model->outside, view->eye, corner * view->near_depth);
+    return stp_outside_holds(&model->outside, stp_unexaggerated(params, view->eye),
+                             longer * corner * view->near_depth);
 }
 
 /* Adds the openings of a model; false if there is no room for them. */
@@ -65,7 +69,8 @@ static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, cons
         const stp_model *model = scene->models[i].model;
         if (params->hidden_models >> i & 1 || model->outside.point_count == 0)
             continue;
-        if (!is_outside(view, model) || !add_openings(frame, &model->outside, view->eye))
+        if (!is_outside(view, params, model) ||
+            !add_openings(frame, &model->outside, stp_unexaggerated(params, view->eye)))
             return false;
     }
     return true;

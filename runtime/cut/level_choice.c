@@ -8,12 +8,12 @@ static float dot3(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static void set_axis(float out[4], stp_dvec3 axis)
+static void set_axis(float out[4], stp_dvec3 axis, double back)
 {
     out[0] = (float)axis.x;
     out[1] = (float)axis.y;
     out[2] = (float)axis.z;
-    out[3] = 0.0f;
+    out[3] = (float)back;
 }
 
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
@@ -21,7 +21,7 @@ stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
     stp_gpu_frame frame = {
         .viewport = {(float)view->width, (float)view->height, (float)view->f,
                      (float)view->near_depth},
-        .centre = {(float)stp_view_axis_x(view), (float)stp_view_axis_y(view)},
+        .centre = {(float)stp_view_axis_x(view), (float)stp_view_axis_y(view), 1.0f, 1.0f},
         .quality = {0.0f, 0.0f, (float)view->ball_near, (float)view->ball_far},
         .modes = {view->orthographic, 0, 0, 0},
     };
@@ -32,10 +32,45 @@ stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view)
         frame.frustum[i / 2][2 * (i % 2)] = (float)(view->f / length);
         frame.frustum[i / 2][2 * (i % 2) + 1] = (float)(sides[i] / length);
     }
-    set_axis(frame.axis_right, view->right);
-    set_axis(frame.axis_up, view->up);
-    set_axis(frame.axis_back, view->back);
+    set_axis(frame.axis_right, view->right, view->back.x);
+    set_axis(frame.axis_up, view->up, view->back.y);
+    set_axis(frame.axis_back, view->back, view->back.z);
     return frame;
+}
+
+void stp_gpu_frame_exaggerate(stp_gpu_frame *frame, double times)
+{
+    float *const axes[3] = {frame->axis_right, frame->axis_up, frame->axis_back};
+    const stp_dvec3 back =
+        stp_dvec3_normalize((stp_dvec3){(double)frame->axis_right[3], (double)frame->axis_up[3],
+                                        (double)frame->axis_back[3] / times});
+    for (int i = 0; i < 3; i++)
+        axes[i][2] = (float)((double)axes[i][2] * times);
+    axes[0][3] = (float)back.x;
+    axes[1][3] = (float)back.y;
+    axes[2][3] = (float)back.z;
+    frame->centre[2] = (float)times;
+    frame->centre[3] = (float)(1.0 / (times * times));
+}
+
+static bool is_exaggerated(const stp_gpu_frame *frame)
+{
+    return frame->centre[3] != 1.0f;
+}
+
+/* Where an orthographic view looks from, in the world. */
+static void back_of(const stp_gpu_frame *frame, float out[3])
+{
+    out[0] = frame->axis_right[3];
+    out[1] = frame->axis_up[3];
+    out[2] = frame->axis_back[3];
+}
+
+static void to_eye(const stp_gpu_frame *frame, const float world[3], float out[3])
+{
+    out[0] = dot3(frame->axis_right, world);
+    out[1] = dot3(frame->axis_up, world);
+    out[2] = dot3(frame->axis_back, world);
 }
 
 static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], float radius)
@@ -62,14 +97,18 @@ typedef struct aspect {
 static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     bool orthographic = frame->modes[0] != 0;
-    float range = sqrtf(dot3(bound->centre, bound->centre));
+    float eye[3], radius = bound->radius * stp_frame_stretch(frame);
+    to_eye(frame, bound->centre, eye);
+    float range = is_exaggerated(frame) ? sqrtf(dot3(eye, eye))
+                                        : sqrtf(dot3(bound->centre, bound->centre));
     float least = range > 1e-30f ? range : 1e-30f;
     float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
                                  : dot3(bound->centre, bound->cone_axis) / least;
+    cos_phi = is_exaggerated(frame) ? 0.0f : cos_phi; /* the cone is another: any normal may be */
     return (aspect){range,
-                    orthographic            ? 0.0f
-                    : bound->radius < least ? bound->radius / least
-                                            : 1.0f,
+                    orthographic     ? 0.0f
+                    : radius < least ? radius / least
+                                     : 1.0f,
                     cos_phi < -1.0f  ? -1.0f
                     : cos_phi > 1.0f ? 1.0f
                                      : cos_phi};
@@ -85,10 +124,12 @@ static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     bool orthographic = frame->modes[0] != 0;
+    float back[3];
+    back_of(frame, back);
     float r2 = orthographic ? 0.0f : bound->radius * bound->radius;
     float range2 = orthographic ? 1.0f : dot3(bound->centre, bound->centre);
     float along = orthographic
-                      ? -dot3(frame->axis_back, bound->cone_axis)
+                      ? -dot3(back, bound->cone_axis)
                       : dot3(bound->centre, bound->cone_axis) - bound->radius * bound->cone_cos;
     float cos2 = bound->cone_cos * bound->cone_cos, tangent2 = range2 - r2;
     return bound->cone_cos > 0.0f && along > 0.0f && cos2 * tangent2 > (1.0f - cos2) * r2 &&
@@ -98,8 +139,9 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 /* shaders/project/project.glsl does the same. */
 bool stp_opening_shows(const stp_gpu_frame *frame, int i, const float centre[3], float radius)
 {
-    const float *ball = frame->openings[i], *back = frame->axis_back;
-    float off[3], reach = ball[3] + radius * 1.00001f, part = 1.0f;
+    const float *ball = frame->openings[i];
+    float off[3], back[3], reach = ball[3] + radius * 1.00001f, part = 1.0f;
+    back_of(frame, back);
     if (frame->modes[0] == 0) {
         part = dot3(ball, centre) / fmaxf(dot3(centre, centre), 1e-30f);
         part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
@@ -157,19 +199,19 @@ bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, f
 {
     if (is_culled(frame, bound)) /* first, since this takes half of a closed model */
         return false;
-    eye[0] = dot3(frame->axis_right, bound->centre);
-    eye[1] = dot3(frame->axis_up, bound->centre);
-    eye[2] = dot3(frame->axis_back, bound->centre);
-    return !outside_frustum(frame, eye, bound->radius) && !outside_clip(frame, bound);
+    to_eye(frame, bound->centre, eye);
+    return !outside_frustum(frame, eye, bound->radius * stp_frame_stretch(frame)) && !outside_clip(frame, bound);
 }
 
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     aspect a = aspect_of(frame, bound);
     float sin_alpha = stp_rule_sin_alpha(a.cos_phi, bound->cone_cos, a.sin_beta);
+    float stretch = stp_frame_stretch(frame); /* errors and radii are drawn as much longer */
     return (stp_rule_sight){
-        stp_rule_scale(-dot3(frame->axis_back, bound->centre), a.range, bound->radius,
-                       frame->viewport[2], frame->viewport[3], frame->modes[0] != 0),
+        stretch * stp_rule_scale(-dot3(frame->axis_back, bound->centre), a.range,
+                                 bound->radius * stretch, frame->viewport[2], frame->viewport[3],
+                                 frame->modes[0] != 0),
         sin_alpha,
         stp_rule_is_silhouette(sin_alpha) ? frame->terms[1] : 1.0f,
     };

@@ -17,6 +17,12 @@
  * box and classes. */
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
 
+/* Makes heights so many times as high. Everything relative to the eye is then relative to where the
+ * eye is in the world as it is (stp_unexaggerated): lines of sight stay what they are, so culling,
+ * clip box and openings ask the world as it is. Only eye space is stretched, and with it errors,
+ * radii and bounds, by at most max(1, times). */
+void stp_gpu_frame_exaggerate(stp_gpu_frame *frame, double times);
+
 /* The level of each quarter (formats/chunk/sample.h); STP_LEVEL_SKIP: the quarter does not exist,
  * or quarter 0 draws level 3, which stands for the whole patch. */
 typedef struct stp_levels {
@@ -58,6 +64,12 @@ typedef struct stp_rule_sight {
     float sin_alpha;    /* greatest sine of the angle between eye ray and normal */
     float error_weight; /* above 1 if the silhouette term is on and outlines may be here */
 } stp_rule_sight;
+
+/* How many times as long as it is anything is drawn at most. */
+static inline float stp_frame_stretch(const stp_gpu_frame *frame)
+{
+    return frame->centre[2] > 1.0f ? frame->centre[2] : 1.0f;
+}
 
 /* The ball around a block's samples, relative to the eye. origin: of its chunk. */
 stp_ball stp_block_ball(const stp_block *block, stp_dvec3 origin, stp_dvec3 eye);

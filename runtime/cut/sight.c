@@ -169,7 +169,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (!stp_rule_visible(&frame, &bound, eye) ||
             leave_below(l, draw, &r->patches[i], brief, &bound))
             continue;
-        mark_tiles(params, worker, eye, bound.radius);
+        mark_tiles(params, worker, eye, bound.radius * stp_frame_stretch(params->frame));
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         float radius_px = brief->vertex_radius * sight.scale;
         if (params->vertices && stp_vertex_does(params->frame, &sight, brief)) {

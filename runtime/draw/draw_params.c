@@ -22,6 +22,8 @@
     ARRAY(light)                                                                                   \
     VALUE(contour_step)                                                                            \
     VALUE(contour_base)                                                                            \
+    VALUE(exaggerate)                                                                              \
+    VALUE(exaggerate_about)                                                                        \
     FADE(fade)                                                                                     \
     CLIP(clip)                                                                                     \
     ARRAY(hidden_classes)                                                                          \

@@ -28,6 +28,14 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "contours every %g from %g: give a positive step, both finite",
                              params->contour_step, params->contour_base);
+    if (!(params->exaggerate == 0.0 || (params->exaggerate >= STP_EXAGGERATE_LEAST &&
+                                        params->exaggerate <= STP_EXAGGERATE_MOST)) ||
+        !isfinite(params->exaggerate_about))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "heights %g times as high about %g: give %g to %g times, and a finite "
+                             "height",
+                             params->exaggerate, params->exaggerate_about, STP_EXAGGERATE_LEAST,
+                             STP_EXAGGERATE_MOST);
     const double *l = params->light;
     if (!isfinite(l[0] * l[0] + l[1] * l[1] + l[2] * l[2]))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
@@ -68,8 +76,9 @@ static double along(const float axis[4], stp_dvec3 v)
 
 static void set_light(stp_gpu_frame *frame, const stp_draw_params *params)
 {
-    const stp_dvec3 world =
+    stp_dvec3 world =
         stp_dvec3_normalize((stp_dvec3){params->light[0], params->light[1], params->light[2]});
+    world.z /= (double)frame->centre[2]; /* the light shines on the world as drawn */
     const bool fixed = world.x != 0.0 || world.y != 0.0 || world.z != 0.0;
     const vec3s own = camera_light(params->shade);
     frame->light[0] = fixed ? (float)along(frame->axis_right, world) : own.x;

@@ -282,8 +282,7 @@ static void set_colour(const stp_draw_params *drawn, const pixel *p, stp_pick *p
     const double low = drawn->colour_range[0], high = drawn->colour_range[1];
     const bool laid = drawn->shade >= STP_SHADE_LEVEL; /* an overlay, alone or mixed in */
     const double share = !laid || drawn->shade == STP_SHADE_CONFIDENCE ? 0.0 : drawn->overlay;
-    const bool looked_up =
-        drawn->colour == STP_COLOUR_ELEVATION && (!laid || drawn->overlay > 0.0);
+    const bool looked_up = drawn->colour == STP_COLOUR_ELEVATION && (!laid || drawn->overlay > 0.0);
     float own[3] = {0.0f, 0.0f, 0.0f};
     if (looked_up)
         stp_palette_colour(stp_colour_palette(drawn),
@@ -335,12 +334,13 @@ stp_status stp_pick_find(stp_pick *out, const stp_pick_params *params, stp_error
         pick.hit = true;
         pick.depth = p.z_min;
         pick.depth_end = p.z_max;
-        pick.normal = stp_direction_to_world(params->frame, seen);
+        pick.normal = stp_normal_to_world(params->frame, seen);
         pick.radius = p.radius;
         pick.pyramid_level = (p.tag - 1) >> 4;
         pick.interpolated = pick.pyramid_level > 0;
         STP_TRY(find_sample(params, &at, &pick, err));
-        pick.position = stp_dvec3_add(params->eye, stp_direction_to_world(params->frame, at));
+        pick.radius /= stp_disc_stretch(params->frame, pick.normal);
+        pick.position = stp_dvec3_add(params->eye, stp_place_to_world(params->frame, at));
         set_colour(params->drawn, &p, &pick);
     }
     STP_TRY(stp_gl_check("picking", err));

@@ -25,11 +25,31 @@ static stp_dvec3 scale_axis(const float axis[4], double s)
     return (stp_dvec3){(double)axis[0] * s, (double)axis[1] * s, (double)axis[2] * s};
 }
 
-stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 d)
+/* By the transposed axes, whose z is multiplied if heights are exaggerated. */
+static stp_dvec3 turn_back(const stp_gpu_frame *frame, stp_dvec3 d)
 {
     return stp_dvec3_add(
         scale_axis(frame->axis_right, d.x),
         stp_dvec3_add(scale_axis(frame->axis_up, d.y), scale_axis(frame->axis_back, d.z)));
+}
+
+stp_dvec3 stp_place_to_world(const stp_gpu_frame *frame, stp_dvec3 place)
+{
+    stp_dvec3 world = turn_back(frame, place);
+    world.z *= (double)frame->centre[3];
+    return world;
+}
+
+stp_dvec3 stp_normal_to_world(const stp_gpu_frame *frame, stp_dvec3 normal)
+{
+    const stp_dvec3 world = turn_back(frame, normal);
+    return frame->centre[3] == 1.0f ? world : stp_dvec3_normalize(world);
+}
+
+double stp_disc_stretch(const stp_gpu_frame *frame, stp_dvec3 normal)
+{
+    const double times = (double)frame->centre[2];
+    return sqrt(1.0 + fmax(0.0, times * times - 1.0) * fmax(0.0, 1.0 - normal.z * normal.z));
 }
 
 stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y)
@@ -57,7 +77,7 @@ static void unpack_row(const uint32_t (*paint)[4], const stp_gpu_frame *frame, i
         stp_dvec3 n = stp_direction_unpack(paint[x][0]);
         stp_dvec3 world = {0.0, 0.0, 0.0};
         if (tag != 0)
-            world = stp_direction_to_world(frame, stp_pixel_normal(frame, n, tag, x, y));
+            world = stp_normal_to_world(frame, stp_pixel_normal(frame, n, tag, x, y));
         xyz[3 * x] = (float)world.x;
         xyz[3 * x + 1] = (float)world.y;
         xyz[3 * x + 2] = (float)world.z;

@@ -20,8 +20,13 @@ stp_dvec3 stp_direction_unpack(uint32_t code);
 /* The normal of pixel (x, y) as it is seen, from its unpacked direction n. A two-sided normal is
  * turned to the eye; for a tube, n is the tangent and the result is across it. Eye space, unit. */
 stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y);
-/* Turns a direction from eye space to world axes. */
-stp_dvec3 stp_direction_to_world(const stp_gpu_frame *frame, stp_dvec3 direction);
+/* Takes a place in eye space to world axes, relative to the eye. */
+stp_dvec3 stp_place_to_world(const stp_gpu_frame *frame, stp_dvec3 place);
+/* Takes a normal in eye space to world axes; unit. */
+stp_dvec3 stp_normal_to_world(const stp_gpu_frame *frame, stp_dvec3 normal);
+/* How many times as large a disc with this normal (world axes) is drawn: by its longest diameter.
+ */
+double stp_disc_stretch(const stp_gpu_frame *frame, stp_dvec3 normal);
 
 /* Reads the normals from the paint texture of a level that has the frame's viewport: xyz in world
  * axes, bottom row first, turned to the viewer if two-sided; 0 0 0 where empty. Errors:

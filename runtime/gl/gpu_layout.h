@@ -54,9 +54,13 @@ enum {
 
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
+    /* xyz: take a place relative to the eye to eye space. They are its axes in the world if nothing
+     * is exaggerated; otherwise z is multiplied. w of the three: direction back to the eye where the
+     * view looks, unit, in the world. */
     float axis_right[4], axis_up[4], axis_back[4];
     float viewport[4];   /* width, height, f, near depth */
-    float centre[4];     /* window coordinates of the camera's axis; -, - */
+    float centre[4];     /* window coordinates of the camera's axis; how many times as high heights
+                            are drawn; 1 / its square */
     float frustum[2][4]; /* side planes: left, right, then low, high: (cos, sin) each */
     float quality[4];    /* threshold, radius cap, both in pixels; ball near, far */
     float terms[4];      /* weight of colours, weight of errors at outlines; contours: step, the

@@ -30,6 +30,7 @@ typedef struct stp_variant {
     bool clip, classes;  /* there is a clip box; there are hidden classes */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool contours;       /* lines of equal height */
+    bool exaggerated;    /* heights are drawn higher or lower */
     bool edges;          /* smooths edges by a pass with a program of its own; no macro */
     bool edl;            /* eye-dome lighting by a pass with a program of its own; no macro */
     int colour, palette; /* stp_colour, stp_palette but OWN */
@@ -38,7 +39,7 @@ typedef struct stp_variant {
     bool fade; /* marks pixels by level, and has the program of fade.frag */
 } stp_variant;
 
-#define STP_VARIANT_DEFINES_BYTES 680
+#define STP_VARIANT_DEFINES_BYTES 720
 
 /* The variant as lines for stp_program_params.defines. */
 void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);

@@ -42,7 +42,11 @@ stp_aspect stp_patch_aspect(stp_patch p)
     float range = length(stp_to_eye(p.bound_centre));
     float sin_beta = orthographic ? 0.0 : min(1.0, p.bound_radius / max(range, 1e-30));
     vec3 direction = orthographic ? -axis_back.xyz : p.bound_centre / max(range, 1e-30);
+#if STP_EXAGGERATED
+    return stp_aspect(range, sin_beta, 0.0); // the cone is another: any normal may be
+#else
     return stp_aspect(range, sin_beta, clamp(dot(direction, p.cone_axis), -1.0, 1.0));
+#endif
 }
 
 // The openings through which a place in the bound of a patch may be seen, out of those of its block.
@@ -78,7 +82,7 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     if (quality.x <= 0.0 || scale < 0.0)
         return finest;
     float sin_alpha = stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta);
-    stp_sight sight = stp_sight(scale, sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
+    stp_sight sight = stp_sight(scale * stp_stretch(), sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
     if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
         return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
     stp_quarter_errors e = stp_quarter_errors_fetch(index);

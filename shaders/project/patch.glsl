@@ -76,6 +76,16 @@ vec4 stp_lattice_fetch(uint index, vec3 chunk_offset)
     return vec4(lattice.xyz + chunk_offset, lattice.w);
 }
 
+// How many times as long as it is anything is drawn at most.
+float stp_stretch()
+{
+#if STP_EXAGGERATED
+    return max(1.0, centre.z);
+#else
+    return 1.0;
+#endif
+}
+
 stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
 {
     int base = int(index) * STP_PATCH_TEXELS;
@@ -88,7 +98,7 @@ stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
     p.origin = uintBitsToFloat(a.xyz) + chunk_offset;
     p.step = uintBitsToFloat(a.w);
     p.bound_centre = uintBitsToFloat(b.xyz) + chunk_offset;
-    p.bound_radius = uintBitsToFloat(b.w);
+    p.bound_radius = uintBitsToFloat(b.w) * stp_stretch();
     p.cone_axis = uintBitsToFloat(c.xyz);
     p.cone_cos = uintBitsToFloat(c.w);
     p.vertex_error = uintBitsToFloat(e.xy);
@@ -122,6 +132,26 @@ vec3 stp_to_eye(vec3 v)
     return vec3(dot(axis_right.xyz, v), dot(axis_up.xyz, v), dot(axis_back.xyz, v));
 }
 
+// The inverse: from eye space to the world, relative to the eye.
+vec3 stp_from_eye(vec3 v)
+{
+    vec3 world = axis_right.xyz * v.x + axis_up.xyz * v.y + axis_back.xyz * v.z;
+#if STP_EXAGGERATED
+    world.z *= centre.w;
+#endif
+    return world;
+}
+
+// Where an orthographic view looks from, in the world.
+vec3 stp_back()
+{
+#if STP_EXAGGERATED
+    return vec3(axis_right.w, axis_up.w, axis_back.w);
+#else
+    return axis_back.xyz;
+#endif
+}
+
 // Unpacks an octahedral normal of 2 x 12 bits: a vector along it, in the scan's axes (Meyer et al.
 // 2010).
 vec3 stp_normal_direction(uint code)
@@ -151,6 +181,19 @@ bool stp_sample_oriented(uvec4 texel)
     return (texel.y & 0x03000000u) == 0x03000000u;
 }
 
+#if STP_EXAGGERATED
+// Stretches a disc as its place is stretched. An ellipse would come of it; the disc is drawn with its
+// longest radius. n: the normal, or a tube's tangent, in the world.
+void stp_disc_exaggerate(inout stp_disc disc, vec3 n)
+{
+    bool tube = disc.kind == 2u; // STP_KIND_TUBE
+    float more = max(centre.z * centre.z - 1.0, 0.0), across = disc.has_normal ? 1.0 - n.z * n.z : 1.0;
+    disc.radius *= tube ? 1.0 : sqrt(1.0 + more * max(across, 0.0));
+    n.z *= tube ? 1.0 : centre.w; // a normal stays across its surface
+    disc.normal = normalize(stp_to_eye(n));
+}
+#endif
+
 stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
 {
     stp_disc disc;
@@ -168,5 +211,8 @@ stp_disc stp_disc_decode(uvec4 texel, vec3 origin, float step)
     disc.kind = texel.y >> 28 & 3u;
     disc.colour = vec3(float(texel.w & 255u), float(texel.w >> 8 & 255u),
                        float(texel.w >> 16 & 255u)) / 255.0;
+#if STP_EXAGGERATED
+    stp_disc_exaggerate(disc, normalize(stp_normal_direction(texel.z)));
+#endif
     return disc;
 }

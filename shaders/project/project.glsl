@@ -58,8 +58,8 @@ bool stp_seen_through(vec4 opening, vec3 from_eye, float radius)
     float reach = opening.w + radius;
 #if STP_ORTHOGRAPHIC
     vec3 off = opening.xyz - from_eye;
-    float nearer = dot(off, axis_back.xyz);
-    off -= nearer * axis_back.xyz;
+    float nearer = dot(off, stp_back());
+    off -= nearer * stp_back();
     return nearer >= -reach && dot(off, off) <= reach * reach;
 #else
     float part = clamp(dot(opening.xyz, from_eye) / max(dot(from_eye, from_eye), 1e-30), 0.0, 1.0);
@@ -97,7 +97,7 @@ bool stp_place_opened(vec3 from_eye, uvec4 set)
 // stp_patch_openings of the patch, or stp_chunk_openings.
 bool stp_culled(uvec4 texel, vec3 from_eye, uvec4 set)
 {
-    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -axis_back.xyz : from_eye, normal = stp_normal_direction(texel.z);
+    vec3 ray = STP_ORTHOGRAPHIC != 0 ? -stp_back() : from_eye, normal = stp_normal_direction(texel.z);
     float away = dot(normal, ray);
     bool culled = (modes.y & STP_BACKS_DRAWN) == 0 && stp_sample_back_hidden(texel) && away >= 0.0 &&
                   away * away >= STP_CULL_COSINE * STP_CULL_COSINE * dot(normal, normal) * dot(ray, ray);

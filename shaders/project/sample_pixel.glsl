@@ -55,7 +55,7 @@ float stp_patch_error(stp_patch p, vec2 error)
     if (scale < 0.0)
         return 0.0;
     float sin_alpha = stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta);
-    return stp_rule_error(scale, sin_alpha, error.x, error.y);
+    return stp_rule_error(scale * stp_stretch(), sin_alpha, error.x, error.y);
 }
 
 // The colour that STP_COLOUR gives a sample. Elevation is looked up for each pixel (shade.glsl).

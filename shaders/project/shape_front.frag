@@ -19,7 +19,7 @@ bool stp_segment_seen(stp_disc disc, stp_pixel p, out float farther)
     vec3 s = stp_ellipse_place(p, stp_ray(gl_FragCoord.xy), -p.d);
     bool covers = p.radius > 0.0 ? dot(s, s) <= 1.0 : dot(p.d, p.d) <= STP_ELLIPSE_FLOOR_LINE * STP_ELLIPSE_FLOOR_LINE;
     farther = stp_ellipse_farther(p, s);
-    vec3 from_eye = axis_right.xyz * disc.position.x + axis_up.xyz * disc.position.y + axis_back.xyz * disc.position.z;
+    vec3 from_eye = stp_from_eye(disc.position);
     return covers && !stp_clipped(from_eye) && p.z_min + farther > viewport.w;
 }
 

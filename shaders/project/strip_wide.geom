@@ -54,10 +54,10 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
 }
 #endif
 
-// from_eye: eye space.
-void stp_ribbon_corner(vec3 from_eye, uint name)
+// place: in eye space.
+void stp_ribbon_corner(vec3 place, uint name)
 {
-    stp_corner_emit(axis_right.xyz * from_eye.x + axis_up.xyz * from_eye.y + axis_back.xyz * from_eye.z, name);
+    stp_corner_emit(stp_from_eye(place), name);
 }
 
 void stp_ribbon_emit(stp_ribbon r, uint name)

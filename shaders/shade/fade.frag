@@ -33,8 +33,7 @@ vec3 stp_last_window(vec2 window, float at_depth)
 {
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
     vec2 off = (window - centre.xy) / viewport.z * (orthographic ? 1.0 : at_depth);
-    vec3 world = axis_right.xyz * off.x + axis_up.xyz * off.y - axis_back.xyz * at_depth + way;
-    vec3 eye = last_axes * world;
+    vec3 eye = last_axes * (stp_from_eye(vec3(off, -at_depth)) + way);
     float scale = orthographic ? last_f : last_f / max(-eye.z, 1e-30);
     return vec3(centre.xy + eye.xy * scale, -eye.z);
 }

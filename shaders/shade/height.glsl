@@ -37,6 +37,9 @@ float stp_height_depth(stp_pixel p, float cosine)
 stp_height stp_height_of(stp_pixel p, vec3 n, vec2 window)
 {
     vec3 up = vec3(axis_right.z, axis_up.z, axis_back.z); // the scan's z in eye space
+#if STP_EXAGGERATED
+    up *= centre.w;
+#endif
     vec3 ray = stp_ray(window);
     float cosine = dot(n, ray), depth = stp_height_depth(p, cosine);
     n = abs(cosine) > STP_HEIGHT_GRAZING ? n : -ray;

@@ -3,6 +3,7 @@
 
 #include "formats/chunk/convert.h"
 #include "runtime/gl/gpu_layout.h"
+#include "tools/draw/draw_exaggerate.h"
 #include "tools/draw/draw_filter.h"
 #include "tools/draw/draw_light.h"
 #include "tools/file/source_options.h"
@@ -19,6 +20,7 @@ draw_options draw_options_default(void)
                           .threshold_px = 1.0,
                           .aa = DRAW_AA_EDGES,
                           .radius_cap_px = STP_RADIUS_CAP_PX,
+                          .exaggerate = 1.0,
                           .timeout_s = SOURCE_TIMEOUT_S,
                           .gpu_memory = UINT64_C(1) << 30,
                           .cpu_memory = UINT64_C(1) << 30,
@@ -90,6 +92,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          NULL},
         {"--contours", 0, CLI_STRING, &o->contours, "STEP[,BASE]",
          "lines of equal height (z), every STEP from BASE on (0); each fifth is wider", NULL},
+        {"--exaggerate", 0, CLI_NUMBER, &o->exaggerate, "Z",
+         "draw heights (z) Z times as high about the middle height, 0.01 to 100 (1)", NULL},
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only this box", NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
          "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
@@ -105,7 +109,12 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 
 int draw_options_check(const draw_options *o, const cli_command *command)
 {
-    return o->threshold_px < 0.0 ? cli_usage(command, "--threshold is not negative") : CLI_CONTINUE;
+    if (o->threshold_px < 0.0)
+        return cli_usage(command, "--threshold is not negative");
+    if (!(o->exaggerate >= STP_EXAGGERATE_LEAST && o->exaggerate <= STP_EXAGGERATE_MOST))
+        return cli_usage(command, "--exaggerate is a number from %g to %g", STP_EXAGGERATE_LEAST,
+                         STP_EXAGGERATE_MOST);
+    return CLI_CONTINUE;
 }
 
 void draw_options_word(const char *words, int index, char out[16])
@@ -306,6 +315,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .smooth_edges = o->aa == DRAW_AA_EDGES,
         .cull = (stp_cull)o->cull,
     };
+    draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
     STP_TRY(check_amounts(o, err));
     STP_TRY(choose_filter(o, model, &p, err));
     STP_TRY(choose_range(o, model, &p, err));
@@ -362,12 +372,34 @@ stp_home draw_options_home(const draw_options *o)
     return c->path || c->has_eye || c->has_look ? STP_HOME_WHOLE : (stp_home)o->home;
 }
 
+stp_ball draw_options_ball(const draw_options *o, const stp_model *model)
+{
+    stp_draw_params p = {0};
+    draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
+    return draw_exaggerate_ball(&p, &model->ball, &model->info->box);
+}
+
+stp_camera draw_options_start(const draw_options *o, const stp_model *model, const int size[2])
+{
+    const stp_home home = draw_options_home(o);
+    const bool whole = home == STP_HOME_WHOLE || !model->has_first;
+    const stp_ball ball = draw_options_ball(o, model);
+    stp_camera c = stp_model_camera(model, home, size[0], size[1]);
+    stp_draw_params p = {0};
+    draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
+    if (whole && o->exaggerate != 1.0)
+        return stp_camera_around(&ball, stp_dvec3_sub(c.eye, c.look), c.up, c.fovy_deg, size[0],
+                                 size[1]);
+    draw_exaggerate_camera(&p, NULL, &c);
+    return c;
+}
+
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,
                                int size[2], stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(camera_options_size(&o->camera, size, err));
-    stp_camera c = stp_model_camera(model, draw_options_home(o), size[0], size[1]);
+    stp_camera c = draw_options_start(o, model, size);
     STP_TRY(camera_options_apply(&o->camera, &c, err));
     *camera = c;
 done:

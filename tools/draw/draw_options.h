@@ -15,13 +15,13 @@ typedef struct draw_options {
     double threshold_px, radius_cap_px;
     int lod, reconstruct, aa, shade, cull, colour, palette, home;
     const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes;
-    double edl, overlay;
+    double edl, overlay, exaggerate;
     double timeout_s; /* waiting for a server; infinite: for ever */
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, has_shade, has_cache_bytes, no_cache, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 28)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 29)
 
 #define DRAW_DAMAGE_BYTES 1100
 
@@ -73,6 +73,10 @@ void draw_options_warn(const char *command, const stp_renderer *renderer);
 /* The view that --view asks for. If an eye or a camera is given, the start is the view of the whole
  * model. */
 stp_home draw_options_home(const draw_options *o);
+/* The ball of a model as the picture shows it: larger if heights are exaggerated. */
+stp_ball draw_options_ball(const draw_options *o, const stp_model *model);
+/* The start view that --view and --exaggerate ask for. */
+stp_camera draw_options_start(const draw_options *o, const stp_model *model, const int size[2]);
 /* Gets the camera and the picture's size. The model's view of --view comes first, then the file of
  * --camera, then the options. Errors: those of stp_camera_load; INVALID_ARGUMENT. */
 stp_status draw_options_camera(const draw_options *o, const stp_model *model, stp_camera *camera,

@@ -169,7 +169,8 @@ static stp_status make_frame(flight *f, uint64_t number, const stp_progress *pro
     stp_view view;
     stp_draw_stats stats;
     stp_camera camera = stp_path_frame(f->path, f->o->rate, f->frame_count, number - 1);
-    STP_TRY(stp_view_create(&view, &camera, &f->model->ball, f->size[0], f->size[1], err));
+    const stp_ball ball = draw_options_ball(&f->o->draw, f->model);
+    STP_TRY(stp_view_create(&view, &camera, &ball, f->size[0], f->size[1], err));
     bool whole = f->o->stats != NULL || f->o->depth || f->o->normals;
     STP_TRY(draw_picture_draw(&f->picture, f->renderer, &view, &f->params, whole, &stats, err));
     STP_TRY(draw_options_require_whole(&f->o->draw, f->renderer, err));

@@ -83,7 +83,8 @@ static stp_status render(const options *o, const cli_common *common, const char 
     STP_TRY(cli_check_outputs(outputs, paths, count + 1, o->force, err));
     STP_TRY(draw_options_open(&o->draw, &scan, paths, count, &model, err));
     STP_TRY(draw_options_camera(&o->draw, model, &camera, size, err));
-    STP_TRY(stp_view_create(&view, &camera, &model->ball, size[0], size[1], err));
+    const stp_ball ball = draw_options_ball(&o->draw, model);
+    STP_TRY(stp_view_create(&view, &camera, &ball, size[0], size[1], err));
     STP_TRY(draw_options_params(&o->draw, model, &drawn, err));
     drawn.timed = o->stats != NULL;
     drawn.keep_pixels = files->normals != NULL;

@@ -387,6 +387,8 @@ static int check(options *o)
 {
     if (o->output == NULL)
         return cli_usage(&cli_tune, "-o DIR is missing");
+    if (o->draw.exaggerate != 1.0)
+        return cli_usage(&cli_tune, "--exaggerate: thresholds are for heights as they are");
     if (o->draw.has_threshold)
         return cli_usage(&cli_tune, "--thresholds LIST says which are measured, not --threshold");
     if (o->draw.lod == STP_LOD_FULL)
@@ -459,7 +461,7 @@ static int run(int argc, char **argv)
         if (strcmp(list[i].name, "--aa") == 0)
             list[i].help =
                 "as render draws edges: none, smooth, or the mean of N x N pixels (none)";
-        if (strcmp(list[i].name, "--threshold") == 0)
+        if (strcmp(list[i].name, "--threshold") == 0 || strcmp(list[i].name, "--exaggerate") == 0)
             list[i].help = NULL; /* parsed, so that check() can refuse it with a message */
         if (strcmp(list[i].name, "--view") == 0) {
             list[i].help = "use one view: the model's first one, or the whole model (26 views)";
