@@ -7,7 +7,7 @@
 #include "runtime/camera/path.h"
 #include "tests/fuzz/fuzz_memory.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tools/view/view_bookmarks.h"
+#include "tools/view/kept/view_bookmarks.h"
 
 #include "base/vec.h"
 

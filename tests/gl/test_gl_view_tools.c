@@ -2,12 +2,12 @@
  * ground. */
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
+#include "tools/view/kept/view_bookmarks.h"
+#include "tools/view/kept/view_record.h"
+#include "tools/view/kept/view_smooth.h"
 #include "tools/view/view_app.h"
-#include "tools/view/view_bookmarks.h"
 #include "tools/view/view_measure.h"
 #include "tools/view/view_move.h"
-#include "tools/view/view_record.h"
-#include "tools/view/view_smooth.h"
 
 #include <sys/stat.h>
 #include <unistd.h>

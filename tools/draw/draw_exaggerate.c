@@ -30,7 +30,7 @@ void draw_exaggerate_camera(const stp_draw_params *params, const stp_draw_params
                             stp_camera *camera)
 {
     const stp_dvec3 is = before ? stp_unexaggerated(before, camera->look) : camera->look;
-    const double rise = stp_exaggerated(params, is).z - camera->look.z;
+    const double rise = stp_exaggerated(params, is).z - camera->look.z; /* 0 if nothing changed */
     camera->look.z += rise;
     camera->eye.z += rise;
 }

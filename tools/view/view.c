@@ -20,7 +20,7 @@ const cli_command cli_view = {
         "The window's title says how long a frame took, how many points it drew, and "
         "how.\nWith --shaders, the viewer reloads shader files when you save them. Pictures "
         "and paths\ngo to the working folder, kept views to "
-        "M.stipple.views.json.\n\n" OPEN_SCAN_HELP
+        "M.stipple.views.json, marks to M.stipple.marks.json.\n\n" OPEN_SCAN_HELP
         " A large\nscan is shown coarsely, all of it, until its model is ready.\n\n" VIEW_KEYS,
     .run = run,
 };
@@ -44,7 +44,11 @@ static double depth_under(void *context, int x, int y)
 static bool ground_under(void *context, stp_dvec3 position, stp_dvec3 up, double *height)
 {
     viewer *v = context;
+    const stp_draw_params *p = &v->control.params;
     bool found = false;
+    if (p->exaggerate > 0.0 && !(up.z > 0.999)) /* heights are z: no other way is down */
+        return false;
+    position = stp_unexaggerated(p, position);
     for (size_t i = 0; i < v->scene.count; i++) {
         double here = 0.0;
         const view_ground_params params = {.model = v->scene.models[i].model,
@@ -53,6 +57,8 @@ static bool ground_under(void *context, stp_dvec3 position, stp_dvec3 up, double
                                            .reach = 0.3 * v->control.eye_height};
         if (v->scene.models[i].hidden || !view_ground_find(&v->ground, &params, &here))
             continue;
+        if (p->exaggerate > 0.0)
+            here = stp_exaggerated(p, (stp_dvec3){0.0, 0.0, here}).z;
         *height = found ? fmax(*height, here) : here;
         found = true;
     }
@@ -254,6 +260,8 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
 {
     stp_status status = STP_OK;
     stp_error why = {0};
+    if (v->marks_file != NULL)
+        STP_TRY(view_marked_load(&v->marked, v->marks_file, paths[0], err));
     STP_TRY(view_prepare_add(v, paths, count, err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
@@ -265,17 +273,26 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
     v->shader_state = view_watch_state(v->options->shader_folder);
     if (view_bookmarks_load(&v->bookmarks, paths[0], &why) != STP_OK)
         view_note(v, "%s", why.message);
+    if (v->marks_file == NULL && view_marked_load(&v->marked, NULL, paths[0], &why) != STP_OK)
+        view_note(v, "%s", why.message);
 done:
     return status;
 }
 
-static stp_status view(const draw_options *o, double fps, const cli_common *common,
+/* What the viewer has besides the options of drawing. */
+typedef struct own_options {
+    double fps;
+    const char *marks;
+} own_options;
+
+static stp_status view(const draw_options *o, const own_options *own, const cli_common *common,
                        const char *const *paths, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     viewer v = {.options = o,
                 .common = common,
-                .fps = fps,
+                .fps = own->fps,
+                .marks_file = own->marks,
                 .clip = {.face = -1},
                 .removing = -1,
                 .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
@@ -295,6 +312,7 @@ done:
     view_shot_end(&v.shot);
     view_record_destroy(&v.record);
     view_ground_forget(&v.ground, NULL);
+    view_profile_forget(&v.profile, NULL);
     stp_renderer_destroy(&v.renderer);
     stp_ui_destroy(&v.ui);
     stp_window_destroy(&v.window);
@@ -309,18 +327,21 @@ static int run(int argc, char **argv)
     static const char *paths[PREP_PATHS_LIMIT];
     size_t count = 0;
     stp_error err = {0};
-    double fps = 0.0;
-    cli_option list[DRAW_OPTION_COUNT + 1] = {
+    own_options own = {0};
+    cli_option list[DRAW_OPTION_COUNT + 2] = {
         [DRAW_OPTION_COUNT] =
-            {"--fps", 0, CLI_NUMBER, &fps, "N",
+            {"--fps", 0, CLI_NUMBER, &own.fps, "N",
              "hold N frames a second while the camera moves, by a coarser threshold "
              "and fewer pixels; finer at rest",
              NULL},
+        [DRAW_OPTION_COUNT + 1] = {"--marks", 0, CLI_STRING, &own.marks, "F.json",
+                                   "file of marks, made with the first one (M.stipple.marks.json)",
+                                   NULL},
     };
     draw_options_fill(&o, list);
     o.camera.size[0] = o.camera.size[1] = 0; /* by the screen */
     o.timeout_s = INFINITY;                  /* the viewer waits until the server answers again */
-    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 1, argc, argv, paths, 1,
+    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 2, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
@@ -330,9 +351,9 @@ static int run(int argc, char **argv)
     if (draw_aa_times(o.aa) > 1)
         return cli_usage(&cli_view,
                          "--aa is none or edges here: render and fly draw finer pictures");
-    if (fps < 0.0 || fps > FPS_MOST)
+    if (own.fps < 0.0 || own.fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
-    return view(&o, fps, &common, paths, count, &err) == STP_OK ? CLI_DONE
-                                                                : cli_fail(&cli_view, &err);
+    return view(&o, &own, &common, paths, count, &err) == STP_OK ? CLI_DONE
+                                                                 : cli_fail(&cli_view, &err);
 }

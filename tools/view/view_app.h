@@ -10,12 +10,15 @@
 #include "runtime/window/imgui_marks_shim.h"
 #include "runtime/window/window.h"
 #include "tools/draw/draw_options.h"
-#include "tools/view/view_bookmarks.h"
+#include "tools/view/kept/view_bookmarks.h"
+#include "tools/view/kept/view_marked.h"
+#include "tools/view/kept/view_record.h"
 #include "tools/view/view_control.h"
 #include "tools/view/view_ground.h"
+#include "tools/view/view_labels.h"
 #include "tools/view/view_measure.h"
 #include "tools/view/view_prepare_child.h"
-#include "tools/view/view_record.h"
+#include "tools/view/view_profile.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
 
@@ -37,6 +40,8 @@
     X(SURFACE, view_panel_surface, "Surface and light", true)                                      \
     X(CLIP, view_panel_clip, "Clip box", false)                                                    \
     X(MEASURE, view_panel_measure, "Measure", false)                                               \
+    X(PROFILE, view_panel_profile, "Profile", false)                                               \
+    X(MARKS, view_panel_marks, "Marks", false)                                                     \
     X(KEPT, view_panel_kept, "Kept views and path", false)                                         \
     X(SHOT, view_panel_shot, "Screenshot", false)
 
@@ -68,6 +73,7 @@ typedef struct view_layout {
 typedef struct viewer {
     const draw_options *options;
     const cli_common *common;
+    const char *marks_file; /* of --marks; NULL: beside the model */
     view_scene scene;
     stp_window *window;
     stp_ui *ui;
@@ -80,6 +86,10 @@ typedef struct viewer {
     view_clip clip;
     view_ground ground;
     view_bookmarks bookmarks;
+    view_marked marked;
+    int marks_hidden; /* pins in the picture that the surface hides */
+    view_labels labels;
+    view_profile profile;
     view_record record;
     view_shot shot;
     int shot_size; /* index in VIEW_SHOT_SIZES */
@@ -125,8 +135,18 @@ static inline void view_drawn_pixel(const viewer *v, int *x, int *y)
     *y = (int)floor((*y + 0.5) * v->drawn.height / v->layout.picture_height);
 }
 
+/* ---- view_say.c ---- */
+
 /* Says something in the status line for some seconds. */
 void view_note(viewer *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
+void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
+int view_digits(const viewer *v);
+/* Gets the window position, y down, of a place in the model. False if it is behind the eye. */
+bool view_place(const viewer *v, stp_dvec3 place, double at[2]);
+/* The same of a place in the world as drawn. */
+bool view_place_drawn(const viewer *v, stp_dvec3 place, double at[2]);
 
 /* ---- view_wishes.c ---- */
 
@@ -148,6 +168,28 @@ void view_remove_model(viewer *v, size_t index);
  * creating it; then it draws the models of before. */
 stp_status view_scene_changed(viewer *v, stp_error *err);
 
+/* Draws heights so many times as high, about the scene's middle; what the camera looks at stays. */
+void view_exaggerate(viewer *v, double times);
+/* Sets the ball that views are made with, after the scene or its heights changed. */
+void view_ball_changed(viewer *v);
+
+/* ---- kept/view_marked_show.c ---- */
+
+/* Marks what is under the cursor. */
+void view_mark_here(viewer *v);
+/* Draws a pin for each mark; dim if the surface hides it. */
+void view_marked_draw(viewer *v);
+
+/* ---- view_profile_show.c ---- */
+
+/* Begins the profile of the last measured line. Shows a note. */
+void view_profile_last(viewer *v);
+/* Notices that a profile was made or saved. */
+void view_profile_turn(viewer *v);
+/* Closes the chart. False if none is shown. */
+bool view_profile_close(viewer *v);
+void view_profile_draw(const viewer *v);
+
 /* ---- view_draw.c ---- */
 
 /* Draws the picture if it changed, and the panels if they changed. Errors: those of drawing. */
@@ -163,6 +205,8 @@ void view_panel_colour(viewer *v);
 void view_panel_surface(viewer *v);
 void view_panel_clip(viewer *v);
 void view_panel_measure(viewer *v);
+void view_panel_profile(viewer *v);
+void view_panel_marks(viewer *v);
 void view_panel_kept(viewer *v);
 void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
@@ -178,8 +222,5 @@ void view_legend_draw(const viewer *v);
 bool view_clip_handle(viewer *v, const stp_window_event *event);
 /* Switches the clip box on or off. An empty clip box becomes the scene's box. */
 void view_clip_toggle(viewer *v);
-/* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
-void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
-int view_digits(const viewer *v);
 
 #endif

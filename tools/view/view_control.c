@@ -215,8 +215,9 @@ static void handle_character(view_control *c, uint32_t character)
     static const struct {
         uint32_t key, wants;
     } wishes[] = {
-        {'h', VIEW_WANTS_HOME}, {'p', VIEW_WANTS_SHOT}, {'b', VIEW_WANTS_KEEP},
-        {'x', VIEW_WANTS_CLIP}, {'q', VIEW_WANTS_QUIT},
+        {'h', VIEW_WANTS_HOME},    {'p', VIEW_WANTS_SHOT}, {'b', VIEW_WANTS_KEEP},
+        {'x', VIEW_WANTS_CLIP},    {'q', VIEW_WANTS_QUIT}, {'f', VIEW_WANTS_MARK},
+        {'t', VIEW_WANTS_PROFILE},
     };
     bool back = character >= 'A' && character <= 'Z';
     uint32_t key = back ? character - 'A' + 'a' : character;

@@ -28,20 +28,25 @@ static void colour_words(const stp_draw_params *p, char out[40])
 }
 
 /* Writes the modes that the user switched on beyond drawing: ", fly, orthographic, clipped". */
-static void mode_words(const viewer *v, char out[120])
+static void mode_words(const viewer *v, char out[240])
 {
     static const char *const navigations[] = {"", ", fly", ", walk"};
     const view_control *c = &v->control;
     const stp_dvec3 *line = view_measure_last(&v->measure);
-    char measured[40] = "";
+    char measured[40] = "", heights[40] = "", contours[40] = "", marks[60] = "";
+    if (c->params.contour_step > 0.0)
+        snprintf(contours, sizeof contours, ", contours (%d labels)", v->labels.count);
+    if (v->marked.count > 0)
+        snprintf(marks, sizeof marks, ", marks: %zu (%d hidden)", v->marked.count, v->marks_hidden);
+    if (c->params.exaggerate > 0.0)
+        snprintf(heights, sizeof heights, ", heights x %.3g", c->params.exaggerate);
     if (line != NULL)
         snprintf(measured, sizeof measured, " %.5g", view_measure_length(line));
-    snprintf(out, 120, "%s%s%s%s%s%s%s%s", navigations[c->navigation],
+    snprintf(out, 240, "%s%s%s%s%s%s%s%s%s%s", navigations[c->navigation], heights,
              c->camera.height > 0.0 ? ", orthographic" : "",
-             c->params.edl > 0.0 ? ", eye-dome" : "",
-             c->params.contour_step > 0.0 ? ", contours" : "",
+             c->params.edl > 0.0 ? ", eye-dome" : "", contours,
              c->params.clip.enabled ? ", clipped" : "", c->measuring ? ", measuring" : "",
-             c->measuring ? measured : "", v->record.on ? ", recording" : "");
+             c->measuring ? measured : "", v->record.on ? ", recording" : "", marks);
 }
 
 /* Writes what chooses levels; for auto, also the road that it took. */
@@ -71,7 +76,7 @@ static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
     char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[THRESHOLD_BYTES],
-        colour[40], modes[120], missing[40] = "", more[40] = "", preparing[40] = "";
+        colour[40], modes[240], missing[40] = "", more[40] = "", preparing[40] = "";
     lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
@@ -174,6 +179,7 @@ static stp_status draw_scene(viewer *v, stp_error *err)
     note_frame(v);
     show_damage(v);
     c->changed = false;
+    v->labels.fresh = false;
     v->ui_turns = v->ui_turns > 1 ? v->ui_turns : 1;
 done:
     return status;
@@ -196,7 +202,20 @@ static void look_under(viewer *v)
     float depth = 0.0f;
     stp_renderer_depth_at(v->renderer, column, row, &depth, NULL);
     v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
-    v->under.position = stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth);
+    v->under.position = stp_unexaggerated(
+        &v->control.params, stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth));
+}
+
+/* Finds the labels of contours once the picture is at rest; until then those of before stay. */
+static void find_labels(viewer *v)
+{
+    const stp_draw_params *p = &v->control.params;
+    if (v->labels.step != p->contour_step || v->labels.base != p->contour_base)
+        v->labels.count = 0;
+    if (v->labels.fresh || v->resting || v->loading || v->control.drag != VIEW_REST ||
+        view_is_small(v))
+        return;
+    (void)view_labels_find(&v->labels, v->renderer, &v->drawn, p, stp_ui_scale(v->ui), NULL);
 }
 
 static void draw_shot(viewer *v)
@@ -218,6 +237,7 @@ static void draw_panels(viewer *v)
     if (!drawing) {
         if (v->layout.panel.width > 0.0 || v->help || v->control.measuring)
             look_under(v);
+        find_labels(v);
         view_marks_draw(v);
     } else {
         draw_shot(v);

@@ -26,6 +26,8 @@
     X("O            ", "perspective, orthographic")                                                \
     X("H            ", "home: the view at the start")                                              \
     X("M            ", "measure: two clicks give a distance")                                      \
+    X("T            ", "profile: the heights along the last measured line")                        \
+    X("F            ", "mark what is under the cursor")                                            \
     X("B            ", "keep this view; 1 to 9 go to the kept views")                              \
     X("P            ", "screenshot in the size set in the panel")                                  \
     X("Ctrl+R       ", "start or end recording the camera's path; stipple fly films the path")     \

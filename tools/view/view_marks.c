@@ -14,32 +14,12 @@
 #define HANDLE_PX 6.0
 #define HANDLE_REACH_PX 11.0
 
-int view_digits(const viewer *v)
-{
-    double digits = 5.0 - floor(log10(v->scene.ball.radius));
-    return (int)fmin(fmax(digits, 3.0), 12.0);
-}
-
-void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
-{
-    int digits = view_digits(v);
-    snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
-}
-
-/* Gets the window position, y down, of a world position. False if it is behind the eye. */
-static bool place(const viewer *v, stp_dvec3 p, double at[2])
-{
-    const stp_view *view = &v->control.view;
-    stp_dvec3 w = stp_view_project(view, p);
-    at[0] = w.x;
-    at[1] = v->layout.height - w.y;
-    return w.z > view->near_depth && isfinite(w.x) && isfinite(w.y);
-}
-
-/* Draws a line in the world, clipped at the near plane. */
+/* Draws a line between two places of the model, clipped at the near plane. */
 static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colour, double width)
 {
     const stp_view *view = &v->control.view;
+    a = stp_exaggerated(&v->control.params, a);
+    b = stp_exaggerated(&v->control.params, b);
     double near_depth = 2.0 * view->near_depth, from[2], to[2];
     double za = stp_dvec3_dot(stp_dvec3_sub(view->eye, a), view->back);
     double zb = stp_dvec3_dot(stp_dvec3_sub(view->eye, b), view->back);
@@ -50,7 +30,7 @@ static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colou
         a = stp_dvec3_add(a, stp_dvec3_scale(d, (near_depth - za) / (zb - za)));
     else if (zb < near_depth)
         b = stp_dvec3_add(a, stp_dvec3_scale(d, (za - near_depth) / (za - zb)));
-    if (place(v, a, from) && place(v, b, to))
+    if (view_place_drawn(v, a, from) && view_place_drawn(v, b, to))
         stp_ui_draw_line(from[0], from[1], to[0], to[1], colour, width * stp_ui_scale(v->ui));
 }
 
@@ -60,7 +40,7 @@ static void draw_pivot(const viewer *v)
     double at[2], s = stp_ui_scale(v->ui);
     if ((c->drag != VIEW_TURN || !c->moved) && !(c->pivot_until_s > v->now_s))
         return;
-    if (!place(v, c->pivot, at))
+    if (!view_place_drawn(v, c->pivot, at))
         return;
     stp_ui_draw_circle(at[0], at[1], 7.0 * s, 0x00000080, 4.0 * s);
     stp_ui_draw_circle(at[0], at[1], 7.0 * s, ORANGE, 2.0 * s);
@@ -106,7 +86,7 @@ static void draw_clip(const viewer *v)
         }
     for (int face = 0; face < 6; face++) {
         double at[2];
-        if (!place(v, face_middle(clip->box, face), at))
+        if (!view_place(v, face_middle(clip->box, face), at))
             continue;
         stp_ui_draw_disc(at[0], at[1], (HANDLE_PX + 1.5) * s, 0x000000a0);
         stp_ui_draw_disc(at[0], at[1], HANDLE_PX * s, face == v->clip.face ? ORANGE : BLUE);
@@ -128,7 +108,8 @@ void view_clip_toggle(viewer *v)
 static bool along_axis(const viewer *v, int face, double x, double y, double *out)
 {
     const view_control *c = &v->control;
-    stp_dvec3 axis = axis_of(face), middle = face_middle(c->params.clip.box, face);
+    stp_dvec3 axis = axis_of(face);
+    stp_dvec3 middle = stp_exaggerated(&c->params, face_middle(c->params.clip.box, face));
     stp_dvec3 begin = stp_view_unproject(&c->view, x, y, 0.0);
     stp_dvec3 ray = stp_dvec3_sub(stp_view_unproject(&c->view, x, y, 1.0), begin);
     stp_dvec3 w = stp_dvec3_sub(middle, begin);
@@ -136,7 +117,8 @@ static bool along_axis(const viewer *v, int face, double x, double y, double *ou
     double b = stp_dvec3_dot(axis, ray), d = stp_dvec3_dot(axis, w), e = stp_dvec3_dot(ray, w);
     if (1.0 - b * b < 1e-3)
         return false;
-    *out = stp_dvec3_dot(middle, axis) + (b * e - d) / (1.0 - b * b);
+    middle = stp_dvec3_add(middle, stp_dvec3_scale(axis, (b * e - d) / (1.0 - b * b)));
+    *out = stp_dvec3_dot(stp_unexaggerated(&c->params, middle), axis);
     return true;
 }
 
@@ -146,7 +128,7 @@ static int face_under(const viewer *v, double x, double y)
     double reach = HANDLE_REACH_PX * stp_ui_scale(v->ui);
     for (int face = 0; face < 6; face++) {
         double at[2];
-        if (!place(v, face_middle(v->control.params.clip.box, face), at))
+        if (!view_place(v, face_middle(v->control.params.clip.box, face), at))
             continue;
         double distance = hypot(at[0] - x, v->layout.height - at[1] - y);
         if (distance < reach) {
@@ -190,7 +172,7 @@ bool view_clip_handle(viewer *v, const stp_window_event *e)
 static bool draw_point(const viewer *v, stp_dvec3 point, double at[2])
 {
     double s = stp_ui_scale(v->ui);
-    if (!place(v, point, at))
+    if (!view_place(v, point, at))
         return false;
     stp_ui_draw_disc(at[0], at[1], 5.0 * s, 0x000000a0);
     stp_ui_draw_disc(at[0], at[1], 3.5 * s, ORANGE);
@@ -311,16 +293,33 @@ static void draw_help(viewer *v)
     stp_ui_panel_end();
 }
 
+static void draw_contour_labels(const viewer *v)
+{
+    const char *unit = v->scene.models[0].unit;
+    for (int i = 0; i < v->labels.count; i++) {
+        const view_label *l = &v->labels.items[i];
+        double at[2];
+        char text[64];
+        if (!view_place(v, l->place, at))
+            continue;
+        snprintf(text, sizeof text, "%.6g%s%s", l->height, unit[0] != '\0' ? " " : "", unit);
+        stp_ui_draw_label(at[0], at[1], text, WHITE, true);
+    }
+}
+
 void view_marks_draw(viewer *v)
 {
     const stp_ui_rect picture = {0.0, v->layout.height - v->layout.picture_height,
                                  v->layout.picture_width, v->layout.picture_height};
     stp_ui_clip_push(&picture);
+    draw_contour_labels(v);
     view_legend_draw(v);
     draw_clip(v);
+    view_marked_draw(v);
     draw_measure(v);
     draw_pivot(v);
     draw_status(v, draw_prepare(v, draw_trouble(v, &picture)));
+    view_profile_draw(v);
     stp_ui_clip_pop();
     draw_help(v);
 }

@@ -71,7 +71,7 @@ void view_panel_models(viewer *v)
             if (stp_ui_check(m->name, &shown)) {
                 m->hidden = !shown;
                 view_scene_update(&v->scene);
-                v->control.ball = v->scene.ball;
+                view_ball_changed(v);
                 v->control.changed = true;
             }
             stp_ui_same_line();

@@ -205,6 +205,16 @@ static bool contour_rows(const viewer *v, stp_draw_params *p)
     return changed;
 }
 
+static void height_rows(viewer *v)
+{
+    const double is = v->control.params.exaggerate;
+    double times = is > 0.0 ? is : 1.0;
+    if (stp_ui_slider("heights", &times, STP_EXAGGERATE_LEAST, STP_EXAGGERATE_MOST, "%.3g times",
+                      true))
+        view_exaggerate(v, fabs(times - 1.0) < 0.02 ? 1.0 : times);
+    stp_ui_hint("draws heights so many times as high; coordinates and lengths stay what they are");
+}
+
 void view_panel_surface(viewer *v)
 {
     stp_draw_params *p = &v->control.params;
@@ -235,6 +245,7 @@ void view_panel_surface(viewer *v)
         changed |= stp_ui_slider("strength", &p->edl, 0.1, 5.0, "%.2f", true);
     changed |= light_rows(p);
     changed |= contour_rows(v, p);
+    height_rows(v);
     int cull = (int)p->cull;
     if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
         p->cull = (stp_cull)cull;

@@ -25,6 +25,8 @@ static stp_status show(viewer *v, const char *path, stp_model **model, stp_error
     else if (status != STP_OK)
         view_scene_remove(&v->scene, v->scene.count - 1);
     view_ground_forget(&v->ground, old);
+    if (old != NULL)
+        view_profile_forget(&v->profile, old->file);
 done:
     stp_model_close(&old);
     return status;

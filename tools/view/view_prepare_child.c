@@ -2,7 +2,7 @@
 #include "tools/view/view_prepare_child.h"
 
 #include "base/memory.h"
-#include "tools/view/view_files.h"
+#include "tools/view/kept/view_files.h"
 
 #include <cjson/cJSON.h>
 #include <errno.h>

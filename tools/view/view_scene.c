@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/convert.h"
-#include "tools/view/view_files.h"
+#include "tools/view/kept/view_files.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@
 
 #include "formats/image/image.h"
 #include "runtime/stipple.h"
-#include "tools/view/view_files.h"
+#include "tools/view/kept/view_files.h"
 
 #include <pthread.h>
 

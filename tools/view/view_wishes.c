@@ -3,24 +3,13 @@
 #include "tools/view/view_move.h"
 
 #include "runtime/class_legend.h"
+#include "tools/draw/draw_exaggerate.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-#define NOTE_S 6.0
 /* Width of the panel, and of a window too narrow for it, in unscaled pixels. */
 #define PANEL_WIDTH 330.0
-
-void view_note(viewer *v, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(v->note, sizeof v->note, format, arguments);
-    va_end(arguments);
-    v->note_until_s = v->now_s + NOTE_S;
-    v->ui_turns = VIEW_TURNS_TO_SETTLE;
-}
 
 void view_layout_update(viewer *v)
 {
@@ -46,10 +35,12 @@ stp_status view_go_home(viewer *v, stp_error *err)
     o.camera.size[1] = v->layout.picture_height;
     o.camera.has_size = true;
     const int *size = o.camera.size;
+    const stp_draw_params *p = &v->control.params;
+    const stp_dbox box = draw_exaggerate_box(p, &v->scene.box);
     const bool alone = v->scene.count == 1;
-    stp_camera camera =
-        alone ? stp_model_camera(v->scene.models[0].model, draw_options_home(&o), size[0], size[1])
-              : stp_camera_default(&v->scene.box, &v->scene.ball, size[0], size[1]);
+    o.exaggerate = p->exaggerate > 0.0 ? p->exaggerate : 1.0;
+    stp_camera camera = alone ? draw_options_start(&o, v->scene.models[0].model, size)
+                              : stp_camera_default(&box, &v->control.ball, size[0], size[1]);
     STP_TRY(camera_options_apply(&o.camera, &camera, err));
     v->control.camera = camera;
     v->control.changed = true;
@@ -196,6 +187,23 @@ static void survey(viewer *v)
     }
 }
 
+void view_ball_changed(viewer *v)
+{
+    v->control.ball = draw_exaggerate_ball(&v->control.params, &v->scene.ball, &v->scene.box);
+}
+
+void view_exaggerate(viewer *v, double times)
+{
+    view_control *c = &v->control;
+    const stp_draw_params before = c->params;
+    draw_exaggerate_set(&c->params, times > 0.0 ? times : 1.0, &v->scene.box);
+    draw_exaggerate_camera(&c->params, &before, &c->camera);
+    c->centre = stp_exaggerated(&c->params, stp_unexaggerated(&before, c->centre));
+    c->pivot = stp_exaggerated(&c->params, stp_unexaggerated(&before, c->pivot));
+    c->changed = true;
+    view_ball_changed(v);
+}
+
 /* Gives the renderer all models, or all except one. */
 static stp_status set_models(viewer *v, size_t without, stp_error *err)
 {
@@ -219,8 +227,8 @@ stp_status view_scene_changed(viewer *v, stp_error *err)
     if (v->scene.count > 1 || v->had_models > 1)
         STP_TRY(set_models(v, VIEW_MODELS_LIMIT, err));
     v->had_models = v->scene.count;
-    v->control.ball = v->scene.ball;
     v->control.changed = true;
+    view_exaggerate(v, v->control.params.exaggerate); /* its middle may be another */
     survey(v);
 done:
     return status;
@@ -236,11 +244,12 @@ void view_remove_model(viewer *v, size_t index)
         return;
     }
     view_ground_forget(&v->ground, v->scene.models[index].model);
+    view_profile_forget(&v->profile, v->scene.models[index].model->file);
     view_scene_remove(&v->scene, index);
     v->had_models = v->scene.count;
     v->model_open = 0;
-    v->control.ball = v->scene.ball;
     v->control.changed = true;
+    view_exaggerate(v, v->control.params.exaggerate);
     survey(v);
 }
 
@@ -252,6 +261,8 @@ static void escape(viewer *v)
         view_shot_end(&v->shot);
     else if (v->help)
         v->help = false;
+    else if (view_profile_close(v))
+        ; /* its chart is gone */
     else if (c->measuring && v->measure.begun)
         v->measure.begun = false;
     else if (c->measuring)
@@ -291,6 +302,7 @@ stp_status view_fulfil(viewer *v, stp_error *err)
     uint32_t wants = v->control.wants;
     v->control.wants = 0;
     poll_shot(v);
+    view_profile_turn(v);
     if (wants & VIEW_WANTS_QUIT)
         v->quits = true;
     if (wants & VIEW_WANTS_ESCAPE)
@@ -301,6 +313,10 @@ stp_status view_fulfil(viewer *v, stp_error *err)
         STP_TRY(set_range(v, err));
     if (wants & VIEW_WANTS_PICK)
         pick(v);
+    if (wants & VIEW_WANTS_MARK)
+        view_mark_here(v);
+    if (wants & VIEW_WANTS_PROFILE)
+        view_profile_last(v);
     if (wants & VIEW_WANTS_SHOT)
         view_begin_shot(v);
     if (wants & VIEW_WANTS_RECORD)

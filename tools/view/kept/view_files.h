@@ -4,7 +4,7 @@
 #ifndef STP_TOOLS_VIEW_VIEW_FILES_H
 #define STP_TOOLS_VIEW_VIEW_FILES_H
 
-#include "base/error.h"
+#include "base/json.h"
 
 #define VIEW_PATH_BYTES 4096
 
@@ -21,6 +21,15 @@ stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_err
 /* The same for a file that belongs to a model, by the model's path or address. Errors: the same. */
 stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
                                   stp_error *err);
+/* Finds the file with what the user kept of a model: in the state folder, where it is newer, as it
+ * could not be written beside the model, or beside the model. Errors: LIMIT (too long). */
+stp_status view_files_find(char out[VIEW_PATH_BYTES], bool *found, const char *model,
+                           const char *ending, stp_error *err);
+/* Writes what the user kept of a model to `path` or, if that is "" or cannot be written, beside the
+ * model or else to the state folder; path then says where. make: makes the JSON of `context`.
+ * Errors: IO, LIMIT, OUT_OF_MEMORY. */
+stp_status view_files_save(char path[VIEW_PATH_BYTES], const char *model, const char *ending,
+                           cJSON *(*make)(const void *), const void *context, stp_error *err);
 /* Makes all folders of a path. Errors: IO. */
 stp_status view_files_make_folders(const char *path, stp_error *err);
 

@@ -1,5 +1,5 @@
 /* Makes names of files that the viewer writes. */
-#include "tools/view/view_files.h"
+#include "tools/view/kept/view_files.h"
 
 #include "base/file.h"
 #include "formats/chunk/byte_source.h"
@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #define NUMBERS_LIMIT 10000
 
@@ -68,4 +69,47 @@ stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, 
              stp_hash(whole, strlen(whole)), ending);
     free(real);
     return view_files_state(out, name, err);
+}
+
+static stp_status beside(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
+                         stp_error *err)
+{
+    if (snprintf(out, VIEW_PATH_BYTES, "%s%s", model, ending) >= VIEW_PATH_BYTES)
+        return stp_error_set(err, STP_LIMIT, "the model has too long a name");
+    return STP_OK;
+}
+
+stp_status view_files_find(char out[VIEW_PATH_BYTES], bool *found, const char *model,
+                           const char *ending, stp_error *err)
+{
+    stp_status status = STP_OK;
+    *found = view_files_model_state(out, model, ending, NULL) == STP_OK && access(out, F_OK) == 0;
+    if (!*found && !stp_is_address(model)) {
+        STP_TRY(beside(out, model, ending, err));
+        *found = access(out, F_OK) == 0;
+    }
+done:
+    return status;
+}
+
+stp_status view_files_save(char path[VIEW_PATH_BYTES], const char *model, const char *ending,
+                           cJSON *(*make)(const void *), const void *context, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char other[VIEW_PATH_BYTES];
+    if (path[0] != '\0' && stp_json_save(make(context), path, true, NULL) == STP_OK)
+        return STP_OK;
+    if (!stp_is_address(model)) {
+        STP_TRY(beside(other, model, ending, err));
+        if (stp_json_save(make(context), other, true, NULL) == STP_OK) {
+            memcpy(path, other, sizeof other);
+            return STP_OK;
+        }
+    }
+    STP_TRY(view_files_model_state(other, model, ending, err));
+    STP_TRY(view_files_make_folders(other, err));
+    STP_TRY(stp_json_save(make(context), other, true, err));
+    memcpy(path, other, sizeof other);
+done:
+    return status;
 }

@@ -7,7 +7,7 @@
 #define STP_TOOLS_VIEW_VIEW_BOOKMARKS_H
 
 #include "runtime/camera/camera.h"
-#include "tools/view/view_files.h"
+#include "tools/view/kept/view_files.h"
 
 #include <stddef.h>
 

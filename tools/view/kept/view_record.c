@@ -1,8 +1,8 @@
 /* Makes a path from cameras that were seen one after the other. */
-#include "tools/view/view_record.h"
+#include "tools/view/kept/view_record.h"
 
 #include "base/memory.h"
-#include "tools/view/view_smooth.h"
+#include "tools/view/kept/view_smooth.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Recorded paths with an even pace. */
-#include "tools/view/view_smooth.h"
+#include "tools/view/kept/view_smooth.h"
 
 #include "base/memory.h"
 #include "base/vec.h"

@@ -1,12 +1,10 @@
 /* Views that the user kept. */
-#include "tools/view/view_bookmarks.h"
+#include "tools/view/kept/view_bookmarks.h"
 
-#include "formats/chunk/byte_source.h"
 #include "runtime/camera/camera_json.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #define ENDING ".views.json"
 
@@ -59,26 +57,14 @@ done:
     return status;
 }
 
-static stp_status beside(char out[VIEW_PATH_BYTES], const char *model, stp_error *err)
-{
-    if (snprintf(out, VIEW_PATH_BYTES, "%s%s", model, ENDING) >= VIEW_PATH_BYTES)
-        return stp_error_set(err, STP_LIMIT, "the model has too long a name");
-    return STP_OK;
-}
-
 stp_status view_bookmarks_load(view_bookmarks *b, const char *model, stp_error *err)
 {
     stp_status status = STP_OK;
     char path[VIEW_PATH_BYTES];
+    bool found = false;
     b->count = 0;
     b->path[0] = '\0';
-    /* the file in the state folder is newer: it could not be written beside the model */
-    bool found =
-        view_files_model_state(path, model, ENDING, NULL) == STP_OK && access(path, F_OK) == 0;
-    if (!found && !stp_is_address(model)) {
-        STP_TRY(beside(path, model, err));
-        found = access(path, F_OK) == 0;
-    }
+    STP_TRY(view_files_find(path, &found, model, ENDING, err));
     if (!found)
         return STP_OK;
     STP_TRY(read_file(b, path, err));
@@ -87,8 +73,9 @@ done:
     return status;
 }
 
-static cJSON *to_json(const view_bookmarks *b)
+static cJSON *to_json(const void *context)
 {
+    const view_bookmarks *b = context;
     cJSON *json = cJSON_CreateObject();
     cJSON *views = cJSON_AddArrayToObject(json, "views");
     for (size_t i = 0; i < b->count; i++) {
@@ -102,23 +89,7 @@ static cJSON *to_json(const view_bookmarks *b)
 
 stp_status view_bookmarks_save(view_bookmarks *b, const char *model, stp_error *err)
 {
-    stp_status status = STP_OK;
-    char path[VIEW_PATH_BYTES];
-    if (b->path[0] != '\0' && stp_json_save(to_json(b), b->path, true, NULL) == STP_OK)
-        return STP_OK;
-    if (!stp_is_address(model)) {
-        STP_TRY(beside(path, model, err));
-        if (stp_json_save(to_json(b), path, true, NULL) == STP_OK) {
-            memcpy(b->path, path, sizeof path);
-            return STP_OK;
-        }
-    }
-    STP_TRY(view_files_model_state(path, model, ENDING, err));
-    STP_TRY(view_files_make_folders(path, err));
-    STP_TRY(stp_json_save(to_json(b), path, true, err));
-    memcpy(b->path, path, sizeof path);
-done:
-    return status;
+    return view_files_save(b->path, model, ENDING, to_json, b, err);
 }
 
 bool view_bookmarks_add(view_bookmarks *b, const stp_camera *camera)
